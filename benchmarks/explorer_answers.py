@@ -22,7 +22,7 @@ from machine import describe
 import random_messages
 from restitution.explorer import answers
 from restitution.explorer.inputs import inputs
-from restitution.explorer.messages import Request, answer
+from restitution.explorer.server import Request, answer
 
 HERE = Path(__file__).resolve().parent
 TABLE = HERE / "tables" / "explorer_answers.md"

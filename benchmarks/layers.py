@@ -18,7 +18,7 @@ import numpy as np
 
 import restitution as rs
 from restitution.contact.layer.contacts import contacts
-from restitution.contact.layer.separable import effective_moduli
+from restitution.contact.layer.layer import effective_moduli
 
 # Thicknesses and velocities of a sweep.
 SWEEPS = (3000, 1), (300, 10), (300, 40)

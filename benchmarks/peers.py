@@ -21,7 +21,7 @@ from timing import best, clock, one_by_one
 
 import restitution as rs
 from restitution.impact.batch import Batch
-from restitution.material.columns import reduced_standard_solid
+from restitution.material.conversion import reduced_standard_solid
 
 SEED = 11
 EXACT = 1e-12

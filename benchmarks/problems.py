@@ -21,7 +21,7 @@ from restitution import (
     standard_solid,
     standard_solid_restitution,
 )
-from restitution.contact.profile import Profile
+from restitution.contact.profiles import Profile
 from restitution.errors import RestitutionWarning
 
 Array = NDArray[np.float64]

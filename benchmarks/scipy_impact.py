@@ -1,7 +1,7 @@
 """The equations of one impact for SciPy's `solve_ivp`, in as few operations as NumPy allows.
 
 A parabola on a Prony series without dashpot, in units of mass and impact velocity, with a = s. These are the equations
-of `restitution.impact.reference` with free tolerances, without contact time, peaks and events other than the turning
+of `tests/scipy_oracle.py` with free tolerances, without contact time, peaks and events other than the turning
 point. The time is therefore that of the integration alone.
 """
 

@@ -11,13 +11,18 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 from machine import describe
 from problems import Problems, StandardSolids, even_prony, plane
 from timing import EXACT, Speed, clock, one_by_one, speed
 
-from restitution import standard_solid_restitution
+from restitution import Impact, Parabola, standard_solid
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from scipy_oracle import solve_by_scipy
 
 Progress = Callable[[int, int], None]
 
@@ -120,8 +125,9 @@ def _by_scipy(points: StandardSolids, advance: Callable[[], None]) -> tuple[floa
     seconds, errors = [], []
     for n in range(points.size):
         nu, p2, p3 = (float(column[n]) for column in (points.nu, points.p2, points.p3))
+        impact = Impact(standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu), Parabola(1.0), mass=1.0, velocity=1.0)
         start = clock()
-        e = standard_solid_restitution(nu, p2, p3, method="reference", rtol=SCIPY_RTOL)
+        e = solve_by_scipy(impact, SCIPY_RTOL).restitution_coefficient
         seconds.append(clock() - start)
         errors.append(abs(e - exact[n]))
         advance()

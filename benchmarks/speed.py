@@ -12,7 +12,7 @@ from problems import Problems, even_prony, of_profile, plane, random_prony, wide
 from timing import best, evenly, in_array_calls, one_by_one
 
 import restitution as rs
-from restitution.contact.path import path_table
+from restitution.contact.table import path_table
 
 RTOL = 1e-8
 

@@ -11,7 +11,7 @@ import foreign_hosts
 import module_list
 from sphinx.errors import ExtensionError
 
-from restitution.explorer.static import write_static
+from restitution.explorer.launch import write_static
 
 case_reference.write()
 module_list.write()

@@ -1,6 +1,7 @@
 """Make the pictures of README and documentation from the package: `.venv/bin/python docs/make_figures.py`."""
 
 import re
+import sys
 from contextlib import chdir
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,12 +13,12 @@ from PIL import Image
 from restitution.paper.reproduction import reproduce
 from restitution.plot import style
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "studies"))
+
+import further_figures
+
 FOLDER = Path(__file__).parent / "_static"
 RECORD = Path(__file__).parents[1] / "src" / "restitution" / "paper" / "claims.json"
-FIGURES = (
-    "figure_3", "figure_4", "figure_5", "figure_6", "figure_incompressibility", "figure_collapse",
-    "figure_examples", "figure_relaxation_times",
-)  # fmt: skip
 LINE = {"color": "black", "linewidth": 1.1, "solid_capstyle": "round"}
 ARROW = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.1, "shrinkA": 0.0, "shrinkB": 0.0}
 
@@ -27,8 +28,9 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     with TemporaryDirectory() as folder:
         made = reproduce(folder)
-        for name in FIGURES:
-            _shrunk(made.folder / f"{name}.png")
+        for path in [*made.files, *further_figures.write(folder)]:
+            if path.suffix == ".png":
+                _shrunk(path)
         (FOLDER / "claims.md").write_bytes((made.folder / "claims.md").read_bytes())
         # The explorer shows the same record.
         RECORD.write_bytes((made.folder / "claims.json").read_bytes())

@@ -10,3 +10,10 @@ def shared_reference() -> Path:
     if not folder.is_dir():
         pytest.skip("the reference folder beside the project is absent")
     return folder
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, in which the test runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from restitution.identification.parameters import column
 from restitution.material.classical import standard_solid
-from restitution.material.columns import MaterialColumns
 
 # Equilibrium and branch modulus [Pa], relaxation time [s]: strong losses at the time scale of contact, fast, weak.
 CASES = {"A": (1e6, 1e7, 1e-3), "B": (1e6, 1e7, 3e-5), "D": (1e6, 2e5, 1e-3)}
@@ -22,7 +22,7 @@ def solid(case):
 def columns(logs):
     """Standard solids of the logarithms of their three constants, shape (m, 3)."""
     constants = np.exp(np.atleast_2d(logs))
-    return MaterialColumns.from_materials([standard_solid(g, b, b * t, poisson_ratio=0.5) for g, b, t in constants])
+    return column([standard_solid(g, b, b * t, poisson_ratio=0.5) for g, b, t in constants])
 
 
 class Fit(NamedTuple):

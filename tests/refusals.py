@@ -1,6 +1,10 @@
 """Comparison of error messages by field, value and range, whatever their wording."""
 
 import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
 
 from restitution.errors import InputError
 
@@ -16,3 +20,16 @@ def agrees(error: BaseException, message: str) -> bool:
     named = _NAMES.findall(message)
     place = re.split(r" = |: ", re.sub(r"^\S+\.(toml|json): ", "", message))[0]
     return text.count("\n") == message.count("\n") and place.split(".")[-1] in text and all(n in text for n in named)
+
+
+def refusal(call: Callable[[], Any]) -> InputError:
+    """The error of a call that is refused."""
+    with pytest.raises(InputError) as caught:
+        call()
+    return caught.value
+
+
+def refuses(call: Callable[[], Any], message: str) -> None:
+    """Check that a call is refused with the field, value and range of a message."""
+    error = refusal(call)
+    assert agrees(error, message), str(error)

@@ -6,8 +6,7 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Material, PronySeries
 
 # A machine under load takes its time.
 settings.register_profile("restitution", deadline=None)

@@ -68,7 +68,7 @@ def test_arrays_are_converted_as_a_whole(library):
 def test_another_dimension_is_refused(value):
     with pytest.raises(InputError, match="velocity") as caught:
         positive("velocity", value, "m/s")
-    assert "m/s" in caught.value.wanted
+    assert "m/s" in caught.value.rule
 
 
 def test_a_plain_number_may_only_have_a_dimensionless_unit():
@@ -152,7 +152,7 @@ def test_errors_keep_their_attributes_when_pickled():
 def test_every_quantity_refuses_what_lies_outside_its_range(quantity):
     inside = min(max(quantity.low, -1.0) + 0.25, 0.5 * (quantity.low + min(quantity.high, 10.0)))
     assert quantity.check(inside) == inside
-    assert quantity.check(inside * pint.UnitRegistry().Quantity(1.0, quantity.unit or "1")) == pytest.approx(inside)
+    assert quantity.check(inside * ureg.Quantity(1.0, quantity.unit or "1")) == pytest.approx(inside)
     outside = [quantity.low - 1.0, np.nan]
     outside += [quantity.low] if quantity.open else []
     outside += [] if quantity.infinite else [quantity.high + 1.0 if np.isfinite(quantity.high) else np.inf]

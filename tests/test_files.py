@@ -12,13 +12,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from restitution.case.impact import read_case
-from restitution.case.observations import read_observations
+from restitution import Surrogate, open_sweep, read_case, read_material, read_observations
 from restitution.errors import InputError, InputTypeError
 from restitution.files import whole_file, write_table
-from restitution.material.readers import read_material
-from restitution.surrogates.velocity import Surrogate
-from restitution.sweeps.store import open_sweep
 
 
 def test_partial_file_is_beside_the_target_and_hidden(tmp_path: Path) -> None:
@@ -125,11 +121,7 @@ def test_errors_name_the_target(tmp_path: Path) -> None:
 def test_tables_are_in_long_form_with_units_and_descriptions(tmp_path: Path) -> None:
     result = xr.Dataset(
         {"force": (("time", "ball"), [[1.0, 2.0], [3.0, np.nan]], {"units": "N"})},
-        {
-            "time": ("time", [0.0, 0.1], {"units": "s"}),
-            "ball": ["a, b", "c"],
-            "mass": ((), 5.0, {"units": "kg"}),
-        },
+        {"time": ("time", [0.0, 0.1], {"units": "s"}), "ball": ["a, b", "c"], "mass": ((), 5.0, {"units": "kg"})},
     )
     for suffix in (".csv", ".nc"):
         assert write_table(result, tmp_path / f"t{suffix}") == tmp_path / f"t{suffix}"

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import restitution as rs
-from restitution.contact.contact import Contact
+from restitution.contact.geometry import Contact
 from restitution.contact.radiation import radiation
 from restitution.quantities import VALIDITY
 from restitution.validity import (
@@ -317,8 +317,7 @@ def test_a_constant_negative_poisson_ratio_is_not_doubtful():
 
 
 @pytest.mark.parametrize(
-    ("mass", "radius", "exceeded"),
-    [(0.004, 0.005, False), (5.0, 0.01, True), (0.005, 10.0, True)],
+    ("mass", "radius", "exceeded"), [(0.004, 0.005, False), (5.0, 0.01, True), (0.005, 10.0, True)]
 )
 def test_a_mass_in_grams_or_a_radius_in_millimetres_gives_an_absurd_density(mass, radius, exceeded):
     check = one(rs.Parabola(radius), mass=mass)["density"]

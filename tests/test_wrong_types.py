@@ -1,22 +1,14 @@
 """Wrong and unusual types in public functions: a sample of `validation/wrong_types.py`."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
 
 import restitution as rs
+from checkout import script
 
 
 @pytest.fixture(scope="module")
 def wrong_types():
-    file = Path(__file__).parents[1] / "validation" / "wrong_types.py"
-    spec = importlib.util.spec_from_file_location("wrong_types", file)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["wrong_types"] = module
-    spec.loader.exec_module(module)
-    return module
+    return script("validation/wrong_types.py")
 
 
 def test_the_good_calls_work(wrong_types, tmp_path, monkeypatch):

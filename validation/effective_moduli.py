@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import restitution as rs
-from restitution.identification.effective_moduli import FORMULA_ERRORS, effective_moduli
-from restitution.material.columns import MaterialColumns, PronyColumns
+from restitution.identification.impacts import FORMULA_ERRORS, effective_moduli
 
 TEXT = """\
 ## Formulas of one bounce
@@ -69,12 +68,12 @@ FAMILIES = {
 
 def errors(family: str, count: int, rng: Generator) -> dict[str, Array]:
     """Relative errors of the effective moduli of random materials of a family."""
-    reduced = PronyColumns.stacked([FAMILIES[family](rng) for _ in range(count)])
+    reduced = rs.PronySeries.stacked([FAMILIES[family](rng) for _ in range(count)])
     # An elastic ball with E* = 14 Pa stays in contact for one second.
-    reduced = reduced.scaled(14.0 / reduced.relaxation_modulus(np.array([0.5]))[:, 0])
-    rigid = PronyColumns.springs(np.full(count, np.inf))
+    reduced = reduced.scaled(14.0 / reduced.relaxation_modulus(0.5))
+    materials = rs.Material(reduced.scaled(0.25), np.inf).reshaped((count, 1))
     ball = rs.Rebounds([1.0], [1.0], radius=1.0, mass=1.0)
-    found = {name: values[:, 0] for name, values in ball.predicted(MaterialColumns(reduced, rigid, reduced)).items()}
+    found = {name: values[:, 0] for name, values in ball.predicted(materials).items()}
     e = found["restitution_coefficient"]
     kept = np.flatnonzero((e >= 0.15) & (e <= 0.995))
     result: dict[str, Array] = {}

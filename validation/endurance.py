@@ -8,6 +8,7 @@ Usage: python validation/endurance.py [--inputs 1000000] [--materials 100000] [-
 import argparse
 import math
 import os
+import sys
 import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
@@ -17,11 +18,15 @@ import numpy as np
 from rich.progress import track
 
 import restitution as rs
-from restitution.contact.profile import Profile
+from restitution.contact.profiles import Profile
 from restitution.impact.batch import Batch
-from restitution.impact.exact import solve_scaled
+from restitution.impact.solution import solve_scaled
 from restitution.impact.status import SolverError, Status
-from restitution.material.columns import reduced_standard_solid
+from restitution.material.conversion import reduced_standard_solid
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from scipy_oracle import solve_by_scipy
 
 RTOL = 1e-9
 BATCH = 10_000
@@ -134,7 +139,7 @@ def compared(number: int, inputs: int) -> tuple[float, float] | None:
         drawn = (draw_impact(number // 2, n) for n in range(100))
         impact = next(one for one in drawn if one.reduced_modulus.n_branches <= MOST_COMPARED)
     try:
-        other = rs.solve(impact, "reference", rtol=1e-11)
+        other = solve_by_scipy(impact, 1e-11)
     except SolverError:
         return None
     exact = rs.solve(impact, rtol=1e-11)
@@ -213,7 +218,7 @@ def main() -> None:
         both = np.array([pair for pair in pairs if pair is not None])
         difference = np.abs(both[:, 0] - both[:, 1])
         lines += [
-            f"**Against SciPy's Radau** (`method='reference'`), both at `rtol = 1e-11`: {len(pairs)} of these "
+            f"**Against SciPy's Radau** (`tests/scipy_oracle.py`), both at `rtol = 1e-11`: {len(pairs)} of these "
             "impacts, half "
             f"of each kind, those of random materials with at most {MOST_COMPARED} terms in E*, since SciPy's "
             "cost grows "

@@ -24,8 +24,8 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import random_messages
-from restitution.explorer import launch, messages
-from restitution.explorer.server import MOST_SOCKETS
+from restitution.explorer import launch
+from restitution.explorer.server import BUG, MOST_SOCKETS
 from sockets import get, opened
 
 PATIENCE = 120.0
@@ -84,7 +84,7 @@ def bombard(running: launch.Running, rng: random.Random, count: int) -> tuple[in
                 try:
                     page.send(text)
                     answer = json.loads(page.recv(timeout=PATIENCE), parse_constant=_refuse)
-                    failed += messages.BUG in answer.get("error", "")
+                    failed += BUG in answer.get("error", "")
                     refused += not answer["ok"]
                 except (TimeoutError, ConnectionClosed, ValueError, KeyError) as error:
                     print(f"message {number}: {error!r}: {text[:300]}", file=sys.stderr)
@@ -194,7 +194,7 @@ def bombs(running: launch.Running) -> tuple[int, int, str]:
             answer = json.loads(page.recv(timeout=PATIENCE))
         took = time.monotonic() - started
         print(f"bomb {words}: {took:.2f} s, {answer.get('error', answer.get('words'))[:120]}", file=sys.stderr)
-        slowest, failed = max(slowest, took), failed + (messages.BUG in answer.get("error", ""))
+        slowest, failed = max(slowest, took), failed + (BUG in answer.get("error", ""))
     for text in (
         "[" * 60_000,
         '{"a":' * 10_000,

@@ -9,17 +9,17 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from restitution.contact.layer import store
+from restitution.contact.layer import punch
 from restitution.contact.layer.punch import punches
 
-DATA = Path(store.__file__).parent / "data"
+DATA = Path(punch.__file__).parent / "data"
 
 
 def main(arguments: list[str]) -> None:
     """Make the tables and write them."""
     folder = Path(arguments[0]) if arguments else DATA
-    for poisson_ratio, name in store.SHIPPED.items():
-        store.write(folder / name, punches(poisson_ratio))
+    for poisson_ratio, name in punch.SHIPPED.items():
+        punch.write(folder / name, punches(poisson_ratio))
         print(f"{folder / name}: {(folder / name).stat().st_size / 1e3:.0f} kB")
 
 

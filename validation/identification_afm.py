@@ -14,7 +14,7 @@ import numpy as np
 
 import restitution as rs
 from restitution.errors import RestitutionWarning
-from restitution.identification.touch import Lines
+from restitution.identification.curves import Lines
 
 TIP = rs.Parabola(2.5e-6)
 FIXED = {"poisson_ratio": 0.5}

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import restitution as rs
-from restitution.material.columns import MaterialColumns
+from restitution.identification.parameters import column
 
 RADIUS, MASS, HEIGHT, NOISE, REPETITIONS = 0.01, 7850.0 * 4.0 / 3.0 * math.pi * 1e-6, 0.3, 5e-5, 40
 GRAVITY, AIR, DRAG = 9.80665, 1.2, 0.47
@@ -93,9 +93,9 @@ def fitted(case: str, data: rs.BounceTimes) -> rs.Identification:
 
 def functions_of(data: rs.BounceTimes, constants: np.ndarray, omega: float) -> np.ndarray:
     """Logarithms of |E*| and E'' at omega, and of tan delta at pi over the own contact time in the middle."""
-    columns = MaterialColumns.from_materials([rs.standard_solid(*np.exp(constants), poisson_ratio=0.5)])
-    own = math.pi / float(np.nanmedian(data.contact_times(columns)))
-    fixed, there = columns.reduced.complex_modulus(np.array([omega, own]))[0]
+    materials = column([rs.standard_solid(*np.exp(constants), poisson_ratio=0.5)])
+    own = math.pi / float(np.nanmedian(data.contact_times(materials)))
+    fixed, there = rs.reduced_modulus(materials).complex_modulus(np.array([omega, own]))[0]
     return np.log([abs(fixed), fixed.imag, there.imag / there.real])
 
 
@@ -103,8 +103,8 @@ def errors_of(data: rs.BounceTimes, constants: np.ndarray, omega: float) -> np.n
     """Standard errors of these functions for a material."""
     steps = 1e-4 * np.eye(3)
     points = np.concatenate([constants + steps, constants - steps])
-    columns = MaterialColumns.from_materials([rs.standard_solid(*np.exp(one), poisson_ratio=0.5) for one in points])
-    residuals = data.residuals(columns, np.empty((6, 0)))
+    materials = column([rs.standard_solid(*np.exp(one), poisson_ratio=0.5) for one in points])
+    residuals = data.residuals(materials, np.empty((6, 0)))
     functions = np.array([functions_of(data, one, omega) for one in points])
     J, G = ((one[:3] - one[3:]).T / 2e-4 for one in (residuals, functions))
     return np.sqrt(np.diag(G @ np.linalg.pinv(J.T @ J, rcond=1e-14) @ G.T))
@@ -126,7 +126,7 @@ def bias_table() -> str:
         e, times, intervals = found.restitution_coefficient, found.contact_time[:-1], np.diff(found.touch_time)
         naive, less = (one[-1] / one[-2] - e[-2] for one in (intervals, intervals - times))
         data = sound(found.touch_time)
-        error = data.predicted(MaterialColumns.from_materials([material(case)]))[0] - intervals[1:]
+        error = data.predicted(column([material(case)]))[0] - intervals[1:]
         lines.append(
             f"| {case} | {found.n_bounces} | {1e3 * times[0]:.2f} to {1e3 * times[-1]:.2f} | {e[-2]:.4f} | "
             f"{naive:+.4f} | {less:+.4f} | {np.abs(error).max() / NOISE:.1g} |"
@@ -191,7 +191,7 @@ def in_air(case: str, number: int) -> np.ndarray:
 def air_table() -> str:
     lines = ["| touches | with drag | without | chi2/dof without |", "|---|---|---|---|"]
     time = in_air("D", 25)
-    truth, none = MaterialColumns.from_materials([material("D")]), np.empty((1, 0))
+    truth, none = column([material("D")]), np.empty((1, 0))
     for number in (7, 12, 25):
         with_drag, without = sound(time[:number], air_density=AIR), sound(time[:number])
         sizes = [np.abs(one.residuals(truth, none)).max() for one in (with_drag, without)]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 import restitution as rs
-from restitution.material.columns import MaterialColumns
+from restitution.identification.parameters import column
 
 RADIUS, MASS, NOISE, SAMPLES, REPETITIONS = 0.01, 7850.0 * 4.0 / 3.0 * math.pi * 1e-6, 0.01, 240, 60
 CASES = {"A": (1e6, 1e7, 1e-3), "B": (1e6, 1e7, 3e-5), "D": (1e6, 2e5, 1e-3)}
@@ -106,9 +106,9 @@ def true_errors(case: str, data: rs.ForceHistory, nuisances: list[float], omega:
     sizes = np.array([1e-4] * 3 + [0.1 * one.step for one in data.nuisances])
     points = np.concatenate([truth + np.diag(sizes), truth - np.diag(sizes)])
     solids = [rs.standard_solid(g, b, b * t, poisson_ratio=0.5) for g, b, t in np.exp(points[:, :3])]
-    columns = MaterialColumns.from_materials(solids)
-    residuals = data.residuals(columns, points[:, 3:])
-    modulus = columns.reduced.complex_modulus(np.array([omega]))[:, 0]
+    materials = column(solids)
+    residuals = data.residuals(materials, points[:, 3:])
+    modulus = rs.reduced_modulus(materials).complex_modulus(np.array([omega]))[:, 0]
     functions = np.column_stack(
         [points[:, :3], np.log(np.array([abs(modulus), modulus.imag, modulus.imag / modulus.real]).T)]
     )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import restitution as rs
-from restitution.contact.contact import Contact
+from restitution.contact.geometry import Contact
 from restitution.material.conversion import bulk_from_poisson_ratio
 from restitution.plot import style
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 import restitution as rs
-from restitution.identification.tables import Moduli
+from restitution.identification.observations import Moduli
 
 # Radius [m] and mass [kg], None if they were not published; velocities [m/s] and restitution coefficients.
 BALLS: dict[str, tuple[tuple[float, float] | None, list[float], list[float]]] = {

@@ -1,7 +1,7 @@
 """Random indentations against a direct solution of Ting's equations by another method.
 
 Run as `python validation/ting.py [--count 200] [--seed 1]`; prints a table and writes it to `ting.md` beside this
-file. It takes one to two minutes.
+file. It takes some three minutes.
 
 The prescribed history is a chain of straight lines and steps. E*(t) is the Prony series itself, and J*(t) its inverse
 by the roots of the characteristic function (`brentq`). Integrals of sums of exponentials are closed forms, the others
@@ -39,7 +39,8 @@ $\\int_{{t_1}}^t E^* \\dot d\\,dt' = 0$, relative to $E^*(0)$ and the largest de
 """
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_ROOTS = np.concatenate([[0.0], 0.5 * 2.0 ** -np.arange(46.0)[::-1]])
+# The widths of panels grow by no more than the root of 2, as the velocity of a force program may have a layer inside.
+_ROOTS = np.concatenate([[0.0], 0.5 * 2.0 ** -np.arange(0.0, 46.0, 0.5)[::-1]])
 _EDGES = np.concatenate([_ROOTS, 1.0 - _ROOTS[-2::-1]])
 _HALF = 0.5 * np.diff(_EDGES)[:, None]
 # The panels are symmetric, so that 1 - SHARES is SHARES reversed, without cancellation.

@@ -3,84 +3,39 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Mapping, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.errors import InputError, InputTypeError
+from restitution.units import has_unit, without_unit
 
-Numeric = float | NDArray[np.float64]
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+Numeric = float | Array
 
 _NUMBER = "must be a real number or an array of real numbers"
-# The names of it in texts, pint, astropy and unyt. Hardly any body is that soft, and it is one capital from MPa.
-_MILLIPASCAL = re.compile(r"mPa|millipascals?")
 
 
-@cache
-def unit_registry() -> Any:
-    """The registry of units that all parts of the package share."""
-    # Pint takes 0.4 s to import and to set up, which plain numbers do not need.
-    from pint import UnitRegistry
-
-    return UnitRegistry()
-
-
-def _has_unit(value: Any) -> bool:
-    return (hasattr(value, "magnitude") and hasattr(value, "units")) or (
-        hasattr(value, "to_value") and (hasattr(value, "unit") or hasattr(value, "units"))
-    )
-
-
-def refuse_millipascal(name: str, value: Any, unit: str) -> None:
-    """Refuse a modulus in mPa, which a person writes who means MPa."""
-    if _MILLIPASCAL.fullmatch(unit):
-        raise InputError(name, value, "must not be in mPa, 0.001 Pa; did you mean MPa? If not, write it in Pa")
-
-
-def _without_unit(name: str, value: Any, unit: str) -> Any:
-    """Return the plain numbers of a value with a unit (of pint, astropy, unyt, xarray), in the unit of the field."""
-    if not _has_unit(value):
-        attributes = getattr(value, "attrs", None)
-        stated = attributes.get("units") if isinstance(attributes, dict) else None
-        if stated is None or stated in (unit, unit or "1"):
-            return value
-        if unit == "Pa":
-            refuse_millipascal(f"{name}.attrs['units']", stated, str(stated))
-        try:
-            value = unit_registry().Quantity(np.asarray(value), str(stated))
-        except Exception:  # pint's parser lets errors of many unrelated types through
-            wanted = f"must be a unit that can be converted to {unit}" if unit else "must be a plain number"
-            raise InputError(f"{name}.attrs['units']", str(stated), wanted) from None
-    try:
-        if unit == "Pa":
-            refuse_millipascal(name, str(value), str(getattr(value, "units", getattr(value, "unit", ""))))
-        if hasattr(value, "magnitude"):
-            return value.to(unit or "dimensionless").magnitude
-        return value.to_value(unit.replace(" ", "*").replace("^", "**"))
-    except InputError:
-        raise
-    # Each library of units has its own classes of errors.
-    except Exception:
-        wanted = f"must be a quantity in {unit}" if unit else "must be a plain number"
-        raise InputError(name, str(value), wanted) from None
-
-
-def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
+def number(name: str, value: Any, unit: str = "") -> Array:
     """Return `value` as an array of floats in the SI unit of the field, refusing everything but real numbers."""
+    # Most values: numbers of the package, which need no search for units, masks and booleans.
+    if type(value) is np.ndarray and value.dtype == np.float64:
+        return value.copy()
+    if type(value) is float:
+        return np.array(value)
     if isinstance(value, (bool, str, bytes)) or value is None:
         raise InputTypeError(name, value, _NUMBER)
-    value = _without_unit(name, value, unit)
+    value = without_unit(name, value, unit)
     if isinstance(value, Sequence):
         # NumPy takes a boolean among numbers for one of them.
         for place, item in enumerate(value):
             if isinstance(item, bool):
                 raise InputTypeError(name, item, _NUMBER, index=(place,))
-    if isinstance(value, Sequence) and any(map(_has_unit, value)):
-        value = [_without_unit(name, item, unit) for item in value]
+    if isinstance(value, Sequence) and any(map(has_unit, value)):
+        value = [without_unit(name, item, unit) for item in value]
     if isinstance(value, np.ma.MaskedArray):
         mask = np.ma.getmaskarray(value)
         if mask.any():
@@ -102,15 +57,20 @@ def number(name: str, value: Any, unit: str = "") -> NDArray[np.float64]:
         raise InputTypeError(name, value, _NUMBER) from None
 
 
-def _checked(name: str, array: NDArray[np.float64], good: NDArray[np.bool_], unit: str, wanted: str) -> Numeric:
-    if not np.all(good):
+def _checked(name: str, array: Array, good: NDArray[np.bool_], unit: str, rule: str) -> Numeric:
+    if not good.all():
         where = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
         bad = float(np.atleast_1d(array)[where])
-        raise InputError(name, bad, wanted, unit, index=where if array.ndim else ())
+        raise InputError(name, bad, rule, unit, index=where if array.ndim else ())
     if array.ndim == 0:
         return float(array)
     array.setflags(write=False)
     return array
+
+
+def plain(value: Any) -> Numeric:
+    """Return a 0-d value as a float, an array as it is."""
+    return float(value) if np.ndim(value) == 0 else value
 
 
 def finite(name: str, value: Any, unit: str = "") -> Numeric:
@@ -157,25 +117,25 @@ def single_nonnegative(name: str, value: Any, unit: str = "") -> float:
 def within(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers outside the closed interval [low, high]."""
     array = number(name, value, unit)
-    wanted = f"must be in [{low:g}, {high:g}] {unit}".rstrip()
-    return _checked(name, array, (array >= low) & (array <= high), unit, wanted)
+    rule = f"must be in [{low:g}, {high:g}] {unit}".rstrip()
+    return _checked(name, array, (array >= low) & (array <= high), unit, rule)
 
 
 def between(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers outside the open interval (low, high)."""
     array = number(name, value, unit)
-    wanted = f"must be > {low:g} and < {high:g} {unit}".rstrip()
-    return _checked(name, array, (array > low) & (array < high), unit, wanted)
+    rule = f"must be > {low:g} and < {high:g} {unit}".rstrip()
+    return _checked(name, array, (array > low) & (array < high), unit, rule)
 
 
 def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:
     """Return `value` as an int, refusing everything but whole numbers in [low, high]."""
-    wanted = f"must be a whole number >= {low}" if high is None else f"must be a whole number in [{low}, {high}]"
+    rule = f"must be a whole number >= {low}" if high is None else f"must be a whole number in [{low}, {high}]"
     # NumPy counts spans of time among its integers.
     if isinstance(value, (bool, np.timedelta64)) or not isinstance(value, (int, np.integer)):
-        raise InputTypeError(name, value, wanted)
+        raise InputTypeError(name, value, rule)
     if value < low or (high is not None and value > high):
-        raise InputError(name, int(value), wanted)
+        raise InputError(name, int(value), rule)
     return int(value)
 
 
@@ -185,19 +145,19 @@ def one_of(name: str, value: Any, choices: Sequence[str], reason: str = "") -> s
     if isinstance(value, str) and value in choices:
         return str(value)
     *most, last = (f"'{choice}'" for choice in choices)
-    wanted = f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
-    raise (InputError if isinstance(value, str) else InputTypeError)(name, value, wanted + reason)
+    rule = f"must be {', '.join(most)} or {last}" if most else f"must be {last}"
+    raise (InputError if isinstance(value, str) else InputTypeError)(name, value, rule + reason)
 
 
-def items(name: str, value: Any, wanted: str) -> list[Any]:
+def items(name: str, value: Any, rule: str) -> list[Any]:
     """Return the items of a sequence, refusing everything that is none, such as a number."""
     if isinstance(value, (str, bytes, bytearray)):
-        raise InputTypeError(name, value, wanted)
+        raise InputTypeError(name, value, rule)
     try:
         return list(value)
     # The iteration of a foreign object may raise anything.
     except Exception:
-        raise InputTypeError(name, value, wanted) from None
+        raise InputTypeError(name, value, rule) from None
 
 
 def is_iterable(value: Any) -> bool:
@@ -212,18 +172,18 @@ def is_iterable(value: Any) -> bool:
     return True
 
 
-def pair(name: str, value: Any, wanted: str) -> tuple[Any, Any]:
+def pair(name: str, value: Any, rule: str) -> tuple[Any, Any]:
     """Return the two items of a pair."""
-    found = items(name, value, wanted)
-    if len(found) != 2:
-        raise InputError(name, value, wanted)
-    return found[0], found[1]
+    both = items(name, value, rule)
+    if len(both) != 2:
+        raise InputError(name, value, rule)
+    return both[0], both[1]
 
 
-def instance(name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], wanted: str) -> Any:
+def instance(name: str, value: Any, kind: type[Any] | tuple[type[Any], ...], rule: str) -> Any:
     """Return `value` if it is of the type, or one of the types."""
     if not isinstance(value, kind):
-        raise InputTypeError(name, value, wanted)
+        raise InputTypeError(name, value, rule)
     return value
 
 
@@ -232,22 +192,32 @@ def truth(name: str, value: Any) -> bool:
     return bool(instance(name, value, (bool, np.bool_), "must be True or False"))
 
 
-def function(name: str, value: Any, wanted: str, n: int) -> Any:
+def function(name: str, value: Any, rule: str, n: int) -> Any:
     """Return `value` if it can be called with `n` arguments."""
     if not callable(value) or isinstance(value, type):
-        raise InputTypeError(name, value, wanted)
+        raise InputTypeError(name, value, rule)
     try:
         inspect.signature(value).bind(*range(n))
     except ValueError:  # some functions in C have no signature
         pass
     except TypeError:
-        raise InputTypeError(name, value, wanted) from None
+        raise InputTypeError(name, value, rule) from None
     return value
 
 
-def mapping(name: str, value: Any, wanted: str = "must be a mapping of names to values") -> dict[str, Any]:
+def mapping(name: str, value: Any, rule: str = "must be a mapping of names to values") -> dict[str, Any]:
     """Return a mapping whose keys are names, empty for None."""
-    found = dict(instance(name, {} if value is None else value, Mapping, wanted))
-    for key in found:
+    names = dict(instance(name, {} if value is None else value, Mapping, rule))
+    for key in names:
         instance(name, key, str, "must have names as keys")
-    return found
+    return names
+
+
+def common_shape(shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """Return the shape to which arrays of these names broadcast."""
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        rule = f"have shapes that do not broadcast against each other: {listed}"
+        raise InputError(", ".join(shapes), rule=rule) from None

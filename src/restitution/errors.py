@@ -25,7 +25,7 @@ class InputError(ValueError):
         Name of the field, such as `velocity`, or of several, such as `depth, force`.
     value : object
         Its value; `ABSENT` if there is none to show.
-    wanted : str
+    rule : str
         What the value must be, as the end of a sentence: "must be finite and > 0".
     unit : str
         Unit of the value.
@@ -47,14 +47,14 @@ class InputError(ValueError):
         self,
         field: str,
         value: Any = ABSENT,
-        wanted: str = "is not admissible",
+        rule: str = "is not admissible",
         unit: str = "",
         *,
         index: tuple[int, ...] = (),
         where: str = "",
     ) -> None:
-        super().__init__(field, value, wanted, unit)
-        self.field, self.value, self.wanted, self.unit = field, value, wanted, unit
+        super().__init__(field, value, rule, unit)
+        self.field, self.value, self.rule, self.unit = field, value, rule, unit
         self.index, self.where = index, where
 
     def __str__(self) -> str:
@@ -62,16 +62,16 @@ class InputError(ValueError):
         shown = "" if self.value is ABSENT else f" = {shown_value(self.value)}"
         unit = f" {self.unit}" if self.unit and shown else ""
         name = f"{self.field}{place}{shown}{unit}"
-        return ": ".join(part for part in (self.where, name, self.wanted) if part)
+        return ": ".join(part for part in (self.where, name, self.rule) if part)
 
     def within(self, section: str = "", *, where: str = "") -> Self:
         """Return the same error for a field that stands in a section, or in a file."""
         dot = "." if section and self.field and not self.field.startswith("[") else ""
         field = f"{section}{dot}{self.field}"
-        return type(self)(field, self.value, self.wanted, self.unit, index=self.index, where=where or self.where)
+        return type(self)(field, self.value, self.rule, self.unit, index=self.index, where=where or self.where)
 
     def __reduce__(self) -> Any:
-        return _rebuild, (type(self), self.field, self.value, self.wanted, self.unit, self.index, self.where)
+        return _rebuild, (type(self), self.field, self.value, self.rule, self.unit, self.index, self.where)
 
 
 class InputTypeError(InputError, TypeError):

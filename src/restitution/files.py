@@ -30,7 +30,7 @@ def path_of(value: Any, name: str = "path") -> Path:
 
 
 def user_cache() -> Path | None:
-    """Folder for caches in the home directory, or None without a home."""
+    """Return the folder for caches in the home directory, or None without a home."""
     if sys.platform == "win32":
         stated, beside_home = os.environ.get("LOCALAPPDATA"), "AppData/Local"
     elif sys.platform == "darwin":
@@ -71,6 +71,13 @@ def whole_file(path: Path | str) -> Generator[Path]:
         if isinstance(error, OSError) and error.strerror and error.filename in (None, str(partial)):
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
+
+
+def write_text(path: Path | str, text: str) -> Path:
+    """Write a text, whole or not at all; return the path."""
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+    return Path(path)
 
 
 def to_disk(path: Path) -> None:

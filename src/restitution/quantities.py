@@ -1,4 +1,4 @@
-"""Registry of all physical quantities: name, unit, words, symbol and admissible range."""
+"""Registry of all physical quantities: name, unit, words, symbol and admissible range; labels made of them."""
 
 from __future__ import annotations
 
@@ -14,54 +14,39 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from restitution import checks
-from restitution.checks import Numeric
+from restitution.checks import Array, Numeric
 from restitution.errors import InputError, InputTypeError
+from restitution.units import (
+    ACCELERATION,
+    ANGLE,
+    ANGULAR_FREQUENCY,
+    DENSITY,
+    ENERGY,
+    FORCE,
+    IMPEDANCE,
+    LENGTH,
+    MASS,
+    MODULUS,
+    MOLAR_ENERGY,
+    NUMBER,
+    PRESSURE,
+    TEMPERATURE,
+    TEMPERATURE_DIFFERENCE,
+    TIME,
+    VELOCITY,
+    VISCOSITY,
+    Dimension,
+    ScaledUnit,
+    scaled_unit,
+)
 
 if TYPE_CHECKING:
     import xarray
 
 
-class Dimension(NamedTuple):
-    """What a quantity measures: its name, its SI unit (empty for a plain number), and how a person writes one."""
-
-    name: str
-    unit: str
-    example: str = ""
-
-    @property
-    def article(self) -> str:
-        """The name with its indefinite article."""
-        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
-
-    @property
-    def advice(self) -> str:
-        """Advice on how to write one."""
-        if not self.unit:
-            return "write a plain number"
-        return f'write e.g. "{self.example}", or a plain number in {self.unit}'
-
-
-NUMBER = Dimension("dimensionless number", "")
-LENGTH = Dimension("length", "m", "10 mm")
-MASS = Dimension("mass", "kg", "5 g")
-TIME = Dimension("time", "s", "1 ms")
-DENSITY = Dimension("density", "kg/m^3", "1100 kg/m^3")
-VELOCITY = Dimension("velocity", "m/s", "1 m/s")
-ACCELERATION = Dimension("acceleration", "m/s^2", "9.81 m/s^2")
-FORCE = Dimension("force", "N", "50 mN")
-IMPEDANCE = Dimension("mechanical impedance", "kg/s", "500 kg/s")
-ENERGY = Dimension("energy", "J", "1 mJ")
-MODULUS = Dimension("modulus", "Pa", "2 MPa")
-PRESSURE = Dimension("pressure", "Pa", "2 MPa")
-VISCOSITY = Dimension("viscosity", "Pa s", "1 kPa s")
-ANGULAR_FREQUENCY = Dimension("angular frequency", "rad/s", "100 rad/s")
-ANGLE = Dimension("angle", "rad", "80 deg")
-TEMPERATURE = Dimension("temperature", "K", "20 degC")
-TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
-MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
-
-
-_signature = lru_cache(maxsize=256)(inspect.signature)
+@lru_cache(maxsize=256)
+def _parameters(function: Callable[..., Any]) -> tuple[str, ...]:
+    return tuple(inspect.signature(function).parameters)
 
 
 class Quantity(NamedTuple):
@@ -106,16 +91,35 @@ class Quantity(NamedTuple):
         """Attributes of an array of it, by which CF readers know it."""
         return {"units": self.unit or "1", "long_name": self.words, "symbol": self.symbol}
 
+    def label(self, unit: str) -> str:
+        """Label of an axis: words, symbol and a unit.
+
+        Examples
+        --------
+        >>> HISTORY["contact_radius"].label("mm")
+        'contact radius $a$ [mm]'
+        """
+        return _label(self.words, self.symbol, unit)
+
     @property
     def sources(self) -> tuple[str, ...]:
         """Names of the columns that `derive` takes."""
-        return () if self.derive is None else tuple(_signature(self.derive).parameters)
+        return () if self.derive is None else _parameters(self.derive)
 
     def check(self, value: Any, field: str = "") -> Numeric:
         """Return values, perhaps with a unit, as a float or a read-only array in SI; messages name them `field`."""
-        # Most values: a plain number well within the range.
-        if type(value) is float and self.low < value < self.high:
+        # Most values: plain numbers well within the range, or zero.
+        if type(value) is float and (self.low < value < self.high or (value == self.low == 0.0 and not self.open)):
             return value
+        if (
+            type(value) is np.ndarray
+            and value.dtype == np.float64
+            and value.ndim
+            and ((value > self.low) & (value < self.high)).all()
+        ):
+            array = value.copy()
+            array.setflags(write=False)
+            return array
         name = field or self.name
         if self.open and self.infinite:
             return checks.positive_or_infinite(name, value, self.unit)
@@ -131,7 +135,7 @@ _nonnegative = partial(Quantity, low=0.0)
 
 
 def _by_name(*quantities: Quantity) -> dict[str, Quantity]:
-    return {one.name: one for one in quantities}
+    return {quantity.name: quantity for quantity in quantities}
 
 
 def _energy_residual(
@@ -188,7 +192,7 @@ CONSTANTS = _by_name(
 """Further constants of material models."""
 
 SOLVER_RTOL = Quantity("rtol", NUMBER, "relative error of the restitution coefficient", "", 1e-12, 1e-2)
-"""Tolerance of the exact method and the reference."""
+"""Tolerance of the exact method."""
 
 ALIASES = {"nu": "poisson_ratio", "p1": "poisson_ratio"}
 
@@ -287,6 +291,40 @@ MODULI = _by_name(
 """Complex moduli over frequency, and the quantities that derive from them."""
 
 
+CONTACT_TANGENT = MODULI["loss_tangent"]._replace(words="loss tangent at pi over the contact time")
+"""Loss tangent that belongs to an impact."""
+
+INDENTATION = _by_name(
+    OUTPUTS["max_force"]._replace(words="largest force"),
+    OUTPUTS["max_indentation_depth"],
+    OUTPUTS["max_contact_radius"],
+    _nonnegative("turning_time", TIME, "contact grows until", r"$t_\mathrm{m}$"),
+    _nonnegative("contact_end_time", TIME, "contact ends at", r"$t_\mathrm{end}$"),
+    OUTPUTS["residual_indentation_depth"]._replace(words="depth at the end of contact"),
+    Quantity("work", ENERGY, "work of the indenter", r"$W$"),
+)
+"""Outputs of an indentation."""
+
+SHIFTS = _by_name(
+    _positive("c1", NUMBER, "first WLF constant", r"$C_1$"),
+    _positive("c2", TEMPERATURE_DIFFERENCE, "second WLF constant", r"$C_2$"),
+    _positive("activation_energy", MOLAR_ENERGY, "activation energy", r"$Q$"),
+)
+"""Constants of the laws of the time-temperature shift."""
+
+MEASURED = MODULI | _by_name(
+    *(INPUTS[name] for name in ("velocity", "radius", "mass", "external_force", "temperature")),
+    *(OUTPUTS[name] for name in ("restitution_coefficient", "contact_time", "max_force")),
+    *(BOUNCES[name] for name in ("touch_time", "interval")),
+    Quantity("time", TIME, "time", r"$t$"),
+    Quantity("force", FORCE, "normal force", r"$F$"),
+    Quantity("depth", LENGTH, "depth", r"$d$"),
+    Quantity("acceleration", ACCELERATION, "deceleration"),
+    _positive("modulus", MODULUS, "relaxation modulus"),
+)
+"""Columns of measured data."""
+
+
 def register_output(output: Quantity) -> None:
     """Add an output that is derived from others; results, sweeps, pictures and exports then have it.
 
@@ -313,7 +351,7 @@ def register_output(output: Quantity) -> None:
     if output.name in (*SWEEP_OUTPUTS, *INPUTS, STATUS):
         raise InputError("name", output.name, "must differ from the names of other quantities")
     if output.derive is None:
-        raise InputError("derive", wanted="must be a function of other outputs")
+        raise InputError("derive", rule="must be a function of other outputs")
     for name in output.sources:
         known("derive", name, (*OUTPUTS, *BODY))
     OUTPUTS[output.name] = output
@@ -321,18 +359,18 @@ def register_output(output: Quantity) -> None:
 
 def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
     """Return columns of outputs and of `BODY` with all outputs that follow from them."""
-    found = dict(columns)
+    outputs = dict(columns)
     # A row that failed is NaN, or too large to be squared.
     with np.errstate(all="ignore"):
         for name, output in OUTPUTS.items():
-            if output.derive is not None and found.keys() >= set(output.sources):
-                found[name] = output.derive(**{source: found[source] for source in output.sources})
-    return found
+            if output.derive is not None and outputs.keys() >= {*(sources := _parameters(output.derive))}:
+                outputs[name] = output.derive(**{source: outputs[source] for source in sources})
+    return outputs
 
 
-def needs(outputs: Iterable[str], wanted: Container[str]) -> bool:
-    """Whether outputs, or those that they derive from, are among the wanted."""
-    return any(name in wanted or (name in OUTPUTS and needs(OUTPUTS[name].sources, wanted)) for name in outputs)
+def needs(outputs: Iterable[str], names: Container[str]) -> bool:
+    """Return whether outputs, or those that they derive from, are among some."""
+    return any(name in names or (name in OUTPUTS and needs(OUTPUTS[name].sources, names)) for name in outputs)
 
 
 def dataset(dimension: str, columns: Mapping[str, tuple[Any, Quantity]], attributes: dict[str, Any]) -> xarray.Dataset:
@@ -359,10 +397,10 @@ def input_attributes(name: str) -> dict[str, str]:
 def checked_outputs(names: Any) -> tuple[str, ...]:
     """Return names of outputs in the order of the registry, refusing those that are not known."""
     listed = [names] if isinstance(names, str) else checks.items("outputs", names, "must be a sequence of names")
-    wanted = [known("outputs", name, SWEEP_OUTPUTS) for name in listed]
-    if not wanted:
-        raise InputError("outputs", wanted="must name at least one output")
-    return tuple(name for name in SWEEP_OUTPUTS if name in wanted)
+    chosen = [known("outputs", name, SWEEP_OUTPUTS) for name in listed]
+    if not chosen:
+        raise InputError("outputs", rule="must name at least one output")
+    return tuple(name for name in SWEEP_OUTPUTS if name in chosen)
 
 
 def check(name: str, value: Any, field: str = "") -> Numeric:
@@ -406,19 +444,19 @@ def advice(name: str, choices: Iterable[str]) -> str:
     'did you mean lammps-a or lammps-b?'
     """
     names = list(choices)
-    plain = {one: _letters(one) for one in names}
+    plain = {word: _letters(word) for word in names}
     part = _letters(str(name))
-    close = [one for one in names if len(part) >= _SHORTEST_PART and part in plain[one]]
+    close = [word for word in names if len(part) >= _SHORTEST_PART and part in plain[word]]
     if not 0 < len(close) <= _MOST_ADVISED:
         nearest = get_close_matches(part, plain.values(), 1)
-        close = [one for one in names if plain[one] in nearest][:1]
+        close = [word for word in names if plain[word] in nearest][:1]
     *others, last = close or [""]
     choice = f"{', '.join(others)} or {last}" if others else last
     return f"did you mean {choice}?" if last else f"known are {', '.join(names)}"
 
 
 def _letters(name: str) -> str:
-    """A name without its spaces, signs and capitals."""
+    """Return a name without its spaces, signs and capitals."""
     return re.sub(r"[\W_]+", "", name).casefold()
 
 
@@ -430,3 +468,76 @@ def known(field: str, name: Any, choices: Iterable[str]) -> str:
     if name in names:
         return name
     raise InputError(field, name, f"is not known; {advice(name, names)}")
+
+
+# Labels of axes and columns.
+
+RESTITUTION = "restitution_coefficient"
+
+# Values that span more than this have a logarithmic axis, except the restitution coefficient, which ends at 1.
+_LOG_SPAN = 30.0
+
+# An axis that spans more than this has no prefix: "1e-6 to 1 MPa s" would be hard to read.
+_PREFIX_SPAN = 2000.0
+
+
+def _label(words: str, symbol: str, unit: str) -> str:
+    return " ".join(filter(None, (words, symbol, f"[{unit}]" if unit else "")))
+
+
+class Values(NamedTuple):
+    """A variable in a suitable unit, NaN where it is not finite.
+
+    The label has words, symbol and unit; the short label is the symbol, or the words if there is none.
+    """
+
+    values: Array
+    label: str
+    short: str
+    unit: str
+    logarithmic: bool
+
+    @property
+    def scale(self) -> str:
+        """Matplotlib's name of the scale of its axis."""
+        return "log" if self.logarithmic else "linear"
+
+    def value_label(self, place: int) -> str:
+        """Return one of its values with symbol and unit, for a legend or a title."""
+        if np.isnan(self.values[place]):
+            # The only value of an axis that is not finite is the bulk modulus of an incompressible material.
+            return rf"{self.short} = $\infty$"
+        number = f"{self.short} = {self.values[place]:.4g}"
+        return f"{number} {self.unit}" if self.unit else number
+
+
+def scaled(variable: xarray.DataArray) -> Values:
+    """Return a variable of a Dataset in a suitable unit, with the words and the symbol of its attributes.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> scaled(xr.DataArray([0.01, 0.02], attrs=INPUTS["radius"].attributes)).label
+    'radius $R$ [mm]'
+    """
+    values = np.asarray(variable.values, dtype=np.float64)
+    values = np.where(np.isfinite(values), values, np.nan)
+    si = variable.attrs.get("units", "1")
+    si = "" if si == "1" else si
+    logarithmic = _is_logarithmic(variable, values)
+    positive = np.abs(values[np.isfinite(values) & (values != 0.0)])
+    wide = logarithmic and positive.size > 0 and positive.max() > _PREFIX_SPAN * positive.min()
+    factor, unit = ScaledUnit(1.0, si) if wide else scaled_unit(values, si)
+    words = str(variable.attrs.get("long_name", variable.name))
+    symbol = str(variable.attrs.get("symbol", ""))
+    return Values(values * factor, _label(words, symbol, unit), symbol or words, unit, logarithmic)
+
+
+def _is_logarithmic(variable: xarray.DataArray, values: Array) -> bool:
+    scale = variable.attrs.get("scale")
+    if scale in ("linear", "logarithmic"):
+        return scale == "logarithmic"
+    finite = values[np.isfinite(values)]
+    if variable.name == RESTITUTION or finite.size == 0 or finite.min() <= 0.0:
+        return False
+    return bool(finite.max() > _LOG_SPAN * finite.min())

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-import html
+import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.contact.analytic import sphere_mass
-from restitution.contact.contact import Contact, approximation
-from restitution.contact.radiation import radiated
+from restitution.checks import Array
+from restitution.contact.geometry import Contact, approximation
+from restitution.contact.profiles import sphere_mass
+from restitution.contact.radiation import Bodies, radiated
+from restitution.errors import RestitutionWarning
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import RIGID, Material
 from restitution.quantities import VALIDITY
+from restitution.result import Table
 
-Array = NDArray[np.float64]
 Threshold = float | tuple[float, float]
 COLUMNS = (
     "max_contact_radius", "max_indentation_depth", "contact_time", "max_force",
@@ -96,7 +102,7 @@ class Validity:
 
     Examples
     --------
-    >>> from restitution.contact.profile import Parabola
+    >>> from restitution.contact.profiles import Parabola
     >>> from restitution.material.viscoelastic import Material
     >>> contact = Contact(Material(1e6, bulk=2e9, density=1100.0), Parabola(0.01))
     >>> columns = {"max_contact_radius": 1e-3, "max_indentation_depth": 1e-4, "velocity": 1.0, "contact_time": 3e-4}
@@ -137,10 +143,10 @@ class Validity:
     @classmethod
     def from_dict(cls, checks: dict[str, dict[str, Any]]) -> Validity:
         """Return the report that `to_dict` turned into these numbers and texts, perhaps by way of JSON."""
-        made: list[dict[str, Any]] = [{**check, "kind": kind} for kind, check in checks.items()]
-        for one in made:
-            one["threshold"] = tuple(one["threshold"]) if isinstance(one["threshold"], list) else one["threshold"]
-        return cls(tuple(Check(**one) for one in made))
+        rows: list[dict[str, Any]] = [{**check, "kind": kind} for kind, check in checks.items()]
+        for row in rows:
+            row["threshold"] = tuple(row["threshold"]) if isinstance(row["threshold"], list) else row["threshold"]
+        return cls(tuple(Check(**row) for row in rows))
 
     def __str__(self) -> str:
         """Return the report as a table, with advice on what is doubtful."""
@@ -150,10 +156,8 @@ class Validity:
         return "\n".join([*lines, *notes])
 
     def _repr_html_(self) -> str:
-        heads = "".join(f"<th>{word}</th>" for word in ("assumption", "value", "limit", "", "numbers", "advice"))
-        rows = [[*_row(check), check.message, check.advice] for check in self.checks]
-        cells = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
-        return f"<table><tr>{heads}</tr>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
+        rows = [(*_row(check), check.message, check.advice) for check in self.checks]
+        return Table(("assumption", "value", "limit", "", "numbers", "advice"), rows).html
 
 
 class Numbers(NamedTuple):
@@ -186,86 +190,118 @@ class Numbers(NamedTuple):
     undetermined_constants: Array = np.zeros(1)
 
 
-def validity(contact: Contact, **columns: ArrayLike) -> Validity:
-    """Compare the assumptions of the theory with the worst of some contacts; arguments as for `numbers`."""
-    return report(numbers(contact, **columns))
-
-
-def numbers(
-    contact: Contact | Sequence[Contact],
-    *,
-    max_contact_radius: ArrayLike,
-    max_indentation_depth: ArrayLike,
-    velocity: ArrayLike,
-    contact_time: ArrayLike,
-    mass: ArrayLike = math.nan,
-    max_force: ArrayLike = math.nan,
-    restitution_coefficient: ArrayLike = math.nan,
-    residual_indentation_depth: ArrayLike = math.nan,
-    body_size: ArrayLike = math.nan,
-    impedance: ArrayLike = math.inf,
-) -> Numbers:
-    """Return the numbers that the report compares, for contacts of one kind or each of its own.
+class Outputs(NamedTuple):
+    """Outputs of contacts, of which the report compares the worst; numbers or arrays, NaN if not known.
 
     The contact radius and the depth [m] are NaN if a contact was not solved. The velocity [m/s] of an indentation is
     its largest, and the contact time [s] is infinite if it has no end. `body_size` is the smallest dimension [m] of
-    the target; that of the contact counts too. The window must contain the times from a third of d/v0 (T/10) to T.
+    the target; that of the contact counts too.
+    """
+
+    max_contact_radius: Any
+    max_indentation_depth: Any
+    velocity: Any
+    contact_time: Any
+    mass: Any = math.nan
+    max_force: Any = math.nan
+    restitution_coefficient: Any = math.nan
+    residual_indentation_depth: Any = math.nan
+    body_size: Any = math.nan
+    impedance: Any = math.inf
+
+
+class _Shapes(NamedTuple):
+    """Radii of the tip and of the ball, slope of the faces, confinement and thickness of a layer."""
+
+    tip_radius: Array
+    ball_radius: Array
+    slope: Array
+    confinement: Array
+    target_thickness: Array
+
+
+class _Sizes(NamedTuple):
+    """Size of a half-space, then sizes and names for waves of both bodies; unknown sizes are infinite."""
+
+    target: Array
+    first: Array
+    second: Array
+    first_name: Array
+    second_name: Array
+
+
+class _Materials(NamedTuple):
+    """Numbers of the materials of each kind of contact."""
+
+    window_low: Array
+    window_high: Array
+    instantaneous_poisson_ratio: Array
+    poisson_ratio: Array
+    density_factor: Array
+    density_missing: Array
+    undetermined_constants: Array
+
+
+def validity(contact: Contact, **columns: ArrayLike) -> Validity:
+    """Compare the assumptions of the theory with the worst of some contacts; the columns are those of `Outputs`."""
+    return report(numbers(contact, **columns))
+
+
+def numbers(contact: Contact | Sequence[Contact], **columns: ArrayLike) -> Numbers:
+    """Return the numbers that the report compares, for contacts of one kind or each of its own.
+
+    The columns are those of `Outputs`. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
-    columns = (
-        max_contact_radius, max_indentation_depth, velocity, contact_time, mass, max_force, restitution_coefficient,
-        residual_indentation_depth, impedance, *_shapes(contacts), *_sizes(contacts, body_size),
-    )  # fmt: skip
-    radius, depth, speed, time, mass, force, e, residual, Z, *shape, size, own, other, own_name, other_name = (
-        np.asarray(column, dtype=np.float64).reshape(-1) for column in np.broadcast_arrays(*columns)
-    )
-    tip, ball, slope, confinement, layer = shape
-    # Impacts of the same materials share one row of numbers.
-    pairs = [(id(one.material), id(one.counter_material)) for one in contacts]
-    kinds = dict(zip(pairs, contacts, strict=True))
-    order = {pair: n for n, pair in enumerate(kinds)}
-    kind = np.array([order[pair] for pair in pairs])
-    found = np.array([_of_materials(one) for one in kinds.values()])
-    low, high, instantaneous, static, factor, missing, undetermined = found[np.broadcast_to(kind, time.shape)].T
+    outputs, shapes = Outputs(**columns), _shapes(contacts)
+    arrays = np.broadcast_arrays(*outputs, *shapes, *_sizes(contacts, shapes, outputs.body_size))
+    flat = [np.asarray(array, dtype=np.float64).reshape(-1) for array in arrays]
+    first, second = len(outputs), len(outputs) + len(shapes)
+    outputs, shapes, sizes = Outputs(*flat[:first]), _Shapes(*flat[first:second]), _Sizes(*flat[second:])
+    pairs, is_single, kind, of_kinds = _materials(contacts, arrays[0].shape)
+    radius, depth, speed = outputs.max_contact_radius, outputs.max_indentation_depth, outputs.velocity
+    places, layer = np.broadcast_to(kind, depth.shape), shapes.target_thickness
+    materials = _Materials(*[column[places] for column in of_kinds])
     with np.errstate(all="ignore"):
         rise = depth / speed
-        time = np.where(np.isposinf(time), _HERTZ_TIME * rise, time)
+        time = np.where(np.isposinf(outputs.contact_time), _HERTZ_TIME * rise, outputs.contact_time)
         shortest = np.fmin(_RISE_SHARE * rise, time)
         # The change of momentum and the last depth give the centroid of the force.
-        skewness = (1.0 - residual / (speed * time)) / (1.0 + e) - 0.5
-        bodies = [one.materials for one in kinds.values()]
-        wave_speed, wave_energy, place = radiated(bodies, kind, time, force, skewness, (own, other))
+        skewness = 1.0 - outputs.residual_indentation_depth / (speed * time)
+        skewness = skewness / (1.0 + outputs.restitution_coefficient) - 0.5
+        wave_speed, wave_energy, place = radiated(
+            pairs, is_single, kind, time, outputs.max_force, skewness, (sizes.first, sizes.second)
+        )
         # The energy budget has the waves of an impedance.
-        wave_energy = np.where(np.isfinite(Z), 0.0, wave_energy)
-        strain, squeezed = np.fmax(np.fmax(radius / tip, depth / radius), slope), depth / layer
-        of_layer = layer_strain_number(squeezed, radius / layer, confinement)
+        wave_energy = np.where(np.isfinite(outputs.impedance), 0.0, wave_energy)
+        kinetic_energy = 0.5 * outputs.mass * speed**2
+        strain, squeezed = np.fmax(np.fmax(radius / shapes.tip_radius, depth / radius), shapes.slope), depth / layer
+        of_layer = layer_strain_number(squeezed, radius / layer, shapes.confinement)
         return Numbers(
             strain_number=np.fmax(strain, of_layer),
-            contact_size_ratio=radius / size,
+            contact_size_ratio=radius / sizes.target,
             mach_number=speed / wave_speed,
-            radiated_energy_ratio=np.where(
-                wave_energy == 0.0, 0.0, np.minimum(wave_energy / (0.5 * mass * speed**2), 1.0)
-            ),
-            window_ratio=np.maximum(low / shortest, time / high),
-            instantaneous_poisson_ratio=np.where(np.isnan(time), math.nan, instantaneous),
-            mean_density=mass / sphere_mass(1.0, ball),
-            round_body=np.isfinite(tip).astype(np.float64),
-            no_such_contact=((radius > tip) | (depth > tip)).astype(np.float64),
+            radiated_energy_ratio=np.where(wave_energy == 0.0, 0.0, np.minimum(wave_energy / kinetic_energy, 1.0)),
+            window_ratio=np.maximum(materials.window_low / shortest, time / materials.window_high),
+            instantaneous_poisson_ratio=np.where(np.isnan(time), math.nan, materials.instantaneous_poisson_ratio),
+            mean_density=outputs.mass / sphere_mass(1.0, shapes.ball_radius),
+            round_body=np.isfinite(shapes.tip_radius).astype(np.float64),
+            no_such_contact=((radius > shapes.tip_radius) | (depth > shapes.tip_radius)).astype(np.float64),
             contact_time=time,
             shortest_time=shortest,
             wave_speed=wave_speed,
-            window_low=low,
-            window_high=high,
-            density_factor=factor,
-            poisson_ratio=static,
-            density_missing=missing,
-            slope=slope,
-            approximate=np.broadcast_to([not one.is_exact for one in contacts], time.shape).astype(np.float64),
+            window_low=materials.window_low,
+            window_high=materials.window_high,
+            density_factor=materials.density_factor,
+            poisson_ratio=materials.poisson_ratio,
+            density_missing=materials.density_missing,
+            slope=shapes.slope,
+            approximate=np.broadcast_to([not each.is_exact for each in contacts], time.shape).astype(np.float64),
             layer_strain=squeezed,
             is_layer_strain=(of_layer > strain).astype(np.float64),
-            wave_body=np.where(place > 0.0, other_name, own_name),
-            wave_size=np.where(place > 0.0, other, own),
-            undetermined_constants=undetermined,
+            wave_body=np.where(place > 0.0, sizes.second_name, sizes.first_name),
+            wave_size=np.where(place > 0.0, sizes.second, sizes.first),
+            undetermined_constants=materials.undetermined_constants,
         )
 
 
@@ -290,54 +326,123 @@ def layer_strain_number(squeezed: ArrayLike, width: ArrayLike, confinement: Arra
         return np.sqrt((d / a) ** 2 + (2.0 * d) ** 2 + flow**2)
 
 
-def _of_materials(contact: Contact) -> tuple[float, ...]:
-    """Window, Poisson ratios, factor of the largest density, whether a density is missing, undetermined constants."""
-    low, high = contact.window or (math.nan, math.nan)
-    instantaneous, static = min((one.instantaneous_poisson_ratio, one.poisson_ratio) for one in contact.materials)
-    missing = any(material.density is None for material in contact.materials)
-    doubtful = [one for one in contact.materials if one.undetermined]
-    # A material without a window is known from data without a time or a force.
-    level = max((_SOME if one.window else _SCALE for one in doubtful), default=0.0)
-    return low, high, instantaneous, static, _PAIR if contact.counter_material is not None else 1.0, missing, level
+def _materials(
+    contacts: Sequence[Contact], shape: tuple[int, ...]
+) -> tuple[list[Bodies], NDArray[np.bool_], NDArray[np.intp], _Materials]:
+    """Bodies of kinds of contacts, whether they are single, the kind of each contact, and numbers of the kinds."""
+    if len(contacts) == 1:
+        (contact,) = contacts
+        rows = contact.shape
+        kind = np.broadcast_to(np.arange(math.prod(rows)).reshape(rows), shape if rows else (1,)).reshape(-1)
+        kinds = [contact]
+    else:
+        # Impacts of the same materials share one row of numbers.
+        pairs = [(id(contact.material), id(contact.counter_material)) for contact in contacts]
+        by_pair = dict(zip(pairs, contacts, strict=True))
+        order = {pair: n for n, pair in enumerate(by_pair)}
+        kind, kinds = np.array([order[pair] for pair in pairs]), list(by_pair.values())
+    several = any(contact.counter_material is not None for contact in kinds)
+    # A body without a counter-body counts twice, which changes no extreme.
+    places = [[(contact.material, contact.shape) for contact in kinds]]
+    if several:
+        places.append([(contact.counter_material or contact.material, contact.shape) for contact in kinds])
+    is_single = np.concatenate(
+        [np.full(math.prod(contact.shape), contact.counter_material is None) for contact in kinds]
+    )
+    bodies = [Bodies(_stacked(place, "shear"), _stacked(place, "bulk"), _rows(place, _density_of)) for place in places]
+    instantaneous, static = _least_poisson_ratios(places)
+    return (
+        bodies,
+        is_single,
+        kind,
+        _Materials(
+            window_low=reduce(
+                np.fmax, [_rows(place, lambda body: body.window[0] if body.window else math.nan) for place in places]
+            ),
+            window_high=reduce(
+                np.fmin, [_rows(place, lambda body: body.window[1] if body.window else math.nan) for place in places]
+            ),
+            instantaneous_poisson_ratio=instantaneous,
+            poisson_ratio=static,
+            density_factor=np.where(is_single, 1.0, _PAIR),
+            density_missing=reduce(np.fmax, [np.isnan(body.density).astype(np.float64) for body in bodies]),
+            undetermined_constants=reduce(np.fmax, [_rows(place, _doubt) for place in places]),
+        ),
+    )
 
 
-def _each(contacts: Sequence[Contact], number: Callable[[Contact], Any]) -> Array:
+_Place = Sequence[tuple[Material, tuple[int, ...]]]
+
+
+def _rows(place: _Place, number: Callable[[Material], Any]) -> Array:
+    """A number of each body, in rows."""
+    return np.concatenate([np.broadcast_to(np.float64(number(body)), shape).reshape(-1) for body, shape in place])
+
+
+def _stacked(place: _Place, name: str) -> PronySeries:
+    """Relaxation moduli of each body, in rows."""
+    moduli = [getattr(body, name) for body, _ in place]
+    series = [modulus if isinstance(modulus, PronySeries) else RIGID for modulus in moduli]
+    if len(place) == 1:
+        return series[0].broadcast_to(place[0][1]).reshaped((math.prod(place[0][1]),))
+    return PronySeries.stacked(series)
+
+
+def _density_of(material: Material) -> Any:
+    return math.nan if material.density is None else material.density
+
+
+def _doubt(material: Material) -> float:
+    """Level of the doubt about undetermined constants; without a window no time and no force is known of the data."""
+    return 0.0 if not material.undetermined else _SOME if material.window else _SCALE
+
+
+def _least_poisson_ratios(places: Sequence[_Place]) -> tuple[Array, Array]:
+    """Instantaneous and static Poisson ratio of the body with the lower instantaneous one."""
+    pairs = [
+        (_rows(place, lambda body: body.instantaneous_poisson_ratio), _rows(place, lambda body: body.poisson_ratio))
+        for place in places
+    ]
+    instantaneous, static = pairs[0]
+    for other, own in pairs[1:]:
+        less = (other < instantaneous) | ((other == instantaneous) & (own < static))
+        instantaneous, static = np.where(less, other, instantaneous), np.where(less, own, static)
+    return instantaneous, static
+
+
+def _each(numbers: Sequence[Any]) -> Array:
     """A number of each contact, or the array that a single one has."""
-    found = [number(one) for one in contacts]
-    return np.asarray(found if len(found) > 1 else found[0], dtype=np.float64)
+    return np.asarray(numbers if len(numbers) > 1 else numbers[0], dtype=np.float64)
 
 
-def _shapes(contacts: Sequence[Contact]) -> list[Array]:
-    """Radii of the tip and of the ball, slope of the faces, confinement and thickness of a layer."""
-    names = "tip_radius", "ball_radius", "slope", "confinement", "target_thickness"
-    return [_each(contacts, lambda one, name=name: getattr(one.profile, name)) for name in names]
+def _shapes(contacts: Sequence[Contact]) -> _Shapes:
+    return _Shapes(*[_each([getattr(contact.profile, name) for contact in contacts]) for name in _Shapes._fields])
 
 
-def _sizes(contacts: Sequence[Contact], body_size: ArrayLike) -> list[Array]:
-    """Size of a half-space, then sizes and names for waves of both bodies; unknown sizes are infinite."""
-    tip, *_, layer = _shapes(contacts)
-    stated = np.fmin(body_size, _each(contacts, lambda one: one.body_size or math.nan))
-    ratios = [_each(contacts, lambda one, place=place: one.diameters[place]) for place in (0, 1)]
-    pair = _each(contacts, lambda one: one.counter_material is not None) > 0.0
+def _sizes(contacts: Sequence[Contact], shapes: _Shapes, body_size: ArrayLike) -> _Sizes:
+    tip, layer = shapes.tip_radius, shapes.target_thickness
+    stated = np.fmin(body_size, _each([contact.body_size or math.nan for contact in contacts]))
+    ratios = [_each([contact.diameters[place] for contact in contacts]) for place in (0, 1)]
+    pair = _each([contact.counter_material is not None for contact in contacts]) > 0.0
     flat, flat_other = map(np.isinf, ratios)
     # A stated size is that of the flat body, or else of the balls.
     any_flat = flat | (flat_other & pair)
-    sizes = [np.fmin(np.where(np.isinf(one), one, one * tip), math.inf) for one in ratios]
-    own, other = (
-        np.where(one | ~any_flat, np.fmin(size, stated), size)
-        for one, size in zip((flat, flat_other), sizes, strict=True)
+    sizes = [np.fmin(np.where(np.isinf(ratio), ratio, ratio * tip), math.inf) for ratio in ratios]
+    first, second = (
+        np.where(is_flat | ~any_flat, np.fmin(size, stated), size)
+        for is_flat, size in zip((flat, flat_other), sizes, strict=True)
     )
     two, ball = pair & ~any_flat, np.where(np.isnan(tip), _INDENTER, _BALL)
     target = np.where(np.isnan(layer), np.where(pair, _TARGET, _BESIDE_RIGID), _LAYER)
     name = np.where(flat, target, np.where(two, _BALL + 1, ball))
     other_name = np.where(flat_other, _TARGET, np.where(two, _BALL + 2, ball))
     # Where the thickness is part of the solution the target need not be a half-space.
-    return [np.where(np.isnan(layer), stated, math.nan), np.fmin(own, layer), other, name, other_name]
+    return _Sizes(np.where(np.isnan(layer), stated, math.nan), np.fmin(first, layer), second, name, other_name)
 
 
 def together(parts: Iterable[Numbers]) -> Numbers:
     """Return the numbers of several contacts as those of one list."""
-    return Numbers(*(np.concatenate(one) for one in zip(*parts, strict=True)))
+    return Numbers(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def excess(numbers: Numbers) -> dict[str, Array]:
@@ -369,103 +474,105 @@ def report(numbers: Numbers) -> Validity:
     checks: list[Check] = []
     for kind, values in excess(numbers).items():
         name, limit, reason, describe = _KINDS[kind]
-        known = ~np.isnan(values)
-        if kind in ("separability", "constants") and not known.any():
+        is_known = ~np.isnan(values)
+        if kind in ("separability", "constants") and not is_known.any():
             continue
-        worst = int(np.argmax(np.where(known, values, -np.inf)))
-        one: Any = Numbers(*(column[worst] for column in numbers))
-        exceeded = bool(values[worst] > 1.0)
+        place = int(np.argmax(np.where(is_known, values, -np.inf)))
+        worst: Any = Numbers(*[column[place] for column in numbers])
+        exceeded = bool(values[place] > 1.0)
         # A body without a density may have the slower waves.
         sure = exceeded or kind != "waves" or not numbers.density_missing.any()
-        if not (known.any() and sure):
+        if not (is_known.any() and sure):
             message = f"{_TITLES[kind]}: not checked, {reason}"
             checks.append(Check(kind, VALIDITY[name].words, None, limit, False, message, ""))
             continue
-        if kind == "waves" and math.isnan(one.radiated_energy_ratio):
+        if kind == "waves" and math.isnan(worst.radiated_energy_ratio):
             name, limit = "mach_number", SPEED_LIMIT
         elif kind == "density":
-            limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * float(one.density_factor))
+            limit = (DENSITY_LIMITS[0], DENSITY_LIMITS[1] * float(worst.density_factor))
         elif kind == "separability":
-            limit = float(one.poisson_ratio)
-        text, advice = describe(one, exceeded)
+            limit = float(worst.poisson_ratio)
+        text, advice = describe(worst, exceeded)
         message = f"{_TITLES[kind]}: {text}"
-        checks.append(Check(kind, VALIDITY[name].words, float(getattr(one, name)), limit, exceeded, message, advice))
+        checks.append(Check(kind, VALIDITY[name].words, float(getattr(worst, name)), limit, exceeded, message, advice))
     return Validity(tuple(checks))
 
 
-def _small_strain(one: Any, exceeded: bool) -> tuple[str, str]:
-    number = "max(a/R, d/a)" if one.round_body else "d/a" if math.isnan(one.slope) else "the slope of the faces"
-    text = f"{number} is {_beside(one.strain_number, STRAIN_LIMIT)}"
-    if one.no_such_contact > 0.0:
+def _small_strain(worst: Any, exceeded: bool) -> tuple[str, str]:
+    number = "max(a/R, d/a)" if worst.round_body else "d/a" if math.isnan(worst.slope) else "the slope of the faces"
+    text = f"{number} is {_beside(worst.strain_number, STRAIN_LIMIT)}"
+    if worst.no_such_contact > 0.0:
         text += "; a body of this radius has no such contact"
         return text, "Discard the result: the contact radius, or the depth, exceeds the radius of the body."
-    if one.is_layer_strain > 0.0:
-        text = f"the strain number of the layer is {_beside(one.strain_number, STRAIN_LIMIT)}; the body is pressed in "
-        text += f"by {100 * one.layer_strain:.2g} % of the thickness, with shear strains of some "
-        text += f"{100 * _SHEAR * one.strain_number:.2g} %"
+    if worst.is_layer_strain > 0.0:
+        text = (
+            f"the strain number of the layer is {_beside(worst.strain_number, STRAIN_LIMIT)}; the body is pressed in "
+        )
+        text += f"by {100 * worst.layer_strain:.2g} % of the thickness, with shear strains of some "
+        text += f"{100 * _SHEAR * worst.strain_number:.2g} %"
         return text, "Take a lower velocity or depth, or a thicker layer, or read the numbers as a trend."
-    if one.round_body:
-        text += f"; the representative strain is about {20 * one.strain_number:.2g} %"
+    if worst.round_body:
+        text += f"; the representative strain is about {20 * worst.strain_number:.2g} %"
     return text, "Take a lower velocity or depth, or a larger or blunter body, or read the numbers as a trend."
 
 
-def _half_space(one: Any, exceeded: bool) -> tuple[str, str]:
-    x = one.contact_size_ratio
+def _half_space(worst: Any, exceeded: bool) -> tuple[str, str]:
+    x = worst.contact_size_ratio
     # Expansion for a parabola on a bonded incompressible layer; the exact factor at 0.5 is 2.156.
     more = f"{np.polynomial.Polynomial([0, 112.7, 148.17, 147.0, 100.5])(x):.0f} %" if x <= 0.5 else "more than 100 %"
     text = f"contact radius over size of the target is {_beside(x, SIZE_LIMIT)}; "
     text += f"a bonded incompressible layer would be {more} stiffer"
-    return text, "Solve the layer (rs.Layer), take a thicker target, or read the result as that of a thick one."
+    return text, "Solve the layer (rs.Layer), take a thicker target, or read the result as that of a thick worst."
 
 
-def _waves(one: Any, exceeded: bool) -> tuple[str, str]:
-    share, deep = one.radiated_energy_ratio, f"{0.5 * one.wave_speed * one.contact_time:.3g} m"
-    place = int(np.nan_to_num(one.wave_body))
+def _waves(worst: Any, exceeded: bool) -> tuple[str, str]:
+    share, deep = worst.radiated_energy_ratio, f"{0.5 * worst.wave_speed * worst.contact_time:.3g} m"
+    place = int(np.nan_to_num(worst.wave_body))
     body = _BODIES[place]
     if share == 0.0:
         return f"they return in contact, as the {body} is not deeper than {deep}, or count by its impedance", ""
-    known = math.isfinite(one.wave_size)
+    has_size = math.isfinite(worst.wave_size)
     text = f"{VALIDITY['radiated_energy_ratio'].words} is {_beside(share, RADIATION_LIMIT)}, in the {body}"
-    text += f"{', which is' if known else ' if it is'} deeper than c T/2 = {deep}; v0/c = {one.mach_number:.3g}"
+    text += f"{', which is' if has_size else ' if it is'} deeper than c T/2 = {deep}; v0/c = {worst.mach_number:.3g}"
     if math.isnan(share):
-        text = f"{VALIDITY['mach_number'].words} is {_beside(one.mach_number, SPEED_LIMIT)}, in the {body}"
+        text = f"{VALIDITY['mach_number'].words} is {_beside(worst.mach_number, SPEED_LIMIT)}, in the {body}"
     advice = (
-        "Expect a lower rebound" if known else f"Expect a lower rebound where the {body} is deep, or state its size"
+        "Expect a lower rebound" if has_size else f"Expect a lower rebound where the {body} is deep, or state its size"
     )
-    if place == _BESIDE_RIGID and one.round_body and not known:
+    if place == _BESIDE_RIGID and worst.round_body and not has_size:
         advice += ", or that the ball is the soft body"
-    return f"{text}; c = {one.wave_speed:.3g} m/s", f"{advice}; take a lower velocity."
+    return f"{text}; c = {worst.wave_speed:.3g} m/s", f"{advice}; take a lower velocity."
 
 
-def _window(one: Any, exceeded: bool) -> tuple[str, str]:
-    text = f"the contact lasts {one.contact_time:.3g} s and its beginning {one.shortest_time:.3g} s, "
-    text += f"the material is known from {one.window_low:.3g} s to {one.window_high:.3g} s"
-    text += f", which is short by a factor of {one.window_ratio:.3g}" if exceeded else ""
+def _window(worst: Any, exceeded: bool) -> tuple[str, str]:
+    text = f"the contact lasts {worst.contact_time:.3g} s and its beginning {worst.shortest_time:.3g} s, "
+    text += f"the material is known from {worst.window_low:.3g} s to {worst.window_high:.3g} s"
+    text += f", which is short by a factor of {worst.window_ratio:.3g}" if exceeded else ""
     return text, "Measure at these times, or shift data of other temperatures; the modulus is extrapolated."
 
 
-def _poisson_ratio(one: Any, exceeded: bool) -> tuple[str, str]:
-    value, limit = one.instantaneous_poisson_ratio, min(one.poisson_ratio, 0.0)
+def _poisson_ratio(worst: Any, exceeded: bool) -> tuple[str, str]:
+    value, limit = worst.instantaneous_poisson_ratio, min(worst.poisson_ratio, 0.0)
     ratio = 2.0 * (1.0 + value) / (3.0 * (1.0 - 2.0 * value)) if value < 0.5 else math.inf
     text = f"the instantaneous one is {value:.3g}, {'below' if exceeded else 'not below'} the limit {limit:.3g}; "
-    text += f"the static one is {one.poisson_ratio:.4g}, K/G0 = {ratio:.3g}"
+    text += f"the static one is {worst.poisson_ratio:.4g}, K/G0 = {ratio:.3g}"
     return text, "Raise the bulk modulus or lower the instantaneous shear modulus; polymers have 0.3 to 0.4."
 
 
-def _density(one: Any, exceeded: bool) -> tuple[str, str]:
+def _density(worst: Any, exceeded: bool) -> tuple[str, str]:
     low, high = DENSITY_LIMITS
-    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * one.density_factor:g} kg/m3"
-    text = f"a ball of this mass and radius has {one.mean_density:.3g} kg/m3, {limits}"
+    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * worst.density_factor:g} kg/m3"
+    text = f"a ball of this mass and radius has {worst.mean_density:.3g} kg/m3, {limits}"
     return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
 
 
-def _separability(one: Any, exceeded: bool) -> tuple[str, str]:
-    return approximation(one.instantaneous_poisson_ratio, one.poisson_ratio)
+def _separability(worst: Any, exceeded: bool) -> tuple[str, str]:
+    return approximation(worst.instantaneous_poisson_ratio, worst.poisson_ratio)
 
 
-def _constants(one: Any, exceeded: bool) -> tuple[str, str]:
+def _constants(worst: Any, exceeded: bool) -> tuple[str, str]:
     text = "data behind the material do not determine all of its constants; "
-    if one.undetermined_constants >= _SCALE:
+    if worst.undetermined_constants >= _SCALE:
         text += "contact time, depth, force, pressure and radius are not determined, only the restitution coefficient"
         return text, "Measure a contact time, a force or a modulus, and identify the material again."
     text += "outputs are determined only for contacts like those of the data"
@@ -490,7 +597,117 @@ def _beside(value: float, limit: float) -> str:
 
 
 def _row(check: Check) -> tuple[str, str, str, str]:
-    shown = " to ".join(f"{one:g}" for one in np.atleast_1d(check.threshold))
+    shown = " to ".join(f"{limit:g}" for limit in np.atleast_1d(check.threshold))
     value = "-" if check.value is None else f"{check.value:.3g}"
     state = "DOUBTFUL" if check.exceeded else "ok" if check.value is not None else "not checked"
     return _TITLES[check.kind], value, shown, state
+
+
+# Assumptions of the theory over many impacts: the number that exceed each limit, and the worst.
+
+# The assumptions on the material, and the numbers that they limit.
+_OF_MATERIAL = ("waves", "window", "poisson_ratio", "separability")
+_NUMBERS_OF_MATERIAL = ("mach_number", "radiated_energy_ratio", "window_ratio", "instantaneous_poisson_ratio")
+
+
+class Tally:
+    """Counts of the impacts that exceed each limit, by kind, and the worst impact; tallies of chunks add up.
+
+    `sampled_out` of the `impacts` were compared without the assumptions on the material.
+    """
+
+    def __init__(self) -> None:
+        self.impacts = self.sampled_out = 0
+        self.counts: dict[str, int] = {}
+        self._worst: dict[str, tuple[float, Numbers]] = {}
+
+    def add(self, numbers: Numbers, *, with_material: bool = True) -> None:
+        """Count some impacts; without their material only the assumptions on the shape."""
+        self.impacts += numbers.contact_time.size
+        if not with_material:
+            self.sampled_out += numbers.contact_time.size
+            unknown = np.full(numbers.contact_time.shape, math.nan)
+            numbers = numbers._replace(**dict.fromkeys(_NUMBERS_OF_MATERIAL, unknown))
+        for kind, values in excess(numbers).items():
+            self.counts[kind] = self.counts.get(kind, 0) + int(np.count_nonzero(values > 1.0))
+            if not np.isnan(values).all():
+                place = int(np.nanargmax(values))
+                self._keep(kind, float(values[place]), Numbers(*(column[place : place + 1] for column in numbers)))
+
+    def merge(self, other: Tally) -> None:
+        """Add the counts of another tally; the order of tallies does not matter."""
+        self.impacts += other.impacts
+        self.sampled_out += other.sampled_out
+        for kind, count in other.counts.items():
+            self.counts[kind] = self.counts.get(kind, 0) + count
+        for kind, (value, row) in other._worst.items():
+            self._keep(kind, value, row)
+
+    def _keep(self, kind: str, value: float, row: Numbers) -> None:
+        worst = self._worst.get(kind)
+        # Between equal values the row decides, so that the result does not depend on the order.
+        if worst is None or value > worst[0] or (value == worst[0] and _sorting(row) > _sorting(worst[1])):
+            self._worst[kind] = value, row
+
+    def checked(self, kind: str) -> int:
+        """Return how many impacts were compared with a limit."""
+        return self.impacts - (self.sampled_out if kind in _OF_MATERIAL else 0)
+
+    def report(self, n_impacts: int | None = None) -> Validity:
+        """Return the validity report of the worst of `n_impacts` impacts, with counts of those above each limit."""
+        total = self.impacts if n_impacts is None else n_impacts
+        rows = [row for _, row in self._worst.values()]
+        checks: list[Check] = []
+        for check in report(together(rows)) if rows else ():
+            checked = self.checked(check.kind)
+            sample = f" checked, of {total}" if checked < total else ""
+            message = f"{check.message}; exceeded in {self.counts[check.kind]} of {checked} impacts{sample}"
+            checks.append(replace(check, message=message) if check.exceeded else check)
+        return Validity(tuple(checks))
+
+    def to_text(self) -> str:
+        """Return the content as JSON, from which `from_text` makes the same tally."""
+        worst = {kind: [value, [float(number[0]) for number in row]] for kind, (value, row) in self._worst.items()}
+        return json.dumps([self.impacts, self.sampled_out, self.counts, worst])
+
+    @classmethod
+    def from_text(cls, text: str) -> Tally:
+        """Return the tally of a text."""
+        tally = cls()
+        # Stores of version 0.1 have no number of sampled impacts.
+        tally.impacts, *sampled, tally.counts, worst = json.loads(text)
+        tally.sampled_out = sum(sampled)
+        tally._worst = {
+            kind: (value, Numbers(*(np.array([number]) for number in row))) for kind, (value, row) in worst.items()
+        }
+        return tally
+
+    def attributes(self, n_points: int) -> dict[str, str]:
+        """Return the attribute of a dataset of `n_points` impacts: the report with the counts, as JSON."""
+        checks = self.report(n_points).to_dict()
+        for kind, check in checks.items():
+            check |= {"exceeded_in": self.counts[kind], "checked": self.checked(kind)}
+        content = {"impacts": self.impacts, "checks": checks}
+        text = json.dumps(content, ensure_ascii=False, separators=(",", ":"))
+        return {"validity": text} if checks else {}
+
+
+def _sorting(row: Numbers) -> list[float]:
+    return np.nan_to_num(np.concatenate(row)).tolist()
+
+
+def checks(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the checks of the worst impacts from the attributes of a dataset, by kind, with counts."""
+    return json.loads(attributes.get("validity", "{}")).get("checks", {})
+
+
+def messages(attributes: Mapping[str, Any]) -> dict[str, str]:
+    """Return a message for each doubtful assumption from the attributes of a dataset, by kind."""
+    items = checks(attributes).items()
+    return {kind: f"{check['message']}. {check['advice']}" for kind, check in items if check["exceeded"]}
+
+
+def warn(messages: Mapping[str, str], stacklevel: int) -> None:
+    """Warn once for each kind of message."""
+    for kind, message in messages.items():
+        warnings.warn(RestitutionWarning(kind, message), stacklevel=stacklevel + 1)

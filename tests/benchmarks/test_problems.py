@@ -7,20 +7,9 @@ import numpy as np
 import pytest
 import short as summary
 import timing
-from problems import (
-    Impacts,
-    StandardSolids,
-    even_prony,
-    of_profile,
-    plane,
-    random_prony,
-    wide,
-)
+from problems import Impacts, StandardSolids, even_prony, of_profile, plane, random_prony, wide
 
-from restitution.contact.power_law import Cone
-from restitution.contact.profile import Parabola
-from restitution.impact.scaling import dimensionless_groups
-from restitution.impact.solve import standard_solid_restitution
+from restitution import Cone, Parabola, dimensionless_groups, standard_solid_restitution
 
 
 @pytest.mark.parametrize(("points", "p2", "p3"), [(plane, (-3, 1), (-2, 2)), (wide, (-5, 2), (-4, 4))])

@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.calibration.calibrate import TARGETS
-from restitution.calibration.codes import tsuji_strength
-from restitution.calibration.fit import nearest
-from restitution.calibration.laws import TypedLaw
+from restitution.calibration.calibrate import TARGETS, nearest
+from restitution.calibration.laws import TypedLaw, tsuji_strength
 from restitution.errors import InputError, InputTypeError
 
 RNG = np.random.default_rng(13)

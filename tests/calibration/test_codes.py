@@ -5,11 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from restitution import closed_forms
-from restitution.calibration import units
-from restitution.calibration.codes import LAWS, coefficient_strength, thornton_strength, tsuji_strength
-from restitution.calibration.laws import Setting, TypedLaw, inverse
-from restitution.calibration.oscillator import CONSTANT, rebound
+from restitution import closed_forms, units
+from restitution.calibration.laws import (
+    CONSTANT,
+    LAWS,
+    Setting,
+    TypedLaw,
+    coefficient_strength,
+    inverse,
+    rebound,
+    thornton_strength,
+    tsuji_strength,
+)
 
 RNG = np.random.default_rng(12)
 
@@ -99,26 +106,37 @@ def test_yade_gives_en_at_vn():
 @pytest.mark.parametrize("name", ["si", "cgs", "micro"])
 def test_units_round_trip(name):
     """A force computed with numbers in a unit system is that in SI (page units of LAMMPS)."""
-    system, powers = units.SYSTEMS[name], units.Powers
+    system = units.SYSTEMS[name]
     modulus, damping, mass, radius, depth, velocity = np.exp(RNG.uniform(-3.0, 3.0, 6))
-    length, pressure, eta = powers(length=1), units.PRESSURE, powers(0, -1, -1)
+    eta = units.Dimension("damping per area", "1/(m s)", powers=units.Powers(0, -1, -1))
     converted = [
         system.convert(*one)
         for one in zip(
             (modulus, damping, mass, radius, depth, velocity),
-            (pressure, eta, powers(mass=1), length, length, units.SPEED),
+            (units.MODULUS, eta, units.MASS, units.LENGTH, units.LENGTH, units.VELOCITY),
             strict=True,
         )
     ]
     e, eta_n0, m, r, d, v = converted
     inside = force("lammps-viscoelastic", e, eta_n0, d, v, m, r)
     outside = force("lammps-viscoelastic", modulus, damping, depth, velocity, mass, radius)
-    assert system.convert(outside, powers(1, 1, -2)) == pytest.approx(inside, rel=1e-12)
+    assert system.convert(outside, units.FORCE) == pytest.approx(inside, rel=1e-12)
 
 
 def test_micro_units_are_those_of_lammps():
     """Page units of LAMMPS: picograms, micrometers, microseconds; its pressure is 1e3 Pa, its velocity 1 m/s."""
     assert units.MICRO.convert(1e3, units.PRESSURE) == pytest.approx(1.0)
-    assert units.MICRO.convert(1.0, units.SPEED) == pytest.approx(1.0)
+    assert units.MICRO.convert(1.0, units.VELOCITY) == pytest.approx(1.0)
     assert units.CGS.convert(0.1, units.PRESSURE) == pytest.approx(1.0)
-    assert [units.SI.unit(p) for p in (units.PRESSURE, units.NUMBER, units.Powers(0, -1, -1))] == ["Pa", "", "1/(m s)"]
+    damping = units.Dimension("damping per area", "1/(m s)", powers=units.Powers(0, -1, -1))
+    assert [units.CGS.unit(one) for one in (units.MODULUS, units.NUMBER, damping)] == ["g/(cm s^2)", "", "1/(cm s)"]
+
+
+def test_powers_of_a_dimension_are_those_of_its_unit():
+    registry = units.unit_registry()
+    base = [registry.Quantity(number, unit) for number, unit in ((2.0, "kg"), (3.0, "m"), (5.0, "s"))]
+    for one in vars(units).values():
+        if isinstance(one, units.Dimension) and not {"K", "J/mol"} & {one.unit}:
+            size = registry.Quantity(1.0, one.unit or "dimensionless").to_base_units().units
+            unit = base[0] ** one.powers.mass * base[1] ** one.powers.length * base[2] ** one.powers.time
+            assert unit.dimensionality == size.dimensionality, one

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from restitution import closed_forms
-from restitution.calibration.oscillator import CONSTANT, LINEAR, VISCOELASTIC, loss, one_rebound, rebound, scales
+from restitution.calibration.laws import CONSTANT, LINEAR, VISCOELASTIC, loss, one_rebound, rebound, scales
 
 RNG = np.random.default_rng(11)
 

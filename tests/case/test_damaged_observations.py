@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from restitution.case.observations import read_observations
-from restitution.errors import InputError, RestitutionWarning
+from restitution import InputError, RestitutionWarning, read_observations
 
 DATA = Path(__file__).parents[2] / "examples" / "identification"
 SEEDS = {
@@ -64,7 +63,7 @@ def mutant(text: str, rng: random.Random) -> str:
 
 def damaged(runs: int, seed: int, folder: Path) -> int:
     """Number of files that are refused."""
-    from restitution.contact.profile import Parabola
+    from restitution.contact.profiles import Parabola
 
     rng, refused = random.Random(seed), 0
     for _ in range(runs):

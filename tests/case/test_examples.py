@@ -1,7 +1,6 @@
 """Example cases against their sources; the page of keys against the sections."""
 
 import csv
-import importlib.util
 import math
 import re
 import runpy
@@ -11,13 +10,11 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from checkout import EXAMPLES, ROOT, script
 from restitution.case.identification import read_design, read_identification
 from restitution.case.impact import read_case
 from restitution.case.sweep import read_sweep
-from restitution.impact.solve import solve
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-DOCS = EXAMPLES.parent / "docs"
+from scipy_oracle import solve_by_scipy
 
 
 def test_moduli_and_times_of_the_epoxy() -> None:
@@ -67,13 +64,9 @@ def test_a_body_that_cannot_be_soft_is_refused(tmp_path: Path, sections: str, ke
 
 
 def test_the_page_of_keys_is_up_to_date() -> None:
-    spec = importlib.util.spec_from_file_location("case_reference", DOCS / "case_reference.py")
-    assert spec is not None
-    assert spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
+    made = script("docs/case_reference.py")
     # `python docs/case_reference.py` and every build of the pages write it.
-    text = (DOCS / "case_files.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "case_files.md").read_text(encoding="utf-8")
     assert made.page() == text
     assert not re.findall(r"^\|.*\|\s*\|$", text, flags=re.MULTILINE), "a key without an explanation"
 
@@ -94,11 +87,11 @@ def test_the_sweep_is_computed() -> None:
 
 
 @pytest.mark.parametrize("name", ["rubber_ball", pytest.param("epoxy", marks=pytest.mark.slow)])
-def test_cases_agree_with_the_reference_method(name: str) -> None:
+def test_cases_agree_with_scipy(name: str) -> None:
     case = read_case(EXAMPLES / f"{name}.toml")
     result = case.solve()
     # SciPy's Radau for the same equations shares no code with the kernel; both have rtol 1e-9.
-    known = solve(case.impact, "reference", rtol=1e-9).restitution_coefficient
+    known = solve_by_scipy(case.impact, 1e-9).restitution_coefficient
     assert result.restitution_coefficient == pytest.approx(known, rel=2e-9)
     # The energies come from a separate quadrature, with the bound of the whole package.
     assert abs(result.energy.residual) < 10 * result.rtol

@@ -9,24 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+import cases
+import refusals
 import restitution as rs
-from refusals import agrees
-from restitution.case.impact import Case, read_case
+from refusals import refusal
+from restitution import Case, Material, Parabola, PronySeries, read_case, standard_solid
 from restitution.case.section import CaseError
-from restitution.contact.profile import Parabola
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 
-BODY = '[body]\nmass = "5 g"\nradius = "10 mm"\n'
-SOLID = """
-[material]
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.45
-"""
-IMPACT = '[impact]\nvelocity = "1 m/s"\n'
+BODY, SOLID, IMPACT = (
+    f"[{name}]\n{lines}"
+    for name, lines in (
+        ("body", cases.BODY), ("material", cases.SOLID.replace("10 kPa", "1 kPa")), ("impact", cases.IMPACT)
+    )
+)  # fmt: skip
 PRONY = """
 [material]
 bulk = "3 GPa"
@@ -35,12 +30,7 @@ equilibrium_modulus = "1 MPa"
 branch_moduli = "[2, 3, 4] MPa"
 relaxation_times = [1e-3, "10 ms", 0.1]
 """
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def read(text: str) -> Case:
@@ -49,16 +39,14 @@ def read(text: str) -> Case:
 
 
 def refuses(text: str, message: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        read(text)
-    assert agrees(caught.value, message), str(caught.value)
+    refusals.refuses(lambda: read(text), message)
 
 
 def material(text: str) -> Any:
     return read(BODY + IMPACT + text).impact.material
 
 
-def test_the_smallest_case(folder: Path) -> None:
+def test_the_smallest_case() -> None:
     case = read(BODY + SOLID + IMPACT)
     assert case.impact.profile == Parabola(0.01)
     assert case.impact.material == standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
@@ -68,22 +56,17 @@ def test_the_smallest_case(folder: Path) -> None:
     assert case.title is None
 
 
-def test_units_and_plain_numbers_are_equivalent(folder: Path) -> None:
-    plain = """
-        body = {mass = 0.005, radius = 0.01}
-        impact = {velocity = 1}
-        [material]
-        equilibrium_modulus = 1e6
-        branch_modulus = 1e7
-        viscosity = 1000
-        poisson_ratio = 0.45
-    """
+def test_units_and_plain_numbers_are_equivalent() -> None:
+    plain = cases.case_file(
+        body="mass = 0.005\nradius = 0.01", impact="velocity = 1",
+        material="equilibrium_modulus = 1e6\nbranch_modulus = 1e7\nviscosity = 1000\npoisson_ratio = 0.45",
+    )  # fmt: skip
     first, second = read(plain).impact, read(BODY + SOLID + IMPACT).impact
     for name in ("material", "profile", "mass", "velocity", "external_force"):
         assert getattr(first, name) == getattr(second, name)
 
 
-def test_a_case_with_every_kind_of_key(folder: Path) -> None:
+def test_a_case_with_every_kind_of_key() -> None:
     case = read(
         """
         title = "All of it"
@@ -116,19 +99,14 @@ def test_a_case_with_every_kind_of_key(folder: Path) -> None:
     assert impact.mass == pytest.approx(mass, rel=1e-15)
     assert impact.velocity == pytest.approx(2.0, rel=1e-15)
     assert impact.external_force == pytest.approx(10.0 * mass, rel=1e-15)
-    assert case.options == {
-        "method": "elements",
-        "rtol": 1e-3,
-        "n_elements": 200,
-        "time_step": pytest.approx(1e-6),
-    }
+    assert case.options == {"method": "elements", "rtol": 1e-3, "n_elements": 200, "time_step": pytest.approx(1e-6)}
     assert impact.material.name == "rubber"
     assert impact.material.density == pytest.approx(1100.0, rel=1e-15)
     # K = 2 G (1 + nu)/(3 (1 - 2 nu))
     assert impact.counter_material.bulk.equilibrium_modulus == pytest.approx(80e9 * 2.6 / 1.2, rel=1e-15)
 
 
-def test_bulk_in_all_its_forms(folder: Path) -> None:
+def test_bulk_in_all_its_forms() -> None:
     solid = SOLID.replace("poisson_ratio = 0.45\n", "")
     series = PRONY.replace('bulk = "3 GPa"\n', "{}")
     for text in ("bulk_modulus = inf", 'bulk_modulus = "incompressible"', "poisson_ratio = 0.5"):
@@ -143,37 +121,27 @@ def test_bulk_in_all_its_forms(folder: Path) -> None:
     assert static.bulk.equilibrium_modulus == pytest.approx(1e6 * 2.4 / 1.8, rel=1e-15)
 
 
-def test_moduli_as_numbers(folder: Path) -> None:
+def test_moduli_as_numbers() -> None:
     assert material(PRONY) == Material(PronySeries(1e6, [2e6, 3e6, 4e6], [1e-3, 1e-2, 0.1]), 3e9)
 
 
 @pytest.mark.parametrize(
-    ("ends", "numbers", "equilibrium", "branches"),
+    ("ends", "numbers"),
     [
-        ("instantaneous_modulus = 10e6", "branch_moduli = [2e6, 3e6]", 5e6, [2e6, 3e6]),
-        ("instantaneous_modulus = 10e6", "relative_moduli = [0.2, 0.3]", 5e6, [2e6, 3e6]),
-        ("equilibrium_modulus = 5e6", "relative_moduli = [0.2, 0.3]", 5e6, [2e6, 3e6]),
+        ("instantaneous_modulus = 10e6", "branch_moduli = [2e6, 3e6]"),
+        ("instantaneous_modulus = 10e6", "relative_moduli = [0.2, 0.3]"),
+        ("equilibrium_modulus = 5e6", "relative_moduli = [0.2, 0.3]"),
         # With both end moduli given, the shares refer to the instantaneous modulus or to the difference.
-        (
-            "instantaneous_modulus = 10e6\nequilibrium_modulus = 5e6",
-            "relative_moduli = [0.2, 0.3]",
-            5e6,
-            [2e6, 3e6],
-        ),
-        (
-            "instantaneous_modulus = 10e6\nequilibrium_modulus = 5e6",
-            "relative_moduli = [0.4, 0.6]",
-            5e6,
-            [2e6, 3e6],
-        ),
+        ("instantaneous_modulus = 10e6\nequilibrium_modulus = 5e6", "relative_moduli = [0.2, 0.3]"),
+        ("instantaneous_modulus = 10e6\nequilibrium_modulus = 5e6", "relative_moduli = [0.4, 0.6]"),
     ],
 )
-def test_end_moduli(folder: Path, ends: str, numbers: str, equilibrium: float, branches: list[float]) -> None:
+def test_end_moduli(ends: str, numbers: str) -> None:
     shear = material(
         f"[material]\nbulk_modulus = inf\n[material.shear]\n{ends}\n{numbers}\nrelaxation_times = [1, 2]"
     ).shear
-    assert shear.equilibrium_modulus == pytest.approx(equilibrium, rel=1e-14)
-    np.testing.assert_allclose(shear.branch_moduli, branches, rtol=1e-14)
+    assert shear.equilibrium_modulus == pytest.approx(5e6, rel=1e-14)
+    np.testing.assert_allclose(shear.branch_moduli, [2e6, 3e6], rtol=1e-14)
 
 
 def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
@@ -187,30 +155,14 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            'radius = "10 mm"',
-            'radius = "10 s"',
-            'body.radius = "10 s": is a time, not a length; write e.g. "10 mm", or a plain number in m',
-        ),
+        ('radius = "10 mm"', 'radius = "10 s"', 'body.radius = "10 s": is a time, not a length'),
         ('radius = "10 mm"', 'radius = "-10 mm"', 'body.radius = "-10 mm": must be finite and > 0'),
         ('radius = "10 mm"', "radius = 0", "body.radius = 0: must be finite and > 0"),
         ('radius = "10 mm"', "radius = nan", "body.radius = nan: must be finite and > 0"),
         ('radius = "10 mm"', f"radius = 1{'0' * 400}", f"body.radius = 1{'0' * 58}…: must be finite and > 0"),
-        (
-            'radius = "10 mm"',
-            "radius = true",
-            'body.radius = true: must be a length; write e.g. "10 mm", or a plain number in m',
-        ),
-        (
-            'radius = "10 mm"',
-            "radius = [1, 2]",
-            'body.radius = [1, 2]: must be a length; write e.g. "10 mm", or a plain number in m',
-        ),
-        (
-            'radius = "10 mm"',
-            "radius = 1979-05-27",
-            'body.radius = 1979-05-27: must be a length; write e.g. "10 mm", or a plain number in m',
-        ),
+        ('radius = "10 mm"', "radius = true", "body.radius = true: must be a length"),
+        ('radius = "10 mm"', "radius = [1, 2]", "body.radius = [1, 2]: must be a length"),
+        ('radius = "10 mm"', "radius = 1979-05-27", "body.radius = 1979-05-27: must be a length"),
         ('radius = "10 mm"', 'raduis = "10 mm"', 'body.raduis = "10 mm": unknown key; did you mean radius?'),
         ('radius = "10 mm"', "colour = 1", "body.colour = 1: unknown key; known are mass, density, radius"),
         ('radius = "10 mm"', '"a\\nb" = 1', 'body."a\\nb" = 1: unknown key; known are mass, density, radius'),
@@ -237,11 +189,7 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
             '"flat_punch", "truncated_cone", "flat_ended_parabola", "tabulated"',
         ),
         ("poisson_ratio = 0.45", "poisson_ratio = 0.6", "material.poisson_ratio = 0.6: must be in [-1, 0.5]"),
-        (
-            "poisson_ratio = 0.45",
-            "",
-            "material: give exactly one of poisson_ratio and bulk_modulus; none is given",
-        ),
+        ("poisson_ratio = 0.45", "", "material: give exactly one of poisson_ratio and bulk_modulus; none is given"),
         (
             "poisson_ratio = 0.45",
             'bulk_modulus = "-1 GPa"',
@@ -260,18 +208,14 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
         (
             "[impact]",
             '[solver]\nmethod = "exakt"\n[impact]',
-            'solver.method = "exakt": must be one of "exact", "elements", "reference"',
+            'solver.method = "exakt": must be one of "exact", "elements"',
         ),
         (
             "[impact]",
             "[solver]\nn_elements = 100\n[impact]",
             'solver.n_elements = 100: is an option of method = "elements", not of method = "exact"',
         ),
-        (
-            "[impact]",
-            '[solver]\nmethod = "elements"\nn_elements = 0\n[impact]',
-            "solver.n_elements = 0: must be >= 1",
-        ),
+        ("[impact]", '[solver]\nmethod = "elements"\nn_elements = 0\n[impact]', "solver.n_elements = 0: must be >= 1"),
         (
             "[impact]",
             '[solver]\nmethod = "elements"\nn_elements = 1.5\n[impact]',
@@ -285,7 +229,7 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
         ),
     ],
 )
-def test_invalid_cases_are_refused_in_one_line(folder: Path, old: str, new: str, message: str) -> None:
+def test_invalid_cases_are_refused_in_one_line(old: str, new: str, message: str) -> None:
     text = BODY + SOLID + IMPACT
     assert old in text
     refuses(text.replace(old, new, 1), f"ball.toml: {message}")
@@ -294,18 +238,9 @@ def test_invalid_cases_are_refused_in_one_line(folder: Path, old: str, new: str,
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            "0.1]",
-            '"0.1 m"]',
-            'material.shear.relaxation_times[2] = "0.1 m": is a length, not a time; '
-            'write e.g. "1 ms", or a plain number in s',
-        ),
+        ("0.1]", '"0.1 m"]', 'material.shear.relaxation_times[2] = "0.1 m": is a length, not a time'),
         ("0.1]", "-0.1]", "material.shear.relaxation_times[2] = -0.1: must be finite and > 0"),
-        (
-            '"[2, 3, 4] MPa"',
-            '"[2, 3, -4] MPa"',
-            'material.shear.branch_moduli[2] = "-4 MPa": must be finite and >= 0',
-        ),
+        ('"[2, 3, 4] MPa"', '"[2, 3, -4] MPa"', 'material.shear.branch_moduli[2] = "-4 MPa": must be finite and >= 0'),
         (
             '"[2, 3, 4] MPa"',
             '"[2, 3] MPa"',
@@ -353,11 +288,7 @@ def test_invalid_cases_are_refused_in_one_line(folder: Path, old: str, new: str,
             "relative_moduli = [0.2, 0.3, 0.4]\ninstantaneous_modulus = 4e5",
             'material.shear.equilibrium_modulus = "1 MPa": must be <= 400000 Pa, the instantaneous',
         ),
-        (
-            'branch_moduli = "[2, 3, 4] MPa"',
-            'terms = "none.csv"',
-            'material.shear.terms = "none.csv": no such file',
-        ),
+        ('branch_moduli = "[2, 3, 4] MPa"', 'terms = "none.csv"', 'material.shear.terms = "none.csv": no such file'),
         (
             'branch_moduli = "[2, 3, 4] MPa"',
             "terms = 1",
@@ -368,11 +299,7 @@ def test_invalid_cases_are_refused_in_one_line(folder: Path, old: str, new: str,
             'bulk = "3 GPa"\npoisson_ratio = 0.3',
             "material: give exactly one of bulk, bulk_modulus and poisson_ratio; bulk and poisson_ratio are given",
         ),
-        (
-            'bulk = "3 GPa"',
-            'bulk = "3 GPa m"',
-            'material.bulk = "3 GPa m": is a stiffness, not a modulus; write e.g. "2 MPa", or a plain number in Pa',
-        ),
+        ('bulk = "3 GPa"', 'bulk = "3 GPa m"', 'material.bulk = "3 GPa m": is a stiffness, not a modulus'),
         (
             'bulk = "3 GPa"',
             "bulk = {instantaneous_modulus = -1}",
@@ -386,25 +313,24 @@ def test_invalid_cases_are_refused_in_one_line(folder: Path, old: str, new: str,
         ),
     ],
 )
-def test_invalid_prony_series_are_refused(folder: Path, old: str, new: str, message: str) -> None:
+def test_invalid_prony_series_are_refused(old: str, new: str, message: str) -> None:
     assert old in PRONY
     refuses(BODY + IMPACT + PRONY.replace(old, new, 1), f"ball.toml: {message}")
 
 
-def test_a_poisson_ratio_is_refused_for_a_liquid(folder: Path) -> None:
+def test_a_poisson_ratio_is_refused_for_a_liquid() -> None:
     # K = 2 Ginf (1 + nu)/(3 (1 - 2 nu)) gives no bulk modulus if Ginf is zero.
     text = BODY + IMPACT + SOLID.replace('equilibrium_modulus = "1 MPa"', "equilibrium_modulus = 0")
-    with pytest.raises(CaseError, match="liquid") as caught:
-        read(text)
-    assert caught.value.field == "material.poisson_ratio"
+    error = refusal(lambda: read(text))
+    assert error.field == "material.poisson_ratio"
+    assert "liquid" in str(error)
 
 
 def test_terms_given_twice_and_a_faulty_file_of_terms(folder: Path) -> None:
     (folder / "terms.csv").write_text("relaxation_time_s,branch_modulus_Pa\n1,-2\n")
     text = BODY + IMPACT + PRONY.replace('branch_moduli = "[2, 3, 4] MPa"', 'terms = "terms.csv"')
     refuses(
-        text,
-        'ball.toml: material.shear.terms = "terms.csv": line 2: branch_modulus = -2: must be finite and >= 0',
+        text, 'ball.toml: material.shear.terms = "terms.csv": line 2: branch_modulus = -2: must be finite and >= 0'
     )
     (folder / "terms.csv").write_text("relaxation_time_s,branch_modulus_Pa\n1,2\n")
     refuses(
@@ -427,11 +353,11 @@ def test_terms_given_twice_and_a_faulty_file_of_terms(folder: Path) -> None:
         ("", "body: is missing\nball.toml: material: is missing\nball.toml: impact: is missing"),
     ],
 )
-def test_malformed_toml_is_refused(folder: Path, text: str, message: str) -> None:
+def test_malformed_toml_is_refused(text: str, message: str) -> None:
     refuses(text, f"ball.toml: {message}")
 
 
-def test_unreadable_files_are_refused(folder: Path) -> None:
+def test_unreadable_files_are_refused() -> None:
     for name, message in (("none.toml", "no such file"), (".", "is a folder, not a case file")):
         with pytest.raises(CaseError, match=rf"^{re.escape(name)}: {message}\Z"):
             read_case(name)
@@ -468,7 +394,7 @@ RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
         ),
     ],
 )
-def test_two_bodies_equal_a_collision_in_python(folder: Path, text: str, second: rs.Body) -> None:
+def test_two_bodies_equal_a_collision_in_python(text: str, second: rs.Body) -> None:
     found = read(BEAD + SOLID + f"[counter_body]\n{text}")
     wanted = rs.collision(rs.Body(RUBBER, 5e-4), second, 0.5)
     assert found.impact.mass == pytest.approx(wanted.mass, rel=1e-14)
@@ -487,7 +413,7 @@ def test_two_bodies_equal_a_collision_in_python(folder: Path, text: str, second:
         ("", "impedance = 5.0", "a body on a plate or rod, one of the two rigid"),
     ],
 )
-def test_the_target_has_its_name(folder: Path, profile: str, motion: str, words: str) -> None:
+def test_the_target_has_its_name(profile: str, motion: str, words: str) -> None:
     assert read(BEAD + f"{motion}\n" + SOLID + f"[profile]\n{profile}\n").arrangement == words
 
 
@@ -495,19 +421,14 @@ def test_the_target_has_its_name(folder: Path, profile: str, motion: str, words:
     ("text", "field"),
     [
         ('[profile]\ntype = "cone"\nhalf_angle = 1.2\n', "profile.type"),
-        (
-            '[counter_material]\nlibrary = "steel"\n[counter_body.material]\nlibrary = "steel"\n',
-            "counter_body",
-        ),
+        ('[counter_material]\nlibrary = "steel"\n[counter_body.material]\nlibrary = "steel"\n', "counter_body"),
     ],
 )
-def test_invalid_keys_of_two_bodies_are_refused(folder: Path, text: str, field: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        read(BEAD + SOLID + "[counter_body]\nmass = 1\nradius = 1\n" + text)
-    assert caught.value.field == field
+def test_invalid_keys_of_two_bodies_are_refused(text: str, field: str) -> None:
+    assert refusal(lambda: read(BEAD + SOLID + "[counter_body]\nmass = 1\nradius = 1\n" + text)).field == field
 
 
-def test_all_mistakes_of_a_file_are_listed_up_to_ten(folder: Path) -> None:
+def test_all_mistakes_of_a_file_are_listed_up_to_ten() -> None:
     keys = "".join(f"wrong{n} = 1\n" for n in range(14))
     with pytest.raises(CaseError) as caught:
         read("[body]\n" + keys + SOLID + "[impact]\nvelocity = -1\n")
@@ -535,6 +456,6 @@ def test_all_mistakes_of_a_file_are_listed_up_to_ten(folder: Path) -> None:
         'body = {radius = "1' + " " * 90_000 + "x y" + '"}',
     ],
 )  # fmt: skip
-def test_long_or_deeply_nested_files_are_refused(folder: Path, text: str) -> None:
+def test_long_or_deeply_nested_files_are_refused(text: str) -> None:
     with pytest.raises(CaseError):
         read(text)

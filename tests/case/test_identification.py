@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from restitution import LogNormal, read_case
 from restitution.case.identification import read_design, read_identification
-from restitution.case.impact import read_case
 from restitution.case.section import CaseError
-from restitution.sweeps.samples import LogNormal
 
 CASE = """
 [identification]

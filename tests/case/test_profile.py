@@ -6,40 +6,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from refusals import agrees
-from restitution.case.impact import read_case
-from restitution.case.section import CaseError
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.ellipsoid import Ellipsoid
-from restitution.contact.force_law.law import ForceLaw
+from cases import case_file
+from refusals import refusal, refuses
+from restitution import Ellipsoid, ForceLaw, Layer, Pyramid, Tabulated, read_case
 from restitution.contact.geometry import Geometry
-from restitution.contact.layer.layer import Layer
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.contact.pyramid import Pyramid
-from restitution.contact.tabulated import Tabulated
+from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, TruncatedCone
 
-CASE = """
-[body]
-mass = "1 g"
-radius = "1 mm"
-[impact]
-velocity = "1 cm/s"
-[material]
-shear = "1 MPa"
-poisson_ratio = 0.3
-[profile]
-"""
+CASE: dict[str, str | None] = {
+    "body": 'mass = "1 g"\nradius = "1 mm"', "impact": 'velocity = "1 cm/s"',
+    "material": 'shear = "1 MPa"\npoisson_ratio = 0.3',
+}  # fmt: skip
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _tip(folder: Path) -> None:
     Path("tip.csv").write_text("# measured\nr [um],f_nm\n0,0\n1,10\n2,40\n\n3,90\n", encoding="utf-8")
 
 
-def profile(text: str) -> Geometry:
-    Path("a.toml").write_text(CASE + text, encoding="utf-8")
+def profile(text: str, **changes: str) -> Geometry:
+    case_file("a.toml", **CASE | {"profile": text} | changes)
     return read_case("a.toml").impact.profile
 
 
@@ -81,18 +66,14 @@ def test_a_layer_may_be_strict(text: str, strict: bool) -> None:
 
 
 def test_a_strict_layer_of_a_case_refuses_the_approximation() -> None:
-    relaxing = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "3 MPa"\nviscosity = "1 kPa s"'
-    text = CASE.replace('shear = "1 MPa"', relaxing) + 'thickness = "2 mm"\nstrict = true\n'
-    Path("a.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(CaseError, match=r"a\.toml: material: must have a Poisson ratio that does not change"):
-        read_case("a.toml")
+    relaxing = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "3 MPa"\nviscosity = "1 kPa s"\npoisson_ratio = 0.3'
+    error = refusal(lambda: profile('thickness = "2 mm"\nstrict = true', material=relaxing))
+    assert str(error).startswith("a.toml: material: must have a Poisson ratio that does not change")
 
 
 def test_two_bodies_have_no_layer() -> None:
-    text = CASE + 'thickness = "2 mm"\n[counter_body]\nmass = "1 g"\nradius = "1 mm"\n'
-    Path("a.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(CaseError, match=r"profile\.thickness: two free bodies"):
-        read_case("a.toml")
+    error = refusal(lambda: profile('thickness = "2 mm"', counter_body='mass = "1 g"\nradius = "1 mm"'))
+    assert error.field == "profile.thickness"
 
 
 def test_a_force_law_in_a_file_and_inline() -> None:
@@ -118,11 +99,8 @@ def test_a_bad_row_of_a_force_law_is_named() -> None:
     force[17] *= 1.2
     rows = "\n".join(f"{x!r},{y!r}" for x, y in zip(d.tolist(), force.tolist(), strict=True))
     Path("twin.csv").write_text(f"depth,force\n{rows}\n", encoding="utf-8")
-    with pytest.raises(CaseError) as caught:
-        profile('type = "force_law"\nmodulus = 3e6\npoisson_ratio = 0.3\nfile = "twin.csv"')
-    assert caught.value.field == "profile.file"
-    assert "force[17]" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    text = 'type = "force_law"\nmodulus = 3e6\npoisson_ratio = 0.3\nfile = "twin.csv"'
+    refuses(lambda: profile(text), 'a.toml: profile.file = "twin.csv": force[17]')
 
 
 def test_the_coefficient_of_a_power_law_has_the_unit_of_its_exponent() -> None:
@@ -181,26 +159,17 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
             '.coefficient = "1 mm^-1": is a quantity of dimension 1 / [length], not a coefficient of r^3; '
             'write e.g. "50 m^(-2)", or a plain number in m^(-2)',
         ),
-        (
-            'type = "power_law"\nexponent = 3\ncoefficient = -2',
-            ".coefficient = -2: must be finite and > 0",
-        ),
+        ('type = "power_law"\nexponent = 3\ncoefficient = -2', ".coefficient = -2: must be finite and > 0"),
         ('type = "power_law"\nexponent = 0\ncoefficient = 1', ".exponent = 0: must be finite and > 0"),
         ('type = "flat_punch"', ".radius: is missing"),
         ('type = "flat_punch"\nradius = "-1 mm"', '.radius = "-1 mm": must be finite and > 0'),
-        (
-            'type = "flat_punch"\nradius = "1 g"',
-            '.radius = "1 g": is a mass, not a length; write e.g. "10 mm", or a plain number in m',
-        ),
+        ('type = "flat_punch"\nradius = "1 g"', '.radius = "1 g": is a mass, not a length'),
         ('type = "sphere"\nradius = inf', ".radius = inf: must be finite and > 0"),
         (
             'type = "truncated_cone"\nradius = 1\nhalf_angle = "100 deg"',
             '.half_angle = "100 deg": must be > 0 and < 1.5708 rad',
         ),
-        (
-            'type = "flat_ended_parabola"\nface_radius = 0',
-            ".face_radius = 0: must be finite and > 0",
-        ),
+        ('type = "flat_ended_parabola"\nface_radius = 0', ".face_radius = 0: must be finite and > 0"),
         ('type = "tabulated"', ": give file, or r and f"),
         (
             'half_angle = "80 deg"',
@@ -226,10 +195,7 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
             'type = "tabulated"\nfile = "tip.csv"\nr = [0, 1]',
             ".r = [0, 1]: stands in the file already; leave one of the two out",
         ),
-        (
-            'type = "tabulated"\nr = [0, 1]\nf = [1, 2]',
-            ": r[0], f[0] = 0, 1 m: the table must start at r = 0, f = 0",
-        ),
+        ('type = "tabulated"\nr = [0, 1]\nf = [1, 2]', ": r[0], f[0] = 0, 1 m: the table must start at r = 0, f = 0"),
         (
             "type = 3",
             '.type = 3: must be one of "parabola", "sphere", "cone", "power_law", "flat_punch", '
@@ -238,9 +204,7 @@ def test_a_table_in_units_from_a_file_and_inline() -> None:
     ],
 )
 def test_invalid_sections_are_refused_in_one_line(text: str, message: str) -> None:
-    with pytest.raises(CaseError) as caught:
-        profile(text)
-    assert agrees(caught.value, f"a.toml: profile{message}"), str(caught.value)
+    refuses(lambda: profile(text), f"a.toml: profile{message}")
 
 
 FORMS = 'write e.g. "r_mm,f_mm", "r [mm],f [mm]", or "r,f" and the units in a second line'
@@ -256,23 +220,14 @@ FORMS = 'write e.g. "r_mm,f_mm", "r [mm],f [mm]", or "r,f" and the units in a se
         ("r,h\n1,2\n", f"line 1: unknown column 'h'; {FORMS}"),
         ("r\n1\n", f"line 1: must name 2 columns; {FORMS}"),
         ("r,r\n1,1\n", f"line 1: must name 2 columns; {FORMS}"),
-        (
-            "r,f [s]\n1,2\n",
-            "line 1: unit 's' of f: is a time, not a length; write e.g. \"10 mm\", or a plain number in m",
-        ),
-        (
-            "r,f\nmm,g\n1,2\n",
-            "line 2: unit 'g' of f: is a mass, not a length; write e.g. \"10 mm\", or a plain number in m",
-        ),
+        ("r,f [s]\n1,2\n", "line 1: unit 's' of f: is a time, not a length"),
+        ("r,f\nmm,g\n1,2\n", "line 2: unit 'g' of f: is a mass, not a length"),
         ("r,f\nmm\n1,2\n", "line 2: 1 units for 2 columns"),
         ("r,f\n0,0\n\n1,2,3\n", "line 4: 3 values: must be 2, one for each column"),
-        ("r,f\n0,0\n1,half\n", "line 3: 'half': must be a number"),
+        ("r,f\n0,0\n1,half\n", "line 3: f = 'half': must be a number"),
         ("r,f\n0,0\n1,nan\n", "line 3: f = nan: must be finite"),
     ],
 )
 def test_malformed_tables_are_refused_with_the_line(text: str, message: str) -> None:
     Path("t.csv").write_text(text, encoding="utf-8")
-    with pytest.raises(CaseError) as caught:
-        profile('type = "tabulated"\nfile = "t.csv"')
-    assert caught.value.field == "profile.file"
-    assert agrees(caught.value, f'a.toml: profile.file = "t.csv": {message}'), str(caught.value)
+    refuses(lambda: profile('type = "tabulated"\nfile = "t.csv"'), f'a.toml: profile.file = "t.csv": {message}')

@@ -8,37 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from typer.testing import CliRunner, Result
 
-from restitution.case.impact import Case
-from restitution.cli.main import app
+from cases import case_file
+from commands import done, refused, words
+from restitution import Case, Validity
 from restitution.impact.bounces import Bounces, Ending
-from restitution.validity import Validity
 
-CASE = """
-title = "A [bold] ball"
-[body]
-mass = "5 g"
-radius = "10 mm"
-[material]
-name = "jelly"
-equilibrium_modulus = "1 MPa"
-branch_modulus = "1 MPa"
-viscosity = "0.1 kPa s"
-poisson_ratio = 0.45
-[impact]
-drop_height = "50 mm"
-"""
+SOFT = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "1 MPa"\nviscosity = "0.1 kPa s"\npoisson_ratio = 0.45\n'
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("ball.toml").write_text(CASE, encoding="utf-8")
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, ["bounce", *arguments], catch_exceptions=False)
+def _ball(folder: Path) -> None:
+    case_file("ball.toml", title="A [bold] ball", material=SOFT, impact='drop_height = "50 mm"')
 
 
 def fake(monkeypatch: pytest.MonkeyPatch, count: int = 3) -> None:
@@ -67,15 +48,9 @@ def fake(monkeypatch: pytest.MonkeyPatch, count: int = 3) -> None:
     monkeypatch.setattr(Case, "bounces", found)
 
 
-def rows(answer: Result) -> list[list[str]]:
-    assert answer.exit_code == 0, answer.stderr
-    return [line.split() for line in answer.stdout.splitlines()]
-
-
 def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch)
-    answer = run("ball.toml")
-    lines = rows(answer)
+    answer, lines = done("bounce", "ball.toml"), words("bounce", "ball.toml")
     assert answer.stdout.startswith("A [bold] ball, from 50 mm\n")
     # The column before the last is the loss tangent.
     assert ["2", "0.2", "0.5", "0.75", "2", "12.5"] in [line[:-2] + line[-1:] for line in lines]
@@ -86,13 +61,13 @@ def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_long_table_shows_the_first_and_the_last_bounces(monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch, 100)
-    shown = [line[0] for line in rows(run("ball.toml")) if line and re.fullmatch(r"\d+|…", line[0])]
+    shown = [line[0] for line in words("bounce", "ball.toml") if line and re.fullmatch(r"\d+|…", line[0])]
     assert shown[:-1] == [*map(str, range(1, 21)), "…", "97", "98", "99", "100"]
 
 
 def test_json(monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch)
-    answer = run("ball.toml", "--json")
+    answer = done("bounce", "ball.toml", "--json")
     content = json.loads(answer.stdout)
     assert answer.stderr == ""
     assert content["height"] == [0.025, 0.0125, 0.0]
@@ -104,13 +79,13 @@ def test_json(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_files_have_every_bounce_with_units(monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch, 100)
-    assert run("ball.toml", "--out", "b.csv").exit_code == 0
+    done("bounce", "ball.toml", "--out", "b.csv")
     with Path("b.csv").open() as file:
         header, *lines = csv.reader(file)
     assert header[:3] == ["bounce [1]", "touch_time [s]", "velocity [m/s]"]
     assert len(lines) == 100
     assert [float(x) for x in lines[1][:3]] == [2.0, 0.2, 0.5]
-    assert run("ball.toml", "--out", "b.nc").exit_code == 0
+    done("bounce", "ball.toml", "--out", "b.nc")
     with xr.open_dataset("b.nc") as table:
         assert table.height.attrs["units"] == "m"
         np.testing.assert_allclose(table.height[:2], [0.025, 0.0125], rtol=1e-15)
@@ -118,18 +93,13 @@ def test_files_have_every_bounce_with_units(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_impossible_files_are_refused_before_the_computation() -> None:
-    for option, name, endings in (
-        ("--out", "b.txt", ".csv or .nc"),
-        ("--plot", "b.txt", ".png, .pdf or .svg"),
-    ):
-        answer = run("ball.toml", option, name)
-        assert answer.exit_code == 2
-        assert answer.stderr == f"error: {option} b.txt: must end in {endings}\n"
-    assert run("other.toml").stderr == "error: other.toml: no such file\n"
+    for option, endings in (("--out", ".csv or .nc"), ("--plot", ".png, .pdf or .svg")):
+        assert refused("bounce", "ball.toml", option, "b.txt") == f"{option} b.txt: must end in {endings}"
+    assert refused("bounce", "other.toml") == "other.toml: no such file"
 
 
-def test_a_real_ball(tmp_path: Path) -> None:
-    answer = run("ball.toml", "--json", "--plot", "b.png")
+def test_a_real_ball() -> None:
+    answer = done("bounce", "ball.toml", "--json", "--plot", "b.png")
     content = json.loads(answer.stdout)
     height, e, v = (np.array(content[key]) for key in ("height", "restitution_coefficient", "velocity"))
     # v^2 = 2 g h in flight; the rebound starts at the residual depth.

@@ -5,29 +5,16 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
 import restitution as rs
+from cases import case_file
+from checkout import ROOT
+from commands import refused, run, words
 from restitution.calibration.calibrate import TARGETS
 from restitution.cli.main import app
-from restitution.rebound_resilience.standards import STANDARDS
+from restitution.rebound_resilience import STANDARDS
 
-ROOT = Path(__file__).parents[2]
 NAMES = sorted(command.name for command in app.registered_commands)
-BALL = """
-[body]
-mass = "5 g"
-radius = "10 mm"
-[material]
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.45
-"""
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, arguments, catch_exceptions=False)
 
 
 def help_of(*command: str) -> str:
@@ -37,12 +24,8 @@ def help_of(*command: str) -> str:
 @pytest.mark.parametrize("name", NAMES)
 def test_each_command_is_in_a_group_and_has_an_example(name: str) -> None:
     command = next(one for one in app.registered_commands if one.name == name)
-    assert command.rich_help_panel in (
-        "Solve",
-        "From data to a material",
-        "For other codes",
-        "Explore, reproduce, cite",
-    )
+    panels = "Solve", "From data to a material", "For other codes", "Explore, reproduce, cite"
+    assert command.rich_help_panel in panels
     example = re.search(r"Example: restitution (.*)", command.callback.__doc__.replace("\b", ""))[1]
     first, *words = shlex.split(example)
     assert first == name
@@ -59,9 +42,8 @@ def test_help_lists_the_standards_and_the_targets() -> None:
 
 
 @pytest.fixture
-def _ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("ball.toml").write_text(BALL)
+def _ball(folder: Path) -> None:
+    case_file("ball.toml", impact="velocity = 0.1")
 
 
 @pytest.mark.usefixtures("_ball")
@@ -75,7 +57,8 @@ def _ball(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_velocities_stand_in_any_order_and_the_case_needs_none(command: tuple[str, ...]) -> None:
-    assert run("solve", "ball.toml").exit_code == 2
+    case_file("ball.toml", impact=None)
+    refused("solve", "ball.toml")
     forward, backward = run(*command, "0.1", "0.3"), run(*command, "0.3", "0.1")
     assert (forward.exit_code, backward.exit_code) == (0, 0)
     assert forward.stdout == backward.stdout
@@ -86,24 +69,21 @@ def test_a_picture_that_cannot_be_written_is_refused_before_the_solve(monkeypatc
     if not Path("/proc/self").is_dir():
         pytest.skip("no folder that refuses all files")
     monkeypatch.setattr("restitution.case.impact.Case.solve", lambda case: pytest.fail("solved"))
-    Path("ball.toml").write_text(BALL + "[impact]\nvelocity = 0.1\n")
-    answer = run("solve", "ball.toml", "--plot", "/proc/x.png")
-    assert answer.exit_code == 2
-    assert answer.stderr == "error: --plot /proc/x.png: nothing can be written to the folder /proc\n"
+    message = refused("solve", "ball.toml", "--plot", "/proc/x.png")
+    assert message == "--plot /proc/x.png: nothing can be written to the folder /proc"
 
 
 @pytest.mark.usefixtures("_ball")
 def test_the_unit_after_a_range_is_that_of_both_ends() -> None:
     """1:10 mm/s is no range from 1 m/s."""
-    Path("ball.toml").write_text(BALL + "[impact]\nvelocity = 0.1\n")
     seen = {}
 
     def kept(dataset, *arguments, **options):
         seen.update({name: dataset[name].values.tolist() for name in ("velocity", "radius")})
-        raise rs.InputError("seen", wanted="is enough")
+        raise rs.InputError("seen", rule="is enough")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("restitution.plot.sweep.plot_sweep", kept)
+        patch.setattr("restitution.plot_sweep", kept)
         run("map", "ball.toml", "--x", "velocity=1:5 mm/s", "--y", "radius=1:2mm", "--points", "2")
     assert seen["velocity"] == pytest.approx([1e-3, 5e-3])
     assert seen["radius"] == pytest.approx([1e-3, 2e-3])
@@ -111,14 +91,10 @@ def test_the_unit_after_a_range_is_that_of_both_ends() -> None:
 
 @pytest.mark.usefixtures("_ball")
 def test_an_unknown_standard_has_a_near_one() -> None:
-    Path("ball.toml").write_text(BALL + "[impact]\nvelocity = 0.1\n")
-    answer = run("resilience", "ball.toml", "--standard", "din53512")
-    assert answer.exit_code == 2
-    assert answer.stderr.endswith("did you mean DIN 53512?\n")
+    assert refused("resilience", "ball.toml", "--standard", "din53512").endswith("did you mean DIN 53512?")
 
 
 def test_zero_degrees_are_zero() -> None:
     """273.15 K, and the same by a unit, whose conversion rounds."""
     for text in ("273.15", "0 degC", "32 degF"):
-        words = [line.split() for line in run("material", "polyisobutylene", "--at", text).stdout.splitlines()]
-        assert ["temperature", "[°C]", "0"] in words
+        assert ["temperature", "[°C]", "0"] in words("material", "polyisobutylene", "--at", text)

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from typer.testing import CliRunner, Result
 
-from restitution.cli.main import app
+from commands import done, refused
 
 CASE = """
 title = "A [bold] gel"
@@ -30,19 +29,13 @@ HELD = CASE.replace('shape = "triangle"\nloading_time', 'shape = "hold"\nduratio
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files(folder: Path) -> None:
     Path("gel.toml").write_text(CASE, encoding="utf-8")
     Path("held.toml").write_text(HELD, encoding="utf-8")
 
 
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, ["indent", *arguments], catch_exceptions=False)
-
-
 def test_the_table() -> None:
-    answer = run("gel.toml")
-    assert answer.exit_code == 0
+    answer = done("indent", "gel.toml")
     lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
     assert lines[0] == "A [bold] gel"
     # Forces to nine digits by an independent quadrature: 1.38541713e-9 N.
@@ -58,18 +51,16 @@ def test_the_table() -> None:
 
 
 def test_a_contact_without_an_end() -> None:
-    answer = run("held.toml")
-    lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
-    assert answer.exit_code == 0
+    lines = [" ".join(line.split()) for line in done("indent", "held.toml").stdout.splitlines()]
     assert "contact ends at t_end -" in lines
     assert "the bodies were still in contact when the prescribed history ended" in lines[-1]
-    content = json.loads(run("held.toml", "--json").stdout)
+    content = json.loads(done("indent", "held.toml", "--json").stdout)
     assert content["contact_end_time"] is None
     assert content["status"] == "IN_CONTACT"
 
 
 def test_json() -> None:
-    answer = run("gel.toml", "--json")
+    answer = done("indent", "gel.toml", "--json")
     content = json.loads(answer.stdout)
     assert answer.stderr == ""
     assert content["max_force"] == pytest.approx(1.38541713e-9, rel=3.6e-9)
@@ -79,29 +70,24 @@ def test_json() -> None:
 
 
 def test_histories_have_every_column_with_units() -> None:
-    assert run("gel.toml", "--history", "h.csv").exit_code == 0
+    done("indent", "gel.toml", "--history", "h.csv")
     with Path("h.csv").open() as file:
         header, *rows = csv.reader(file)
-    assert header == [
-        "time [s]",
-        "indentation_depth [m]",
-        "indentation_velocity [m/s]",
-        "force [N]",
-        "contact_radius [m]",
-    ]
+    columns = "time [s],indentation_depth [m],indentation_velocity [m/s],force [N],contact_radius [m]"
+    assert header == columns.split(",")
     numbers = np.array(rows, dtype=float)
     # 21 evenly spaced times, which include the turning point, and the end of the contact.
     assert numbers.shape == (22, 5)
     assert numbers[:, 1] == pytest.approx(1e-6 * (1.0 - np.abs(numbers[:, 0] - 1.0)), abs=1e-20)
     assert numbers[numbers[:, 0] == 1.0, 3] == pytest.approx(1.38541713e-9, rel=3.6e-9)
-    assert run("gel.toml", "--history", "h.nc").exit_code == 0
+    done("indent", "gel.toml", "--history", "h.nc")
     with xr.open_dataset("h.nc") as table:
         assert table.force.attrs["units"] == "N"
         np.testing.assert_array_equal(table.force, numbers[:, 3])
 
 
 def test_a_picture_is_written() -> None:
-    assert run("gel.toml", "--plot", "gel.png").exit_code == 0
+    done("indent", "gel.toml", "--plot", "gel.png")
     assert Path("gel.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -120,7 +106,4 @@ def test_bad_input_ends_with_one_line_and_code_2() -> None:
             "for one loading and one unloading. Fit a smooth curve to measured data first",
         ),
     ):
-        answer = run(*arguments)
-        assert answer.exit_code == 2
-        assert answer.stderr == f"error: {message}\n"
-        assert answer.stdout == ""
+        assert refused("indent", *arguments) == message

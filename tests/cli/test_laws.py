@@ -6,24 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
 import restitution as rs
-from restitution.cli.main import app
+from cases import case_file
+from commands import done, refused, run
 
-CASE = """
-[body]
-mass = "5 g"
-radius = "10 mm"
-[material]
-name = "rubber"
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.45
-[impact]
-velocity = "1 m/s"
-"""
+SOLID = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "10 MPa"\nviscosity = "1 kPa s"\npoisson_ratio = 0.45\n'
+CASE = case_file(material='name = "rubber"\n' + SOLID)
 STEEL = """
 [counter_material]
 name = "steel"
@@ -36,19 +25,13 @@ BALL = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabo
 
 
 @pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _ball(folder: Path) -> None:
     Path("ball.toml").write_text(CASE)
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, arguments, catch_exceptions=False)
 
 
 def test_exports_the_cards_of_both_materials() -> None:
     Path("ball.toml").write_text(CASE + STEEL)
-    answer = run("export", "ball.toml", "--to", "ball.inp")
-    assert answer.exit_code == 0
+    answer = done("export", "ball.toml", "--to", "ball.inp")
     assert answer.stdout == "ball.inp: 2 materials in SI units; E and nu are those after a long time\n"
     rubber = rs.read_material("ball.inp", name="rubber").material()
     assert rubber.shear.relaxation_times == pytest.approx(BALL.material.shear.relaxation_times)
@@ -73,8 +56,7 @@ def test_a_shift_that_the_cards_cannot_hold_is_named() -> None:
 
 
 def test_exports_a_table_over_the_velocity() -> None:
-    answer = run("export", "ball.toml", "--to", "ball.csv", "--velocity", "10mm/s", "1")
-    assert answer.exit_code == 0
+    done("export", "ball.toml", "--to", "ball.csv", "--velocity", "10mm/s", "1")
     header, *rows = Path("ball.csv").read_text().splitlines()
     assert header == "velocity [m/s],restitution_coefficient [1],contact_time [s],max_force [N]"
     velocity, *outcome = map(float, rows[-1].split(","))
@@ -91,14 +73,14 @@ def test_exports_the_contact_law_with_memory() -> None:
     # The material of the file has a name.
     text, own = (Path(name).read_text().partition("#ifndef")[2] for name in ("law.h", "own.h"))
     assert text == own
-    assert run("export", "ball.toml", "--to", "law.json").exit_code == 0
+    done("export", "ball.toml", "--to", "law.json")
     content = json.loads(Path("law.json").read_text())
     assert content["branch_moduli"] == law.modulus.branch_moduli.tolist()
     assert content["equilibrium_modulus"] == law.modulus.equilibrium_modulus
 
 
 def test_exports_a_contact_law_of_few_terms_with_its_error() -> None:
-    assert run("export", "ball.toml", "--to", "law.json", "--terms", "1", *RANGE).exit_code == 0
+    done("export", "ball.toml", "--to", "law.json", "--terms", "1", *RANGE)
     impact = replace(BALL, velocity=np.geomspace(0.01, 0.1, 9))
     law = rs.contact_law(impact).reduced(1)
     content = json.loads(Path("law.json").read_text())
@@ -123,36 +105,24 @@ def test_exports_a_contact_law_of_few_terms_with_its_error() -> None:
     ],
 )
 def test_exports_that_are_refused_in_one_line(arguments: list[str], message: str) -> None:
-    answer = run("export", "ball.toml", *arguments)
-    assert answer.exit_code == 2
-    assert answer.stderr.startswith(f"error: {message}")
-    assert answer.stderr.count("\n") == 1
+    assert refused("export", "ball.toml", *arguments).startswith(message)
     assert sorted(path.name for path in Path().iterdir()) == ["ball.toml"]
 
 
 def test_a_liquid_has_no_cards_of_abaqus() -> None:
     Path("ball.toml").write_text(CASE.replace('"1 MPa"', "0").replace("0.45", "0.5"))
-    answer = run("export", "ball.toml", "--to", "a.inp")
-    assert (answer.exit_code, answer.stderr.count("\n")) == (2, 1)
-    assert "holds no liquid" in answer.stderr
+    assert "holds no liquid" in refused("export", "ball.toml", "--to", "a.inp")
 
 
-PAIR = (
-    CASE.replace('mass = "5 g"', 'density = "1100 kg/m3"')
-    + """
-[counter_body]
-density = "1100 kg/m3"
-radius = "10 mm"
-"""
-)
+BEAD_LINES = 'density = "1100 kg/m3"\nradius = "10 mm"\n'
+PAIR = case_file(body=BEAD_LINES, material=SOLID, counter_body=BEAD_LINES)
 BEAD = rs.Body(BALL.material, 0.01, 1100.0 * 4.0 / 3.0 * np.pi * 0.01**3)
 
 
 def test_calibrates_two_bodies_and_prints_the_lines_to_paste() -> None:
     Path("ball.toml").write_text(PAIR)
-    answer = run("calibrate", "ball.toml", "--target", "lammps-viscoelastic", *RANGE, "--plot", "law.png")
+    answer = done("calibrate", "ball.toml", "--target", "lammps-viscoelastic", *RANGE, "--plot", "law.png")
     law = rs.calibrate((BEAD, BEAD), "lammps-viscoelastic", (0.01, 0.1))
-    assert answer.exit_code == 0
     assert answer.stdout.endswith(f"\n{law.snippet}\n")
     assert str(law).splitlines()[-1] in answer.stdout
     rows = [line.split() for line in answer.stdout.splitlines() if line.startswith("  0.0")]
@@ -164,7 +134,7 @@ def test_calibrates_two_bodies_and_prints_the_lines_to_paste() -> None:
 
 def test_calibrates_a_ball_and_a_wall_over_sizes_in_json() -> None:
     options = ("--target", "lammps-tsuji", *RANGE, "--radius", "5 mm", "20 mm", "--units", "cgs", "--json")
-    content = json.loads(run("calibrate", "ball.toml", *options).stdout)
+    content = json.loads(done("calibrate", "ball.toml", *options).stdout)
     law = rs.calibrate(BALL, "lammps-tsuji", (0.01, 0.1), radius=(0.005, 0.02), contact="wall", units="cgs")
     assert content["snippet"] == law.snippet
     assert content["largest_error"] == pytest.approx(law.largest_error)
@@ -176,7 +146,7 @@ def test_contact_builds_the_other_one_from_the_case(stated: str) -> None:
     """A file of two beads gives a bead on a wall of its material, and a file of one bead gives two of them."""
     Path("ball.toml").write_text(PAIR if stated == "wall" else PAIR.partition("[counter_body]")[0])
     options = ("--target", "liggghts", "--velocity", "0.1", "0.1", "--contact", stated)
-    content = json.loads(run("calibrate", "ball.toml", *options, "--json").stdout)
+    content = json.loads(done("calibrate", "ball.toml", *options, "--json").stdout)
     other = BEAD if stated == "pair" else rs.Body(BALL.material)
     exact = rs.solve(rs.collision(BEAD, other, 0.1))
     assert content["wall"] == (stated == "wall")
@@ -188,7 +158,7 @@ def test_a_ball_on_a_deformable_wall_is_no_pair() -> None:
     Path("ball.toml").write_text(CASE + STEEL)
     options = ("--target", "mercury-bshp", "--velocity", "0.1", "0.1", "--json")
     ball = rs.Body(rs.elastic(youngs_modulus=210e9, poisson_ratio=0.3), 0.01, 0.005)
-    content = json.loads(run("calibrate", "ball.toml", *options).stdout)
+    content = json.loads(done("calibrate", "ball.toml", *options).stdout)
     exact = rs.solve(rs.collision(ball, rs.Body(BALL.material), 0.1))
     assert content["wall"]
     assert content["table"]["contact_time"][0] == pytest.approx(exact.contact_time, rel=1e-7)
@@ -196,18 +166,18 @@ def test_a_ball_on_a_deformable_wall_is_no_pair() -> None:
 
 def test_calibrates_to_a_given_restitution() -> None:
     options = ("--target", "mujoco-solref", *RANGE, "--restitution", "0.5", "--json")
-    found = json.loads(run("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]
+    found = json.loads(done("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]
     assert found == pytest.approx([0.5] * len(found))
 
 
 def test_calibrates_to_a_measured_table() -> None:
     Path("e.csv").write_text("v [cm/s],e,sd_e\n40,0.78,0.01\n10,0.85,0.01\n100,0.7,0.01\n")
     options = ("--target", "mercury-bshp", "--restitution", "e.csv")
-    content = json.loads(run("calibrate", "ball.toml", *options, "--json").stdout)
+    content = json.loads(done("calibrate", "ball.toml", *options, "--json").stdout)
     law = rs.calibrate(BALL, "mercury-bshp", restitution=([0.1, 0.4, 1.0], [0.85, 0.78, 0.7]))
     assert content["table"]["velocity"] == pytest.approx([0.1, 0.4, 1.0])
     assert content["snippet"] == law.snippet
-    narrow = json.loads(run("calibrate", "ball.toml", *options, "--velocity", "0.2", "2 m/s", "--json").stdout)
+    narrow = json.loads(done("calibrate", "ball.toml", *options, "--velocity", "0.2", "2 m/s", "--json").stdout)
     assert narrow["table"]["velocity"] == pytest.approx([0.4, 1.0])
 
 
@@ -215,21 +185,15 @@ def test_calibrates_to_a_measured_table() -> None:
     ("table", "message"),
     [
         ("v [cm/s],e\n10,0.85\n40,1.78\n", "line 3: restitution_coefficient = 1.78: must be in (0, 1]"),
-        ("v [cm/s],e\n-10,0.85\n40,0.78\n", "line 2: velocity = -0.1 m/s"),
-        ("v [kg],e\n10,0.85\n", "line 1: unit 'kg' of velocity: is a mass"),
         ("v [m/s],x\n10,0.85\n", "line 1: must have the columns velocity, restitution_coefficient"),
-        ("v [m/s],e\n1,0.85\n2,abc\n", "line 3: 'abc': must be a number"),
-        ("", "is empty"),
         (None, "no such file"),
     ],
 )
 def test_tables_of_restitution_that_are_refused_in_one_line(table: str | None, message: str) -> None:
     if table is not None:
         Path("e.csv").write_text(table)
-    answer = run("calibrate", "ball.toml", "--target", "mercury-bshp", "--restitution", "e.csv")
-    assert answer.exit_code == 2
-    assert answer.stderr.startswith(f"error: e.csv: {message}")
-    assert answer.stderr.count("\n") == 1
+    options = "--target", "mercury-bshp", "--restitution", "e.csv"
+    assert refused("calibrate", "ball.toml", *options).startswith(f"e.csv: {message}")
 
 
 @pytest.mark.parametrize(
@@ -251,22 +215,13 @@ def test_tables_of_restitution_that_are_refused_in_one_line(table: str | None, m
     ],
 )
 def test_calibrations_that_are_refused_in_one_line(arguments: list[str], message: str) -> None:
-    answer = run("calibrate", "ball.toml", *arguments)
-    assert answer.exit_code == 2
-    assert answer.stderr.startswith(f"error: {message}")
-    assert answer.stderr.count("\n") == 1
+    assert refused("calibrate", "ball.toml", *arguments).startswith(message)
 
 
 def test_fractional_materials_hold_for_the_contacts_of_all_velocities() -> None:
-    fractional = """model = "fractional_zener"
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-relaxation_time = "1 ms"
-exponent = 0.4
-"""
-    start = CASE.index("equilibrium_modulus")
-    Path("ball.toml").write_text(CASE[:start] + fractional + CASE[CASE.index("poisson_ratio") :])
-    content = json.loads(run("calibrate", "ball.toml", "--target", "rebound", *RANGE, "--json").stdout)
+    fractional = SOLID.replace('viscosity = "1 kPa s"', 'relaxation_time = "1 ms"\nexponent = 0.4')
+    case_file("ball.toml", material=f'model = "fractional_zener"\n{fractional}')
+    content = json.loads(done("calibrate", "ball.toml", "--target", "rebound", *RANGE, "--json").stdout)
     material = rs.fractional_zener(1e6, 1e7, 1e-3, 0.4)
     for place in (0, -1):
         v = content["table"]["velocity"][place]
@@ -280,9 +235,8 @@ exponent = 0.4
 
 
 def test_a_law_that_cannot_reach_the_restitution_is_refused() -> None:
-    answer = run("calibrate", "ball.toml", "--target", "liggghts", *RANGE, "--restitution", "0.01")
-    assert (answer.exit_code, answer.stderr.count("\n")) == (2, 1)
-    assert answer.stderr.startswith("error: target = 'liggghts': reaches e from ")
+    message = refused("calibrate", "ball.toml", "--target", "liggghts", *RANGE, "--restitution", "0.01")
+    assert message.startswith("target = 'liggghts': reaches e from ")
 
 
 @pytest.mark.parametrize(

@@ -6,24 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
 
 import restitution as rs
-from restitution.cli.main import app
+from cases import case_file
+from commands import done, refused, run
 
-CASE = """
-title = "Rubber"
-[body]
-mass = "5 g"
-radius = "10 mm"
-[material]
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.45
-[impact]
-velocity = "1 m/s"
-"""
+SOLID = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "10 MPa"\nviscosity = "1 kPa s"\npoisson_ratio = 0.45\n'
+CASE = case_file(title="Rubber", material=SOLID)
 AXES = """
 [axes]
 velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = 12 }
@@ -32,27 +21,13 @@ radius = ["5 mm", "10 mm"]
 
 
 @pytest.fixture(autouse=True)
-def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files(folder: Path) -> None:
     Path("ball.toml").write_text(CASE)
     Path("sweep.toml").write_text(CASE + AXES)
 
 
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, list(arguments), catch_exceptions=False)
-
-
-def refused(*arguments: str) -> str:
-    answer = run(*arguments)
-    assert answer.exit_code == 2
-    assert answer.stdout == ""
-    assert answer.stderr.count("\n") == 1
-    return answer.stderr.removeprefix("error: ").rstrip("\n")
-
-
-def test_sweep_stores_reports_its_time_and_resumes(tmp_path: Path) -> None:
-    answer = run("sweep", "sweep.toml", "--out", "out.zarr")
-    assert answer.exit_code == 0
+def test_sweep_stores_reports_its_time_and_resumes() -> None:
+    answer = done("sweep", "sweep.toml", "--out", "out.zarr")
     assert answer.stderr.startswith("warning: small strain: ")
     assert re.fullmatch(r"24 impacts in out\.zarr; took \d+\.\d s\n", answer.stdout)
     result = rs.open_sweep("out.zarr")
@@ -66,8 +41,7 @@ def test_failed_impacts_are_counted() -> None:
     Path("tip.csv").write_text("r_mm,f_um\n0,0\n1,50\n2,200\n")
     text = CASE.replace("[material]", '[profile]\ntype = "tabulated"\nfile = "tip.csv"\n[material]')
     Path("deep.toml").write_text(text + "[axes]\nvelocity = [0.01, 20]\n")
-    answer = run("sweep", "deep.toml", "--out", "out.zarr")
-    assert answer.exit_code == 0
+    answer = done("sweep", "deep.toml", "--out", "out.zarr")
     assert answer.stderr.startswith("warning: 1 of 2 impacts failed and are NaN: 1 TOO_DEEP\n")
 
 
@@ -79,12 +53,15 @@ def test_another_sweep_is_refused() -> None:
     )
 
 
-def test_plot_and_map_draw(tmp_path: Path) -> None:
+def test_plot_and_map_draw() -> None:
     run("sweep", "sweep.toml", "--out", "out.zarr")
     for arguments, picture in (
         (("plot", "out.zarr"), "out.png"),
         (("plot", "out.zarr", "--out", "curve.pdf", "--output", "max_force", "--at", "radius=0.005"), "curve.pdf"),
-        (("plot", "out.zarr", "--out", "map.svg", "--x", "velocity", "--y", "radius"), "map.svg"),
+        (
+            ("plot", "out.zarr", "--out", "map.svg", "--x", "velocity", "--y", "radius", "--output", "contact_time"),
+            "map.svg",
+        ),
         (("map", "ball.toml", "--x", "velocity=1cm/s:10 m/s", "--y", "nu=0:0.5", "--points", "4"), "ball-map.png"),
         (("map", "--x", "p2=0.001:10", "--y", "p3=0.01:100", "--set", "nu=0.45", "--points", "4"), "map.png"),
         (
@@ -102,12 +79,10 @@ def test_plot_and_map_draw(tmp_path: Path) -> None:
 
 
 def test_axes_of_maps_are_logarithmic_over_a_wide_range(monkeypatch: pytest.MonkeyPatch) -> None:
-    from restitution.plot import sweep as dataset
-
     seen = []
-    draw = dataset.plot_sweep
+    draw = rs.plot_sweep
     monkeypatch.setattr(
-        dataset, "plot_sweep", lambda data, *rest, **named: (seen.append(data), draw(data, *rest, **named))[1]
+        rs, "plot_sweep", lambda data, *rest, **named: (seen.append(data), draw(data, *rest, **named))[1]
     )
     run("map", "ball.toml", "--x", "radius=5 mm:2 cm", "--y", "velocity=1 cm/s:10 m/s", "--points", "4")
     (data,) = seen
@@ -152,10 +127,7 @@ def test_invalid_slices_are_refused(arguments: tuple[str, ...], message: str) ->
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (
-            ("sweep", "ball.toml", "--out", "o.zarr"),
-            "ball.toml: axes: the section is missing; it lists what varies",
-        ),
+        (("sweep", "ball.toml", "--out", "o.zarr"), "ball.toml: axes: the section is missing; it lists what varies"),
         (("sweep", "none.toml", "--out", "o.zarr"), "none.toml: no such file"),
         (("sweep", "sweep.toml", "--out", "no/o.zarr"), "o.zarr: no such folder: "),
         (
@@ -165,10 +137,7 @@ def test_invalid_slices_are_refused(arguments: tuple[str, ...], message: str) ->
         (("plot", "none.zarr"), "none.zarr: no such folder"),
         (("plot", ".", "--out", "p.png"), ".: holds no sweep"),
         (("plot", "out.zarr", "--out", "p.txt"), "--out p.txt: must end in .png, .pdf or .svg"),
-        (
-            ("map", "ball.toml", "--x", "velocity", "--y", "nu=0:0.5"),
-            "--x velocity: must be a name, = and what it is",
-        ),
+        (("map", "ball.toml", "--x", "velocity", "--y", "nu=0:0.5"), "--x velocity: must be a name, = and what it is"),
         (("map", "ball.toml", "--x", "velocity=1", "--y", "nu=0:0.5"), "--x velocity=1: must be LOW:HIGH"),
         (
             ("map", "ball.toml", "--x", "velocity=1:2", "--y", "radus=1mm:2mm"),
@@ -184,16 +153,7 @@ def test_invalid_slices_are_refused(arguments: tuple[str, ...], message: str) ->
         ),
         (("map", "--x", "p2=1:2", "--y", "p2=1:2"), "--y p2=1:2: p2 is given twice"),
         (
-            (
-                "map",
-                "ball.toml",
-                "--x",
-                "nu=0:0.5",
-                "--y",
-                "radius=1mm:2mm",
-                "--set",
-                "material.poisson_ratio=0",
-            ),
+            ("map", "ball.toml", "--x", "nu=0:0.5", "--y", "radius=1mm:2mm", "--set", "material.poisson_ratio=0"),
             "--set material.poisson_ratio=0: material.poisson_ratio is given twice",
         ),
         (("map", "--x", "p2=1:2", "--y", "p3=1:2"), "--set nu=0.45"),
@@ -209,8 +169,7 @@ def test_invalid_input_is_refused(arguments: tuple[str, ...], message: str) -> N
 
 
 def test_a_table_instead_of_a_store() -> None:
-    answer = run("sweep", "sweep.toml", "--out", "ev.csv")
-    assert answer.exit_code == 0
+    done("sweep", "sweep.toml", "--out", "ev.csv")
     head, *rows = Path("ev.csv").read_text().splitlines()
     assert {"velocity [m/s]", "radius [m]", "restitution_coefficient [1]"} <= set(head.split(","))
     assert len(rows) == 24

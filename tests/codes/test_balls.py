@@ -3,14 +3,12 @@
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from checkout import EXAMPLES
 from restitution.cli.main import app
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a compiler of C")

@@ -6,11 +6,11 @@ Without the codes they are skipped, but not in `.ci/run`, where only LIGGGHTS ma
 import importlib.util
 import os
 import shutil
-from pathlib import Path
 
 import pytest
 
 import restitution as rs
+from checkout import script
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
@@ -18,11 +18,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 @pytest.fixture(scope="module")
 def codes():
     """The script validation/codes.py, which runs the codes."""
-    path = Path(__file__).parents[2] / "validation" / "codes.py"
-    spec = importlib.util.spec_from_file_location("codes_of_validation", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return script("validation/codes.py")
 
 
 def need(name):

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import TruncatedCone
-from restitution.contact.tabulated import Tabulated
+from restitution import Tabulated, TruncatedCone
 
 pytestmark = pytest.mark.plain
 

@@ -5,12 +5,9 @@ import pickle
 
 import pytest
 
-from restitution.contact.contact import Contact
-from restitution.contact.profile import Parabola
+from restitution import FractionalMaterial, Material, Parabola, PronySeries, springpot
+from restitution.contact.geometry import Contact
 from restitution.errors import InputTypeError
-from restitution.material.fractional import FractionalMaterial, springpot
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 
 STEEL = Material(8e10, 1.6e11)
 RUBBER = Material(PronySeries(1e6, [1e7], [1e-4]), math.inf, window=(1e-6, 1.0))
@@ -26,11 +23,7 @@ def test_compliances_of_both_bodies_add():
 
 @pytest.mark.parametrize(
     ("materials", "window"),
-    [
-        ((STEEL, None), None),
-        ((STEEL, RUBBER), (1e-6, 1.0)),
-        ((GEL.within((1e-8, 1e-2)), RUBBER), (1e-6, 1e-2)),
-    ],
+    [((STEEL, None), None), ((STEEL, RUBBER), (1e-6, 1.0)), ((GEL.within((1e-8, 1e-2)), RUBBER), (1e-6, 1e-2))],
 )
 def test_window_is_the_common_window_of_both_materials(materials, window):
     assert Contact(materials[0], Parabola(0.01), materials[1]).window == window

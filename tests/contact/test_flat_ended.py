@@ -3,9 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import FlatEndedParabola, TruncatedCone
-from restitution.contact.power_law import Cone
-from restitution.contact.profile import Parabola
+from restitution.contact.profiles import Cone, FlatEndedParabola, Parabola, TruncatedCone
 
 # d/(b cot alpha): a/b and Pi/(b^2 cot alpha) from the root of theta = D cos(theta): mpmath, 40 digits.
 ROOTS = {

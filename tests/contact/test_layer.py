@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 
 import restitution as rs
 from restitution.contact.geometry import Geometry
-from restitution.contact.layer import punch, store
-from restitution.contact.layer.compliance import missing_compliance
+from restitution.contact.layer import punch
+from restitution.contact.layer.punch import missing_compliance
+from scipy_oracle import solve_by_scipy
 
 # Unit numbers are far from small strains.
 pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
@@ -322,9 +323,9 @@ def test_a_thick_layer_is_the_half_space():
                 assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-9)
 
 
-def test_the_reference_solver_and_the_history_agree():
+def test_scipy_and_the_history_agree():
     impact = rs.Impact(IMPACTS["C"][0], rs.Layer(rs.Cone(1.2), 0.5), mass=1.0, velocity=1.0)
-    found, slow = rs.solve(impact), rs.solve(impact, "reference", rtol=1e-8)
+    found, slow = rs.solve(impact), solve_by_scipy(impact, 1e-8)
     assert slow.restitution_coefficient == pytest.approx(found.restitution_coefficient, rel=1e-7)
     assert slow.max_contact_radius == pytest.approx(found.max_contact_radius, rel=1e-6)
     history = found.sample([0.0, 0.5 * found.turning_time, found.turning_time])
@@ -395,10 +396,7 @@ def test_what_a_layer_cannot_give_is_refused_in_one_line():
     assert np.isnan(result.max_pressure)
     cases = [
         ("thickness", lambda: rs.Layer(rs.Parabola(1.0), 0.0)),
-        ("thickness", lambda: rs.Layer(rs.FlatPunch(1.0), np.array([1.0, 2.0]))),
-        ("thickness", lambda: rs.Impact(rubber, rs.Layer(rs.FlatPunch(1.0), 0.02), 1.0, 1.0).shape),
         ("base", lambda: rs.Layer(rs.Parabola(1.0), 1.0, "glued")),  # pyright: ignore[reportArgumentType]
-        ("profile", lambda: rs.Layer(rs.Sphere([1.0, 2.0]), 1.0)),  # pyright: ignore[reportArgumentType]
         ("profile", lambda: rs.Layer(pad, 1.0)),  # pyright: ignore[reportArgumentType]
         ("profile", lambda: pad.stiffness_radius(0.1)),
         ("counter_material", lambda: rs.Impact(rubber, pad, 1.0, 1.0, counter_material=rubber)),
@@ -420,16 +418,16 @@ def test_what_a_layer_cannot_give_is_refused_in_one_line():
 
 def test_the_cache_of_the_user_does_not_matter(tmp_path, monkeypatch):
     def kappa() -> float:
-        store.stored_punches.cache_clear()
-        return float(store.stored_punches(0.25).kappa(np.array(3.0)))
+        punch.stored_punches.cache_clear()
+        return float(punch.stored_punches(0.25).kappa(np.array(3.0)))
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path))
     expected = kappa()
     (file,) = tmp_path.rglob("*.npz")
-    content, calls = file.read_bytes(), []
-    monkeypatch.setattr(store, "punches", lambda nu: calls.append(nu) or punch.punches(nu))
+    content, calls, computed = file.read_bytes(), [], punch.punches(0.25)
+    monkeypatch.setattr(punch, "punches", lambda nu: calls.append(nu) or computed)
     assert kappa() == expected
     assert not calls
     middle = len(content) // 2
@@ -438,11 +436,11 @@ def test_the_cache_of_the_user_does_not_matter(tmp_path, monkeypatch):
         assert kappa() == expected
         assert file.read_bytes()[:1000] == content[:1000]
     assert len(calls) == 4
-    monkeypatch.setattr(store, "whole_file", lambda path: (_ for _ in ()).throw(OSError("full")))
+    monkeypatch.setattr(punch, "whole_file", lambda path: (_ for _ in ()).throw(OSError("full")))
     file.unlink()
     assert kappa() == expected
     assert not list(tmp_path.rglob("*.npz"))
-    store.stored_punches.cache_clear()
+    punch.stored_punches.cache_clear()
 
 
 def quad_moment(k: int) -> float:
@@ -452,14 +450,14 @@ def quad_moment(k: int) -> float:
     return float(3.0 * np.sum(0.5 * weights * u * u * np.cos(2 * k * np.arccos(u))))
 
 
-@pytest.mark.parametrize("nu", store.SHIPPED)
+@pytest.mark.parametrize("nu", punch.SHIPPED)
 def test_a_shipped_table_is_the_one_that_is_computed(nu, tmp_path, monkeypatch):
     made = punch.punches(nu)
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
         monkeypatch.setenv(name, str(tmp_path))
-    monkeypatch.setattr(store, "punches", None)
-    store.stored_punches.cache_clear()
-    found = store.stored_punches(nu)
+    monkeypatch.setattr(punch, "punches", None)
+    punch.stored_punches.cache_clear()
+    found = punch.stored_punches(nu)
     assert not list(tmp_path.iterdir())
     a = np.concatenate([np.linspace(*ends, 40) for ends in pairwise(punch.PANELS)])
     for name in ("kappa", "edge_load", "radius"):
@@ -470,11 +468,11 @@ def test_a_shipped_table_is_the_one_that_is_computed(nu, tmp_path, monkeypatch):
     moments = np.tile([quad_moment(k) for k in range(terms)], (a.size, 1))
     assert found.means(a, moments) == pytest.approx(made.means(a, moments), rel=1e-11)
     # A damaged file of the package costs time alone.
-    monkeypatch.setattr(store, "SHIPPED", {nu: "missing.npz"})
-    monkeypatch.setattr(store, "punches", lambda ratio: made if ratio == nu else None)
-    store.stored_punches.cache_clear()
-    assert store.stored_punches(nu) is made
-    store.stored_punches.cache_clear()
+    monkeypatch.setattr(punch, "SHIPPED", {nu: "missing.npz"})
+    monkeypatch.setattr(punch, "punches", lambda ratio: made if ratio == nu else None)
+    punch.stored_punches.cache_clear()
+    assert punch.stored_punches(nu) is made
+    punch.stored_punches.cache_clear()
 
 
 def test_the_shipped_tables_are_small_and_part_of_the_package():
@@ -482,8 +480,8 @@ def test_the_shipped_tables_are_small_and_part_of_the_package():
     (package,) = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"][
         "packages"
     ]
-    folder = Path(store.__file__).parent / "data"
-    assert {file.name for file in folder.iterdir()} == set(store.SHIPPED.values())
+    folder = Path(punch.__file__).parent / "data"
+    assert {file.name for file in folder.iterdir()} == set(punch.SHIPPED.values())
     assert sum(file.stat().st_size for file in folder.iterdir()) < 200_000
     assert folder.is_relative_to(root / package)
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import restitution as rs
 from restitution.contact.layer import contacts as module
 from restitution.contact.layer.contacts import contacts
-from restitution.contact.layer.rows import LayerRows
-from restitution.contact.path import evaluate
+from restitution.contact.layer.layer import LayerRows
+from restitution.contact.table import evaluate
 
 R = np.linspace(0.0, 6.0, 13)
 PROFILES = {

@@ -3,11 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.path import evaluate, joined, path_table, scaled
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
+from restitution import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, Tabulated, TruncatedCone
+from restitution.contact.table import evaluate, joined, path_table, scaled
 from restitution.kernel.compile import entry_point
 from restitution.kernel.path import radius_and_integral, single_path, table_path
 

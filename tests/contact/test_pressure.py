@@ -5,11 +5,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
+from restitution import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, Tabulated, TruncatedCone
 from restitution.contact.pressure import line_function, pressure, surface_displacement
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
 
 RADII = np.linspace(0.0, 0.5, 11)
 # Profiles with the radii where g is not smooth.

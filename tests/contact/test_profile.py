@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
-from restitution.errors import InputError
+from restitution import InputError, Tabulated
+from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, TruncatedCone
 
 RADII = np.linspace(0.0, 0.4, 33)
 
@@ -44,14 +41,7 @@ def abel(profile, x, slope, face):
     end = math.acos(face / x)
     total = 0.0
     for low, high in zip([0.0, *sorted(breaks)], [*sorted(breaks), end], strict=True):
-        value, _ = quad(
-            lambda psi: float(slope(x * math.cos(psi))),
-            low,
-            high,
-            epsabs=0,
-            epsrel=1e-13,
-            limit=200,
-        )
+        value, _ = quad(lambda psi: float(slope(x * math.cos(psi))), low, high, epsabs=0, epsrel=1e-13, limit=200)
         total += value
     return total
 
@@ -249,7 +239,7 @@ def test_bad_parameters(make, field, value, limits):
         make()
     assert error.value.field == field
     assert error.value.value == pytest.approx(value, nan_ok=True)
-    assert error.value.wanted.endswith(limits)
+    assert error.value.rule.endswith(limits)
     assert "\n" not in str(error.value)
 
 

@@ -3,12 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import Sphere, sphere_mass
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Impact, Material, PronySeries, solve
+from restitution.contact.profiles import Parabola, Sphere, sphere_mass
 
 # L, the root of L tanh(L) = d, for R = 1, and ((1 + u^2) L - u)/2 with u = tanh(L): mpmath, 40 digits.
 ROOTS = {

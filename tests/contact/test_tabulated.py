@@ -5,11 +5,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator, PPoly
 
-from restitution.contact.abel import AbelTransform
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
+from restitution.contact.profiles import Cone, FlatEndedParabola, Parabola, PowerLaw, Sphere, TruncatedCone
+from restitution.contact.tabulated import AbelTransform, Tabulated
 
 RADII = np.linspace(0.0, 0.5, 21)
 FACED = np.append(0.0, np.linspace(0.1, 0.5, 21))
@@ -114,7 +111,7 @@ def test_slope_of_the_transform_is_its_derivative(face):
 @pytest.mark.parametrize("kind", ["clean", "noisy", "quantised", "rough"])
 def test_far_and_near_quadrature_agree(kind, monkeypatch):
     """Groups of pieces take the place of the sum of the closed forms of all pieces, at rounding level."""
-    import restitution.contact.abel as abel
+    import restitution.contact.tabulated as abel
 
     rng = np.random.default_rng()
     for size in (30, int(rng.integers(100, 800))):

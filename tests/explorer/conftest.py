@@ -1,14 +1,16 @@
-"""A server of the explorer in a thread, and requests on a socket of it."""
+"""A server of the explorer in a thread, requests on a socket of it, and its page in a browser."""
 
 import json
 from collections.abc import Callable, Iterator
 from typing import Any
+from urllib.parse import urlencode
 
 import pytest
 
+import chromium
+import sockets
 from restitution.explorer import answers
-from restitution.explorer.launch import Running, in_thread, listen
-from sockets import opened
+from restitution.explorer.launch import Running, in_thread, listen, warm_up
 
 
 @pytest.fixture(scope="package")
@@ -27,7 +29,7 @@ def running() -> Iterator[Running]:
 @pytest.fixture
 def ask(running: Running) -> Iterator[Callable[..., dict[str, Any]]]:
     """Function that sends a request of a kind and returns the answer."""
-    with opened(running) as socket:
+    with sockets.opened(running) as socket:
 
         def ask(kind: str, state: dict[str, Any] | None = None, **further: Any) -> dict[str, Any]:
             socket.send(json.dumps({"id": 1, "kind": kind, "state": state or {}} | further))
@@ -36,3 +38,45 @@ def ask(running: Running) -> Iterator[Callable[..., dict[str, Any]]]:
             return answer
 
         yield ask
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=chromium.CHROMIUM, args=chromium.OPTIONS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def address():
+    # A first solve compiles for longer than a page waits.
+    warm_up()
+    with chromium.serving() as running:
+        yield running.address
+
+
+@pytest.fixture
+def opened(browser, address):
+    """Open the page with a state; afterwards no error was logged, and every request went to the server."""
+    errors, hosts, allowed, contexts = [], set(), {""}, []
+
+    def open_page(state=None, start=address, **options):
+        allowed.add(start.split("/")[2])
+        context = browser.new_context(**({"reduced_motion": "reduce", "accept_downloads": True} | options))
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("request", lambda request: hosts.add(request.url.split("/")[2] if "//" in request.url else ""))
+        page.goto(start if "#" in start else f"{start}#{urlencode(chromium.BASE | (state or {}))}")
+        page.wait_for_selector("[data-output][data-value]:visible, .present p")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert errors == []
+    assert hosts <= allowed

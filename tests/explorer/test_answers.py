@@ -12,10 +12,9 @@ import pytest
 
 import random_messages as fuzz
 import restitution as rs
-from restitution.explorer import answers, presets, section
+from restitution.explorer import answers
 from restitution.explorer.downloads import download
-from restitution.explorer.inputs import MOST_TERMS, inputs
-from restitution.explorer.state import nested, of_case, of_impact, settled
+from restitution.explorer.inputs import MOST_TERMS, PRESETS, inputs, nested, of_case, of_impact, settled
 from restitution.material.models import material_models
 from restitution.quantities import BUDGET
 
@@ -68,7 +67,7 @@ def test_numbers_are_those_of_solve_for_every_material(model, tmp_path):
     for name in ("contact_time", "max_force", "max_indentation_depth", "max_contact_radius"):
         value = getattr(expected, name)
         assert numbers[name] == (pytest.approx(value, rel=1e-12) if np.isfinite(value) else None)
-    assert [numbers[name] for name in BUDGET] == answers.plain(list(expected.energy))
+    assert [numbers[name] for name in BUDGET] == answers.numbers_of(list(expected.energy))
     assert numbers["instantaneous_poisson_ratio"] == expected.impact.material.instantaneous_poisson_ratio
     assert [row["kind"] for row in found["validity"] if row["state"] == "doubtful"] == [
         check.kind for check in expected.validity if check.exceeded
@@ -221,7 +220,7 @@ def test_bounces_are_those_of_the_package():
 def test_indentations_are_those_of_the_package(prescribed, shape, tmp_path):
     from restitution.case.indentation import read_indentation
 
-    state = presets.PRESETS["gel"][1] | {"prescribed": prescribed, "indentation.shape": shape}
+    state = PRESETS["gel"][1] | {"prescribed": prescribed, "indentation.shape": shape}
     found = answers.indentation(state)
     expected = read_indentation(case_file(state, tmp_path, "indentation")).solve()
     for name in ("max_force", "max_indentation_depth", "work"):
@@ -262,9 +261,9 @@ def test_the_python_text_gives_the_same_impact(seed, capsys):
     assert "restitution coefficient" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", presets.PRESETS)
+@pytest.mark.parametrize("name", PRESETS)
 def test_presets_can_be_solved(name):
-    state = presets.PRESETS[name][1]
+    state = PRESETS[name][1]
     assert answers.impact(state)["status"]["name"] == "SEPARATED"
     assert answers.indentation(state)["numbers"]["max_force"] > 0.0
 
@@ -335,7 +334,7 @@ def test_cases_that_the_page_cannot_show_are_refused_in_one_line(tmp_path):
 
 def test_random_states_are_solved_or_refused_in_one_line():
     rng = random.Random(5)
-    from restitution.explorer.messages import BUG, Request, answer
+    from restitution.explorer.server import BUG, Request, answer
 
     for number in range(60):
         request = fuzz.request(rng, number)
@@ -353,7 +352,7 @@ def test_the_section_of_an_ellipsoid_is_along_its_long_axis(share):
     largest = result.impact.profile.semi_axes(result.max_contact_radius)[0]
     assert shape["radius"][-1] == pytest.approx(3.0 * largest)
     assert shape["height"] == pytest.approx(np.square(shape["radius"]) / 0.06)
-    radius, displacement = section.surface(result)  # pyright: ignore[reportGeneralTypeIssues]
+    radius, displacement = answers.surface_section(result)  # pyright: ignore[reportGeneralTypeIssues]
     t = share * result.contact_time
     depth, mean = (float(result.sample(np.array([t]))[name][0]) for name in ("indentation_depth", "contact_radius"))
     a, b = result.impact.profile.semi_axes(mean)

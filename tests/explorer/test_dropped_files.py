@@ -13,7 +13,7 @@ import restitution as rs
 from restitution.case.impact import CaseFile
 from restitution.explorer import answers, dropped_files
 from restitution.explorer.downloads import download
-from restitution.explorer.state import settled
+from restitution.explorer.inputs import settled
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 TIMES = np.geomspace(1e-5, 1e2, 40)

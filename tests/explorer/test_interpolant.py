@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.explorer import interpolant
+from restitution.explorer import answers
 from restitution.paper.computation import instantaneous_poisson_ratio
 
 NODE = shutil.which("node")
@@ -43,7 +43,7 @@ def test_javascript_agrees_with_python(tmp_path):
     }  # fmt: skip
     page = files("restitution.explorer") / "page"
     (tmp_path / "interpolant.mjs").write_text((page / "interpolant.js").read_text())
-    (tmp_path / "interpolant.json").write_text(interpolant.as_json())
+    (tmp_path / "interpolant.json").write_text(answers.interpolant())
     points = np.column_stack([nu, p2, p3]).tolist()
     (tmp_path / "points.json").write_text(json.dumps({"points": points, "solid": solid}))
     (tmp_path / "script.mjs").write_text(SCRIPT)

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 import random_messages as fuzz
 import restitution as rs
-from restitution.explorer import answers, messages, server, session
+from restitution.explorer import answers, server
 from restitution.explorer.launch import listen
 from restitution.explorer.server import page_files
 from sockets import get, opened
@@ -183,8 +183,8 @@ def test_a_solve_that_fails_is_one_line(ask, monkeypatch):
 
 
 def test_a_mistake_of_the_program_ends_no_session(ask, monkeypatch):
-    monkeypatch.setitem(messages._KINDS, "impact", lambda _: {}["nothing"])
-    assert messages.BUG in ask("impact")["error"]
+    monkeypatch.setitem(server._KINDS, "impact", lambda _: {}["nothing"])
+    assert server.BUG in ask("impact")["error"]
     assert ask("bounces")["ok"]
 
 
@@ -196,8 +196,8 @@ def test_requests_that_wait_are_replaced_by_newer_ones(running, monkeypatch):
         assert go_on.wait(20)
         return {"number": content["number"]}
 
-    monkeypatch.setitem(messages._KINDS, "impact", slow)
-    monkeypatch.setitem(messages._KINDS, "velocity", lambda content: {"number": content["number"]})
+    monkeypatch.setitem(server._KINDS, "impact", slow)
+    monkeypatch.setitem(server._KINDS, "velocity", lambda content: {"number": content["number"]})
     with opened(running) as page:
         page.send(json.dumps({"id": 0, "kind": "impact", "number": 0}))
         assert begun.wait(20)
@@ -223,10 +223,10 @@ def test_the_curve_over_velocity_waits_for_the_numbers_but_not_for_ever(running,
         return {"waited": go_on.acquire(timeout=20)}
 
     # A clock that advances by 1 at every request: the curve waits for three of them on a machine of any speed.
-    monkeypatch.setattr(session, "time", SimpleNamespace(monotonic=lambda: next(clock)))
-    monkeypatch.setitem(session._QUICK, "velocity", 3.0)
-    monkeypatch.setitem(messages._KINDS, "impact", slow)
-    monkeypatch.setitem(messages._KINDS, "velocity", lambda _: {})
+    monkeypatch.setattr(server, "time", SimpleNamespace(monotonic=lambda: next(clock), thread_time=time.thread_time))
+    monkeypatch.setitem(server._QUICK, "velocity", 3.0)
+    monkeypatch.setitem(server._KINDS, "impact", slow)
+    monkeypatch.setitem(server._KINDS, "velocity", lambda _: {})
     with opened(running) as page:
         for kind in ("impact", "velocity"):
             page.send(json.dumps({"id": 0, "kind": kind}))
@@ -247,7 +247,7 @@ def test_the_curve_over_velocity_waits_for_the_numbers_but_not_for_ever(running,
 
 def test_a_slow_answer_does_not_hold_a_slider_up(running, monkeypatch):
     go_on = threading.Event()
-    monkeypatch.setitem(messages._KINDS, "surface", lambda _: {"waited": go_on.wait(20)})
+    monkeypatch.setitem(server._KINDS, "surface", lambda _: {"waited": go_on.wait(20)})
     with opened(running) as page:
         page.send(json.dumps({"id": 0, "kind": "surface"}))
         for number in range(1, 20):
@@ -266,7 +266,7 @@ def test_the_newest_request_is_answered_when_the_turn_of_its_page_comes(running,
             assert go_on.wait(20)
         return {}
 
-    monkeypatch.setitem(messages._KINDS, "impact", slow)
+    monkeypatch.setitem(server._KINDS, "impact", slow)
     with opened(running) as first, opened(running) as second:
         first.send(json.dumps({"id": 0, "kind": "impact", "number": 0}))
         assert begun.wait(20)
@@ -279,7 +279,7 @@ def test_the_newest_request_is_answered_when_the_turn_of_its_page_comes(running,
 
 def test_pages_do_not_wait_for_each_other(running, monkeypatch):
     go_on = threading.Event()
-    monkeypatch.setitem(messages._KINDS, "paper", lambda _: {"waited": go_on.wait(20)})
+    monkeypatch.setitem(server._KINDS, "paper", lambda _: {"waited": go_on.wait(20)})
     with opened(running) as slow, opened(running) as quick:
         slow.send(json.dumps({"id": 1, "kind": "paper"}))
         for number in range(20):
@@ -333,7 +333,7 @@ def test_what_is_no_request_gets_one_line(running, message):
 
 def test_a_long_message_is_one_line(running):
     with opened(running) as page:
-        page.send(json.dumps({"id": 7, "kind": "impact", "state": {}, "more": "x" * messages.LONGEST}))
+        page.send(json.dumps({"id": 7, "kind": "impact", "state": {}, "more": "x" * server.LONGEST}))
         answer = json.loads(page.recv(timeout=20))
         assert answer["id"] == 7
         assert "must have at most 65536" in answer["error"]
@@ -367,7 +367,7 @@ def bombard(running, seed: int, count: int) -> int:
                     assert answer["ok"]
                     return
                 if not answer["ok"]:
-                    assert messages.BUG not in answer["error"]
+                    assert server.BUG not in answer["error"]
                     assert "Traceback" not in answer["error"]
                     assert "\n" not in answer["error"]
                     assert "/tmp" not in answer["error"]
@@ -414,26 +414,26 @@ def test_hosts_and_ports_that_do_not_exist_are_refused():
 
 
 def test_an_answer_that_cannot_be_written_ends_no_session(ask, monkeypatch):
-    monkeypatch.setitem(messages._KINDS, "impact", lambda _: {"numbers": float("inf")})
-    assert messages.BUG in ask("impact")["error"]
+    monkeypatch.setitem(server._KINDS, "impact", lambda _: {"numbers": float("inf")})
+    assert server.BUG in ask("impact")["error"]
     monkeypatch.undo()
     assert ask("impact")["ok"]
 
 
 def test_a_task_that_fails_answers_and_goes_on(running, monkeypatch):
-    true = messages.answer
+    true = server.answer
 
     def fail_once(request):
         if request.id == 1:
             raise RecursionError("too deep")
         return true(request)
 
-    monkeypatch.setattr(messages, "answer", fail_once)
+    monkeypatch.setattr(server, "answer", fail_once)
     with opened(running) as page:
         page.send(json.dumps({"id": 1, "kind": "impact"}))
         answer = json.loads(page.recv(timeout=20))
         assert answer["id"] == 1
-        assert messages.BUG in answer["error"]
+        assert server.BUG in answer["error"]
         page.send(json.dumps({"id": 2, "kind": "impact"}))
         assert json.loads(page.recv(timeout=20))["ok"]
 

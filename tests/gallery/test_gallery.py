@@ -10,10 +10,11 @@ import matplotlib
 import pytest
 from matplotlib import pyplot as plt
 
+from checkout import ROOT
+
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
 # Each point of their curves has another material, or many balls collide.
 SLOW = ("plot_12_power_law", "plot_16_force_map", "plot_17_granular_gas")

@@ -7,17 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from least_squares import CASES, MASS, RADIUS, columns, covariance, fit, residuals, solid
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone
-from restitution.contact.profile import Parabola
+from restitution import Cone, Noise, Parabola, Sphere, bounces, identify, reduced_modulus, solve, standard_solid
 from restitution.errors import InputError, RestitutionWarning
-from restitution.identification.bounce_times import BounceTimes, Flight
-from restitution.identification.identify import identify
-from restitution.identification.observations import Noise
-from restitution.impact.bounces import bounces
+from restitution.identification.records import BounceTimes, Flight
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, drop
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
 
 SD = 5e-5
 # Number of touches of a ball from 0.3 m with contacts that are short against the flights.
@@ -125,7 +118,7 @@ def test_a_trial_material_that_captures_the_ball_gives_finite_residuals():
     assert np.all(np.isfinite(found))
     assert np.abs(found[0]).max() > 1e3
     made = columns([soft, soft])
-    made.reduced.equilibria[0] = math.nan
+    reduced_modulus(made).equilibrium_modulus[0] = math.nan
     assert np.all(np.isnan(data.residuals(made, np.empty((2, 0)))[0]))
 
 

@@ -7,8 +7,8 @@ import pytest
 
 import restitution as rs
 from restitution.errors import RestitutionWarning
-from restitution.identification.touch import baseline, first_touch, rising_and_falling, straight_lines
-from restitution.material.columns import MaterialColumns
+from restitution.identification.curves import baseline, first_touch, rising_and_falling, straight_lines
+from restitution.identification.parameters import column
 
 TIP = rs.Parabola(2.5e-6)
 FIXED = {"poisson_ratio": 0.5}
@@ -159,7 +159,7 @@ def test_random_contact_points_give_the_force_of_a_history_that_starts_at_touch(
     rng = np.random.default_rng(6)
     places = rng.uniform(0.01e-6, 1.35e-6, count)
     data = curve()
-    forces = data.forces(MaterialColumns.from_materials([GEL] * count), places[:, None])
+    forces = data.forces(column([GEL] * count), places[:, None])
     for place, found in zip(places, forces, strict=True):
         touch, above = place / 1e-6, place < DEPTH
         time, depth = [touch, *TIME[above], 2.8 - touch], [0.0, *(DEPTH[above] - place), 0.0]
@@ -183,7 +183,7 @@ def test_units_do_not_change_the_fit():
 
 def test_effective_moduli_are_those_of_the_material():
     table = curve(8).effective_moduli()
-    exact = MaterialColumns.from_materials([GEL]).reduced.complex_modulus(table.angular_frequency)[0]
+    exact = rs.reduced_modulus(GEL).carson_transform(1j * table.angular_frequency)
     assert np.abs(np.log(np.hypot(table.storage_modulus, table.loss_modulus) / np.abs(exact))).max() < math.log(2.0)
 
 

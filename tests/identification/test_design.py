@@ -9,10 +9,7 @@ import pytest
 from tests.identification.balls import STANDARD_SOLIDS, rebounds, standard_solid
 
 import restitution as rs
-from restitution.errors import InputError
-from restitution.identification.design import design
-from restitution.identification.observations import Noise
-from restitution.identification.rebounds import Rebounds
+from restitution import InputError, Noise, Rebounds, design
 
 # Balls of the design page go deeper than small strains allow.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")

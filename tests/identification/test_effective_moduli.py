@@ -1,28 +1,17 @@
 """One bounce is one point of a DMA table: errors on random materials, scatter, and bounces without a time."""
 
-import importlib.util
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
-from restitution.identification.effective_moduli import FORMULA_ERRORS, effective_moduli
+from checkout import script
+from restitution import InputError, Parabola
+from restitution.identification.impacts import FORMULA_ERRORS, Rebounds, effective_moduli
 from restitution.identification.observations import Noise, hollow_balls
-from restitution.identification.rebounds import Rebounds
 
 BODY = {"radius": 0.01, "mass": 0.033}
-
-
-def _script():
-    path = Path(__file__).resolve().parents[2] / "validation" / "effective_moduli.py"
-    spec = importlib.util.spec_from_file_location("effective_moduli_errors", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -41,9 +30,9 @@ def rebounds(bounces, *names, **options):
 
 @pytest.mark.parametrize("family", FORMULA_ERRORS)
 def test_errors_stay_within_the_stated_ones(family):
-    script = _script()
+    validation = script("validation/effective_moduli.py")
     # The seed differs from that of the script for the stated errors.
-    found = script.errors(family, 60, np.random.default_rng(20261122))
+    found = validation.errors(family, 60, np.random.default_rng(20261122))
     for name, values in found.items():
         stated = getattr(FORMULA_ERRORS[family], name)
         size = np.abs(values)

@@ -1,20 +1,26 @@
 """Force histories: recovered materials and their errors, the impulse, and damaged records."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from least_squares import CASES, MASS, RADIUS, columns, covariance, fit, residuals, solid
-from restitution.contact.analytic import Sphere
-from restitution.contact.profile import Parabola
+from restitution import (
+    Arrhenius,
+    ForceHistory,
+    Impact,
+    Noise,
+    Parabola,
+    Sphere,
+    identify,
+    reduced_modulus,
+    solve,
+    standard_solid,
+)
 from restitution.errors import InputError, RestitutionWarning
-from restitution.identification.force_history import ForceHistory
-from restitution.identification.identify import identify
-from restitution.identification.observations import Noise
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
+from restitution.material.shift import GAS_CONSTANT
 
 
 def history(case="D", n=240, profile=None):
@@ -162,8 +168,9 @@ def test_correlated_noise_is_reported_and_whitened():
 def test_temperature_shifts_the_times():
     t, force, first, _ = history("A")
     shifted = record(t, force, temperature=300.0)
-    made = columns(np.log(CASES["A"]))
-    object.__setattr__(made, "shift", lambda temperature: np.array([2.0]))
+    # An activation energy that doubles the times at 300 K.
+    law = Arrhenius(320.0, math.log(2.0) * GAS_CONSTANT / (1.0 / 300.0 - 1.0 / 320.0))
+    made = replace(columns(np.log(CASES["A"])), shift=law, temperature=320.0)
     expected = residuals(record(t, force), [*(np.log(CASES["A"]) + np.array([0.0, 0.0, math.log(2.0)])), first])
     assert shifted.residuals(made, np.array([[first]])) == pytest.approx(expected, abs=1e-6 * force.max())
 
@@ -172,7 +179,7 @@ def test_a_material_that_holds_the_body_gives_nan():
     t, force, first, _ = history("A")
     points = np.array([[math.log(1e6), math.log(1e7), math.log(1e-3), first], [*np.log(CASES["D"]), first]])
     made = columns(points[:, :3])
-    made.reduced.equilibria[0] = math.nan
+    reduced_modulus(made).equilibrium_modulus[0] = math.nan
     found = record(t, force).residuals(made, points[:, 3:])
     assert np.all(np.isnan(found[0]))
     assert np.all(np.isfinite(found[1]))

@@ -8,10 +8,10 @@ import pytest
 from scipy.optimize import least_squares
 
 import restitution as rs
-from restitution.case.impact import read_case
-from restitution.errors import InputError
-from restitution.identification.estimation import minimise
-from restitution.identification.impact_nodes import ImpactColumns, impact_nodes
+from restitution import InputError, read_case
+from restitution.identification.fit import minimise
+from restitution.identification.impacts import ImpactColumns, impact_nodes
+from restitution.identification.parameters import column
 from restitution.identification.uncertainty import Estimate, headline
 
 FIXED = {"poisson_ratio": 0.5}
@@ -182,9 +182,7 @@ def test_outcomes_of_many_impacts_are_those_of_each(force):
 
 
 def _columns(material):
-    from restitution.material.columns import MaterialColumns
-
-    return MaterialColumns.from_materials([material], (1e-6, 1.0))
+    return column([material])
 
 
 def test_equal_impacts_of_unequal_bodies_under_a_force_are_solved_once():

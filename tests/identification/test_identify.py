@@ -14,9 +14,8 @@ from tests.identification import balls as steel
 from tests.identification.balls import RADII, STANDARD_SOLIDS, VELOCITIES, standard_solid
 
 import restitution as rs
-from restitution.errors import InputError, RestitutionWarning
-from restitution.identification.estimation import minimise
-from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution import DynamicTable, InputError, RelaxationTable, RestitutionWarning
+from restitution.identification.fit import minimise
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -504,6 +503,6 @@ def test_a_search_that_ends_before_its_tolerance_is_named(monkeypatch):
     )  # fmt: skip
     whole = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     assert not any("before its tolerance" in line for line in whole.warnings)
-    monkeypatch.setattr("restitution.identification.estimation._ROUNDS", 1)
+    monkeypatch.setattr("restitution.identification.fit._ROUNDS", 1)
     ended = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     assert any("before its tolerance" in line for line in ended.warnings)

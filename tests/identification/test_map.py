@@ -9,8 +9,8 @@ import restitution as rs
 from restitution.errors import RestitutionWarning
 from restitution.identification import map as map_module
 from restitution.identification.map import MapStatus
-from restitution.indentation.block import IndentationBlock
-from restitution.material.columns import PronyColumns
+from restitution.indentation.solve import IndentationBlock
+from restitution.material.prony import PronySeries
 
 TIP = rs.Parabola(2.5e-6)
 FIXED = {"poisson_ratio": 0.5}
@@ -25,7 +25,7 @@ def curves_of(count, seed, spread=0.4):
     rng = np.random.default_rng(seed)
     equilibrium, branch, time = np.array([[70.0], [270.0], [0.3]]) * np.exp(rng.normal(0.0, spread, (3, count)))
     places = rng.uniform(0.3e-6, 0.5e-6, count)
-    reduced = PronyColumns(4.0 * equilibrium, np.zeros(count), 4.0 * branch[:, None], time[:, None])
+    reduced = PronySeries(4.0 * equilibrium, 4.0 * branch[:, None], time[:, None])
     forces, _ = IndentationBlock(TIP, [(TIME, DEPTH, TIME)], 2e-6).forces(reduced, places)
     forces += rng.normal(0.0, SD, forces.shape)
     made = [rs.IndentationCurve(TIME, DEPTH, one, profile=TIP, noise=rs.Noise(force=SD)) for one in forces]
@@ -122,12 +122,7 @@ def test_parameters_that_a_curve_does_not_determine_are_nan():
 
 @pytest.mark.parametrize(
     ("items", "options", "message"),
-    [
-        ([], {}, "shape"),
-        ([1.0], {}, "curves"),
-        ([lambda: None], {}, "curves"),
-        ([], {"shape": (2, 3)}, "shape"),
-    ],
+    [([], {}, "shape"), ([1.0], {}, "curves"), ([lambda: None], {}, "curves"), ([], {"shape": (2, 3)}, "shape")],
 )
 def test_wrong_arguments_are_refused(items, options, message):
     with pytest.raises(rs.InputError, match=message):
@@ -137,7 +132,7 @@ def test_wrong_arguments_are_refused(items, options, message):
 def test_every_curve_without_a_fit_has_a_message(monkeypatch):
     """One descent has no result, and one does not end, and the fits from other starts are refused."""
     curves, _ = curves_of(4, 11)
-    own, again = map_module.Descent.found, map_module.estimate
+    own, again = map_module.Descent.fits, map_module.estimate
 
     def found(self):
         fits = own(self)
@@ -146,10 +141,10 @@ def test_every_curve_without_a_fit_has_a_message(monkeypatch):
 
     def estimate(observations, space):
         if observations[0] in curves[1:3]:
-            raise rs.InputError("start", wanted="leads to no result")
+            raise rs.InputError("start", rule="leads to no result")
         return again(observations, space)
 
-    monkeypatch.setattr(map_module.Descent, "found", found)
+    monkeypatch.setattr(map_module.Descent, "fits", found)
     monkeypatch.setattr(map_module, "estimate", estimate)
     made = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
     assert made["status"].values.tolist() == [0, MapStatus.NO_FIT, MapStatus.NOT_CONVERGED, 0]

@@ -8,7 +8,7 @@ from tests.identification.balls import rebounds, standard_solid
 
 import restitution as rs
 from restitution.errors import InputError
-from restitution.material.columns import MaterialColumns
+from restitution.identification.parameters import column
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -18,7 +18,7 @@ NONE = np.empty((1, 0))
 
 
 def _columns(*materials):
-    return MaterialColumns.from_materials(materials)
+    return column(materials)
 
 
 def test_predictions_of_many_materials_are_those_of_solve():
@@ -124,7 +124,7 @@ def test_wrong_data_are_refused_in_one_line(change, field):
 
 
 def test_numbers_with_units_are_converted():
-    from restitution.checks import unit_registry
+    from restitution.units import unit_registry
 
     unit = unit_registry()
     balls = rs.Rebounds(

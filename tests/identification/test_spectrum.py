@@ -9,7 +9,6 @@ import pytest
 import restitution as rs
 from restitution.errors import InputError
 from restitution.identification.spectrum import spectrum
-from restitution.material.columns import MaterialColumns, PronyColumns
 
 RADII, VELOCITIES = np.repeat([0.002, 0.008, 0.03], 8), np.tile(np.geomspace(0.1, 1.0, 8), 3)
 MASSES = 7800.0 * 4.0 / 3.0 * math.pi * RADII**3
@@ -23,9 +22,8 @@ TRUTHS = {
 
 def rebounds(series, seed=None, radii=RADII, velocities=VELOCITIES, masses=MASSES, **options):
     """Rebounds of steel balls with 1 % of noise; exact ones without a seed."""
-    reduced, rigid = PronyColumns.stacked([series]), PronyColumns.springs(np.array([np.inf]))
     exact = rs.Rebounds(velocities, np.ones(velocities.size), radius=radii, mass=masses)
-    found = exact.predicted(MaterialColumns(reduced.scaled(0.25), rigid, reduced))
+    found = exact.predicted(rs.Material(series.scaled(0.25), math.inf).reshaped((1, 1)))
     e, times = found["restitution_coefficient"][0], found["contact_time"][0]
     if seed is not None:
         rng = np.random.default_rng(seed)

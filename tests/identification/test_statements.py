@@ -8,8 +8,8 @@ import pytest
 from tests.identification.balls import STANDARD_SOLIDS, rebounds, standard_solid
 
 import restitution as rs
-from restitution.identification.arguments import parameters
 from restitution.identification.design import sensitivities
+from restitution.identification.parameters import parameters
 from restitution.identification.statements import knowledge, statements
 
 NU = {"poisson_ratio": 0.5}
@@ -23,7 +23,7 @@ def known_from(model, start, impacts, quantities, *, fixed=NU, exponent=1.0, row
     theta = np.array([one.inward(space.start[one.name]) for one in space.free])
 
     def columns(coordinates):
-        return space.columns(coordinates, (1e-7, 1.0))
+        return space.materials(coordinates, (1e-7, 1.0))
 
     noise = rs.Noise(**dict.fromkeys(quantities, "1 %"))
     values, jacobian = sensitivities(impacts, columns, theta, noise)
@@ -169,7 +169,7 @@ def test_a_gain_and_a_velocity_that_are_both_unknown_leave_a_flat_direction():
     jacobian = np.column_stack([data, 0.5 * joint, rng.normal(size=40)])
     space = parameters(rs.standard_solid, fixed=NU, start=SOLID)
     theta = np.array([one.inward(space.start[one.name]) for one in space.free])
-    known = knowledge(names, 100.0 * jacobian, lambda z: space.columns(z, (1e-7, 1.0)), theta, (1e2, 1e4))
+    known = knowledge(names, 100.0 * jacobian, lambda z: space.materials(z, (1e-7, 1.0)), theta, (1e2, 1e4))
     (flat,) = known[0]
     assert flat.exact
     assert flat.exponents == {MODULUS: 1.0, BRANCH: 1.0, VISCOSITY: 1.0}

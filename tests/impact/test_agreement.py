@@ -3,19 +3,12 @@
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from restitution.contact.profile import Parabola
+from restitution import Impact, Parabola, solve, standard_solid
 from restitution.impact.elements import solve_elements
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
 
 
 @settings(max_examples=6, deadline=None)
-@given(
-    nu=st.floats(-1.0, 0.5),
-    log_p2=st.floats(-2.0, 1.0),
-    log_p3=st.floats(-1.0, 1.5),
-)
+@given(nu=st.floats(-1.0, 0.5), log_p2=st.floats(-2.0, 1.0), log_p3=st.floats(-1.0, 1.5))
 def test_elements_agree_with_the_exact_method(nu, log_p2, log_p3):
     material = standard_solid(1.0, 10.0**-log_p2, 10.0**log_p3, poisson_ratio=nu)
     impact = Impact(material, Parabola(radius=1.0), mass=1.0, velocity=1.0)

@@ -79,7 +79,7 @@ def test_a_row_beyond_its_table_leaves_its_neighbours_alone() -> None:
 def test_a_row_that_is_too_deep_does_not_hide_a_rough_table(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each row is refused for its own reason."""
     # Cells that are never halved miss the joints of the tip.
-    monkeypatch.setattr("restitution.contact.path._MOST_HALVINGS", 0)
+    monkeypatch.setattr("restitution.contact.table._MOST_HALVINGS", 0)
     r = np.linspace(0.0, 1e-3, 12)
     tip = rs.Tabulated(r, r**2 / 0.02 * (1.0 + 0.1 * np.sin(5e3 * r)))
     alone, both = (rs.solve(rs.Impact(SOLID, tip, 1e-6, np.array(v))).status for v in ([0.01], [0.01, 30.0]))

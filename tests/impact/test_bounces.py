@@ -7,15 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restitution.contact.power_law import FlatPunch
-from restitution.contact.profile import Parabola
+from restitution import Bounces, FlatPunch, Material, Parabola, PronySeries, bounces, solve, standard_solid
 from restitution.impact import closed_forms as cf
-from restitution.impact.bounces import Bounces, bounces
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, drop
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 
 RUBBER = standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.45, density=1200.0)
 BALL, FLOOR = Body(RUBBER, radius=0.01), Body(None)
@@ -189,11 +183,7 @@ def test_table():
     }  # fmt: skip
     assert table.height.attrs["units"] == "m"
     assert table.height.values.tolist() == found.height.tolist()
-    assert table.attrs == {
-        "drop_height": found.drop_height,
-        "gravity": STANDARD_GRAVITY,
-        "ended": "max bounces",
-    }
+    assert table.attrs == {"drop_height": found.drop_height, "gravity": STANDARD_GRAVITY, "ended": "max bounces"}
     assert isinstance(found, Bounces)
 
 
@@ -232,7 +222,7 @@ def test_bad_bodies():
         drop(FLOOR, BALL, height=1.0)
     with pytest.raises(ValueError, match=r"^ground\.mass = 1 kg: must be infinite for ground that does not move$"):
         drop(BALL, Body(RUBBER, mass=1.0), height=1.0)
-    with pytest.raises(TypeError, match=r"^body_1 = 3: must be a Body$"):
+    with pytest.raises(TypeError, match=r"^body = 3: must be a Body$"):
         drop(3, FLOOR, height=1.0)
     with pytest.raises(ValueError, match=r"^impact: must be a single impact, not an array of shape \(2,\)$"):
         bounces(drop(BALL, FLOOR, height=[0.1, 0.2]))

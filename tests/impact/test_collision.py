@@ -6,12 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Body, Impact, collision
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Body, Impact, Material, Parabola, PronySeries, collision, solve, standard_solid
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -108,23 +103,14 @@ def test_sizes_and_velocities_broadcast():
         (lambda: Body(RUBBER, radius=-math.inf, mass=1.0), "radius = -inf m: must be > 0"),
         (lambda: Body(RUBBER, radius=[math.inf, -1.0], mass=1.0), "radius[1] = -1 m: must be > 0"),
         (lambda: Body(RUBBER, radius=0.1, mass=math.nan), "mass = nan kg: must be > 0"),
-        (
-            lambda: Body(SOFT, radius=0.1),
-            "mass: must be given for a ball whose material has no density",
-        ),
+        (lambda: Body(SOFT, radius=0.1), "mass: must be given for a ball whose material has no density"),
         (lambda: Body(None, radius=0.1), "mass: must be given for a ball whose material has no density"),
-        (
-            lambda: Body(RUBBER, radius=[0.1, math.inf]),
-            "mass: must be given where some of the bodies are walls",
-        ),
+        (lambda: Body(RUBBER, radius=[0.1, math.inf]), "mass: must be given where some of the bodies are walls"),
         (
             lambda: collision(Body(RUBBER, mass=1.0), Body(None), 1.0),
             "radius = inf m: both bodies are flat, but one must be curved",
         ),
-        (
-            lambda: collision(Body(RUBBER, 0.1, math.inf), Body(None), 1.0),
-            "mass = inf kg: both bodies are immovable",
-        ),
+        (lambda: collision(Body(RUBBER, 0.1, math.inf), Body(None), 1.0), "mass = inf kg: both bodies are immovable"),
         (
             lambda: collision(Body(None, 0.1, 1.0), Body(None), 1.0),
             "material: both bodies are rigid, but one must deform",

@@ -11,24 +11,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from restitution import parallel
-from restitution.contact.analytic import Sphere
-from restitution.contact.ellipsoid import Ellipsoid
-from restitution.contact.layer.layer import Layer
-from restitution.contact.power_law import Cone, FlatPunch
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
+from restitution import Ellipsoid, Impact, Layer, Material, PronySeries, Tabulated, parallel, standard_solid
+from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere
 from restitution.errors import RestitutionWarning
-from restitution.impact import exact
+from restitution.impact import solution
 from restitution.impact.batch import Batch
-from restitution.impact.problem import Impact
 from restitution.impact.result import BUDGET
 from restitution.impact.scaling import dimensionless_groups
 from restitution.impact.solve import solve, standard_solid_restitution
 from restitution.impact.status import SolverError, Status
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -50,23 +41,14 @@ def balls(n: int, material: Material = RUBBER, **changes: Any) -> Impact:
 # A single impact and an impact of an array take the same path through the kernel: the results are identical.
 @pytest.mark.parametrize("material", [RUBBER, LAYERED])
 @pytest.mark.parametrize(
-    ("profile", "field", "unit"),
-    [
-        (Parabola, "radius", 0.01),
-        (FlatPunch, "radius", 0.002),
-        (Cone, "half_angle", 1.2),
-    ],
+    ("profile", "field", "unit"), [(Parabola, "radius", 0.01), (FlatPunch, "radius", 0.002), (Cone, "half_angle", 1.2)]
 )
 def test_an_array_equals_single_impacts(material: Material, profile: Any, field: str, unit: float) -> None:
     sizes = unit * np.array([0.8, 1.1])
     masses, velocities, forces = np.array([0.02, 0.05, 0.1]), np.array([[0.1], [1.0]]), 0.02
     whole = solve(
         Impact(
-            material,
-            profile(**{field: sizes[:, None, None]}),
-            masses,
-            velocities[None, :, :],
-            external_force=forces,
+            material, profile(**{field: sizes[:, None, None]}), masses, velocities[None, :, :], external_force=forces
         )
     )
     assert whole.restitution_coefficient.shape == (2, 2, 3)
@@ -118,7 +100,7 @@ def test_empty_arrays() -> None:
 
 @pytest.mark.parametrize("material", [RUBBER, LAYERED])
 def test_results_do_not_depend_on_the_number_of_workers(material: Material) -> None:
-    impact = balls(2 * exact._CHUNK + 7, material)
+    impact = balls(2 * solution._CHUNK + 7, material)
     first = solve(impact, workers=1)
     for workers in (2, 3, 8):
         other = solve(impact, workers=workers)
@@ -129,7 +111,7 @@ def test_results_do_not_depend_on_the_number_of_workers(material: Material) -> N
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_progress_counts_up_to_all(workers: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exact, "_CHUNK", 16)
+    monkeypatch.setattr(solution, "_CHUNK", 16)
     seen: list[tuple[int, int]] = []
     solve(balls(100), workers=workers, progress=lambda done, total: seen.append((done, total)))
     counts = [done for done, _ in seen]
@@ -148,7 +130,7 @@ def test_all_cores_are_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(parallel, "ThreadPoolExecutor", watched)
     monkeypatch.setattr(os, "cpu_count", lambda: 3)
-    solve(balls(exact._CHUNK + 1))
+    solve(balls(solution._CHUNK + 1))
     assert asked == [3]
 
 

@@ -5,13 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import FlatEndedParabola, Sphere
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Impact, Material, PronySeries, solve
+from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere
+from scipy_oracle import solve_by_scipy
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -44,7 +40,7 @@ def test_tolerance_is_kept(impacts):
 @pytest.mark.slow
 def test_against_another_integrator(impacts):
     for impact in impacts[:2]:
-        wanted = solve(impact, "reference", rtol=1e-10).restitution_coefficient
+        wanted = solve_by_scipy(impact, 1e-10).restitution_coefficient
         assert solve(impact).restitution_coefficient == pytest.approx(wanted, rel=2e-9)
 
 
@@ -57,7 +53,7 @@ HIDDEN = [
 @pytest.mark.parametrize(("series", "velocity"), HIDDEN)
 def test_a_strong_fast_branch_hides_no_slower_one(series, velocity):
     impact = Impact(Material(series, math.inf), Parabola(0.0135), 4.2e-4, velocity)
-    wanted = solve(impact, "reference", rtol=1e-10).restitution_coefficient
+    wanted = solve_by_scipy(impact, 1e-10).restitution_coefficient
     for rtol in (1e-6, 1e-9):
         # The error of the reference is below its own tolerance.
         assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, abs=rtol + 1e-10)

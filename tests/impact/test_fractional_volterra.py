@@ -1,16 +1,11 @@
 """Fractional materials against direct quadrature of the hereditary contact equations, without Prony series."""
 
-import importlib.util
 import math
-from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-from restitution.contact.power_law import Cone
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact, for_contact
-from restitution.impact.solve import solve
+from checkout import script
+from restitution import Cone, Impact, Parabola, for_contact, solve
 from restitution.material.fractional import (
     FractionalMaterial,
     fractional_kelvin_voigt,
@@ -19,18 +14,7 @@ from restitution.material.fractional import (
     springpot,
 )
 
-
-def _script() -> ModuleType:
-    path = Path(__file__).resolve().parents[2] / "validation" / "fractional_volterra.py"
-    spec = importlib.util.spec_from_file_location("fractional_volterra", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-volterra = _script()
+volterra = script("validation/fractional_volterra.py")
 # Contact radius a = d.
 CONE = Cone(math.atan(0.5 * math.pi))
 
@@ -52,10 +36,7 @@ def test_the_quadrature_with_an_elastic_body():
             fractional_kelvin_voigt(1.0, 0.5, 0.7), volterra.springpot_kernel(0.5, 0.7, 1.0),
             Parabola(1.0), volterra.parabola,
         ),
-        (
-            fractional_zener(1.0, 5.0, 0.5, 0.5), volterra.zener_kernel(1.0, 5.0, 0.5),
-            Parabola(1.0), volterra.parabola,
-        ),
+        (fractional_zener(1.0, 5.0, 0.5, 0.5), volterra.zener_kernel(1.0, 5.0, 0.5), Parabola(1.0), volterra.parabola),
         (fractional_maxwell(5.0, 0.5, 0.5), volterra.zener_kernel(0.0, 5.0, 0.5), CONE, volterra.cone),
     ],
     ids=["springpot", "Kelvin-Voigt", "Zener", "Maxwell on a cone"],

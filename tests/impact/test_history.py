@@ -5,14 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone, FlatPunch
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Cone, FlatPunch, Impact, Material, Parabola, PronySeries, Sphere, solve, standard_solid
 
 SOLID = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
 MIXED = Material(PronySeries(1.0, [3.0, 2.0], [1e-4, 0.5], parallel_viscosity=0.05), 2.0)
@@ -91,8 +84,7 @@ def test_order_and_repetition_of_times_are_kept():
 
 
 @pytest.mark.parametrize(
-    ("share", "message"),
-    [(-0.1, "must be in"), (1.001, "the duration of contact"), (math.nan, "must be finite")],
+    ("share", "message"), [(-0.1, "must be in"), (1.001, "the duration of contact"), (math.nan, "must be finite")]
 )
 def test_times_outside_the_contact_are_refused(share, message):
     _, output = dense()

@@ -5,14 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.power_law import Cone
-from restitution.contact.profile import Parabola
-from restitution.errors import RestitutionWarning
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.impact.status import SolverError, Status
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Cone, Impact, Material, Parabola, PronySeries, RestitutionWarning, SolverError, Status, solve
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")

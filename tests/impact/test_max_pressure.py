@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 
 import restitution as rs
 from restitution import quantities
-from restitution.kernel import pressure as kernel
+from restitution.kernel import stored as kernel
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")

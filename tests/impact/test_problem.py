@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
-from restitution.impact.problem import Impact
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Impact, InputError, Material, Parabola, PowerLaw, PronySeries, Sphere
 
 RUBBER = Material(PronySeries(1e6, [1e7], [1e-4]), 1e9)
 BALL = Parabola(radius=0.01)

@@ -9,16 +9,18 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola, Profile
-from restitution.contact.tabulated import Tabulated
+from restitution import Impact, Material, PronySeries, Tabulated, solve, standard_solid
+from restitution.contact.profiles import (
+    Cone,
+    FlatEndedParabola,
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Sphere,
+    TruncatedCone,
+)
 from restitution.impact.elements import solve_elements
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 
 SOLID = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
 RELAXING = Material(PronySeries(1.0, [2.0, 6.0], [0.1, 2.0]), PronySeries(2.0, [3.0], [0.5]))

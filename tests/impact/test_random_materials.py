@@ -8,17 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola, Profile
-from restitution.contact.tabulated import Tabulated
-from restitution.errors import InputError
-from restitution.impact.problem import Impact
-from restitution.impact.result import ImpactResult
-from restitution.impact.solve import solve
-from restitution.impact.status import Status
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Impact, ImpactResult, InputError, Material, PronySeries, Status, Tabulated, solve
+from restitution.contact.profiles import (
+    Cone,
+    FlatEndedParabola,
+    FlatPunch,
+    Parabola,
+    PowerLaw,
+    Profile,
+    Sphere,
+    TruncatedCone,
+)
 from strategies import logarithmic, materials
 
 RTOL = 1e-9

@@ -6,16 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.impact.status import SolverError, Status
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Impact, Material, PronySeries, SolverError, Status, solve, standard_solid
+from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere, TruncatedCone
 from restitution.quantities import HISTORY
+from scipy_oracle import solve_by_scipy
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -128,8 +122,7 @@ def test_energies_add_up_at_all_times(impact):
 def test_energies_of_a_damped_oscillator():
     """A flat punch on a spring and a dashpot, F = k d + c v, stores k d^2/2 and dissipates the rest."""
     result = solve(
-        Impact(Material(PronySeries(1.0, parallel_viscosity=0.1), math.inf), FlatPunch(1.0), 1.0, 1.0),
-        rtol=1e-12,
+        Impact(Material(PronySeries(1.0, parallel_viscosity=0.1), math.inf), FlatPunch(1.0), 1.0, 1.0), rtol=1e-12
     )
     history = result.sample(n_points=401)
     # k = 8, c = 0.8; at the end the energy stored at separation is counted separately.
@@ -143,17 +136,25 @@ def test_energies_of_a_damped_oscillator():
     assert history.indentation_depth.values == pytest.approx(depth, abs=1e-10)
 
 
-@pytest.mark.parametrize("method", ["reference", "elements"])
-def test_histories_of_other_methods(method):
-    exact, other = solve(BALL), solve(BALL, method)
+def test_the_history_is_that_of_scipy():
+    exact, other = solve(BALL), solve_by_scipy(BALL)
+    times = np.linspace(0.05, 0.95, 19) * exact.contact_time
+    for name in ("indentation_depth", "indentation_velocity", "force", "contact_radius"):
+        expected = exact.sample(times)[name].values
+        # Linear interpolation between the steps of SciPy.
+        interpolated = np.interp(times, other.time, getattr(other, name))
+        assert interpolated == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
+
+
+def test_histories_of_elements():
+    exact, other = solve(BALL), solve(BALL, "elements", n_elements=200)
     history = other.history
     assert "kinetic_energy" in history
     assert "stored_energy" not in history
-    tolerance = {"reference": 1e-4, "elements": 1e-2}[method]
     times = np.linspace(0.05, 0.95, 19) * exact.contact_time
     for name in ("indentation_depth", "indentation_velocity", "force"):
         wanted = exact.sample(times)[name].values
-        assert other.sample(times)[name].values == pytest.approx(wanted, abs=tolerance * np.abs(wanted).max())
+        assert other.sample(times)[name].values == pytest.approx(wanted, abs=1e-2 * np.abs(wanted).max())
     with pytest.raises(ValueError, match=r"the duration of contact$"):
         other.sample([2.0 * exact.contact_time])
 

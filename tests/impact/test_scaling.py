@@ -7,18 +7,10 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
+from restitution import Impact, InputError, Material, PronySeries, SolverError, Status, solve, standard_solid
+from restitution.contact.profiles import Cone, FlatPunch, Parabola, PowerLaw, Sphere
 from restitution.impact.batch import Batch
-from restitution.impact.problem import Impact
 from restitution.impact.scaling import dimensionless_groups
-from restitution.impact.solve import solve
-from restitution.impact.status import SolverError, Status
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 from strategies import logarithmic
 
 SOLID = standard_solid(2.0, 5.0, 3.0, poisson_ratio=0.25)
@@ -148,11 +140,6 @@ def test_rows_parts_and_lists_equal_single_impacts():
                 assert np.array_equal(getattr(row, name), getattr(alone, name)), name
 
 
-def test_several_exponents_in_one_impact_are_refused():
-    with pytest.raises(ValueError, match=r"^exponent: must be one number; solve a list of impacts"):
-        scale(Impact(PRONY, PowerLaw([2.0, 3.0], 1.0), 1.0, 1.0))
-
-
 def test_impacts_of_similar_depth_share_the_table_of_a_profile():
     masses = (4.1e-3, 4.2e-3, 3e2)
     tables = [scale(Impact(SOLID, Sphere(0.5), mass=mass, velocity=1.0)).tables for mass in masses]
@@ -161,10 +148,14 @@ def test_impacts_of_similar_depth_share_the_table_of_a_profile():
     assert scale(Impact(SOLID, Sphere(0.6), mass=masses[0], velocity=1.0)).tables is not tables[0]
 
 
-def test_a_table_needs_a_single_profile():
-    impact = Impact(SOLID, Sphere(np.array([0.5, 0.6])), mass=0.004, velocity=1.0)
-    with pytest.raises(ValueError, match="single numbers; solve a list of impacts"):
-        scale(impact)
+@pytest.mark.parametrize("profile", [Sphere([0.5, 0.6]), PowerLaw([2.0, 3.0], 1.0)])
+def test_a_batch_refuses_what_has_no_common_table_or_power(profile):
+    with pytest.raises(InputError, match=r"of shape \(2,\) has materials or geometries apart$") as caught:
+        scale(Impact(SOLID, profile, mass=0.004, velocity=1.0))
+    assert caught.value.field == "impact"
+
+
+def test_an_array_of_no_dimension_is_a_number():
     one = scale(Impact(SOLID, Sphere(np.array(0.5)), mass=0.004, velocity=1.0))
     assert one.length == scale(Impact(SOLID, Sphere(0.5), mass=0.004, velocity=1.0)).length
 

@@ -57,13 +57,12 @@ def test_errors_of_history_energy_and_pressure_follow_the_tolerance(rtol: float)
         (SPHERE, "exact"),
         (rs.Impact(RUBBER, rs.Parabola(0.01), 0.005, [0.5, 1.0]), "exact"),
         ([BALL, SPHERE], "exact"),
-        (BALL, "reference"),
         (BALL, "elements"),
     ],
-    ids=["single", "table", "array", "list", "reference", "elements"],
+    ids=["single", "table", "array", "list", "elements"],
 )
 def test_results_can_be_pickled(impact: rs.Impact, method: str) -> None:
-    result = rs.solve(impact, method)
+    result = rs.solve(impact, method, n_elements=50 if method == "elements" else None)
     for one in (result, pickle.loads(pickle.dumps(result))):
         sent = pickle.loads(pickle.dumps(one))
         assert np.array_equal(sent.restitution_coefficient, result.restitution_coefficient)
@@ -109,4 +108,3 @@ def test_a_gain_of_energy_by_a_coarse_method_is_noted() -> None:
     coarse = rs.solve(elastic, "elements", n_elements=20)
     assert coarse.restitution_coefficient > 1.0
     assert any("gains energy" in note for note in coarse.notes)
-    assert not any("gains energy" in note for note in rs.solve(elastic, "reference").notes)

@@ -1,40 +1,29 @@
 """The exact solver against tables of other programs and closed forms; its invariances."""
 
-import csv
 import math
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import restitution.contact.path
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
-from restitution.errors import RestitutionWarning
+import restitution.contact.table
+from checkout import DATA, rows
+from refusals import refusal
+from restitution import Impact, Material, PronySeries, RestitutionWarning, Tabulated, standard_solid
+from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, TruncatedCone
 from restitution.impact import closed_forms as cf
-from restitution.impact.problem import Impact
 from restitution.impact.solve import solve, standard_solid_restitution
 from restitution.impact.status import SolverError, Status
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from scipy_oracle import solve_by_scipy
 from strategies import logarithmic, materials, prony_series
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-DATA = Path(__file__).resolve().parents[1] / "data"
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 RTOL = 1e-9
-
-
-def rows(path: Path) -> list[dict[str, float]]:
-    with path.open() as file:
-        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
 def unit_impact(shear, bulk=math.inf, profile=None, **options) -> Impact:
@@ -132,7 +121,7 @@ def test_elastic_impact(profile, coefficient, exponent):
 
 
 @pytest.mark.plain
-@pytest.mark.parametrize("damping", [1e-3, 0.1, 0.5, 0.9, 1.0, 1.3, 3.0])
+@pytest.mark.parametrize("damping", [1e-3, 0.1, 0.5, 0.9, 1.0, 1.3, 3.0, 25.0])
 def test_flat_punch_kelvin_voigt(damping):
     # F = 2 * 4 G a d: k = 8 and D = omega0 tau/2
     tau = 2.0 * damping / math.sqrt(8.0)
@@ -147,32 +136,6 @@ def test_flat_punch_maxwell(damping):
     tau = 1.0 / (2.0 * damping * math.sqrt(8.0))
     found = solve(unit_impact(PronySeries(0.0, [1.0], [tau]), profile=FlatPunch(1.0)))
     assert same_to(found.restitution_coefficient, cf.flat_punch_maxwell_restitution(damping))
-
-
-@pytest.mark.parametrize("nu", [-1.0, -0.3, 0.0, 0.3, 0.45, 0.5])
-@pytest.mark.parametrize("p2", [1e-3, 1.0])
-def test_slopes_at_both_ends(nu, p2):
-    """1 - e = s p3 for fast and s/p3 for slow relaxation, up to the square of the loss."""
-    p3 = 1e-5
-    loss = cf.standard_solid_small_p3_slope(nu) * p3
-    assert 1.0 - standard_solid_restitution(nu, p2, p3, rtol=1e-12) == pytest.approx(loss, rel=3.0 * loss)
-    slope = cf.standard_solid_large_p3_slope(nu, p2)
-    p3 = 1e5 * slope
-    assert 1.0 - standard_solid_restitution(nu, p2, p3, rtol=1e-12) == pytest.approx(1e-5, rel=1e-4)
-
-
-@pytest.mark.parametrize(("profile", "exponent"), [(Cone(1.2), 2.0), (PowerLaw(4.0, 2.0), 0.5)])
-def test_small_losses_of_other_profiles(profile, exponent):
-    """Kelvin-Voigt: 1 - e = (1+P) B((1+P)/(2+P), 3/2) tau v0/d_m; Maxwell: (2/(4+P)) T/tau, P = p/2."""
-    depth = cf.elastic_max_indentation_depth(4.0, float(profile.contact_radius(1.0)), 1.0, 1.0, path_exponent=exponent)
-    tau = 1e-6 * depth
-    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=profile), rtol=1e-12)
-    wanted = cf.kelvin_voigt_first_order_restitution(tau, depth, 1.0, path_exponent=exponent)
-    assert 1.0 - found.restitution_coefficient == pytest.approx(1.0 - wanted, rel=2e-5)
-    time = cf.elastic_contact_time(depth, 1.0, path_exponent=exponent)
-    found = solve(unit_impact(PronySeries(0.0, [1.0], [1e6 * time]), profile=profile), rtol=1e-12)
-    loss = 2.0 / (4.0 + 0.5 * exponent) * 1e-6
-    assert 1.0 - found.restitution_coefficient == pytest.approx(loss, rel=2e-5)
 
 
 @settings(max_examples=100, deadline=None)
@@ -314,25 +277,26 @@ def test_a_liquid_that_gives_back_less_than_a_millionth_holds_the_body(rtol):
 
 
 @pytest.mark.parametrize(
-    ("options", "error", "message"),
+    ("options", "message"),
     [
-        ({"workers": 0}, ValueError, "workers = 0: must be a whole number >= 1"),
-        ({"workers": 1.5}, ValueError, "workers = 1.5: must be a whole number >= 1"),
-        ({"errors": "ignore"}, ValueError, "errors = 'ignore': must be 'raise' or 'warn'"),
-        ({"progress": True}, TypeError, "progress = True: must be callable"),
-        ({"method": "euler"}, ValueError, "method = 'euler': must be"),
-        ({"rtol": 0.0}, ValueError, "rtol = 0: must be in"),
+        ({"workers": 0}, "workers = 0: must be a whole number >= 1"),
+        ({"workers": 1.5}, "workers = 1.5: must be a whole number >= 1"),
+        ({"errors": "ignore"}, "errors = 'ignore': must be 'raise' or 'warn'"),
+        ({"progress": True}, "progress = True: must be callable"),
+        ({"method": "reference"}, "method = 'reference': must be 'exact' or 'elements'"),
+        ({"rtol": 1e-13}, "rtol = 1e-13: must be in [1e-12, 0.01]"),
+        ({"rtol": math.nan}, "rtol = nan: must be in [1e-12, 0.01]"),
     ],
 )
-def test_options_out_of_range(options, error, message):
-    solid = standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
-    impact = Impact(solid, Parabola(1.0), 1.0, [1.0, 2.0])
-    for call in (
-        lambda: standard_solid_restitution(0.3, [0.1, 0.2], 1.0, **options),
-        lambda: solve(impact, **options),
+def test_options_out_of_range(options, message):
+    several = Impact(RUBBER, Parabola(1.0), 1.0, [1.0, 2.0])
+    for error in (
+        refusal(lambda: standard_solid_restitution(0.3, [0.1, 0.2], 1.0, **options)),
+        refusal(lambda: solve(several, **options)),
+        refusal(lambda: solve(standard(0.3, 0.1, 1.0), **options)),
     ):
-        with pytest.raises(error, match=message):
-            call()
+        assert str(error).startswith(message)
+        assert "progress" not in options or isinstance(error, TypeError)
 
 
 def test_overflowing_impacts_fail_alone():
@@ -350,13 +314,7 @@ def test_overflowing_impacts_fail_alone():
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-10])
 @pytest.mark.parametrize(
     "profile",
-    [
-        PowerLaw(4.85, 0.41),
-        Parabola(1.0),
-        FlatPunch(0.5),
-        TruncatedCone(0.02, 1.0),
-        FlatEndedParabola(2.0, 0.02),
-    ],
+    [PowerLaw(4.85, 0.41), Parabola(1.0), FlatPunch(0.5), TruncatedCone(0.02, 1.0), FlatEndedParabola(2.0, 0.02)],
     ids=lambda profile: type(profile).__name__,
 )
 def test_bodies_sink_into_nearly_newtonian_liquids(profile, rtol):
@@ -419,7 +377,7 @@ def test_shallow_impacts_beside_deep_ones():
 
 @pytest.mark.plain
 def test_kinks_that_a_table_does_not_resolve(monkeypatch):
-    monkeypatch.setattr(restitution.contact.path, "_MOST_HALVINGS", 0)
+    monkeypatch.setattr(restitution.contact.table, "_MOST_HALVINGS", 0)
     tip = Tabulated(np.linspace(0.0, 3.0, 5), [0.0, 0.25, 1.1, 1.9, 3.2])
     impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
     assert solve(impact, rtol=1e-2).status is Status.SEPARATED
@@ -428,8 +386,7 @@ def test_kinks_that_a_table_does_not_resolve(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("moduli", "times"),
-    [([0.96, 6.8], [1.5e-5, 0.12]), ([8.1, 8.1], [1.3e-4, 0.1]), ([0.39, 2.5], [2.3e-4, 0.14])],
+    ("moduli", "times"), [([0.96, 6.8], [1.5e-5, 0.12]), ([8.1, 8.1], [1.3e-4, 0.1]), ([0.39, 2.5], [2.3e-4, 0.14])]
 )
 def test_flat_face_on_fast_branches(moduli, times):
     impact = Impact(Material(PronySeries(1.0, moduli, times), math.inf), FlatPunch(1.0), 1.0, 1.0)
@@ -473,12 +430,13 @@ def test_infinitely_fast_and_slow_branches_are_a_dashpot_and_a_spring():
     assert branches.restitution_coefficient == pytest.approx(limit.restitution_coefficient, rel=1e-7)
 
 
-@pytest.mark.parametrize("method", ["reference", "elements"])
-def test_methods_agree(method):
-    impact = Impact(RUBBER, Parabola(0.01), 0.005, 1.0, counter_material=Material(1e7, math.inf), external_force=0.05)
-    exact, other = solve(impact), solve(impact, method)
+@pytest.mark.parametrize(
     # Elements: first order in their number, 800.
-    tolerance = {"reference": 1e-8, "elements": 3e-3}[method]
+    ("other_method", "tolerance"), [(solve_by_scipy, 1e-8), (partial(solve, method="elements"), 3e-3)]
+)  # fmt: skip
+def test_methods_agree(other_method, tolerance):
+    impact = Impact(RUBBER, Parabola(0.01), 0.005, 1.0, counter_material=Material(1e7, math.inf), external_force=0.05)
+    exact, other = solve(impact), other_method(impact)
     for name in ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force"):
         assert getattr(other, name) == pytest.approx(getattr(exact, name), rel=tolerance), name
 
@@ -570,12 +528,6 @@ def test_tolerance_is_kept_under_a_weight(profile, force, rtol):
     assert abs(result.energy.residual) < 10.0 * rtol
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
-def test_weight_does_not_change_e_of_an_elastic_body(rtol):
-    impact = Impact(Material(6.0, math.inf), Parabola(0.7), 1.0, 1.0, external_force=9.0)
-    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(1.0, rel=rtol)
-
-
 def test_weight_slows_the_rebound():
     lossy = PronySeries(1.0, [3.0], [0.5])
     free, light = solve(unit_impact(lossy)), solve(unit_impact(lossy, external_force=0.3))
@@ -603,33 +555,17 @@ def test_overdamped_solid_under_weight_is_captured_without_turning():
 
 
 @pytest.mark.parametrize("force", [0.05, 10.0])
-def test_weight_on_an_elastic_half_space(force):
-    result = solve(unit_impact(1.0, external_force=force))
+def test_weight_on_an_elastic_half_space_leaves_e_at_one(force):
+    impact = unit_impact(1.0, external_force=force)
+    result = solve(impact)
     assert result.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
+    assert solve(impact, rtol=1e-6).restitution_coefficient == pytest.approx(1.0, abs=1e-6)
     # m v0^2/2 + w d = (8/15) E* d^(5/2), E* = 4
     depth = result.max_indentation_depth
     assert 0.5 + force * depth == pytest.approx(8.0 / 15.0 * 4.0 * depth**2.5, rel=1e-9)
 
 
 # Many at once
-
-
-def test_arrays_lists_and_threads_give_identical_bits():
-    rng = np.random.default_rng(7)
-    velocity = 10 ** rng.uniform(-2, 2, 1300)
-    impact = Impact(RUBBER, Parabola(0.01), 0.005, velocity)
-    # More than two blocks of 512 impacts, so that several threads have work.
-    one, several = solve(impact, workers=1), solve(impact, workers=4)
-    listed = solve([Impact(RUBBER, Parabola(0.01), 0.005, v) for v in velocity[:30]], workers=3)
-    for name in (
-        "restitution_coefficient", "contact_time", "max_indentation_depth", "max_force",
-        "max_contact_radius", "residual_indentation_depth", "status",
-    ):  # fmt: skip
-        values = getattr(one, name)
-        assert np.array_equal(values, getattr(several, name)), name
-        assert np.array_equal(values[:30], getattr(listed, name)), name
-        single = getattr(solve(Impact(RUBBER, Parabola(0.01), 0.005, velocity[3])), name)
-        assert single == values[3], name
 
 
 def test_shapes_follow_the_inputs():
@@ -662,14 +598,6 @@ def test_list_of_unlike_profiles_and_materials():
     assert together.velocity.tolist() == [1.0, 1.0, 1.0, 0.1, 1.0]
 
 
-def test_progress_is_reported_to_the_end():
-    seen: list[tuple[int, int]] = []
-    solve(Impact(RUBBER, Parabola(0.01), 0.005, np.linspace(0.1, 1.0, 1200)), progress=lambda *x: seen.append(x))
-    assert seen[-1] == (1200, 1200)
-    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
-    assert {total for _, total in seen} == {1200}
-
-
 def test_interruption_stops_the_work():
     def interrupt(done: int, total: int) -> None:
         raise KeyboardInterrupt
@@ -681,60 +609,35 @@ def test_interruption_stops_the_work():
 # Options and failures
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"rtol": 1e-13}, r"rtol = 1e-13: must be in \[1e-12, 0\.01\]"),
-        ({"rtol": math.nan}, r"rtol = nan: must be in \[1e-12, 0\.01\]"),
-        ({"method": "exakt"}, "method = 'exakt': must be 'exact', 'elements' or 'reference'"),
-        ({"errors": "ignore"}, "errors = 'ignore': must be 'raise' or 'warn'"),
-        (
-            {"n_elements": 200},
-            "n_elements, time_step: belong to method 'elements', not to 'exact'",
-        ),
-        (
-            {"method": "reference", "time_step": 1e-3},
-            "n_elements, time_step: belong to method 'elements', not to 'reference'",
-        ),
-    ],
-)
-def test_bad_options(options, message):
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        solve(standard(0.3, 0.1, 1.0), **options)
-
-
-def test_bad_lists():
-    good = standard(0.3, 0.1, 1.0)
-    with pytest.raises(ValueError, match=r"^impact: must hold at least one impact$"):
-        solve([])
-    with pytest.raises(TypeError, match=r"^impact\[1\] = 3: must be an Impact$"):
-        solve([good, 3])
-    with pytest.raises(ValueError, match=r"^impact\[0\]: has shape \(2,\); a list takes single impacts$"):
-        solve([Impact(RUBBER, Parabola(0.01), 1.0, [1.0, 2.0])])
-    with pytest.raises(ValueError, match=r"^method = 'reference': must be 'exact' for a list"):
-        solve([good], method="reference")
-    with pytest.raises(ValueError, match=r"^method = .*: must be .exact. for an array of shape \(2,\)"):
-        solve(Impact(RUBBER, Parabola(0.01), 1.0, [1.0, 2.0]), method="elements")
+def test_bad_lists_and_options_of_another_method():
+    good, several = standard(0.3, 0.1, 1.0), Impact(RUBBER, Parabola(0.01), 1.0, [1.0, 2.0])
+    for call, message in (
+        (lambda: solve([]), "impact: must hold at least one impact"),
+        (lambda: solve([good, 3]), "impact[1] = 3: must be an Impact"),
+        (lambda: solve([several]), "impact[0]: has shape (2,); a list takes single impacts"),
+        (lambda: solve([good], method="elements"), "method = 'elements': must be 'exact' for a list"),
+        (lambda: solve(several, method="elements"), "method = 'elements': must be 'exact' for an array of shape (2,)"),
+        (lambda: solve(good, n_elements=9), "n_elements, time_step: belong to method 'elements', not to 'exact'"),
+    ):
+        assert str(refusal(call)).startswith(message)
 
 
 @pytest.mark.parametrize(
-    ("numbers", "message"),
+    ("numbers", "field", "value"),
     [
-        ((0.6, 1.0, 1.0), r"nu = 0\.6: must be in \[-1, 0\.5\]"),
-        ((-1.1, 1.0, 1.0), r"nu = -1\.1: must be in \[-1, 0\.5\]"),
-        ((0.3, 0.0, 1.0), "p2 = 0: must be finite and > 0"),
-        ((0.3, [1.0, -2.0], 1.0), r"p2\[1\] = -2: must be finite and > 0"),
-        ((0.3, 1.0, math.inf), "p3 = inf: must be finite and > 0"),
+        ((0.6, 1.0, 1.0), "nu", 0.6), ((-1.1, 1.0, 1.0), "nu", -1.1), ((0.3, 0.0, 1.0), "p2", 0.0),
+        ((0.3, [1.0, -2.0], 1.0), "p2", -2.0), ((0.3, 1.0, math.inf), "p3", math.inf),
     ],
-)
-def test_groups_out_of_range(numbers, message):
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        standard_solid_restitution(*numbers)
+)  # fmt: skip
+def test_groups_out_of_range(numbers, field, value):
+    error = refusal(lambda: standard_solid_restitution(*numbers))
+    assert (error.field, error.value, error.index) == (field, value, (1,) if value == -2.0 else ())
 
 
 def test_standard_solid_restitution_by_other_methods():
-    exact = standard_solid_restitution(0.3, 0.1, [1.0, 2.0])
-    assert standard_solid_restitution(0.3, 0.1, [1.0, 2.0], method="reference") == pytest.approx(exact, rel=1e-8)
+    exact = standard_solid_restitution(0.3, 0.1, [2.0])
+    # Elements: first order in their number, 800.
+    assert standard_solid_restitution(0.3, 0.1, [2.0], method="elements") == pytest.approx(exact, rel=2e-3)
 
 
 def unsolvable(velocity) -> Impact:
@@ -762,10 +665,3 @@ def test_failures_among_several_impacts_are_counted():
     assert Status(int(result.status[1])).failed
     with pytest.raises(SolverError, match=r"\(impact 1 of 2\)$"):
         solve([good, unsolvable(1e10)], errors="raise")
-
-
-def test_indentation_deeper_than_the_table():
-    r = np.linspace(0.0, 1e-4, 11)
-    short = Impact(RUBBER, Tabulated(r, r**2 / 0.02), 0.005, 1.0)
-    with pytest.raises((SolverError, ValueError), match="describe"):
-        solve(short)

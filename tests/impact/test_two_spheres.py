@@ -5,11 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.impact.problem import Body, collision
-from restitution.impact.solve import solve
-from restitution.material.classical import burgers, kelvin_voigt, standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Body, Material, PronySeries, burgers, collision, kelvin_voigt, solve, standard_solid
 
 MATERIALS = {
     "standard solid": standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0),

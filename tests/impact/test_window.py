@@ -8,12 +8,8 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import rgamma
 
-from restitution.contact.power_law import FlatPunch
-from restitution.contact.profile import Parabola
-from restitution.impact.bounces import bounces
+from restitution import FlatPunch, FractionalMaterial, Parabola, bounces, fractional_zener, solve, springpot
 from restitution.impact.problem import Body, Impact, drop, for_contact, window_around
-from restitution.impact.solve import solve
-from restitution.material.fractional import FractionalMaterial, fractional_zener, springpot
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -54,8 +50,7 @@ def test_window_is_that_of_the_contact():
     # The window comes from a first solution, which is accurate to a per cent.
     assert impact.material.window == pytest.approx((1e-6 * duration, 2.0 * duration), rel=0.01)
     assert re.fullmatch(
-        r"\d+ Prony terms stand for the fractional model, relative error \d\.\de-08",
-        impact.material.assumptions,
+        r"\d+ Prony terms stand for the fractional model, relative error \d\.\de-08", impact.material.assumptions
     )
     assert (impact.material.density, impact.material.name) == (None, None)
     assert GEL.within((1e-3, 1.0)).density == 1000.0
@@ -102,8 +97,7 @@ def test_windows_of_contact_times():
 
 def test_invalid_input_is_refused():
     with pytest.raises(
-        TypeError,
-        match=r"^material: .* holds within a window of time: material\.within\(window\), or for_contact",
+        TypeError, match=r"^material: .* holds within a window of time: material\.within\(window\), or for_contact"
     ):
         Impact(ZENER, Parabola(0.01), 0.005, 1.0)
     with pytest.raises(TypeError, match=r"^counter_material: a fractional material holds"):

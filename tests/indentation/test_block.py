@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.indentation.block import IndentationBlock
-from restitution.indentation.result import IndentationStatus
-from restitution.material.columns import MaterialColumns
-from restitution.material.prony import PronySeries
+from restitution import IndentationStatus, PronySeries
+from restitution.identification.parameters import column
+from restitution.indentation.solve import IndentationBlock
 
 PROFILES = {
     "parabola": rs.Parabola(2.5e-6),
@@ -46,7 +45,7 @@ def test_rows_are_single_indentations(profile, workers):
     materials = [random_material(rng, rng.integers(0, 4)) for _ in range(70)]
     places = rng.integers(0, len(curves), len(materials))
     touches = np.array([curves[place][2] for place in places])
-    reduced = MaterialColumns.from_materials(materials).reduced
+    reduced = rs.reduced_modulus(column(materials))
     forces, statuses = block.forces(reduced, touches, places, rtol=1e-9, workers=workers)
     for material, place, touch, found, status in zip(materials, places, touches, forces, statuses, strict=True):
         time, depth, _, samples = curves[place]
@@ -66,7 +65,7 @@ def test_steps_are_jumps():
     times = np.array([1.0, 1.5, 3.0])
     step = np.array([0.0, 1.0, 1.0, 3.0]), np.array([0.0, 0.0, 1.25e-6, 1.25e-6]), times
     block = IndentationBlock(tip, [step], 1e-6)
-    reduced = MaterialColumns.from_materials([rs.Material(shear, bulk=math.inf)]).reduced
+    reduced = rs.reduced_modulus(rs.Material(shear, bulk=math.inf))
     forces, _ = block.forces(reduced, np.array([touch]))
     modulus = 4.0 * (100.0 + 300.0 * np.exp(-(times - 1.0) / 0.5))
     assert forces[0] == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(2.5e-6) * 1e-6**1.5, rel=1e-9)
@@ -93,10 +92,15 @@ DENT = np.array([0.0, 1.0, 1.1, 9.0]), np.array([0.0, 1e-6, 0.4e-6, 0.39e-6]), n
 )
 def test_a_row_without_a_result_has_a_status(history, touch, modulus, status):
     block = IndentationBlock(rs.Parabola(2.5e-6), [history], 2e-6)
-    reduced = MaterialColumns.from_materials([rs.Material(PronySeries(1e3, [1e3], [0.5]), bulk=math.inf)] * 2).reduced
+    reduced = rs.reduced_modulus(column([rs.Material(PronySeries(1e3, [1e3], [0.5]), bulk=math.inf)] * 2))
     moduli = np.array([[modulus], [1e3]])
     # The other row of the block is not touched by it.
-    forces, statuses = block.forces(reduced._replace(moduli=moduli), np.array([touch, 0.1e-6]))
+    forces, statuses = block.forces(
+        PronySeries.from_checked(
+            reduced.equilibrium_modulus, moduli, reduced.relaxation_times, reduced.parallel_viscosity
+        ),
+        np.array([touch, 0.1e-6]),
+    )
     assert IndentationStatus(statuses[0]) is status
     assert status.message
     assert np.isnan(forces[0]).all() == status.failed
@@ -105,13 +109,6 @@ def test_a_row_without_a_result_has_a_status(history, touch, modulus, status):
 def test_a_profile_ends():
     r = np.linspace(0.0, 0.5e-6, 30)
     block = IndentationBlock(rs.Tabulated(r, r**2 / 2e-6), [LINE], 2e-6)
-    reduced = MaterialColumns.from_materials([rs.Material(PronySeries(1e3), bulk=math.inf)]).reduced
-    _, statuses = block.forces(
-        reduced,
-        np.array(
-            [
-                0.1e-6,
-            ]
-        ),
-    )
+    reduced = rs.reduced_modulus(rs.Material(PronySeries(1e3), bulk=math.inf))
+    _, statuses = block.forces(reduced, np.array([0.1e-6]))
     assert statuses[0] == IndentationStatus.BEYOND_PROFILE

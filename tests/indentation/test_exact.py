@@ -9,13 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.indentation.history import History
-from restitution.indentation.solve import indent
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Cone, History, Material, Parabola, PowerLaw, PronySeries, Sphere, indent
 from strategies import logarithmic, prony_series
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(20)
@@ -192,9 +186,7 @@ def test_results_do_not_depend_on_the_units(series, stiffer, slower):
     one = triangle_of(series, Parabola(1.0))
     other = triangle_of(
         PronySeries(
-            series.equilibrium_modulus * stiffer,
-            series.branch_moduli * stiffer,
-            series.relaxation_times * slower,
+            series.equilibrium_modulus * stiffer, series.branch_moduli * stiffer, series.relaxation_times * slower
         ),
         Parabola(1.0),
         loading=slower,

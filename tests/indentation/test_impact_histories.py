@@ -5,15 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import TruncatedCone
-from restitution.contact.power_law import Cone
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.indentation.solve import indent
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Cone, Impact, Material, Parabola, PronySeries, TruncatedCone, indent, solve, standard_solid
 
 
 @pytest.mark.slow

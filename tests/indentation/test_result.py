@@ -8,15 +8,8 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import FlatPunch
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
-from restitution.indentation.history import hold, sine_arch, triangle
-from restitution.indentation.result import IndentationStatus
-from restitution.indentation.solve import indent
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import IndentationStatus, InputError, Material, PronySeries, hold, indent, sine_arch, triangle
+from restitution.contact.profiles import FlatPunch, Parabola, Sphere
 
 GEL = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf)
 TIP = Parabola(2.5e-6)

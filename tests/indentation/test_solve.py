@@ -7,30 +7,17 @@ import pytest
 from scipy.optimize import brentq
 
 import restitution as rs
-from restitution.contact.analytic import Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
+from restitution import IndentationStatus, Material, PronySeries, Tabulated, indent, reduced_modulus
+from restitution.contact.profiles import Cone, FlatPunch, Parabola, PowerLaw, Sphere, TruncatedCone
 from restitution.errors import ABSENT, InputError
 from restitution.indentation.history import hold, ramp, sine_arch, triangle
-from restitution.indentation.result import IndentationStatus
-from restitution.indentation.solve import indent
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_modulus
 
 # E(t) = 200 + 800 exp(-t/0.3) Pa in tension, incompressible.
 GEL = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf)
 TIP = Parabola(2.5e-6)
 ELASTIC = Material(1.0, 2.0)
 ELASTIC_MODULUS = 4.0 * 7.0 / 10.0
-PROFILES = [
-    Parabola(2.0),
-    Cone(1.1),
-    PowerLaw(3.3, 0.2),
-    FlatPunch(0.4),
-    Sphere(2.0),
-    TruncatedCone(0.3, 1.0),
-]
+PROFILES = [Parabola(2.0), Cone(1.1), PowerLaw(3.3, 0.2), FlatPunch(0.4), Sphere(2.0), TruncatedCone(0.3, 1.0)]
 
 
 def half_space(series):
@@ -174,6 +161,38 @@ def test_a_parabola_on_kelvin_voigt():
 
 
 @pytest.mark.plain
+@pytest.mark.parametrize("start", [0.0, 0.3])
+def test_the_velocity_at_first_touch_is_the_limit_behind_it(start):
+    """F = 2 eta a d' on a Newtonian liquid: for F = f t and a cone a = A d, d' = sqrt(f/(2 eta A)) at all times.
+
+    Under a parabola d ~ t^(4/3), and on an elastic body d ~ t^(2/3), under a cone t^(1/2).
+    """
+    liquid = half_space(PronySeries(0.0, parallel_viscosity=2.0))
+    force = rs.History.from_points([start - 1.0, start, start + 1.0], [0.0, 0.0, 0.01])
+    cone = indent(liquid, Cone(1.1), force=force).sample([start, start + 0.7])
+    assert cone.indentation_velocity.values == pytest.approx(
+        [math.sqrt(0.01 / (4.0 * Cone(1.1).stiffness_radius(1.0)))] * 2, rel=1e-12
+    )
+    for material, profile, velocity in [
+        (liquid, Parabola(2.0), 0.0),
+        (GEL, Parabola(2.0), math.inf),
+        (GEL, Cone(1.1), math.inf),
+        (GEL, Sphere(2.0), math.inf),
+    ]:
+        result = indent(material, profile, force=force)
+        assert result.indentation_velocity[result.time == start] == [velocity]
+        assert np.isfinite(result.indentation_velocity[result.time > start]).all()
+
+
+@pytest.mark.parametrize(("name", "peak"), [("depth", 1e-3), ("force", 0.01)])
+def test_no_instant_has_two_rows(name, peak):
+    """Knots, the turning point of a fitted function, and even times differ by rounding."""
+    for duration in (0.6, 1.8, 1.9):
+        result = indent(GEL, Parabola(2.0), **{name: sine_arch(peak, duration)})
+        assert np.diff(result.time).min() > 1e-6 * duration
+        assert set(result.history_given.knots) <= set(result.time)
+
+
 def test_a_newtonian_liquid_separates_at_the_turning_point():
     result = indent(half_space(PronySeries(0.0, parallel_viscosity=2.0)), Parabola(2.0), depth=triangle(0.2, 1.0))
     t = np.array([0.1, 0.5, 0.999])
@@ -203,10 +222,7 @@ def test_a_punch_separates_where_its_force_vanishes():
 
 @pytest.mark.plain
 def test_both_bodies_may_deform():
-    soft, hard = (
-        Material(PronySeries(1.0, [2.0], [0.3]), 2.0),
-        Material(PronySeries(3.0, [1.0], [2.0]), math.inf),
-    )
+    soft, hard = (Material(PronySeries(1.0, [2.0], [0.3]), 2.0), Material(PronySeries(3.0, [1.0], [2.0]), math.inf))
     result = indent(soft, Parabola(2.0), depth=0.1, time=[0.0, 0.5, 3.0], counter_material=hard)
     series = reduced_modulus(soft, hard)
     assert result.force == pytest.approx(

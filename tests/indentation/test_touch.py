@@ -5,11 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.profile import Parabola
-from restitution.indentation.history import History
-from restitution.indentation.solve import indent
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import History, Material, Parabola, PronySeries, indent
 
 TIP = Parabola(2.5e-6)
 MATERIALS = {
@@ -102,10 +98,7 @@ def test_a_wait_without_force(material):
     for wait in 10.0 ** rng.uniform(-6.0, 2.0, 100):
         values, time = np.array([0.0, 1e-9, 1e-9, 0.0]), np.cumsum([0.0, *rng.uniform(0.1, 1.0, 3)])
         assert_same(
-            material,
-            ("force", [0.0, *values], np.array([0.0, *(time + wait)])),
-            wait,
-            ("force", values, time),
+            material, ("force", [0.0, *values], np.array([0.0, *(time + wait)])), wait, ("force", values, time)
         )
 
 

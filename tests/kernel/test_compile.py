@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from restitution import files
-from restitution.errors import RestitutionWarning
+from restitution import RestitutionWarning, files
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "restitution"
 SOLVE = "import restitution as rs; print(repr(rs.standard_solid_restitution(0.3, 0.1, 1.0)))"
@@ -208,11 +207,7 @@ def test_two_processes_compile_at_the_same_time(tmp_path: Path) -> None:
     variables = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
     processes = [
         subprocess.Popen(
-            [sys.executable, "-c", SOLVE],
-            env=variables,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+            [sys.executable, "-c", SOLVE], env=variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         for _ in range(2)
     ]
@@ -253,3 +248,20 @@ def test_a_solve_without_optimisation(tmp_path):
     assert float(_run(SOLVE, PACKAGE.parent, NUMBA_OPT="0", NUMBA_CACHE_DIR=str(tmp_path))) == pytest.approx(
         0.434356162547, rel=1e-9
     )
+
+
+def test_constants_are_no_signatures_of_their_own():
+    import numba
+
+    from restitution.kernel.compile import compiled
+
+    @compiled
+    def add_to(number, total):
+        return number + total
+
+    @numba.njit
+    def both(number):
+        return add_to(1, number) + add_to(number, number)
+
+    assert both(2) == 7
+    assert [tuple(map(str, kinds)) for kinds in getattr(add_to, "signatures", [])] in ([("int64", "int64")], [])

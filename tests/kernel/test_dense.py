@@ -3,11 +3,10 @@ import numpy as np
 import pytest
 
 from restitution.kernel import lanes
+from restitution.kernel.collocation import combine, invert_modes, lagrange, lagrange_lanes, matvec, radau
 from restitution.kernel.compile import entry_point
-from restitution.kernel.dense import combine, invert_modes, lagrange, lagrange_lanes, matvec
 from restitution.kernel.lanes import read8, write8
 from restitution.kernel.path import power_path, radii_and_integrals, radius_and_integral, radius_slope
-from restitution.kernel.radau import radau
 from restitution.kernel.workspace import aligned
 
 

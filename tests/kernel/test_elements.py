@@ -9,13 +9,12 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from restitution.kernel.approach import approach, approach_element
+from restitution.kernel.collocation import Scheme, interpolate_lanes, radau
 from restitution.kernel.compile import entry_point
-from restitution.kernel.control import CHORD, CONVERGED, DIVERGED, FACTOR, newton_verdict
-from restitution.kernel.dense import interpolate_lanes
+from restitution.kernel.element import CHORD, CONVERGED, DIVERGED, FACTOR, newton_verdict
 from restitution.kernel.lanes import read8, write8
 from restitution.kernel.outcome import SEPARATED
 from restitution.kernel.path import power_path, radii_and_integrals
-from restitution.kernel.radau import Scheme, radau
 from restitution.kernel.rebound import rebound_element
 from restitution.kernel.workspace import (
     DELAY,

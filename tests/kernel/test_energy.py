@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from restitution.kernel.energy import allocate_ledger, energy_budget
+from restitution.kernel.collocation import radau
 from restitution.kernel.impact import solve_block
 from restitution.kernel.outcome import OUTCOME, RESTITUTION, SEPARATED, STATUS
 from restitution.kernel.path import power_path, several_paths
-from restitution.kernel.radau import radau
-from restitution.kernel.workspace import Problem, allocate
+from restitution.kernel.stored import allocate_ledger, energy_budget
+from restitution.kernel.workspace import Problem, Problems, allocate
 
 ELEMENTS = 400
 
@@ -21,11 +21,11 @@ def _budget(problem):
     N = problem.moduli.size
     work, outcomes = allocate(N, ELEMENTS), np.empty((1, len(OUTCOME)))
     one = np.ones(1)
-    solve_block(
-        radau(8), 1e-11, 2e-14, one, problem.equilibrium * one, problem.viscosity * one, 0.0 * one,
-        problem.admittance * one, np.array([0, N]), problem.moduli, problem.times, several_paths(problem.path),
-        np.zeros(1, np.intp), work, outcomes,
+    problems = Problems(
+        one, problem.equilibrium * one, problem.viscosity * one, 0.0 * one, problem.admittance * one, np.array([0, N]),
+        problem.moduli, problem.times, several_paths(problem.path), np.zeros(1, np.intp),
     )  # fmt: skip
+    solve_block(radau(8), 1e-11, 2e-14, problems, work, outcomes)
     assert outcomes[0, STATUS] == SEPARATED
     return outcomes[0, RESTITUTION], *energy_budget(problem, radau(8), work, allocate_ledger(N, ELEMENTS))
 

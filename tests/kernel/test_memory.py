@@ -31,7 +31,7 @@ def memory_of(function, edges, rates, begin=0.0):
     coefficients = function(nodes) @ rule.coefficients.T
     memory = allocate(np.asarray(rates, float), lengths.size)
     memory.begin[0] = begin
-    _plain(remember)(lengths, coefficients, memory, np.empty((2, TERMS + 1)))
+    remember(lengths, coefficients, memory, np.empty((2, TERMS + 1)))
     return memory
 
 
@@ -85,7 +85,7 @@ def test_a_jump_enters_the_memory_in_full():
     memory = allocate(np.array([1.0, 1e6]), 2)
     coefficients = np.zeros((2, TERMS))
     coefficients[0, 0] = 0.5
-    _plain(remember)(np.array([0.0, 1.0]), coefficients, memory, np.empty((2, TERMS + 1)))
+    remember(np.array([0.0, 1.0]), coefficients, memory, np.empty((2, TERMS + 1)))
     assert memory.begin[1] == pytest.approx([0.5, 0.5], rel=1e-15)
     assert memory.begin[2] == pytest.approx([0.5 * math.exp(-1.0), 0.0], rel=1e-12, abs=1e-15)
 

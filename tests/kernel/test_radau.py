@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.kernel.radau import radau
+from restitution.kernel.collocation import radau
 
 pytestmark = pytest.mark.plain
 

@@ -7,14 +7,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import TruncatedCone
-from restitution.contact.power_law import PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
-from restitution.impact.problem import Body, Impact
-from restitution.law.law import ContactLaw, contact_law
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Body, ContactLaw, Impact, InputError, Material, PronySeries, contact_law
+from restitution.contact.profiles import Parabola, PowerLaw, TruncatedCone
 
 PROGRAM = """\
 #include <stdio.h>

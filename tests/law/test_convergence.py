@@ -7,17 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import FlatEndedParabola, Sphere, TruncatedCone
-from restitution.contact.power_law import Cone, FlatPunch, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.contact.tabulated import Tabulated
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.indentation.solve import indent
-from restitution.law.law import contact_law
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Impact, Material, PronySeries, Tabulated, contact_law, indent, solve, standard_solid
+from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, TruncatedCone
 from stepping import collide, forces
 
 # nu, p2 and p3 of the paper.

@@ -6,17 +6,10 @@ import numba
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone
-from restitution.contact.profile import Parabola
+from restitution import Body, Cone, Impact, Material, Parabola, PronySeries, Sphere, collision, solve
 from restitution.errors import InputError, InputTypeError
-from restitution.impact.problem import Body, Impact, collision
-from restitution.impact.solve import solve
 from restitution.law.law import ContactLaw, contact_law
-from restitution.law.nodes import COUNT
-from restitution.law.step import step
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution.law.step import COUNT, step
 from stepping import forces
 
 RUBBER = Material(PronySeries(1e6, [3e6, 5e6], [1e-4, 2e-3]), 2e7)

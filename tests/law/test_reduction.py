@@ -5,14 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
+from restitution import ContactLaw, Impact, InputError, Material, Parabola, PronySeries, contact_law, springpot
 from restitution.impact.batch import Batch
-from restitution.impact.problem import Impact
-from restitution.law.law import ContactLaw, contact_law
-from restitution.material.fractional import springpot
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 from stepping import collide
 
 VELOCITIES = np.array([0.3, 1.0, 3.0])

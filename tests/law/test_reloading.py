@@ -5,17 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone, FlatPunch
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
+from independent_elements import element_forces
+from restitution import Cone, FlatPunch, Impact, Material, Parabola, PronySeries, Sphere, standard_solid
 from restitution.impact.elements import solve_elements
-from restitution.impact.problem import Impact
 from restitution.law.law import contact_law
-from restitution.law.reloading import element_forces
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 from stepping import forces
 
 PARABOLA = Parabola(1.0)
@@ -76,21 +69,6 @@ def test_elements_are_those_of_the_impact():
     sampled = solve_elements(impact, n_elements=200)
     driven = element_forces(impact, sampled.time[1:], sampled.indentation_depth[1:], n_elements=200)
     assert driven == pytest.approx(sampled.force[1:], abs=2e-2 * sampled.max_force)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "field"),
-    [
-        (([0.0, 1.0], [0.0, 1.0]), "time, depth"),
-        (([1.0, 2.0], [1.0]), "time, depth"),
-        (([1.0], [math.nan]), "depth"),
-        (([0.01, 1.0], [0.1, 0.2]), "time"),
-    ],
-)
-def test_refusals_of_elements(arguments, field):
-    with pytest.raises(InputError) as found:
-        element_forces(unit_impact(PronySeries(1.0, [1.0], [0.1])), *arguments)
-    assert found.value.field == field
 
 
 @pytest.mark.parametrize("seed", range(20))

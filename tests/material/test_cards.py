@@ -11,8 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import restitution as rs
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution import Material, PronySeries
 from strategies import logarithmic, materials
 
 EPS = float(np.finfo(np.float64).eps)

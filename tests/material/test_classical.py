@@ -3,15 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.material.classical import (
-    burgers,
-    elastic,
-    generalised_maxwell,
-    kelvin_voigt,
-    maxwell,
-    standard_solid,
-)
-from restitution.material.prony import PronySeries
+from restitution import PronySeries, burgers, elastic, generalised_maxwell, kelvin_voigt, maxwell, standard_solid
 from restitution.material.viscoelastic import reduced_modulus
 
 pytestmark = pytest.mark.plain

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from restitution.material.conversion import shear_from_tension, tension_from_shear
-from restitution.material.prony import PronySeries
+from restitution import PronySeries, shear_from_tension, tension_from_shear
 from strategies import logarithmic, prony_series
 
 pytestmark = pytest.mark.plain

@@ -4,16 +4,10 @@ import pickle
 import numpy as np
 import pytest
 
-from restitution.contact.profile import Parabola
+from restitution import Impact, Material, Parabola, PronySeries, fractional_zener, read_material, solve
 from restitution.errors import InputError, RestitutionWarning
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
 from restitution.material.conversion import shear_from_tension
 from restitution.material.fit import DynamicTable, RelaxationTable, fit_prony
-from restitution.material.fractional import fractional_zener
-from restitution.material.prony import PronySeries
-from restitution.material.readers import read_material
-from restitution.material.viscoelastic import Material
 
 TRUTH = PronySeries(1.0, [5.0, 2.0, 7.0], [1e-3, 0.4, 50.0])
 

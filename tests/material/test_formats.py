@@ -8,10 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from restitution.errors import InputError
-from restitution.material.fit import DynamicTable, RelaxationTable
-from restitution.material.isotherms import Isotherms
-from restitution.material.prony import PronySeries
+from restitution import DynamicTable, InputError, Isotherms, PronySeries, RelaxationTable
 from restitution.material.readers import parse, read_material
 
 SERIES = PronySeries(1e6, [3e6, 8e6, 2e7], [0.01, 0.1, 1.0])
@@ -263,7 +260,7 @@ def test_sweeps_at_one_temperature_are_averaged():
         ('{"Results": []}', "x: no step: one must have"),
         ("{" + '"a":{' * 100_000, "x: .*must be JSON"),
         (trios_json().replace('"Rows": [{', '"Rows": [3, {'), "x: is no export of TRIOS"),
-        (trios_json().replace(": 20.0, ", ': "warm", ', 1), "x, Frequency - 20.0: row 1: 'warm': must be a number"),
+        (trios_json().replace(": 20.0, ", ': "warm", ', 1), "x, Frequency - 20.0: row 1: Temperature = 'warm': must be a number"),
         (trios_steps().replace("\tkPa\tkPa", "\tkPa\tmm"), "x: line 9: column 'Loss modulus': unit 'mm'"),
         (trios_steps().replace("\t5.0\t", "\t", 1), "x: line 10: 9 values: must be 10"),
         ("[step]\nFlow\n", "x: line 1: must have a step with data points"),
@@ -272,7 +269,7 @@ def test_sweeps_at_one_temperature_are_averaged():
         ("T=3;\n", "x: line 1: is followed by no numbers"),
         ("T=hot;\n1 2 3\n", "x: line 1: T = 'hot': must be a temperature in °C"),
         ("T=3;\n1 2 3\n1 2\n", "x: line 3: 2 values: must be 3, omega, G', G''"),
-        ("T=3;\n1 2 x\n", "x: line 2: 'x': must be a number"),
+        ("T=3;\n1 2 x\n", "x: line 2: G'' = 'x': must be a number"),
         ("f,E',E'',T\n1,3,2,-20\n2,4,1,-20\n1,3,2,5\n2,3,2,5\n", r"x: line 2: T = -20: must be finite and > 0 K, as no"),
         (
             rheocompass().replace("FS", "").replace("°C", "").replace("Temperature", "Gap"),
@@ -336,7 +333,7 @@ def test_workbooks(tmp_path):
     table = read_material(workbook(tmp_path / "e.xlsx", several))
     assert (table.modulus.tolist(), table.notes) == ([3e6, 2e6], ("not used: factors, flow",))
     bad = {"data": [["t", "E"], ["s", "MPa"], [1.0, 3.0], [2.0, "x"]]}
-    with pytest.raises(InputError, match=r"c\.xlsx, sheet 'data': row 4: 'x': must be a number"):
+    with pytest.raises(InputError, match=r"c\.xlsx, sheet 'data': row 4: E = 'x': must be a number"):
         read_material(workbook(tmp_path / "c.xlsx", bad))
     with pytest.raises(InputError, match="has no material 'a'"):
         read_material(tmp_path / "c.xlsx", name="a")

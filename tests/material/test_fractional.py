@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from scipy.special import erfcx, gamma, rgamma
 
+from restitution import Material, PronySeries, reduced_modulus
 from restitution.material.fractional import (
     FractionalMaterial,
     FractionalModel,
     fractional_kelvin_voigt,
     fractional_maxwell,
+    fractional_series,
     fractional_zener,
     springpot,
 )
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_modulus
 
 pytestmark = pytest.mark.plain
 
@@ -74,11 +74,7 @@ def test_prony_error_is_verified_on_other_points(alpha, rtol):
     window = (1e-5, 1e-1)
     rng = np.random.default_rng(1)
     t = 10.0 ** rng.uniform(-5, -1, 40)
-    models = (
-        springpot(5.0, alpha),
-        fractional_kelvin_voigt(1.0, 5.0, alpha),
-        fractional_zener(0.1, 1.0, 1e-3, alpha),
-    )
+    models = (springpot(5.0, alpha), fractional_kelvin_voigt(1.0, 5.0, alpha), fractional_zener(0.1, 1.0, 1e-3, alpha))
     for model in models[: 2 if alpha == 0.01 else 3]:
         series, error, span, loss_error = model.prony(window, rtol)
         assert error <= rtol
@@ -169,3 +165,25 @@ def test_fractional_bulk_with_the_same_model_is_a_constant_poisson_ratio():
 def test_bad_input_is_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+@pytest.mark.parametrize("exponent", [0.05, 0.3, 0.6, 0.9])
+def test_fractional_models_are_valid_within_their_window(exponent):
+    window = 1e-4, 1e-2
+    time = np.geomspace(*window, 30)
+    for model in (springpot(1e6, exponent), fractional_zener(1e6, 1e8, 1e-3, exponent)):
+        columns = fractional_series([model], window)
+        np.testing.assert_allclose(
+            columns.column.relaxation_modulus(time)[0], model.relaxation_modulus(time), rtol=1e-6
+        )
+        exact = model.carson_transform(1j / time)
+        np.testing.assert_allclose(columns.column.complex_modulus(1.0 / time)[0].imag, exact.imag, rtol=2e-6)
+
+
+def test_fractional_rows_are_smooth_functions_of_the_exponent():
+    """All rows have the same times except at the ends, so differences are derivatives."""
+    time, step = np.geomspace(1e-4, 1e-2, 9), 1e-5
+    rows = [springpot(1e6, 0.3 + k * step) for k in (-1, 0, 1)]
+    found = np.log(fractional_series(rows, (1e-4, 1e-2)).column.relaxation_modulus(time))
+    exact = np.log([row.relaxation_modulus(time) for row in rows])
+    np.testing.assert_allclose(found[2] - found[0], exact[2] - exact[0], rtol=1e-5)

@@ -5,12 +5,8 @@ import warnings
 import numpy as np
 import pytest
 
-from restitution.errors import InputError, RestitutionWarning
+from restitution import WLF, Arrhenius, InputError, Isotherms, Material, PronySeries, RestitutionWarning, ShiftTable
 from restitution.material.fit import DynamicTable, RelaxationTable, fit_prony
-from restitution.material.isotherms import Isotherms
-from restitution.material.prony import PronySeries
-from restitution.material.shift import WLF, Arrhenius, ShiftTable
-from restitution.material.viscoelastic import Material
 
 OMEGA = np.geomspace(0.1, 100.0, 16)
 

@@ -3,13 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.errors import InputError
-from restitution.material import library
-from restitution.material.conversion import tension_from_shear
-from restitution.material.fit import fit_prony
-from restitution.material.prony import PronySeries
-from restitution.material.readers import read_material
-from restitution.material.viscoelastic import reduced_modulus
+from restitution import InputError, PronySeries, fit_prony, library, read_material, reduced_modulus, tension_from_shear
 
 
 def test_at_least_eight_materials_with_their_source():
@@ -72,12 +66,7 @@ def test_ice_is_the_average_of_the_measured_crystal():
 
 @pytest.mark.parametrize(
     ("name", "shear", "bulk"),
-    [
-        ("copper", 48.3, 137.8),
-        ("brass", 37.3, 111.8),
-        ("tungsten", 160.6, 311.0),
-        ("fused_silica", 31.2, 36.9),
-    ],
+    [("copper", 48.3, 137.8), ("brass", 37.3, 111.8), ("tungsten", 160.6, 311.0), ("fused_silica", 31.2, 36.9)],
 )
 def test_four_constants_of_kaye_and_laby(name, shear, bulk):
     """Shear and bulk modulus [GPa] of the same table agree within the rounding of the other two constants."""

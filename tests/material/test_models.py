@@ -5,13 +5,9 @@ from typing import Annotated
 import pint
 import pytest
 
-from restitution.errors import InputError
+from restitution import InputError, Material, PronySeries, elastic, fractional_maxwell, standard_solid
 from restitution.material import models
-from restitution.material.classical import elastic, standard_solid
-from restitution.material.fractional import fractional_maxwell
 from restitution.material.models import constants_of, material_model, material_models
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 from restitution.quantities import Quantity
 
 pytestmark = pytest.mark.plain
@@ -42,12 +38,7 @@ def test_constants_come_from_the_signature(monkeypatch):
     )
     assert model.constants["a"] == models.Constant("a", stiffness, False, False)
     assert model.build(a=3.0, density=1000.0).shear == PronySeries(3.0)
-    for wrong, field in (
-        ({}, "a, b"),
-        ({"a": 1.0, "b": 1.0}, "a, b"),
-        ({"a": -1.0}, "a"),
-        ({"b": [1.0, 2.0]}, "b"),
-    ):
+    for wrong, field in (({}, "a, b"), ({"a": 1.0, "b": 1.0}, "a, b"), ({"a": -1.0}, "a"), ({"b": [1.0, -2.0]}, "b")):
         with pytest.raises(InputError) as caught:
             rubber(**wrong)
         assert caught.value.field == field

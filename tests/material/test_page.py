@@ -1,28 +1,21 @@
 """Code and numbers on the page about materials."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from restitution.case.impact import read_case
-from restitution.material.fit import fit_prony
-from restitution.material.readers import read_material
+from cases import case_file
+from checkout import ROOT, blocks, run
+from restitution import fit_prony, read_case, read_material
 
-PAGE = (Path(__file__).parents[2] / "docs" / "materials.md").read_text(encoding="utf-8")
-WORDS = " ".join(PAGE.split())
-
-
-def blocks(language):
-    return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+PAGE = "docs/materials.md"
+TEXT = (ROOT / PAGE).read_text(encoding="utf-8")
+WORDS = " ".join(TEXT.split())
 
 
-def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in blocks("python"):
-        exec(compile(block, "materials.md", "exec"), names)
+def test_code_of_the_page_runs(folder, capsys):
+    run(PAGE)
     printed = capsys.readouterr().out.splitlines()
     assert printed[0].startswith("True ")
     assert printed[1] == "temperature = 500 K: must be in [202, 400] K, the range of the law"
@@ -30,14 +23,15 @@ def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
         value, error = map(float, re.findall(r"[\d.]+", line.partition("=")[2]))
         assert abs(value - truth) < 3.0 * error < 0.1 * truth
     assert printed[4] == "True"
-    assert printed[5] == "[0.35  0.439 0.5  ] [954.  30.]"
-    assert printed[6].startswith("(202.0, 400.0) ")
+    (shown,) = [block for block in blocks(PAGE, "text") if block.startswith("[[")]
+    assert printed[5:7] == shown.splitlines()
+    assert printed[7] == "[0.35  0.439 0.5  ] [954.  30.]"
+    assert printed[8].startswith("(202.0, 400.0) ")
 
 
-@pytest.mark.parametrize("block", blocks("toml"))
+@pytest.mark.parametrize("block", blocks(PAGE, "toml"))
 def test_materials_of_case_files_are_read(block, tmp_path):
-    case = '[body]\nmass = "1 g"\nradius = "1 mm"\n[impact]\nvelocity = "1 cm/s"\n'
-    (tmp_path / "case.toml").write_text(case + block)
+    (tmp_path / "case.toml").write_text(case_file(material=None) + block)
     (tmp_path / "deck.inp").write_text(
         "*MATERIAL, NAME=rubber\n*ELASTIC\n9, .4\n*VISCOELASTIC, TIME=PRONY\n.5, 0, 2\n*MATERIAL, NAME=steel\n"
     )
@@ -63,7 +57,7 @@ def test_table_of_the_dynamic_data(shared_reference):
     found = [
         fits[0].series, shares.scaled(data.storage_modulus.max()), shares.scaled(best), fits[1].series
     ]  # fmt: skip
-    rows = re.findall(r"^\|[^|]+\| (\d+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", PAGE, re.MULTILINE)
+    rows = re.findall(r"^\|[^|]+\| (\d+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", TEXT, re.MULTILINE)
     assert len(rows) == 4
     for series, row in zip(found, rows, strict=True):
         moduli = series.carson_transform(1j * omega)

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from restitution.errors import InputError
-from restitution.material.classical import burgers
-from restitution.material.fractional import fractional_zener, springpot
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution import InputError, Material, PronySeries, burgers, fractional_zener, reduced_modulus, springpot
 from strategies import prony_series
 
 pytestmark = pytest.mark.plain
@@ -109,11 +105,11 @@ def test_the_repr_evaluates_to_the_series():
     [
         ((-1.0,), "equilibrium_modulus = -1 Pa"),
         ((math.nan,), "equilibrium_modulus = nan Pa"),
-        (([1.0, 2.0],), "equilibrium_modulus = .*: must be a single number"),
+        (([1.0, -2.0],), r"equilibrium_modulus\[1\] = -2 Pa"),
         ((1.0, [1.0, -2.0], [1.0, 2.0]), r"branch_moduli\[1\] = -2 Pa"),
         ((1.0, [1.0], [0.0]), r"relaxation_times\[0\] = 0 s"),
         ((1.0, [1.0, 2.0], [1.0]), "equal length"),
-        ((1.0, [[1.0]], [[1.0]]), "one-dimensional"),
+        (([1.0, 2.0, 3.0], [[1.0], [2.0]], [1.0]), "broadcast"),
     ],
 )
 def test_bad_input_is_refused(arguments, message):
@@ -176,3 +172,11 @@ def test_functions_at_extreme_times_give_no_warning():
     assert zener.relaxation_modulus(extreme) == pytest.approx([3.0, 1.0])
     assert zener.storage_modulus([0.0, *extreme]) == pytest.approx([1.0, 1.0, 3.0])
     assert springpot(1e10, 0.9).storage_modulus([1e300])[0] == pytest.approx(1e280 * math.cos(0.45 * math.pi))
+
+
+def test_moduli_at_the_ends_of_the_range_of_times():
+    """A branch with an infinite time is a spring, one with the time 0 is absent."""
+    omega = np.geomspace(1e-3, 1e7, 41)
+    columns = PronySeries.from_checked(np.ones(2), np.full((2, 1), 3.0), np.array([[np.inf], [0.0]]))
+    assert columns.column.complex_modulus(omega).tolist() == [[4.0 + 0.0j] * omega.size, [1.0 + 0.0j] * omega.size]
+    assert columns.storage_modulus(np.ones(2)).tolist() == [4.0, 1.0]

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from restitution.material.classical import standard_solid
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution import Material, PronySeries, reduced_modulus, standard_solid
 from strategies import materials
 
 pytestmark = pytest.mark.plain

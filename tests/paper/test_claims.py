@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from restitution.paper import claims, further
+from restitution.paper import claims
 from restitution.paper.computation import Computation
 
 
@@ -17,7 +17,7 @@ def plane(e, nu: float) -> xr.Dataset:
 
 
 def comparison(e, e_inc) -> xr.Dataset:
-    return further.compare(plane(e, 0.45), plane(e_inc, 0.5))
+    return claims.compare(plane(e, 0.45), plane(e_inc, 0.5))
 
 
 def curves(e, e_inc) -> dict[int, xr.Dataset]:
@@ -102,7 +102,7 @@ def test_the_incompressible_material_is_stiffer_instantaneously_and_at_rest_only
 
 
 def test_several_relaxation_times_keep_e_low() -> None:
-    terms = further.compute_terms(Computation(seed=1), 5)
+    terms = claims.compute_terms(Computation(seed=1), 5)
     assert claims.several_times(terms).holds
     e = terms["restitution_coefficient"]
     assert not claims.several_times(terms.assign(restitution_coefficient=1.0 - e)).holds

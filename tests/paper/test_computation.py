@@ -10,8 +10,8 @@ import restitution as rs
 from restitution.impact.scaling import viscosity_unit
 from restitution.impact.status import SolverError, Status
 from restitution.paper import computation as module
+from restitution.paper.claims import compute_collapse
 from restitution.paper.computation import BODIES, Computation, instantaneous_poisson_ratio
-from restitution.paper.further import compute_collapse
 
 AXES = {"poisson_ratio": [0.0, 0.45, 0.5], "p2": [0.01, 0.1], "p3": [0.1, 1.0, 10.0]}
 

@@ -4,24 +4,21 @@ import json
 import re
 from pathlib import Path
 
+import further_figures
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.collections import QuadMesh
 
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve, standard_solid_restitution
-from restitution.material.classical import standard_solid
-from restitution.paper import computation, figures, further, reproduction
+from checkout import ROOT, blocks, run
+from restitution import Impact, Parabola, solve, standard_solid, standard_solid_restitution
+from restitution.paper import claims, computation, figures, reproduction
 from restitution.paper.computation import BODIES, Computation, instantaneous_poisson_ratio
 from restitution.paper.reproduction import Resolution, reproduce
 from restitution.plot.style import new_figure
 
-FIGURES = (
-    "figure_3", "figure_4", "figure_5", "figure_6", "figure_incompressibility", "figure_collapse",
-    "figure_examples", "figure_relaxation_times",
-)  # fmt: skip
+FIGURES = ("figure_3", "figure_4", "figure_5", "figure_6")
+FURTHER = ("figure_incompressibility", "figure_collapse", "figure_examples", "figure_relaxation_times")
 TINY = Resolution(plane=9, curve=9, collapse=3, draws=2)
 
 
@@ -43,6 +40,11 @@ def made(tmp_path_factory: pytest.TempPathFactory, steps: list[tuple[int, int]])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(reproduction, "QUICK", TINY)
         return reproduce(tmp_path_factory.mktemp("reproduction"), quick=True, seed=11, progress=progress)
+
+
+@pytest.fixture(scope="module")
+def collapse() -> xr.Dataset:
+    return claims.compute_collapse(Computation(seed=11), TINY.collapse, TINY.draws)
 
 
 def read(path: Path) -> xr.Dataset:
@@ -67,7 +69,10 @@ def test_every_figure_has_picture_page_and_data(made) -> None:
 
 @pytest.mark.parametrize("figure", FIGURES)
 def test_data_files_contain_units_version_seed_and_tolerance(made, figure: str) -> None:
-    dataset = read(made.folder / f"{figure}.nc")
+    _has_units_version_seed_and_tolerance(read(made.folder / f"{figure}.nc"))
+
+
+def _has_units_version_seed_and_tolerance(dataset: xr.Dataset) -> None:
     assert (dataset.attrs["seed"], dataset.attrs["rtol"]) == (11, 1e-9)
     assert dataset.attrs["version"]
     for name in dataset.variables:
@@ -81,8 +86,8 @@ def test_data_files_contain_the_computed_values(made) -> None:
 
 @pytest.mark.parametrize("draw", [0, 1])
 @pytest.mark.parametrize("nu", [0.45, 0.5])
-def test_any_point_can_be_solved_again_from_its_stored_inputs(made, draw: int, nu: float) -> None:
-    point = read(made.folder / "figure_collapse.nc").isel(p2=1, p3=2, draw=draw).sel(poisson_ratio=nu)
+def test_any_point_can_be_solved_again_from_its_stored_inputs(collapse, draw: int, nu: float) -> None:
+    point = collapse.isel(p2=1, p3=2, draw=draw).sel(poisson_ratio=nu)
     mass, radius, velocity, modulus = (float(point[name]) for name in BODIES)
     material = standard_solid(modulus, modulus / float(point["p2"]), float(point["viscosity"]), poisson_ratio=nu)
     impact = Impact(material=material, profile=Parabola(radius=radius), mass=mass, velocity=velocity)
@@ -91,19 +96,29 @@ def test_any_point_can_be_solved_again_from_its_stored_inputs(made, draw: int, n
     assert found == pytest.approx(float(point["restitution_coefficient"]), rel=2e-9, abs=2e-12)
 
 
-def test_random_draws_collapse(made) -> None:
-    dataset = read(made.folder / "figure_collapse.nc")
-    e = dataset["restitution_coefficient"]
+def test_random_draws_collapse(collapse) -> None:
+    e = collapse["restitution_coefficient"]
     assert e.sizes["draw"] == 2
-    assert float(dataset["mass"].std("draw").min()) > 0.0
+    assert float(collapse["mass"].std("draw").min()) > 0.0
     assert float(abs(e.isel(draw=0) - e.isel(draw=1)).max()) <= 1e-9
 
 
+def test_the_study_writes_the_further_figures_with_their_data(tmp_path: Path) -> None:
+    files = further_figures.write(tmp_path, TINY, seed=11)
+    assert files == [tmp_path / f"{name}{end}" for name in FURTHER for end in (".nc", ".png", ".pdf")]
+    assert {path.name for path in tmp_path.iterdir()} == {path.name for path in files}
+    for path in files[::3]:
+        _has_units_version_seed_and_tolerance(read(path))
+    # The axes of the study are those of the figure, the draws those of the claim.
+    collapse = claims.compute_collapse(Computation(seed=11), TINY.collapse, TINY.draws)
+    xr.testing.assert_identical(read(tmp_path / "figure_collapse.nc"), collapse)
+
+
 def test_claims_of_json_and_page_agree(made) -> None:
-    claims = json.loads((made.folder / "claims.json").read_text())["claims"]
-    assert [claim["name"] for claim in claims] == [claim.name for claim in made.claims]
+    written = json.loads((made.folder / "claims.json").read_text())["claims"]
+    assert [claim["name"] for claim in written] == [claim.name for claim in made.claims]
     page = (made.folder / "claims.md").read_text()
-    for claim in claims:
+    for claim in written:
         assert claim["finding"] in page
         assert claim["statement"] in page
 
@@ -230,7 +245,7 @@ def test_the_legend_has_both_poisson_ratios_and_auxetic_curves_are_thin() -> Non
 
 def test_incompressibility_shows_both_measures_of_the_error() -> None:
     planes = [figures.compute_plane(Computation(seed=1), figure, 41) for figure in (3, 4)]
-    left, right, *bars = further.draw_error(further.compare(*planes)).axes
+    left, right, *bars = further_figures.draw_error(claims.compare(*planes)).axes
     assert r"(e_\mathrm{inc} - e)\,/\,e$" in bars[0].get_ylabel()
     assert r"(e - e_\mathrm{inc})\,/\,e_\mathrm{inc}$" in bars[1].get_ylabel()
     assert {"\u221210", "\u221290", "30"} <= texts(left)
@@ -242,7 +257,7 @@ def test_incompressibility_shows_both_measures_of_the_error() -> None:
 
 
 def test_examples_have_the_values_of_the_claim() -> None:
-    first, second = further.draw_examples(further.compute_examples(Computation(seed=1), 41)).axes
+    first, second = further_figures.draw_examples(further_figures.compute_examples(Computation(seed=1), 41)).axes
     # Six digits of the paper's example from two independent programs.
     assert {"0.2197", "0.0066"} <= texts(first)
     for nu, shown in ((0.499, texts(second)), (0.5, texts(second))):
@@ -250,7 +265,7 @@ def test_examples_have_the_values_of_the_claim() -> None:
 
 
 def test_one_relaxation_time_is_the_material_of_the_paper() -> None:
-    dataset = further.compute_terms(Computation(seed=1), 7)
+    dataset = claims.compute_terms(Computation(seed=1), 7)
     for nu in (0.45, 0.5):
         e = dataset["restitution_coefficient"].sel(poisson_ratio=nu, terms=1)
         expected = standard_solid_restitution(nu, float(dataset["p2"]), dataset["p3"].values)
@@ -258,7 +273,7 @@ def test_one_relaxation_time_is_the_material_of_the_paper() -> None:
 
 
 def test_collapse_shows_spread_against_tolerance() -> None:
-    figure = further.draw_collapse(further.compute_collapse(Computation(seed=1), 5, 2))
+    figure = further_figures.draw_collapse(claims.compute_collapse(Computation(seed=1), 5, 2))
     viscosity, p3, spread = figure.axes
     assert viscosity.get_xlabel() == r"viscosity $\eta$ [Pa s]"
     assert "p_3" in p3.get_xlabel()
@@ -270,13 +285,11 @@ def test_collapse_shows_spread_against_tolerance() -> None:
 
 
 def test_the_page_of_the_documents_runs_and_shows_every_figure(capsys: pytest.CaptureFixture[str]) -> None:
-    docs = Path(__file__).resolve().parents[2] / "docs"
+    docs = ROOT / "docs"
     page = (docs / "reproduction.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
-    (shown,) = re.findall(r"^```text\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
-    exec(compile(code, "reproduction.md", "exec"), {})
-    assert capsys.readouterr().out == shown
+    run("docs/reproduction.md")
+    assert [capsys.readouterr().out] == blocks("docs/reproduction.md", "text")
     drawn = re.findall(r"_static/(figure_\w+)\.(?:png|svg)$", page.replace("\r", ""), flags=re.MULTILINE)
-    assert set(drawn) == {*FIGURES, "figure_1", "figure_2"}
+    assert set(drawn) == {*FIGURES, *FURTHER, "figure_1", "figure_2"}
     for name in re.findall(r"_static/[\w.]+", page):
         assert (docs / name).is_file(), name

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from restitution.display import scaled_unit
-from restitution.plot.labels import quantity_label, scaled
-from restitution.quantities import HISTORY, INPUTS, OUTPUTS
+from restitution.quantities import HISTORY, INPUTS, OUTPUTS, scaled
+from restitution.units import scaled_unit
 
 
 @pytest.mark.parametrize(
@@ -49,10 +48,10 @@ def test_units_that_take_no_prefix(values, unit, expected) -> None:
 
 def test_words_and_symbols_are_those_of_the_registry() -> None:
     for table in (INPUTS, OUTPUTS, HISTORY):
-        for name, known in table.items():
-            label = quantity_label(name, "x")
-            assert {**INPUTS, **OUTPUTS, **HISTORY}[name].words in label
-            assert label.endswith(" [x]"), known
+        for quantity in table.values():
+            label = quantity.label("x")
+            assert quantity.words in label
+            assert label.endswith(" [x]"), quantity
 
 
 def test_a_prefix_over_many_decades_is_left_out() -> None:

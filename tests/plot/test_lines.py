@@ -7,7 +7,7 @@ import pytest
 
 from restitution.errors import InputError
 from restitution.plot import style
-from restitution.plot.lines import contour_map, curve_family
+from restitution.plot.style import contour_map, curve_family
 
 
 @pytest.fixture

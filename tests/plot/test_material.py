@@ -5,11 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restitution.errors import RestitutionWarning
-from restitution.material.fit import DynamicTable, RelaxationTable
-from restitution.material.isotherms import Isotherms
-from restitution.material.prony import PronySeries
-from restitution.material.shift import ShiftTable
+from restitution import DynamicTable, Isotherms, PronySeries, RelaxationTable, RestitutionWarning, ShiftTable
 from restitution.plot.material import overview, shift_factors
 
 SERIES = PronySeries(1e6, [3e6], [1.0])

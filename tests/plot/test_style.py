@@ -101,7 +101,7 @@ def luminance(color: str) -> float:
 
 
 def test_family_colors_grow_lighter_and_stay_visible_on_white() -> None:
-    from restitution.plot.lines import family_colors
+    from restitution.plot.style import family_colors
 
     values = [luminance(matplotlib.colors.to_hex(color)) for color in family_colors(9)]
     assert np.all(np.diff(values) > 0)

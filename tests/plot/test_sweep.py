@@ -9,11 +9,10 @@ import xarray as xr
 
 import restitution as rs
 from restitution.errors import InputError
-from restitution.plot.labels import scaled as quantity
-from restitution.plot.panels import map_levels
 from restitution.plot.style import new_figure, save_figure
-from restitution.plot.sweep import Layout, choose_layout, plot_sweep
+from restitution.plot.sweep import Layout, choose_layout, map_levels, plot_sweep
 from restitution.quantities import INPUTS, OUTPUTS, input_attributes
+from restitution.quantities import scaled as quantity
 
 
 def result(
@@ -104,10 +103,7 @@ def test_curves_have_the_numbers_in_units_that_suit_them() -> None:
     np.testing.assert_allclose(first.lines[1].get_xdata(), 1e3 * line(50))
     np.testing.assert_allclose(first.lines[1].get_ydata(), dataset.restitution_coefficient[:, 1])
     np.testing.assert_allclose(second.lines[2].get_ydata(), 1e6 * dataset.contact_time[:, 2])
-    assert (first.get_xlabel(), first.get_ylabel()) == (
-        "impact velocity $v_0$ [mm/s]",
-        "restitution coefficient $e$",
-    )
+    assert (first.get_xlabel(), first.get_ylabel()) == ("impact velocity $v_0$ [mm/s]", "restitution coefficient $e$")
     assert second.get_ylabel() == "contact time $T$ [µs]"
     legend = first.get_legend()
     assert legend is not None
@@ -150,11 +146,7 @@ def test_the_title_gives_the_common_values_in_lines_that_fit() -> None:
 def test_slices_lie_on_the_axis() -> None:
     dataset = result({"velocity": line(50), "bulk_modulus": [1e6, 2e6, np.inf], "radius": line(3)})
     assert plot_sweep(dataset, at={"velocity": 0.002 * (1 + 1e-9), "bulk_modulus": np.inf}) is not None
-    for choice in (
-        {},
-        {"x": "bulk_modulus"},
-        {"x": "velocity", "y": "radius", "at": {"bulk_modulus": np.inf}},
-    ):
+    for choice in ({}, {"x": "bulk_modulus"}, {"x": "velocity", "y": "radius", "at": {"bulk_modulus": np.inf}}):
         plot_sweep(dataset, **choice)  # type: ignore[arg-type]
     assert plot_sweep(dataset, at={"bulk_modulus": np.inf}).get_suptitle() == "$K$ = $\\infty$"
     ax = plot_sweep(dataset, x="bulk_modulus", at={"velocity": 0.001, "radius": 0.001}).axes[0]

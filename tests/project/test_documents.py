@@ -10,16 +10,12 @@ from pathlib import Path
 import pytest
 
 import restitution
+from checkout import EXAMPLES, ROOT, blocks, run
 
-ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = sorted(
     [*ROOT.glob("*.md"), *(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
 )
 PYTHON = ("README.md", "docs/quickstart.md")
-
-
-def blocks(name: str, language: str) -> list[str]:
-    return re.findall(rf"^```{language}\n(.*?)^```$", (ROOT / name).read_text(), flags=re.DOTALL | re.MULTILINE)
 
 
 def anchors(path: Path) -> set[str]:
@@ -29,14 +25,26 @@ def anchors(path: Path) -> set[str]:
 
 @pytest.mark.parametrize("name", PYTHON)
 def test_python_blocks_run(name, capsys):
-    code = blocks(name, "python")
-    assert code
-    names: dict[str, object] = {}
-    for block in code:
-        exec(compile(block, name, "exec"), names)
+    names = run(name)
     assert 0.0 < names["result"].restitution_coefficient < 1.0
     assert names["result"].warnings == []
     assert capsys.readouterr().out
+
+
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+@pytest.mark.parametrize(
+    "name", [*(f"identification/{page}" for page in ("index", "rubber", "afm", "teacher")), "development/reading"]
+)
+def test_code_beside_the_data_prints_what_the_page_shows(name, capsys, monkeypatch):
+    monkeypatch.chdir(EXAMPLES / "identification")
+    run(f"docs/{name}.md")
+    assert capsys.readouterr().out == "".join(blocks(f"docs/{name}.md", "text"))
+
+
+@pytest.mark.parametrize("name", ["docs/indentation.md", "docs/geometries.md"])
+def test_code_prints_what_the_page_shows(name, capsys):
+    run(name)
+    assert capsys.readouterr().out == "".join(blocks(name, "text"))
 
 
 @pytest.mark.parametrize("name", PYTHON)
@@ -89,6 +97,12 @@ def test_all_versions_agree():
     cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), flags=re.MULTILINE)
     assert cited is not None
     assert declared == restitution.__version__ == cited.group(1) == importlib.metadata.version("restitution")
+
+
+def test_no_module_hides_a_public_name():
+    # Python sets a module as an attribute of its package, where the public name of the same spelling would stand.
+    modules = {path.stem for path in (ROOT / "src" / "restitution").iterdir()}
+    assert modules & set(restitution.__all__) == set()
 
 
 def test_reference_names_every_public_name():

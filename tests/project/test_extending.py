@@ -1,40 +1,27 @@
 """The recipes of docs/development/extending.md work in Python, case files, sweeps and pictures."""
 
-import re
 import sys
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
 import restitution as rs
-from restitution import quantities
-from restitution.calibration import codes
-from restitution.case.impact import read_case
+from cases import case_file
+from checkout import blocks
+from restitution import InputError, quantities, read_case
+from restitution.calibration import laws
 from restitution.case.sweep import read_sweep
 from restitution.contact.geometry import Geometry
-from restitution.errors import InputError
 from restitution.material import models
 from restitution.sweeps.run import run
 
-PAGE = Path(__file__).resolve().parents[2] / "docs/development/extending.md"
-
-CASE = """
-[body]
-mass = "5 g"
-[profile]
-type = "quartic"
-length = "10 mm"
-[material]
-model = "two_decades"
-equilibrium_modulus = "1 MPa"
-branch_modulus = "2 MPa"
-relaxation_time = "1 ms"
-poisson_ratio = 0.45
-[impact]
-velocity = "1 m/s"
-"""
+PAGE = "docs/development/extending.md"
+QUARTIC = {
+    "body": 'mass = "5 g"', "profile": 'type = "quartic"\nlength = "10 mm"',
+    "material": 'model = "two_decades"\nequilibrium_modulus = "1 MPa"\nbranch_modulus = "2 MPa"\n'
+    'relaxation_time = "1 ms"\npoisson_ratio = 0.45',
+}  # fmt: skip
 AXES = """
 [axes]
 profile.length = ["10 mm", "20 mm"]
@@ -54,13 +41,13 @@ def extension(monkeypatch):
     module = ModuleType("extension")
     monkeypatch.setitem(sys.modules, "extension", module)
     try:
-        for block in re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(), flags=re.DOTALL | re.MULTILINE):
-            exec(compile(block, str(PAGE), "exec"), module.__dict__)
+        for block in blocks(PAGE, "python"):
+            exec(compile(block, PAGE, "exec"), module.__dict__)
         yield module
     finally:
         quantities.OUTPUTS.clear()
         quantities.OUTPUTS.update(before)
-        codes.LAWS.pop("damping-ratio", None)
+        laws.LAWS.pop("damping-ratio", None)
 
 
 def test_one_definition_serves_python_case_files_sweeps_and_pictures(extension, tmp_path):
@@ -72,11 +59,11 @@ def test_one_definition_serves_python_case_files_sweeps_and_pictures(extension, 
     assert "max_deceleration" in result.to_dict()
 
     file = tmp_path / "case.toml"
-    file.write_text(CASE)
+    case_file(file, **QUARTIC)
     from_file = read_case(file).solve()
     assert from_file.restitution_coefficient == pytest.approx(result.restitution_coefficient, rel=1e-12)
 
-    file.write_text(CASE + AXES)
+    file.write_text(case_file(**QUARTIC) + AXES)
     swept = run(read_sweep(file))
     np.testing.assert_allclose(swept.max_deceleration, swept.max_force / 0.005, rtol=1e-14)
     assert swept.max_deceleration.attrs["units"] == "m/s^2"

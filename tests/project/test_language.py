@@ -1,11 +1,11 @@
 """Lines of the documents have fewer than 120 characters."""
 
 import re
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from checkout import ROOT
+
 # Folders with generated pages.
 MADE = ("_build", "_static", "generated", "gallery")
 PAGES = sorted(

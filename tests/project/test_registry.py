@@ -9,7 +9,7 @@ import restitution as rs
 from restitution.contact.geometry import Geometry
 from restitution.material.models import constants_of
 from restitution.quantities import CONSTANTS, INPUTS
-from restitution.sweeps.dataset import input_attributes
+from restitution.sweeps.plan import input_attributes
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "restitution"
 QUANTITIES = INPUTS | CONSTANTS

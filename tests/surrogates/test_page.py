@@ -1,23 +1,15 @@
 """The page on surrogates: its code runs, and its table equals that of the benchmark."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+from checkout import ROOT, run
 
 
-def test_code_of_the_page_runs(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    page = (ROOT / "docs" / "surrogates.md").read_text()
-    blocks = re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE)
-    names: dict[str, object] = {}
-    for block in blocks:
-        exec(compile(block, "surrogates.md", "exec"), names)
+def test_code_of_the_page_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = run("docs/surrogates.md")
     first, last = (1.0 + 0.2) / 2, names["restitution"](0.8) * 0.8 / 2
     # Momentum is conserved, and the relative velocity is multiplied by -e.
     assert names["velocities"] == pytest.approx([first - last, first + last])

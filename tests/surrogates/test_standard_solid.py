@@ -1,30 +1,18 @@
 """Interpolant of the paper's restitution coefficient against the exact method at other points."""
 
-import importlib.util
 from itertools import pairwise
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 
 import restitution as rs
+from checkout import script
 from restitution.impact.closed_forms import equivalent_incompressible_p3
 from restitution.surrogates import standard_solid as plane
 from restitution.surrogates.standard_solid import STATED_ERROR
 
-
-def _script() -> ModuleType:
-    path = Path(__file__).resolve().parents[2] / "validation" / "standard_solid_surrogate.py"
-    spec = importlib.util.spec_from_file_location("standard_solid_surrogate", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-make = _script()
+make = script("validation/standard_solid_surrogate.py")
 TABLE = Path(__file__).parents[1] / "data" / "standard_solid.csv"
 DATA = Path(plane.__file__).parent / "data" / "standard_solid.npz"
 

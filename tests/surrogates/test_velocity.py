@@ -48,8 +48,7 @@ def drawn(low: float, high: float, n: int, seed: int = 7) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("impact", "rtol"),
-    [(BALL, 1e-3), (BALL, 1e-6), (BALL, 1e-10), (EPOXY, 1e-6), (KINK, 1e-4), (PRESSED, 1e-7)],
+    ("impact", "rtol"), [(BALL, 1e-3), (BALL, 1e-6), (BALL, 1e-10), (EPOXY, 1e-6), (KINK, 1e-4), (PRESSED, 1e-7)]
 )
 def test_error_is_below_the_stated_error_at_other_points(impact: rs.Impact, rtol: float) -> None:
     made = rs.surrogate(impact, velocity=(1e-3, 10.0), rtol=rtol)
@@ -303,14 +302,8 @@ def rehashed(content: dict[str, Any]) -> dict[str, Any]:
         ({"log_velocity_edges": [0.0, 0.3, 1.0, 2.0]}, "log_velocity_edges"),
         ({"log_velocity_edges": [math.log(1e-3), 0.0, math.log(10.0)]}, "chebyshev_coefficients_of_log"),
         ({"chebyshev_coefficients_of_log": {}}, ""),
-        (
-            {"chebyshev_coefficients_of_log": {name: [[]] for name in OUTPUTS}},
-            "chebyshev_coefficients_of_log",
-        ),
-        (
-            {"chebyshev_coefficients_of_log": {name: [[[1.0]]] for name in OUTPUTS}},
-            "chebyshev_coefficients_of_log",
-        ),
+        ({"chebyshev_coefficients_of_log": {name: [[]] for name in OUTPUTS}}, "chebyshev_coefficients_of_log"),
+        ({"chebyshev_coefficients_of_log": {name: [[[1.0]]] for name in OUTPUTS}}, "chebyshev_coefficients_of_log"),
         ({"error": None}, ""),
         ({"error": dict.fromkeys(OUTPUTS, -1.0)}, "error.restitution_coefficient"),
         ({"error": dict.fromkeys(OUTPUTS, "1e999")}, "error.restitution_coefficient"),

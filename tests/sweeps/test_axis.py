@@ -8,10 +8,9 @@ import pytest
 import xarray as xr
 from scipy.stats import qmc
 
-from restitution.checks import unit_registry
 from restitution.errors import InputError, InputTypeError
-from restitution.sweeps.grid import Linear, Logarithmic, read_axis
-from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
+from restitution.sweeps.axes import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform, read_axis
+from restitution.units import unit_registry
 
 
 def whole(axis: Samples) -> dict[str, np.ndarray]:
@@ -105,24 +104,12 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
         (lambda: Linear(0.0, 1.0, 2.5), "n = 2.5: must be a whole number"),
         (lambda: Logarithmic(0.0, 1.0, 3), "low = 0: must be finite and > 0"),
         (lambda: Samples(4, {}), "distributions: must name at least one quantity"),
-        (
-            lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, "halton"),
-            "method = 'halton': must be 'sobol' or 'latin_",
-        ),
+        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, "halton"), "method = 'halton': must be 'sobol' or 'latin_"),
         (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, seed=-1), "seed = -1: must be a whole number >= 0"),
-        (
-            lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}),
-            "n = 2147483648: must be",
-        ),
+        (lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}), "n = 2147483648: must be"),
         (lambda: Samples(4, {"mass": Uniform(-1.0, 2.0)}), r"mass = Uniform\(.*\): must lie in \[0, inf\]"),
-        (
-            lambda: Samples(4, {"nu": LogNormal(0.3, 0.1)}),
-            "poisson_ratio = LogNormal.*take all positive values",
-        ),
-        (
-            lambda: Samples(4, {"mass": Normal(-1.0, 0.1)}),
-            r"mass = Normal\(.*\): lies mostly outside \[0, inf\]",
-        ),
+        (lambda: Samples(4, {"nu": LogNormal(0.3, 0.1)}), "poisson_ratio = LogNormal.*take all positive values"),
+        (lambda: Samples(4, {"mass": Normal(-1.0, 0.1)}), r"mass = Normal\(.*\): lies mostly outside \[0, inf\]"),
         (lambda: Uniform(2.0, 1.0), "low = 2: must be < high = 1"),
         (lambda: Normal(1.0, 0.0), "standard_deviation = 0: must be finite and > 0"),
         (lambda: read_axis("mass", []), "mass: must be one-dimensional and hold a value"),
@@ -143,8 +130,7 @@ def test_numbers_in_place_of_distributions_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "given",
-    ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}],
+    "given", ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}]
 )
 def test_axes_that_are_no_numbers_are_refused(given: object) -> None:
     with pytest.raises(InputTypeError) as caught:

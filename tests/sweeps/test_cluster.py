@@ -52,10 +52,7 @@ def test_dask_and_threads_write_the_same_bytes(client: Any, tmp_path: Path) -> N
 
 
 def test_results_in_memory(client: Any) -> None:
-    axes = {
-        "velocity": AXES["velocity"],
-        "material": [RUBBER, rs.standard_solid(1e5, 1e6, 1e3, poisson_ratio=0.5)],
-    }
+    axes = {"velocity": AXES["velocity"], "material": [RUBBER, rs.standard_solid(1e5, 1e6, 1e3, poisson_ratio=0.5)]}
     memory = rs.sweep(BALL, axes, chunk=100)
     xr.testing.assert_identical(rs.sweep(BALL, axes, chunk=100, engine="dask", cluster=client), memory)
 
@@ -98,13 +95,7 @@ def test_a_worker_that_is_killed_costs_a_retry(tmp_path: Path) -> None:
                 os.kill(pids[0], signal.SIGKILL)
 
         result = rs.sweep(
-            BALL,
-            AXES,
-            chunk=500,
-            out=tmp_path / "dask.zarr",
-            engine="dask",
-            cluster=client,
-            progress=kill_one,
+            BALL, AXES, chunk=500, out=tmp_path / "dask.zarr", engine="dask", cluster=client, progress=kill_one
         )
     assert victims
     assert int((result.status == 0).sum()) == 20_000
@@ -174,11 +165,7 @@ def test_the_command_runs_and_resumes_on_a_local_cluster(tmp_path: Path) -> None
                     time.sleep(0.02)
                 first.send_signal(signal.SIGKILL)
         answer = subprocess.run(
-            [*command, "sweep", "sweep.toml", *arguments],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            timeout=600,
+            [*command, "sweep", "sweep.toml", *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=600
         )
         assert answer.returncode == 0, answer.stderr
         assert "error" not in answer.stderr
@@ -196,12 +183,7 @@ def test_ctrl_c_ends_the_command_with_two_lines(tmp_path: Path) -> None:
         *("sweep", "sweep.toml", "--out", "o.zarr", "--dask", "local", "--workers", "2"),
     ]
     with subprocess.Popen(
-        command,
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
         deadline = time.monotonic() + 600.0
         while not (tmp_path / "o.zarr" / "status" / "c").is_dir() and process.poll() is None:

@@ -5,8 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from restitution.sweeps.grid import Grid, Linear, make_grid
-from restitution.sweeps.samples import Samples, Uniform
+from restitution.sweeps.axes import Grid, Linear, Samples, Uniform, boxes, make_grid
 
 
 def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:
@@ -14,12 +13,11 @@ def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:
     arrays = {name: np.full(grid.shape, np.nan) for name in grid.names}
     for index in grid.chunks():
         points = grid.points(index)
-        for start in range(0, points.size, block):
-            stop = min(start + block, points.size)
-            for name, values in points.part(start, stop).items():
-                part = arrays[name][grid.region(index)].copy()
-                part.ravel()[start:stop] = values
-                arrays[name][grid.region(index)] = part
+        for part in boxes(tuple(slice(0, n) for n in points.shape), block):
+            for name, values in points.box(part).items():
+                filled = arrays[name][grid.region(index)][part]
+                assert np.isnan(filled).all()
+                filled[...] = values
     return arrays
 
 
@@ -83,18 +81,14 @@ def test_random_chunks_are_nearly_square() -> None:
 def test_a_grid_without_axes_is_one_point() -> None:
     grid = make_grid({"velocity": 1.0})
     assert (grid.shape, grid.n_points, list(grid.chunks())) == ((), 1, [()])
-    assert grid.points(()).part(0, 1)["velocity"].tolist() == [1.0]
+    assert grid.points(()).box(()) == {"velocity": 1.0}
 
 
 @pytest.mark.parametrize(
     ("axes", "chunk", "message"),
     [
         ({"nu": [0.3], "poisson_ratio": [0.4]}, None, "axes: poisson_ratio is set by another axis too"),
-        (
-            {"mass": [1.0], "draw": Samples(2, {"mass": Uniform(1.0, 2.0)})},
-            None,
-            "axes: mass is set by another",
-        ),
+        ({"mass": [1.0], "draw": Samples(2, {"mass": Uniform(1.0, 2.0)})}, None, "axes: mass is set by another"),
         ({"contact_time": [1.0]}, None, "axes: contact_time is an output"),
         ({"mass": [1.0]}, 0, "chunk = 0: must be a whole number >= 1"),
         ({"mass": [1.0]}, {"velocity": 3}, "chunk = 'velocity': must name a dimension; there are mass"),

@@ -2,7 +2,6 @@
 
 import math
 import os
-import re
 import threading
 import warnings
 from collections.abc import Callable
@@ -14,18 +13,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import checkout
 import restitution as rs
-from restitution import parallel
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone
-from restitution.contact.tabulated import Tabulated
-from restitution.errors import RestitutionWarning
+from restitution import WLF, Cone, RestitutionWarning, Sphere, Tabulated, generalised_maxwell, parallel
 from restitution.impact.batch import Batch
-from restitution.material.classical import generalised_maxwell
-from restitution.material.shift import WLF
 from restitution.quantities import DEFAULT_OUTPUTS, SWEEP_OUTPUTS, VALIDITY
-from restitution.sweeps import dataset
-from restitution.sweeps import plan as plans
+from restitution.sweeps import plan
 from restitution.sweeps.plan import describe
 from restitution.sweeps.plan import hash_of as hash_of_plan
 
@@ -82,22 +75,14 @@ def test_groups_of_the_paper() -> None:
 
 
 @pytest.mark.parametrize(("base", "others", "p2"), [(BALL, {}, 1e-320), (None, {"nu": 0.45, "p3": 1.0}, 1e308)])
-def test_moduli_beyond_the_range_of_numbers_fail_with_a_status(base: Any, others: dict[str, Any], p2: float) -> None:
+def test_moduli_beyond_the_range_of_numbers_are_refused(base: Any, others: dict[str, Any], p2: float) -> None:
     # G1 = Ginf/p2 overflows, or the relaxation time eta/G1 does.
-    with pytest.warns(RestitutionWarning) as caught:
-        table = rs.sweep(base, others | {"p2": [p2, 0.1]}, ["restitution_coefficient"])
-    assert "1 of 2 impacts failed and are NaN: 1 NOT_FINITE" in [str(one.message) for one in caught]
-    assert np.isnan(table.restitution_coefficient.values).tolist() == [True, False]
+    with pytest.raises(rs.InputError, match=r"^(relaxation_times|branch_moduli)"):
+        rs.sweep(base, others | {"p2": [p2, 0.1]}, ["restitution_coefficient"])
 
 
 def test_groups_of_a_dimensional_impact() -> None:
-    axes = {
-        "p2": [0.01, 0.1],
-        "p3": [0.5, 5.0],
-        "nu": [0.2, 0.5],
-        "velocity": [0.3, 2.0],
-        "radius": [0.01, 0.05],
-    }
+    axes = {"p2": [0.01, 0.1], "p3": [0.5, 5.0], "nu": [0.2, 0.5], "velocity": [0.3, 2.0], "radius": [0.01, 0.05]}
     result = rs.sweep(BALL, axes)
     for name in ("velocity", "radius"):
         spread = result.restitution_coefficient.max(name) - result.restitution_coefficient.min(name)
@@ -215,8 +200,7 @@ def test_materials_from_a_list() -> None:
 
 
 @pytest.mark.parametrize(
-    ("profile", "field", "values"),
-    [(Cone, "half_angle", [1.0, 1.2]), (Sphere, "radius", [0.005, 0.02])],
+    ("profile", "field", "values"), [(Cone, "half_angle", [1.0, 1.2]), (Sphere, "radius", [0.005, 0.02])]
 )
 def test_other_profiles(profile: Any, field: str, values: list[float]) -> None:
     base = rs.Impact(EPOXY, profile(values[0]), mass=0.005, velocity=1.0)
@@ -480,13 +464,13 @@ def test_too_little_memory_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_long_sweep_in_memory_advises_a_store(monkeypatch: pytest.MonkeyPatch) -> None:
     """The time of 3 points is estimated before the sweep; a limit of 0 h stands for one of 10^9 points."""
-    monkeypatch.setattr(dataset, "_LONG", 0.0)
+    monkeypatch.setattr(plan, "_LONG", 0.0)
     with pytest.warns(RestitutionWarning, match=r"^3 points take .* GB and about .* h on .* cores, .*out="):
         rs.sweep(BALL, {"velocity": [0.01, 0.02, 0.03]})
 
 
 def test_more_points_than_fit_in_memory_go_into_a_store(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(dataset, "_memory", lambda: 1000.0)
+    monkeypatch.setattr(plan, "_memory", lambda: 1000.0)
     axes = {"velocity": rs.Linear(1.0, 2.0, 30)}
     with pytest.raises(ValueError, match="too much for the memory"):
         rs.sweep(BALL, axes)
@@ -512,9 +496,9 @@ def test_a_chunk_is_solved_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
         return solve(batch, *options, **named)
 
     monkeypatch.setattr(Batch, "solve", watched)
-    monkeypatch.setattr(plans, "_BLOCK", 256)
+    monkeypatch.setattr(plan, "_BLOCK", 256)
     rs.sweep(BALL, {"velocity": rs.Linear(0.1, 1.0, 2000)}, chunk=2000)
-    assert largest == 256
+    assert 128 < largest <= 256
 
 
 def test_all_cores_are_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -532,16 +516,13 @@ def test_all_cores_are_used_by_default(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_python_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
-    names: dict[str, Any] = {}
-    for block in re.findall(r"^```python\n(.*?)^```$", page, flags=re.DOTALL | re.MULTILINE):
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            exec(compile(block, "sweeps.md", "exec"), names)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        names = checkout.run("docs/sweeps.md")
     assert names["plane"].restitution_coefficient.shape == (60, 60)
     assert len(capsys.readouterr().out.splitlines()) >= 2
 
 
 def test_the_documentation_names_every_output() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    page = (checkout.ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
     assert [name for name in SWEEP_OUTPUTS if f"`{name}`" not in page] == []

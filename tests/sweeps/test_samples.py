@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from restitution.sweeps.samples import LogNormal, Normal, Samples
+from restitution.sweeps.axes import LogNormal, Normal, Samples
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0 - 2.0**-53])

@@ -15,8 +15,9 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from cases import case_file
 from restitution.errors import RestitutionWarning
-from restitution.sweeps import plan as plans
+from restitution.sweeps import plan
 from restitution.sweeps import store as stores
 from restitution.sweeps.store import Store, sole_writer
 
@@ -32,22 +33,12 @@ AXES = {
     "external_force": 0.0,
 }
 CHUNK = {"velocity": 4, "draw": 30}
-CASE = """
-title = "Balls on rubber"
-[body]
-mass = "5 g"
-radius = "10 mm"
-[material]
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.45
-[axes]
-velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = %d }
-radius = { linear = ["5 mm", "20 mm"], n = 50 }
-[sweep]
-chunk = 500
-"""
+SOLID = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "10 MPa"\nviscosity = "1 kPa s"\npoisson_ratio = 0.45\n'
+CASE = case_file(
+    title="Balls on rubber", material=SOLID, impact=None, sweep="chunk = 500",
+    axes="""velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = %d }
+    radius = { linear = ["5 mm", "20 mm"], n = 50 }""",
+)  # fmt: skip
 
 
 def run(out: Path, **changes: Any) -> xr.Dataset:
@@ -121,13 +112,13 @@ def test_an_interrupted_sweep_is_resumed(
     undisturbed: Path, tmp_path: Path, workers: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     computed: list[Any] = []
-    compute = plans.Plan.compute
+    compute = plan.Plan.compute
 
     def watched(self: Any, index: Any, *rest: Any) -> Any:
         computed.append(index)
         return compute(self, index, *rest)
 
-    monkeypatch.setattr(plans.Plan, "compute", watched)
+    monkeypatch.setattr(plan.Plan, "compute", watched)
     cut_after(3, monkeypatch)
     out = tmp_path / "result.zarr"
     first_reports: list[int] = []
@@ -183,11 +174,7 @@ def test_the_status_of_a_chunk_is_written_last(tmp_path: Path, monkeypatch: pyte
 
 @pytest.mark.parametrize(
     ("changes", "differing"),
-    [
-        ({"rtol": 1e-8}, "rtol"),
-        ({"outputs": ["contact_time"]}, "outputs"),
-        ({"chunk": 100}, "chunk"),
-    ],
+    [({"rtol": 1e-8}, "rtol"), ({"outputs": ["contact_time"]}, "outputs"), ({"chunk": 100}, "chunk")],
 )
 def test_another_sweeps_store_is_refused(undisturbed: Path, changes: dict[str, Any], differing: str) -> None:
     before = tree(undisturbed)
@@ -200,7 +187,7 @@ def test_another_sweeps_store_is_refused(undisturbed: Path, changes: dict[str, A
 
 
 def test_another_versions_store_is_refused(undisturbed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plans, "version", lambda _: "9.9")
+    monkeypatch.setattr(plan, "version", lambda _: "9.9")
     with pytest.raises(ValueError, match=rf"holds a sweep already, of version {rs.__version__}, not 9\.9; choose"):
         run(undisturbed)
 
@@ -223,10 +210,7 @@ def test_other_stores_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_second_writer_is_refused(undisturbed: Path) -> None:
-    with (
-        sole_writer(undisturbed),
-        pytest.raises(ValueError, match=r"result\.zarr: another process is writing it$"),
-    ):
+    with sole_writer(undisturbed), pytest.raises(ValueError, match=r"result\.zarr: another process is writing it$"):
         run(undisturbed)
     run(undisturbed)
 
@@ -288,7 +272,7 @@ import os, random, signal, sys, time
 from pathlib import Path
 import xarray, zarr
 import restitution as rs
-from restitution.sweeps import dataset, store
+from restitution.sweeps import store
 
 rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 ball = rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
@@ -329,10 +313,7 @@ def test_killed_at_random_moments_it_ends_with_the_same_bytes(tmp_path: Path) ->
         folder = tmp_path / str(seed)
         folder.mkdir()
         output = subprocess.run(
-            [sys.executable, "-c", KILLER, folder, str(seed), "12"],
-            capture_output=True,
-            text=True,
-            timeout=900,
+            [sys.executable, "-c", KILLER, folder, str(seed), "12"], capture_output=True, text=True, timeout=900
         )
         assert output.returncode == 0, output.stderr
         kills += int(output.stdout.split()[-1])

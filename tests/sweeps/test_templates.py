@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from restitution.contact.analytic import Sphere
-from restitution.contact.power_law import Cone, PowerLaw
-from restitution.contact.profile import Parabola
-from restitution.impact.problem import Impact
-from restitution.impact.solve import solve
-from restitution.material.classical import standard_solid
-from restitution.sweeps.run import sweep
+from restitution import Cone, Impact, Parabola, PowerLaw, Sphere, solve, standard_solid, sweep
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")

@@ -2,24 +2,79 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from restitution import quantities
-from restitution.calibration import events
-from restitution.calibration.bodies import PAIR, WALL, pair
-from restitution.calibration.codes import LAWS
-from restitution.calibration.collisions import Collisions, collisions
-from restitution.calibration.fit import nearest
-from restitution.calibration.laws import Law, Setting, TypedLaw
-from restitution.calibration.result import Calibration, TypedParameter
-from restitution.calibration.snippet import heading, snippet
-from restitution.calibration.units import REDUCED, SI, SYSTEMS, UnitSystem, reduced
+from restitution.calibration import collisions as exact
+from restitution.calibration.collisions import REBOUND, Collisions
+from restitution.calibration.laws import CODES, LAWS, Law, Setting, TypedLaw, rebound
+from restitution.calibration.result import Calibration, TypedParameter, heading, snippet
 from restitution.checks import one_of, single, whole, within
+from restitution.errors import InputError
 from restitution.impact.problem import Body, Impact
+from restitution.units import REDUCED, SI, SYSTEMS, UnitSystem, reduced
 
-TARGETS = (*LAWS, events.REBOUND)
+# The numbers of a law with which it is nearest to given cases.
+
+# Losses between which the nearest one is searched; the first stands for an elastic contact.
+_LOWEST, _HIGHEST = 1e-9, 1e3
+
+
+def nearest(law: Law, cases: Collisions) -> TypedLaw:
+    """Return the law with the smallest largest error of e, then with that of the contact time, both by ratios.
+
+    e depends on the loss alone, and the contact time at a given loss on the stiffness: so e determines the loss, and
+    the contact time the stiffness. If the contact time is not known, that of elastic balls does.
+    """
+    unit_law = TypedLaw(law, cases.static_modulus, 1.0, law.end)
+    shape = cases.restitution_coefficient.shape
+    profile = np.broadcast_to(np.asarray(unit_law.loss(*cases.grid)), shape)
+    strength = _nearest_strength(unit_law, profile, cases)
+    timed = not np.isnan(cases.contact_time).all()
+    time = cases.contact_time if timed else cases.elastic_time
+    law_time = replace(unit_law, strength=strength if timed else 0.0).rebound(*cases.grid)[1]
+    ratio = np.log(law_time / time)
+    modulus = unit_law.modulus * math.exp(0.5 * (ratio.min() + ratio.max()) * (law.shape.spring + 1.0))
+    # The strength of the same loss at this stiffness.
+    strength *= float(profile.max() / np.max(replace(unit_law, modulus=modulus).loss(*cases.grid)))
+    _refuse_out_of_reach(law, strength, cases)
+    return TypedLaw(law, modulus, strength, law.end)
+
+
+def _nearest_strength(law: TypedLaw, profile: Any, cases: Collisions) -> float:
+    """Return the strength at which e is nearest to the exact one by ratios, from the losses at a strength of 1."""
+    from scipy.optimize import minimize_scalar
+
+    goal = np.log(cases.restitution_coefficient)
+
+    def error(log_strength: float) -> float:
+        e, _ = rebound(law.law.shape, law.end, math.exp(log_strength) * profile)
+        return float(np.abs(np.log(e) - goal).max())
+
+    # Each e falls with the strength, so that there is one minimum.
+    bounds = math.log(_LOWEST / profile.min()), math.log(_HIGHEST / profile.max())
+    minimum: Any = minimize_scalar(error, bounds=bounds, method="bounded", options={"xatol": 1e-10, "maxiter": 200})
+    strength = math.exp(minimum.x)
+    return strength if strength * profile.max() > 10.0 * _LOWEST else 0.0
+
+
+def _refuse_out_of_reach(law: Law, strength: float, cases: Collisions) -> None:
+    """Raise if no number that can be typed gives the strength."""
+    weakest, strongest = law.strengths
+    if weakest * (1.0 - 1e-6) <= strength <= strongest * (1.0 + 1e-6) or (strength == 0.0 and law.elastic):
+        return
+    ends = rebound(law.shape, law.end, [strongest, weakest])[0]
+    e = cases.restitution_coefficient
+    span = f"{e.min():.9g} to {e.max():.9g}" if e.min() < e.max() else f"{e.max():.9g}"
+    reach = f"reaches e from {ends[0]:.6g} to {ends[1]:.6g}{' and 1' if law.elastic and weakest > 0.0 else ''}"
+    raise InputError("target", law.name, f"{reach}, but e is {span}")
+
+
+TARGETS = (*LAWS, REBOUND)
 """Names of the laws of the package; a law that is added to `LAWS` is a target too."""
 
 
@@ -37,7 +92,7 @@ def calibrate(
     rtol: float = 1e-9,
     workers: int | None = None,
 ) -> Calibration:
-    """Numbers for the contact law of another code that are nearest to the exact coefficient of restitution.
+    """Return the numbers for the contact law of another code that are nearest to the exact coefficient of restitution.
 
     Parameters
     ----------
@@ -99,48 +154,51 @@ def calibrate(
     >>> round(law.parameters["E"].value / 1e6, 2), law.largest_error < 0.001
     (2.87, True)
     """
-    quantities.known("target", target, (*LAWS, events.REBOUND))
+    quantities.known("target", target, (*LAWS, REBOUND))
     if contact is not None:
-        one_of("contact", contact, (PAIR, WALL))
+        one_of("contact", contact, (exact.PAIR, exact.WALL))
     whole("points", points, 2, 10_000)
     single("rtol", within("rtol", rtol, 1e-12, 1e-2))
     law = LAWS.get(target)
     systems = law.units if law else ("si",)
     one_of("units", units, systems, f" for {target}")
-    bodies = pair(problem, contact)
-    wanted = collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
-    return _of_events(wanted) if law is None else _of_law(law, wanted, units)
+    bodies = exact.bodies_of(problem, contact)
+    cases = exact.collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
+    return _of_events(cases) if law is None else _of_law(law, cases, units)
 
 
-def _of_law(law: Law, wanted: Collisions, units: str) -> Calibration:
-    velocity, mass, _ = wanted.middle
-    poisson_ratio = wanted.pair.impact.material.poisson_ratio
-    setting = Setting(velocity, mass, poisson_ratio, *wanted.dynamic_modulus, wanted.middle_restitution)
-    found, naive = nearest(law, wanted), TypedLaw(law, *law.naive(setting), law.naive_end)
-    system = _system(wanted, units)
+def _of_law(law: Law, cases: Collisions, units: str) -> Calibration:
+    velocity, mass, _ = cases.middle
+    poisson_ratio = cases.pair.impact.material.poisson_ratio
+    setting = Setting(velocity, mass, poisson_ratio, *cases.dynamic_modulus, cases.middle_restitution)
+    best, naive = nearest(law, cases), TypedLaw(law, *law.naive(setting), law.naive_end)
+    system = _system(cases, units)
 
-    def numbers(one: TypedLaw) -> dict[str, TypedParameter]:
+    def numbers(numbered: TypedLaw) -> dict[str, TypedParameter]:
         return {
-            name: TypedParameter(system.convert(typed.value, typed.powers), system.unit(typed.powers), typed.words)
-            for name, typed in law.typed(one.modulus, one.strength, setting).items()
+            name: TypedParameter(
+                system.convert(typed.value, typed.dimension), system.unit(typed.dimension), typed.words
+            )
+            for name, typed in law.typed(numbered.modulus, numbered.strength, setting).items()
         }
 
-    parameters = numbers(found)
-    text = snippet(found, parameters, wanted, system)
-    return Calibration(law.name, law.words, law.source, units, parameters, numbers(naive), text, wanted, found, naive)
+    parameters = numbers(best)
+    text = snippet(best, parameters, cases, system)
+    return Calibration(law.name, law.words, law.source, units, parameters, numbers(naive), text, cases, best, naive)
 
 
-def _system(wanted: Collisions, units: str) -> UnitSystem:
+def _system(cases: Collisions, units: str) -> UnitSystem:
     if units != REDUCED:
         return SYSTEMS[units]
-    radius = float(wanted.radius[wanted.radius.size // 2])
-    mass = wanted.pair.ball_mass * (radius / wanted.pair.ball_radius) ** 3
-    return reduced(mass, 2.0 * radius, float(wanted.velocity[-1]))
+    radius = float(cases.radius[cases.radius.size // 2])
+    mass = cases.pair.ball_mass * (radius / cases.pair.ball_radius) ** 3
+    return reduced(mass, 2.0 * radius, float(cases.velocity[-1]))
 
 
-def _of_events(wanted: Collisions) -> Calibration:
-    table, middle = events.table(wanted), wanted.middle_restitution
-    constant = events.TableLaw(wanted.velocity[:1], np.array([middle]))
+def _of_events(cases: Collisions) -> Calibration:
+    table, middle = exact.event_table(cases), cases.middle_restitution
+    constant = exact.TableLaw(cases.velocity[:1], np.array([middle]))
     usual = {"e": TypedParameter(middle, "", "coefficient of restitution at all velocities")}
-    text = "\n".join([*(f"# {line}" for line in heading(events.WORDS, wanted, SI)), table.text])
-    return Calibration(events.REBOUND, events.WORDS, events.SOURCE, "si", {}, usual, text, wanted, table, constant)
+    words, source = (CODES[REBOUND][name] for name in ("words", "source"))
+    text = "\n".join([*(f"# {line}" for line in heading(words, cases, SI)), table.text])
+    return Calibration(REBOUND, words, source, "si", {}, usual, text, cases, table, constant)

@@ -4,24 +4,106 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from restitution import quantities, validity
-from restitution.calibration.bodies import Pair, reduced_radius
-from restitution.checks import is_iterable, pair, positive, within
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
+from restitution.calibration.laws import CODES
+from restitution.checks import Array, is_iterable, pair, positive, within
+from restitution.contact.profiles import Parabola
+from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch
 from restitution.impact.closed_forms import elastic_contact_time, elastic_max_indentation_depth
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Body, Impact, collision, two_bodies
 from restitution.impact.status import SolverError, Status
 from restitution.impact.window import require_known
+from restitution.units import VELOCITY
 from restitution.validity import Validity
 
-Array = NDArray[np.float64]
+# The two bodies of a problem: a ball of a radius and a mass, and another ball or a wall.
+
+PAIR, WALL = "pair", "wall"
+"""Kinds of contact: two balls, or a ball and a wall."""
+
+_WORDS = {PAIR: "two balls", WALL: "a ball and a wall"}
+
+
+class Pair(NamedTuple):
+    """A single impact, the radius [m] and the mass [kg] of its first ball, whether it is on a wall, and in words."""
+
+    impact: Impact
+    ball_radius: float
+    ball_mass: float
+    wall: bool
+    words: str
+
+
+def bodies_of(problem: Any, contact: str | None) -> Pair:
+    """Return the bodies of an impact, whose parabola counts as the ball, or of a pair of bodies.
+
+    A `contact` of the other kind than that of the bodies is built from them where they determine it.
+    """
+    if isinstance(problem, Impact):
+        impact = _single(problem)
+        kind = WALL if impact.counter_material is None else PAIR
+        if contact not in (None, kind):
+            rule = f"must be {kind!r} for this impact; the other contact needs both bodies: give a pair of Body"
+            raise InputError("contact", contact, rule)
+        return Pair(impact, reduced_radius(impact), float(impact.mass), kind == WALL, _WORDS[kind])
+    first, second = two_bodies(problem)
+    _single(collision(first, second, velocity=1.0))
+    ball, other = (second, first) if math.isinf(float(first.radius)) else (first, second)
+    kind = WALL if math.isinf(float(other.radius)) else PAIR
+    words = _WORDS[kind]
+    if contact == PAIR != kind:
+        (ball, other), words = _two_equal(ball), "two equal balls"
+    elif contact == WALL != kind:
+        (ball, other), words = _on_wall(ball, other), "a ball and a wall of its material"
+    impact, mass = _single(collision(ball, other, velocity=1.0)), float(cast("float", ball.mass))
+    # A ball that is held has no mass of its own.
+    mass = mass if math.isfinite(mass) else float(impact.mass)
+    return Pair(impact, float(ball.radius), mass, (contact or kind) == WALL, words)
+
+
+def _two_equal(ball: Body) -> tuple[Body, Body]:
+    """Return a ball of a wall twice."""
+    if ball.material is None:
+        raise InputError("contact", PAIR, "must be 'wall' for a rigid ball, as two of them would both be rigid")
+    if not math.isfinite(float(cast("float", ball.mass))):
+        raise InputError("contact", PAIR, "must be 'wall' for a ball that is held, as two of them would not move")
+    return ball, ball
+
+
+def _on_wall(ball: Body, other: Body) -> tuple[Body, Body]:
+    """Return one of two equal balls, and a wall of its material."""
+    numbers = [(float(body.radius), float(cast("float", body.mass))) for body in (ball, other)]
+    # Masses of one density and one radius may differ by rounding.
+    if ball.material != other.material or not np.allclose(*numbers, rtol=1e-9, atol=0.0):
+        raise InputError("contact", WALL, "must be 'pair' for two balls that differ; give one of them and the wall")
+    return ball, Body(ball.material)
+
+
+def reduced_radius(impact: Impact) -> float:
+    """Return the radius [m] of the parabola of an impact."""
+    return float(cast("Parabola", impact.profile).radius)
+
+
+def _single(impact: Impact) -> Impact:
+    """Return an impact at 1 m/s, refusing those that no code of spheres could have."""
+    if not isinstance(impact.profile, Parabola):
+        raise InputTypeError("profile", impact.profile, "must be a Parabola: the codes have spheres")
+    impact = replace(impact, velocity=1.0)
+    if impact.shape:
+        raise InputError("impact", rule=f"must be single, but has shape {impact.shape} beside its velocity")
+    if impact.external_force != 0.0:
+        rule = "must be 0, as the codes add the weight themselves; see with_weight of drop"
+        raise InputError("external_force", impact.external_force, rule, "N")
+    if impact.impedance != math.inf:
+        rule = "must be infinite, as the codes move the bodies themselves"
+        raise InputError("impedance", impact.impedance, rule, "kg/s")
+    return impact
+
 
 _RADII = 5
 
@@ -106,24 +188,24 @@ def collisions(
     extrapolate: bool = False,
 ) -> Collisions:
     """Return the collisions of a pair of bodies, solved or with given coefficients of restitution."""
-    speeds, given = _given(velocity, restitution, points)
+    speeds, coefficients = _given(velocity, restitution, points)
     radii = np.array([pair.ball_radius]) if radius is None else _range("radius", radius, _RADII)
     with np.errstate(over="ignore", under="ignore"):
         factor = radii / pair.ball_radius
         mass, reduced = float(pair.impact.mass) * factor**3, reduced_radius(pair.impact) * factor
     if not np.all((mass > 0) & np.isfinite(mass)):
         raise InputError("radius", radius, f"must not be that far from {pair.ball_radius:g} m, the ball's", "m")
-    if given is None:
+    if coefficients is None:
         balls = replace(pair.impact, profile=Parabola(reduced), mass=mass)
         require_known(balls, speeds[[0, -1]], extrapolate=extrapolate)
         e, time, report = _solved(pair.impact, speeds, mass, reduced, rtol, workers)
     else:
-        e = np.repeat(given[:, None], radii.size, axis=1)
+        e = np.repeat(coefficients[:, None], radii.size, axis=1)
         time, report = np.full(e.shape, math.nan), None
-    found = Collisions(pair, speeds, radii, mass, reduced, e, time, report)
-    if found.static_modulus == 0.0:
-        raise InputError("material", wanted="must have a spring, as the laws have one")
-    return found
+    result = Collisions(pair, speeds, radii, mass, reduced, e, time, report)
+    if result.static_modulus == 0.0:
+        raise InputError("material", rule="must have a spring, as the laws have one")
+    return result
 
 
 def _range(name: str, value: Any, points: int) -> Array:
@@ -132,8 +214,8 @@ def _range(name: str, value: Any, points: int) -> Array:
     if ends.size == 1:
         return ends.reshape(1)
     if ends.shape != (2,) or ends[0] == ends[1]:
-        wanted = "must be one number, or the lowest and the highest, which differ"
-        raise InputError(name, value, wanted, quantities.INPUTS[name].unit)
+        rule = "must be one number, or the lowest and the highest, which differ"
+        raise InputError(name, value, rule, quantities.INPUTS[name].unit)
     low, high = float(ends.min()), float(ends.max())
     return np.clip(np.geomspace(low, high, points), low, high)
 
@@ -143,7 +225,7 @@ def _given(velocity: Any, restitution: Any, points: int) -> tuple[Array, Array |
     if is_iterable(restitution):
         return _measured(velocity, restitution)
     if velocity is None:
-        raise InputError("velocity", wanted="must be given: one velocity, or the lowest and the highest")
+        raise InputError("velocity", rule="must be given: one velocity, or the lowest and the highest")
     speeds = _range("velocity", velocity, points)
     return speeds, None if restitution is None else np.full(speeds.size, _coefficients("restitution", restitution))
 
@@ -154,14 +236,14 @@ def _measured(velocity: Any, restitution: Any) -> tuple[Array, Array]:
     speeds = np.atleast_1d(quantities.check("velocity", columns[0], "restitution[0]"))
     values = np.atleast_1d(_coefficients("restitution[1]", columns[1]))
     if speeds.shape != values.shape or speeds.ndim != 1 or np.unique(speeds).size < speeds.size:
-        wanted = "must have two columns of one length, the velocities all different"
-        raise InputError("restitution", wanted=wanted)
+        rule = "must have two columns of one length, the velocities all different"
+        raise InputError("restitution", rule=rule)
     order = np.argsort(speeds)
     if velocity is not None:
         ends = _range("velocity", velocity, 2)
         order = order[(speeds[order] >= ends[0]) & (speeds[order] <= ends[-1])]
         if order.size == 0:
-            raise InputError("velocity", velocity, "must contain a velocity of restitution", "m/s")
+            raise InputError("velocity", velocity, "must contain a velocity of restitution", VELOCITY.unit)
     return speeds[order], values[order]
 
 
@@ -172,18 +254,52 @@ def _coefficients(name: str, value: Any) -> Array:
 def _solved(
     impact: Impact, speeds: Array, mass: Array, radii: Array, rtol: float, workers: int | None
 ) -> tuple[Array, Array, Validity]:
-    """Coefficients of restitution and contact times [s] over velocity and radius; refuse what no code could use."""
+    """Solve for e and the contact time [s] over velocity and radius; refuse what no code could use."""
     shape = speeds.size, radii.size
     v, m, r = (column.reshape(-1) for column in np.broadcast_arrays(speeds[:, None], mass, radii))
     many = replace(impact, profile=Parabola(r), mass=m, velocity=v)
     columns = Batch.from_impact(many).solve(rtol, workers=workers)
     status = columns["status"]
     for place in np.flatnonzero(status != Status.SEPARATED)[:1]:
-        one = Status(int(status[place]))
-        if one.failed:
-            raise SolverError(one, f"at velocity = {v[place]:.6g} m/s")
-        wanted = f"must be a range in which the bodies separate; at {v[place]:.4g} m/s: {one.message}"
-        raise InputError("velocity", [float(speeds[0]), float(speeds[-1])], wanted, "m/s")
-    found = {name: columns[name] for name in validity.COLUMNS}
+        end = Status(int(status[place]))
+        if end.failed:
+            raise SolverError(end, f"at velocity = {v[place]:.6g} m/s")
+        rule = f"must be a range in which the bodies separate; at {v[place]:.4g} m/s: {end.message}"
+        raise InputError("velocity", [float(speeds[0]), float(speeds[-1])], rule, VELOCITY.unit)
+    outputs = {name: columns[name] for name in validity.COLUMNS}
     e, time = (columns[name].reshape(shape) for name in ("restitution_coefficient", "contact_time"))
-    return e, time, validity.validity(many.contact, **found, velocity=v, mass=m)
+    return e, time, validity.validity(many.contact, **outputs, velocity=v, mass=m)
+
+
+# Law of event-driven and N-body codes, which take the coefficient of restitution over velocity itself: REBOUND.
+
+REBOUND = "rebound"
+
+
+@dataclass(frozen=True, eq=False)
+class TableLaw:
+    """Coefficients of restitution over velocity [m/s], between which the code interpolates over log v."""
+
+    velocity: Array
+    restitution_coefficient: Array
+
+    def rebound(self, velocity: Any, mass: Any, radius: Any) -> tuple[Array, Array]:
+        """Return the coefficient of restitution [-] and contact time [s], which is zero, at v0 [m/s]."""
+        shape = np.broadcast_shapes(np.shape(velocity), np.shape(mass), np.shape(radius))
+        e = np.interp(np.log(velocity), np.log(self.velocity), self.restitution_coefficient)
+        return np.broadcast_to(e, shape), np.zeros(shape)
+
+    @property
+    def text(self) -> str:
+        """The snippet."""
+        columns = self.velocity, self.restitution_coefficient
+        return CODES[REBOUND]["pair"].format(**{
+            name: ", ".join(f"{x:.8g}" for x in column)
+            for name, column in zip(("velocity", "restitution"), columns, strict=True)
+        })  # fmt: skip
+
+
+def event_table(cases: Collisions) -> TableLaw:
+    """Return the table nearest to collisions: for several radii the middle, by ratios, at each velocity."""
+    e = cases.restitution_coefficient
+    return TableLaw(cases.velocity, np.sqrt(e.min(axis=1) * e.max(axis=1)))

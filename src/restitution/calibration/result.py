@@ -13,20 +13,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.calibration.collisions import Collisions
-from restitution.calibration.events import TableLaw
+from restitution.calibration.collisions import Collisions, TableLaw
 from restitution.calibration.laws import TypedLaw
-from restitution.display import Shown, Summary, Table
-from restitution.files import whole_file
-from restitution.pictures import draw
+from restitution.checks import Array
+from restitution.files import write_text
 from restitution.quantities import INPUTS, OUTPUTS, check
+from restitution.result import Result, Summary, Table, draw, nullable, plain
+from restitution.units import LENGTH, MASS, REDUCED, SI, TIME, Dimension, UnitSystem
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 LEVELS = (0.01, 0.02, 0.05)
 """Errors of e for which `Calibration.within` gives the velocities."""
@@ -48,7 +47,7 @@ class TypedParameter(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Shown):
+class Calibration(Result):
     """A contact law of another code, calibrated to the exact coefficient of restitution; made by `calibrate`.
 
     Attributes
@@ -73,6 +72,11 @@ class Calibration(Shown):
     -----
     The contact time of a law is the time until its force ends for good.
     """
+
+    _numbers = (
+        "target", "words", "source", "units", "wall", "warnings", "parameters", "naive_parameters", "largest_error",
+        "snippet",
+    )  # fmt: skip
 
     target: str
     words: str
@@ -101,7 +105,7 @@ class Calibration(Shown):
         return [] if self.collisions.validity is None else self.collisions.validity.warnings
 
     def restitution_coefficient(self, velocity: Any, radius: float | None = None) -> Any:
-        """Coefficient of restitution [-] that the code gives, without the error of its time step.
+        """Return the coefficient of restitution [-] that the code gives, without the error of its time step.
 
         The velocity [m/s] is a number or an array. The radius [m] is that of the first ball, by default the middle
         one.
@@ -109,14 +113,14 @@ class Calibration(Shown):
         return self._promise(velocity, radius)[0]
 
     def contact_time(self, velocity: Any, radius: float | None = None) -> Any:
-        """Contact time [s] in the code; see `restitution_coefficient`."""
+        """Return the contact time [s] in the code; see `restitution_coefficient`."""
         return self._promise(velocity, radius)[1]
 
     def _promise(self, velocity: Any, radius: float | None) -> tuple[Any, Any]:
-        speeds, one = check("velocity", velocity), self.collisions
-        middle = one.radius.size // 2
-        factor = 1.0 if radius is None else float(check("radius", radius)) / float(one.radius[middle])
-        mass, reduced = one.mass[middle] * factor**3, one.reduced_radius[middle] * factor
+        speeds, cases = check("velocity", velocity), self.collisions
+        middle = cases.radius.size // 2
+        factor = 1.0 if radius is None else float(check("radius", radius)) / float(cases.radius[middle])
+        mass, reduced = cases.mass[middle] * factor**3, cases.reduced_radius[middle] * factor
         e, time = self.law.rebound(speeds, mass, reduced)
         return (e, time) if np.ndim(speeds) else (float(e), float(time))
 
@@ -128,9 +132,9 @@ class Calibration(Shown):
         """
         import xarray as xr
 
-        one, many = self.collisions, self.collisions.radius.size > 1
-        exact = one.restitution_coefficient, one.contact_time
-        values = [exact, self.law.rebound(*one.grid), self.naive_law.rebound(*one.grid)]
+        cases, many = self.collisions, self.collisions.radius.size > 1
+        exact = cases.restitution_coefficient, cases.contact_time
+        values = [exact, self.law.rebound(*cases.grid), self.naive_law.rebound(*cases.grid)]
         dims = ("velocity", "radius") if many else ("velocity",)
         data: dict[str, Any] = {}
         for (prefix, words), pair in zip(_KINDS.items(), values, strict=True):
@@ -138,12 +142,12 @@ class Calibration(Shown):
                 attributes = OUTPUTS[name].attributes
                 attributes["long_name"] += f", {words}"
                 data[prefix + name] = (dims, column if many else np.asarray(column)[:, 0], attributes)
-        found = xr.Dataset(data, {"velocity": ("velocity", one.velocity, INPUTS["velocity"].attributes)})
+        dataset = xr.Dataset(data, {"velocity": ("velocity", cases.velocity, INPUTS["velocity"].attributes)})
         if many:
-            found = found.assign_coords(radius=("radius", one.radius, INPUTS["radius"].attributes))
-        found["error"] = found[f"calibrated_{_E}"] / found[_E] - 1.0
-        found["error"].attrs = {"units": "1", "long_name": "relative error of the calibrated coefficient"}
-        return found.assign_attrs(target=self.target, source=self.source)
+            dataset = dataset.assign_coords(radius=("radius", cases.radius, INPUTS["radius"].attributes))
+        dataset["error"] = dataset[f"calibrated_{_E}"] / dataset[_E] - 1.0
+        dataset["error"].attrs = {"units": "1", "long_name": "relative error of the calibrated coefficient"}
+        return dataset.assign_attrs(target=self.target, source=self.source)
 
     @property
     def largest_error(self) -> float:
@@ -151,10 +155,10 @@ class Calibration(Shown):
         return self._largest_error(f"calibrated_{_E}")
 
     def _largest_error(self, name: str) -> float:
-        """Largest relative error of a variable of the table; NaN if the exact one or that of the code is not known."""
+        """Return the largest relative error of a variable of the table; NaN if one of the two values is not known."""
         values, exact = self.table[name], self.table[name.partition("_")[2]]
-        known = np.isfinite(exact) & (values > 0.0)
-        return float(np.abs(values / exact - 1.0).max()) if known.any() else float("nan")
+        comparable = np.isfinite(exact) & (values > 0.0)
+        return float(np.abs(values / exact - 1.0).max()) if comparable.any() else float("nan")
 
     @cached_property
     def within(self) -> dict[float, list[tuple[float, float]]]:
@@ -169,35 +173,29 @@ class Calibration(Shown):
         return {level: _ranges(fine, worst <= level) for level in LEVELS}
 
     def plot(self, *, ax: Axes | None = None) -> Figure:
-        """Figure of e, its error and the contact time over velocity; on given axes only e."""
+        """Return the figure of e, its error and the contact time over velocity; on given axes only e."""
         return draw("calibration.overview", self, ax=ax)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain numbers and text, in SI unless a unit is stated."""
         table = self.table
-        return {
+        return super().to_dict() | {
             "format": _FORMAT,
             "version": version("restitution"),
-            **{name: getattr(self, name) for name in ("target", "words", "source", "units", "wall", "warnings")},
-            **{name: {key: one._asdict() for key, one in getattr(self, name).items()}
-               for name in ("parameters", "naive_parameters")},
-            "largest_error": self.largest_error,
             "within": {f"{level:g}": ranges for level, ranges in self.within.items()},
-            "table": {str(name): _plain(table[name].to_numpy()) for name in table.variables},
+            "table": {str(name): plain(table[name].to_numpy(), nullable) for name in table.variables},
             "units_of_table": {str(name): table[name].attrs["units"] for name in table.variables},
-            "snippet": self.snippet,
-        }  # fmt: skip
+        }
 
     def to_json(self, path: str | Path | None = None) -> str:
         """Return the numbers as JSON, and write them to a file if a path is given, whole or not at all."""
         text = json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
         if path is not None:
-            with whole_file(path) as partial:
-                partial.write_text(text, encoding="utf-8")
+            write_text(path, text)
         return text
 
     def summary(self, title: str = "") -> Summary:
-        """Table over the velocity, the numbers to type and the text to paste, which `print` and notebooks show."""
+        """Return the table over the velocity, the numbers to type and the text to paste, for `print` and notebooks."""
         low, high = self.velocity
         speeds = f"{low:.3g} m/s" if low == high else f"{low:.3g} to {high:.3g} m/s"
         heading = f"{self.words}: {self.collisions.pair.words} at {speeds}"
@@ -206,7 +204,7 @@ class Calibration(Shown):
     @property
     def _short(self) -> str:
         typed = ", ".join(
-            f"{name} = {f'{one.value:.6g} {one.unit}'.rstrip()}" for name, one in self.parameters.items()
+            f"{name} = {f'{number.value:.6g} {number.unit}'.rstrip()}" for name, number in self.parameters.items()
         )
         error = f"largest error of e {100 * self.largest_error:.2g} %"
         return ", ".join(filter(None, (self.target, typed, error)))
@@ -246,8 +244,37 @@ def _ranges(x: Array, good: NDArray[np.bool_]) -> list[tuple[float, float]]:
     return [(float(x[a]), float(x[b - 1])) for a, b in edges.reshape(-1, 2)]
 
 
-def _plain(values: Array) -> Any:
-    """Lists of numbers, with None for those that are not finite."""
-    numbers = values.astype(object)
-    numbers[~np.isfinite(values)] = None
-    return numbers.tolist()
+# Text to paste into an input file of a code.
+
+# With so many steps in a contact the error of e by velocity Verlet is of order 1e-4 (validation/lammps.md).
+_STEPS = 100
+
+
+def snippet(typed: TypedLaw, parameters: Mapping[str, Any], cases: Collisions, system: UnitSystem) -> str:
+    """Return the text of a law with its numbers, after comments on what they hold for."""
+    law, numbers = typed.law, {name: f"{number.value:.8g}" for name, number in parameters.items()}
+    remarks = [*heading(law.words, cases, system), *(note.format(**numbers) for note in law.notes)]
+    _, times = typed.rebound(float(cases.velocity[-1]), cases.mass, cases.reduced_radius)
+    remarks.append(f"time step at most {_amount(float(times.min()) / _STEPS, TIME, system)}")
+    text = (law.wall if cases.pair.wall else law.pair).format(**numbers)
+    return "\n".join([*(law.comment.format(line) for line in remarks), text, ""])
+
+
+def heading(words: str, cases: Collisions, system: UnitSystem) -> list[str]:
+    """Return lines on the code, the bodies, their velocities and the units."""
+    low, high = float(cases.velocity[0]), float(cases.velocity[-1])
+    speeds = f"{low:.4g} m/s" if low == high else f"{low:.4g} to {high:.4g} m/s"
+    line = f"{cases.pair.words} at {speeds}"
+    if cases.radius.size > 1:
+        line += f", radii {cases.radius[0]:.4g} to {cases.radius[-1]:.4g} m"
+    else:
+        mass, radius = float(cases.mass[0]), float(cases.reduced_radius[0])
+        line += f", m_eff = {_amount(mass, MASS, system)}, R_eff = {_amount(radius, LENGTH, system)}"
+    units = "SI units" if system == SI else f"units {system.name}"
+    if system.name == REDUCED:
+        units += f", in which {system.mass:.6g} kg, {system.length:.6g} m and {system.time:.6g} s are 1"
+    return [f"restitution {version('restitution')}: {words}", line, units]
+
+
+def _amount(value: float, dimension: Dimension, system: UnitSystem) -> str:
+    return f"{system.convert(value, dimension):.6g} {system.unit(dimension)}".rstrip()

@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from restitution.case.impact import CaseFile
-from restitution.case.quantity import to_si
 from restitution.case.section import CaseError, in_file, key_path
 from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice, key_of
-from restitution.sweeps.grid import Linear, Logarithmic
-from restitution.sweeps.samples import LogNormal, LogUniform, Normal, Samples, Uniform
+from restitution.sweeps.axes import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
+from restitution.units import to_si
 
 DRAWS = "sample"
 """Name of the dimension of random draws."""
@@ -49,7 +48,7 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
             raise CaseError(InputError(section, content, "must be a table"), where=path)
     if not axes and not samples:
         missing = "the section is missing; it lists what varies, e.g. velocity = [0.1, 1.0]"
-        raise CaseError(InputError("axes", wanted=missing), where=path)
+        raise CaseError(InputError("axes", rule=missing), where=path)
     made: dict[str, Any] = {}
     mistakes: list[InputError] = []
     for keys, spec in _leaves(axes or {}, (*_AXES, "n")):
@@ -57,7 +56,7 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
         try:
             place = known_place(field, keys)
             if place in made:
-                raise InputError("axes", wanted=f"{place} is there twice")
+                raise InputError("axes", rule=f"{place} is there twice")
             made[place] = read_axis(field, place, spec)
         except InputError as error:
             mistakes.append(error)
@@ -85,6 +84,18 @@ def known_place(field: str, keys: tuple[str, ...]) -> str:
     return _SHORT.get(name, "") + name
 
 
+def short_name(place: str) -> str:
+    """Return the name of the quantity at a place: that of its key where this is clear without the section.
+
+    Examples
+    --------
+    >>> short_name("impact.velocity"), short_name("profile.half_angle")
+    ('velocity', 'profile.half_angle')
+    """
+    section, _, key = place.rpartition(".")
+    return key if _SHORT.get(key) == f"{section}." else place
+
+
 def quantity_of(place: str) -> Quantity | None:
     """Quantity of the key at a place such as `material.shear.relaxation_times[2]`; None where it has none."""
     return _quantities().get(key_of(place))
@@ -104,8 +115,8 @@ def value_in_si(field: str, place: str, given: Any) -> Any:
         try:
             return float(given)
         except OverflowError:
-            wanted = "must be a number that a double can hold"
-            raise InputError(field, "a number of very many digits", wanted) from None
+            rule = "must be a number that a double can hold"
+            raise InputError(field, "a number of very many digits", rule) from None
     quantity = quantity_of(place)
     if not isinstance(given, str) or quantity is None:
         return given
@@ -114,14 +125,14 @@ def value_in_si(field: str, place: str, given: Any) -> Any:
     try:
         return to_si(given, quantity.dimension)
     except InputError as error:
-        raise InputError(field, given, error.wanted) from None
+        raise InputError(field, given, error.rule) from None
 
 
 def read_axis(field: str, place: str, spec: Any) -> Any:
     """Return the axis of a key at a place, or its list or one value; `field` names it in messages."""
     if isinstance(spec, list):
         if not spec:
-            raise InputError(field, wanted="must hold at least one value")
+            raise InputError(field, rule="must hold at least one value")
         return [_admissible(f"{field}[{i}]", place, value_in_si(field, place, one)) for i, one in enumerate(spec)]
     if not isinstance(spec, dict):
         return _admissible(field, place, value_in_si(field, place, spec))
@@ -129,7 +140,7 @@ def read_axis(field: str, place: str, spec: Any) -> Any:
         _known(f"{field}.{key}", key, (*_AXES, "n"), "unknown key")
     kind = next((name for name in _AXES if name in spec), None)
     if kind is None or set(spec) != {kind, "n"}:
-        raise InputError(field, wanted=f"must be a value, a list, or a table with n and one of {', '.join(_AXES)}")
+        raise InputError(field, rule=f"must be a value, a list, or a table with n and one of {', '.join(_AXES)}")
     low, high = (_admissible(field, place, number(field, place, end)) for end in _pair(field, kind, spec[kind]))
     return _made(field, _AXES[kind], low, high, spec["n"])
 
@@ -153,7 +164,7 @@ def _leaves(content: Mapping[str, Any], kinds: Iterable[str], *above: str) -> It
 def _samples(content: dict[str, Any]) -> Samples:
     options = {name: content.pop(name) for name in ("n", "method", "seed") if name in content}
     if "n" not in options:
-        raise InputError("samples.n", wanted="is missing; it is the number of draws")
+        raise InputError("samples.n", rule="is missing; it is the number of draws")
     drawn: dict[str, Any] = {}
     for keys, spec in _leaves(content, _DISTRIBUTIONS):
         field = key_path(["samples", *keys])
@@ -166,7 +177,7 @@ def distribution(field: str, place: str, spec: Any) -> Any:
     """Return the distribution of a table such as `{ normal = ["5 g", "0.1 g"] }`."""
     kind = next((name for name in _DISTRIBUTIONS if isinstance(spec, dict) and name in spec), None)
     if kind is None or len(spec) != 1:
-        raise InputError(field, wanted=f"must be a table with one of {', '.join(_DISTRIBUTIONS)}")
+        raise InputError(field, rule=f"must be a table with one of {', '.join(_DISTRIBUTIONS)}")
     first, second = _pair(field, kind, spec[kind])
     # The scatter of a logarithm has no unit.
     other = "p2" if kind == "lognormal" else place
@@ -179,7 +190,7 @@ def _made(field: str, kind: Callable[..., Any], *numbers: Any, **options: Any) -
     except InputError as error:
         raise error.within(field) from None
     except (ValueError, TypeError) as error:
-        raise InputError(field, wanted=str(error)) from None
+        raise InputError(field, rule=str(error)) from None
 
 
 def _pair(field: str, kind: str, given: Any) -> tuple[Any, Any]:
@@ -200,4 +211,4 @@ def number(field: str, place: str, given: Any) -> float:
 
 def _known(field: str, name: str, choices: Iterable[str], what: str = "unknown quantity") -> None:
     if name not in (names := list(choices)):
-        raise InputError(field, wanted=f"{what}; {advice(name, names)}")
+        raise InputError(field, rule=f"{what}; {advice(name, names)}")

@@ -6,18 +6,18 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from restitution.case.quantity import to_si
+from restitution.checks import Array
 from restitution.errors import InputError
-from restitution.material.sheet import FileError, Sheet, read_sheet, read_text
+from restitution.material.sheet import FileError, Sheet, decoded, read_bytes, read_sheet, split_lines
 from restitution.quantities import Dimension
+from restitution.units import to_si
 
 # Symbols that stand for the names of columns.
 _SYMBOLS = {"t": "time", "d": "depth", "F": "force"}
 
 
-def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, NDArray[np.float64]]:
+def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, Array]:
     """Read columns of a CSV file and return them in SI by name.
 
     The header names each quantity once, in any order, by its name or its symbol. Units stand behind an underscore or
@@ -33,26 +33,27 @@ def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimensi
 
 
 def named_columns(folder: str | Path, name: str) -> list[str]:
-    """Names of the columns of a CSV file."""
+    """Return the names of the columns of a CSV file."""
     return open_sheet(folder, name)[1]
 
 
 def open_sheet(
     folder: str | Path, name: str, known: Collection[str] = (), symbols: Mapping[str, str] = _SYMBOLS
 ) -> tuple[Sheet, list[str]]:
-    """Table of a CSV file, and the names of its columns; `known` are names that contain an underscore."""
+    """Return the table of a CSV file, and the names of its columns; `known` are names that contain an underscore."""
     path = Path(folder, name)
     try:
-        text = read_text(path)
+        text = decoded("", read_bytes(path))
     except FileError as error:
-        raise InputError("", wanted=f"{error.wanted}: {path}" if folder else error.wanted) from None
-    sheet = read_sheet("", text, lambda tail: True, lambda label: _plain(label) in known)
+        raise InputError("", rule=f"{error.rule}: {path}" if folder else error.rule) from None
+    lines = split_lines(text, " ")
+    sheet = read_sheet("", lines, is_unit=lambda tail: True, is_name=lambda label: _plain(label) in known)
     labels = [_plain(label) if known else label for label in sheet.labels]
     return sheet, [symbols.get(label, label) for label in labels]
 
 
-def in_si(sheet: Sheet, index: int, name: str, dimension: Dimension) -> NDArray[np.float64]:
-    """Numbers of a column in SI; a number that is not finite is refused with its line."""
+def in_si(sheet: Sheet, index: int, name: str, dimension: Dimension) -> Array:
+    """Return the numbers of a column in SI; a number that is not finite is refused with its line."""
     unit = (sheet.units[index] or "").strip()
     zero, factor = 0.0, 1.0
     if unit not in ("", "-", dimension.unit):
@@ -64,10 +65,7 @@ def in_si(sheet: Sheet, index: int, name: str, dimension: Dimension) -> NDArray[
             raise FileError("", sheet.unit_line, f"unit {unit!r} of {name}: {error}") from None
     with np.errstate(over="ignore"):
         values = sheet.numbers(index) * factor + zero
-    finite = np.isfinite(values)
-    if not finite.all():
-        row = int(np.argmin(finite))
-        raise FileError("", sheet.lines[row], f"{name} = {sheet.cells[index][row]}: must be finite")
+    sheet.require(np.isfinite(values), index, "must be finite", name)
     return values
 
 
@@ -76,7 +74,7 @@ def _plain(label: str) -> str:
 
 
 def _forms(dimensions: Mapping[str, Dimension]) -> str:
-    """Headers that are understood."""
+    """Return the headers that are understood."""
     units = {name: dimension.example.split()[-1] for name, dimension in dimensions.items()}
     behind = ",".join(f"{name}_{unit}" for name, unit in units.items())
     brackets = ",".join(f"{name} [{unit}]" for name, unit in units.items())

@@ -23,21 +23,22 @@ from pydantic import (
 
 from restitution.case.axes import distribution, number, read_axis
 from restitution.case.material import AnyMaterial, ModelSection
-from restitution.case.observations import DIMENSIONS, KINDS, read_observations
+from restitution.case.observations import KINDS, read_observations
 from restitution.case.profile import AnyProfile
-from restitution.case.quantity import Reader, nonnegative, positive, split_list, to_si, within
+from restitution.case.quantity import Reader, nonnegative, positive, split_list, within
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, toml_value
 from restitution.errors import InputError
-from restitution.identification.arguments import SPECTRUM
 from restitution.identification.observations import Noise, Observations
+from restitution.identification.parameters import SPECTRUM
 from restitution.material.models import material_models
 from restitution.material.shift import WLF, Arrhenius
-from restitution.quantities import DENSITY, INPUTS, MODULI, MODULUS, NUMBER, Dimension, known
-from restitution.sweeps.grid import Linear
+from restitution.quantities import DENSITY, INPUTS, MEASURED, NUMBER, known
+from restitution.sweeps.axes import Linear
+from restitution.units import STIFFNESS, to_si
 
 if TYPE_CHECKING:
-    from restitution.identification.comparison import Comparison
     from restitution.identification.design import Design
+    from restitution.identification.identify import Comparison
     from restitution.identification.result import Identification
     from restitution.identification.spectrum import Spectrum
 
@@ -45,43 +46,40 @@ _KNOWN = ("poisson_ratio", "bulk_modulus")
 _PRIOR = '{ bulk_modulus = { lognormal = ["2 GPa", 0.2] } }'
 _LOSS = "loss function of the residuals; all but the first reduce the weight of outliers"
 _CRITERION = "minimise the error of the worst direction, or the volume of the error ellipsoid"
-_Table = dict[str, Any] | None
 _SHIFTS = {"wlf": WLF, "arrhenius": Arrhenius}
 _INPUTS = ("radius", "mass", "velocity", "temperature", "external_force", "gravity", "drop_height")
-_STIFFNESS = Dimension("stiffness", "N/m", "0.1 N/m")
 _NUMBERS: dict[str, Any] = {
     **{name: Annotated[float, Reader(INPUTS[name])] for name in _INPUTS},
     "air_density": Annotated[float, nonnegative(DENSITY, "density of the air; 0 leaves the drag out")],
     "drag_coefficient": Annotated[float, nonnegative(NUMBER, "drag coefficient")],
     "gain": Annotated[float | Literal["unknown"], Field(description='measured over true force, or `"unknown"`')],
     "ar1": Annotated[float, within(NUMBER, 0.0, 1.0, "correlation of the noise of successive samples")],
-    "spring_constant": Annotated[float, positive(_STIFFNESS, "stiffness of the cantilever")],
+    "spring_constant": Annotated[float, positive(STIFFNESS, "stiffness of the cantilever")],
     "deformation": Literal["tension", "shear"],
     "profile": AnyProfile,
 }
 """Keys of a set of data that are arguments of its class."""
-_MEASURED = DIMENSIONS | {name: one.dimension for name, one in MODULI.items()} | {"modulus": MODULUS}
 
 
 def _noise(value: Any) -> Any:
-    """Standard deviations: numbers in SI, texts with a unit or in per cent, or lists of two such."""
+    """Return the standard deviations: numbers in SI, texts with a unit or in per cent, or lists of two such."""
     if not isinstance(value, dict):
         refuse('must be a table such as { restitution_coefficient = 0.005, contact_time = "1 %" }')
-    found: dict[str, Any] = {}
-    for name, given in cast("dict[str, Any]", value).items():
-        parts = [_deviation(name, one) for one in (given if isinstance(given, list) else [given])]
-        found[name] = parts[0] if len(parts) == 1 else tuple(parts)
-    Noise(**found)
-    return found
+    deviations: dict[str, Any] = {}
+    for name, entry in cast("dict[str, Any]", value).items():
+        parts = [_deviation(name, part) for part in (entry if isinstance(entry, list) else [entry])]
+        deviations[name] = parts[0] if len(parts) == 1 else tuple(parts)
+    Noise(**deviations)
+    return deviations
 
 
-def _deviation(name: str, given: Any) -> Any:
-    if not isinstance(given, str) or given.strip().endswith("%"):
-        return given
+def _deviation(name: str, value: Any) -> Any:
+    if not isinstance(value, str) or value.strip().endswith("%"):
+        return value
     try:
-        return to_si(given, _MEASURED.get(name, NUMBER))
+        return to_si(value, MEASURED[name].dimension if name in MEASURED else NUMBER)
     except InputError as error:
-        refuse(error.wanted, name, given)
+        refuse(error.rule, name, value)
 
 
 AnyNoise = Annotated[dict[str, Any], BeforeValidator(_noise)]
@@ -95,26 +93,26 @@ class DataSection(Section):
     noise: AnyNoise | None = None
 
     def read(self, folder: Path) -> Observations:
-        """Observations in SI."""
+        """Return the observations in SI."""
         keys = type(self).model_fields.keys() - DataSection.model_fields.keys()
-        given: dict[str, Any] = {key: getattr(self, key) for key in self.given(*sorted(keys))}
-        if given.get("gain") == "unknown":
-            given["gain"] = None
-        if (profile := given.get("profile")) is not None:
-            given["profile"] = profile.build(given.get("radius"))
+        arguments: dict[str, Any] = {key: getattr(self, key) for key in self.given(*sorted(keys))}
+        if arguments.get("gain") == "unknown":
+            arguments["gain"] = None
+        if (profile := arguments.get("profile")) is not None:
+            arguments["profile"] = profile.build(arguments.get("radius"))
             if profile.needs_body_radius:
-                del given["radius"]
+                del arguments["radius"]
         try:
-            return read_observations(Path(folder, self.file), kind=self.kind, noise=self.noise, **given)
+            return read_observations(Path(folder, self.file), kind=self.kind, noise=self.noise, **arguments)
         except InputError as error:
             if error.field:
                 raise
-            refuse(error.wanted, "file", self.file)
+            refuse(error.rule, "file", self.file)
 
 
 @cache
 def data_section(name: str) -> type[DataSection]:
-    """Section of a kind of data, from the arguments of its class."""
+    """Return the section of a kind of data, from the arguments of its class."""
     kind = KINDS[name]
     keys = [key for key in inspect.signature(kind.build).parameters if key in _NUMBERS and key not in kind.required]
     fields: dict[str, Any] = {"kind": (Literal[name], ...), **{key: (_NUMBERS[key] | None, None) for key in keys}}
@@ -126,31 +124,44 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
         return value
     kind = value.get("kind")
     if kind not in list(KINDS):
-        wanted = f"must be one of {', '.join(map(toml_value, KINDS))}"
-        refuse(wanted if "kind" in value else f"is missing; {wanted}", "kind", value.get("kind"))
+        rule = f"must be one of {', '.join(map(toml_value, KINDS))}"
+        refuse(rule if "kind" in value else f"is missing; {rule}", "kind", value.get("kind"))
     return data_section(kind).model_validate(value, context=info.context)
 
 
 AnyData = Annotated[SerializeAsAny[DataSection], BeforeValidator(_chosen)]
 
 
-def _values(field: str, value: Any, read: Any) -> dict[str, Any]:
-    """Table of values by parameter, each read by a function of its place and the value."""
-    if not isinstance(value, dict):
-        refuse("must be a table by the names of parameters")
-    return {name: read(name, one) for name, one in cast("dict[str, Any]", value).items()}
+def _by(read: Callable[[str, Any], Any]) -> BeforeValidator:
+    """Return the table of values by parameter, each read by a function of its name and the value."""
+
+    def table(value: Any) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            refuse("must be a table by the names of parameters")
+        return {name: read(name, item) for name, item in cast("dict[str, Any]", value).items()}
+
+    return BeforeValidator(table)
 
 
-def _value(name: str, given: Any) -> Any:
-    given = split_list(given) if isinstance(given, str) and given.lstrip().startswith("[") else given
-    return [number(name, name, one) for one in given] if isinstance(given, list) else number(name, name, given)
+def _distribution(name: str, value: Any) -> Any:
+    return distribution(name, name, value)
 
 
-def _ends(name: str, given: Any) -> tuple[float, float]:
-    ends = _value(name, given)
+def _value(name: str, value: Any) -> Any:
+    value = split_list(value) if isinstance(value, str) and value.lstrip().startswith("[") else value
+    return [number(name, name, item) for item in value] if isinstance(value, list) else number(name, name, value)
+
+
+def _ends(name: str, value: Any) -> tuple[float, float]:
+    ends = _value(name, value)
     if not isinstance(ends, list) or len(cast("list[float]", ends)) != 2:
-        refuse("must be a list of the two ends", name, given)
+        refuse("must be a list of the two ends", name, value)
     return ends[0], ends[1]
+
+
+_Values = Annotated[dict[str, Any] | None, _by(_value)]
+_Bounds = Annotated[dict[str, Any] | None, _by(_ends)]
+_Priors = Annotated[dict[str, Any] | None, _by(_distribution)]
 
 
 class IdentificationSection(Section):
@@ -158,10 +169,10 @@ class IdentificationSection(Section):
 
     model: Annotated[str, Field(description='name of a model, as in `[material]`, or `"spectrum"`')]
     terms: Annotated[StrictInt, Field(ge=1, le=50, description="number of terms of a model with lists")] = 2
-    fixed: Annotated[_Table, Field(description="known constants, such as `{ poisson_ratio = 0.47 }`")] = None
-    bounds: Annotated[_Table, Field(description="bounds of constants, such as `{ viscosity = [1, 1e6] }`")] = None
-    start: Annotated[_Table, Field(description="first values of constants; the default follows from the data")] = None
-    prior: Annotated[_Table, Field(description=f"distributions, such as `{_PRIOR}`")] = None
+    fixed: Annotated[_Values, Field(description="known constants, such as `{ poisson_ratio = 0.47 }`")] = None
+    bounds: Annotated[_Bounds, Field(description="bounds of constants, such as `{ viscosity = [1, 1e6] }`")] = None
+    start: Annotated[_Values, Field(description="first values of constants; the default follows from the data")] = None
+    prior: Annotated[_Priors, Field(description=f"distributions, such as `{_PRIOR}`")] = None
     shift: Annotated[Literal["wlf", "arrhenius"] | None, Field(description="law of the shift to be found")] = None
     loss: Annotated[Literal["linear", "soft_l1", "huber", "cauchy"], Field(description=_LOSS)] = "linear"
     compare: Annotated[tuple[str, ...], Field(description="names of further models to compare with")] = ()
@@ -174,28 +185,13 @@ class IdentificationSection(Section):
     @field_validator("compare")
     @classmethod
     def _all_known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(cls._known(one) for one in value)
-
-    @field_validator("fixed", "start", mode="before")
-    @classmethod
-    def _numbers(cls, value: Any) -> Any:
-        return _values("", value, _value)
-
-    @field_validator("bounds", mode="before")
-    @classmethod
-    def _pairs(cls, value: Any) -> Any:
-        return _values("", value, _ends)
-
-    @field_validator("prior", mode="before")
-    @classmethod
-    def _distributions(cls, value: Any) -> Any:
-        return _values("", value, lambda name, one: distribution(name, name, one))
+        return tuple(map(cls._known, value))
 
     @property
     def options(self) -> dict[str, Any]:
         """Keyword arguments of `identify`."""
-        given: dict[str, Any] = self.model_dump(exclude={"model", "compare", "shift"})
-        return given | {"shift": None if self.shift is None else _SHIFTS[self.shift]}
+        options: dict[str, Any] = self.model_dump(exclude={"model", "compare", "shift"})
+        return options | {"shift": None if self.shift is None else _SHIFTS[self.shift]}
 
 
 class IdentificationFile(Section):
@@ -233,7 +229,7 @@ class IdentificationCase:
         """Compare the model with those of the key `compare`; None without the key."""
         if not self.section.compare:
             return None
-        from restitution.identification.comparison import compare
+        from restitution.identification.identify import compare
 
         models = list(dict.fromkeys((self.section.model, *self.section.compare)))
         with in_file(self.path, "identification"):
@@ -267,9 +263,9 @@ def read_identification(path: str | Path) -> IdentificationCase:
     path = Path(path)
     case = read_sections(IdentificationFile, path, read_toml(path))
     data: list[Observations] = []
-    for n, one in enumerate(case.data):
+    for n, source in enumerate(case.data):
         with in_file(path, f"data[{n}]"):
-            data.append(one.read(path.parent))
+            data.append(source.read(path.parent))
     return IdentificationCase(path, case.title, case.identification, tuple(data))
 
 
@@ -294,7 +290,7 @@ class DesignSection(Section):
         except InputError as error:
             # The place of the value in the file has the name already.
             field = error.field.removeprefix(name).lstrip(".")
-            raise InputError(field, error.value, error.wanted, error.unit) from None
+            raise InputError(field, error.value, error.rule, error.unit) from None
         return axis.values(0, axis.size) if isinstance(axis, Linear) else np.atleast_1d(axis)
 
     @model_validator(mode="after")
@@ -324,11 +320,11 @@ class DesignCase:
         """Choose the impacts."""
         from restitution.identification.design import design
 
-        one = self.section
-        candidates = {name: getattr(one, name) for name in one.given("velocity", "radius", "density", "mass")}
-        noise = None if one.noise is None else Noise(**one.noise)
+        section = self.section
+        candidates = {name: getattr(section, name) for name in section.given("velocity", "radius", "density", "mass")}
+        noise = None if section.noise is None else Noise(**section.noise)
         with in_file(self.path, "design"):
-            return design(self.model, candidates, one.n, one.criterion, fixed=one.fixed, noise=noise)
+            return design(self.model, candidates, section.n, section.criterion, fixed=section.fixed, noise=noise)
 
 
 def read_design(path: str | Path) -> DesignCase:

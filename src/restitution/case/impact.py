@@ -13,9 +13,9 @@ from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
-from restitution.contact.analytic import sphere_mass
-from restitution.contact.contact import BALL_ON_TARGET
-from restitution.contact.profile import Parabola
+from restitution.checks import plain
+from restitution.contact.geometry import BALL_ON_TARGET
+from restitution.contact.profiles import Parabola, sphere_mass
 from restitution.files import path_of
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, collision, fall_velocity, for_contact
 from restitution.material.fractional import Window
@@ -43,9 +43,9 @@ class BodySection(Section):
         return self
 
     @property
-    def kilograms(self) -> float:
+    def kilograms(self) -> Any:
         """Mass [kg], that of a solid sphere where a density is given."""
-        return self.mass if self.mass is not None else sphere_mass(self.density or 0.0, self.radius or 0.0)
+        return self.mass if self.mass is not None else sphere_mass(self.density, self.radius)
 
 
 class CounterBodySection(BodySection):
@@ -80,9 +80,9 @@ class ImpactSection(Section):
         return self
 
     @property
-    def impact_velocity(self) -> float:
+    def impact_velocity(self) -> Any:
         """Velocity at first touch [m/s]; sqrt(2 g h) after a fall."""
-        return self.velocity or float(fall_velocity(self.drop_height or 0.0, self.gravity))
+        return plain(fall_velocity(self.drop_height, self.gravity)) if self.velocity is None else self.velocity
 
 
 class BouncesSection(Section):
@@ -108,7 +108,7 @@ class AccuracySection(Section):
 class SolverSection(AccuracySection):
     """Method of the solver and its accuracy."""
 
-    method: Literal["exact", "elements", "reference"] = "exact"
+    method: Literal["exact", "elements"] = "exact"
     n_elements: Annotated[StrictInt | None, Field(ge=1, le=1_000_000, description="number of elements")] = None
     time_step: Annotated[float, positive(TIME, "time step of the method of elements")] | None = None
 
@@ -151,8 +151,8 @@ class CaseFile(Section):
             if self.impact.weight:
                 refuse("two free bodies fall alike; leave weight out", "impact.weight", True)
             if self.impact.material_of is not None:
-                wanted = "two free bodies are of [material] and of their own; leave it out"
-                refuse(wanted, "impact.material_of", self.impact.material_of)
+                rule = "two free bodies are of [material] and of their own; leave it out"
+                refuse(rule, "impact.material_of", self.impact.material_of)
             if self.impact.impedance is not None:
                 refuse("is that of a target; a free body has its mass", "impact.impedance", self.impact.impedance)
             given = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
@@ -180,11 +180,11 @@ class CaseFile(Section):
             return for_contact(self.build)
         mass, velocity, material = self.body.kilograms, self.impact.impact_velocity, self.material.build(window)
         counter: Material | None = None if self.partner is None else self.partner.build(window)
-        force = mass * self.impact.gravity if self.impact.weight else self.impact.external_force or 0.0
+        force = mass * self.impact.gravity if self.impact.weight else _or(self.impact.external_force, 0.0)
         bodies, size = self.bodies(material, counter), self.impact.body_size
         if bodies is not None:
             return replace(collision(*bodies, velocity, external_force=force), body_size=size)
-        options: dict[str, Any] = {"external_force": force, "impedance": self.impact.impedance or math.inf}
+        options: dict[str, Any] = {"external_force": force, "impedance": _or(self.impact.impedance, math.inf)}
         if self.impact.material_of == "body":
             options["diameters"] = BALL_ON_TARGET[::-1]
         profile = self.profile.build(self.body.radius)
@@ -195,8 +195,12 @@ class CaseFile(Section):
         first, second = self.body, self.counter_body
         if second is None:
             return None
-        other = Body(counter, second.radius or math.inf, second.kilograms)
-        return Body(material, first.radius or math.inf, first.kilograms), other
+        other = Body(counter, _or(second.radius, math.inf), second.kilograms)
+        return Body(material, _or(first.radius, math.inf), first.kilograms), other
+
+
+def _or(value: Any, default: float) -> Any:
+    return default if value is None else value
 
 
 @dataclass(frozen=True)
@@ -269,15 +273,15 @@ class Case:
         sections, motion = self.sections, self.sections.impact
         with in_file(self.path):
             if motion.external_force is not None:
-                wanted = "a body that bounces has its weight alone; give weight"
-                refuse(wanted, "impact.external_force", motion.external_force)
+                rule = "a body that bounces has its weight alone; give weight"
+                refuse(rule, "impact.external_force", motion.external_force)
             if sections.counter_body is not None:
                 refuse("a body bounces on a half-space; leave the section out", "counter_body")
             if sections.solver.method != "exact":
                 refuse('bounces are solved by method = "exact"', "solver.method", sections.solver.method)
             if motion.weight is not False and motion.impedance is not None:
-                wanted = "must be false: the weight would drive a target with an impedance for ever"
-                refuse(wanted, "impact.weight", True)
+                rule = "must be false: the weight would drive a target with an impedance for ever"
+                refuse(rule, "impact.weight", True)
         impact = self.impact
         if sections.needs_window:
             # What a touch leaves has the time of a flight to recover.
@@ -316,7 +320,7 @@ def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     ------
     CaseError
         If the file cannot be read or describes no impact: a line for each mistake, with the file, the key, its
-        value and what is wanted instead.
+        value and the rule.
 
     Examples
     --------

@@ -93,10 +93,10 @@ class IndentationSection(Section):
             names = ", ".join(f'"{shape}"' for shape in _SHAPES)
             refuse(f"is missing; one of {names}, or give lists of {name} and time", "shape")
         _, *parameters = signature(_SHAPES[self.shape]).parameters.values()
-        for one in parameters:
-            if one.default is one.empty and getattr(self, one.name) is None:
-                refuse(f'is missing; shape = "{self.shape}" needs it', one.name)
-        names = [one.name for one in parameters]
+        for parameter in parameters:
+            if parameter.default is parameter.empty and getattr(self, parameter.name) is None:
+                refuse(f'is missing; shape = "{self.shape}" needs it', parameter.name)
+        names = [parameter.name for parameter in parameters]
         for key in self.given(*_SHAPE_KEYS):
             if key not in names:
                 refuse(f'does not go with shape = "{self.shape}"; that takes {", ".join(names)}', key)
@@ -164,7 +164,7 @@ class IndentationCase:
             return indent(self.material, self.profile, counter_material=self.counter_material, **options)
 
     def notes(self) -> list[str]:
-        """Assumptions about the materials."""
+        """Return the assumptions about the materials."""
         return notes_on(self.material, self.counter_material)
 
 

@@ -29,15 +29,14 @@ from restitution.case.section import FROM_FILE, Forms, Section, refuse, toml_val
 from restitution.case.shift import AnyShift, ShiftSection, Temperature, read_file
 from restitution.errors import InputError
 from restitution.material import library
+from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
-from restitution.material.deck import PronyTerms, ViscoelasticDeck
 from restitution.material.fit import DynamicTable, PronyFit, RelaxationTable, fit_prony
 from restitution.material.fractional import Window
-from restitution.material.isotherms import Isotherms, MasterCurve
+from restitution.material.master_curve import Isotherms, MasterCurve, ShiftLaw
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
-from restitution.material.superposition import ShiftLaw
 from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, TIME, known
 
@@ -90,7 +89,7 @@ class PronySection(Section):
         return self
 
     def build(self) -> PronySeries:
-        """Relaxation function in SI."""
+        """Return the relaxation function in SI."""
         terms, relative = self.terms, self.relative_moduli is not None
         if terms is None:
             moduli = self.relative_moduli if relative else self.branch_moduli
@@ -117,7 +116,7 @@ class MaterialSection(Section):
 
     @classmethod
     def alternatives(cls) -> set[str]:
-        """Keys of all forms of a material."""
+        """Return the keys of all forms of a material."""
         return {key for form in (*_FORMS.values(), *models().values()) for key in form.model_fields}
 
     @property
@@ -139,10 +138,17 @@ class MaterialSection(Section):
 
     @abstractmethod
     def isothermal(self, window: Window | None) -> Material:
-        """Material in SI at the temperature of its numbers; a fractional one holds in the window."""
+        """Return the material in SI at the temperature of its numbers; a fractional one holds in the window."""
 
     def build(self, window: Window | None = None) -> Material:
-        """Material in SI at `temperature`; a fractional model holds in the window at that temperature."""
+        """Return the material in SI at `temperature`; a fractional model holds in the window at that temperature."""
+        return self._material(window) if self.needs_window else self._windowless
+
+    @cached_property
+    def _windowless(self) -> Material:
+        return self._material(None)
+
+    def _material(self, window: Window | None) -> Material:
         shift = self.shift.build() if isinstance(self.shift, ShiftSection) else self.shift
         if window is not None and shift is not None and self.temperature is not None:
             factor = shift.factor(self.temperature)
@@ -154,20 +160,20 @@ class MaterialSection(Section):
         if shift is not None:
             given["temperature"] = shift.reference_temperature
         material = replace(material, **{key: value for key, value in given.items() if value is not None})
-        if self.temperature is None or self.temperature == material.temperature:
+        if self.temperature is None or (not np.ndim(self.temperature) and self.temperature == material.temperature):
             return material
         if material.shift is None:
             refuse("the material has no law of the shift; give shift as well", "temperature")
         return material.at(self.temperature)
 
-    def _check_window(self, known: tuple[float, float] | None) -> None:
+    def _check_window(self, data: tuple[float, float] | None) -> None:
         """Refuse a window that is wider than that of the data of the material."""
-        if self.window is None or known is None or self.needs_window:
+        if self.window is None or data is None or self.needs_window:
             return
         # Digits of a file may be fewer than those of the data.
-        if self.window[0] < known[0] * (1.0 - 1e-3) or self.window[1] > known[1] * (1.0 + 1e-3):
-            wanted = f"must lie within the times of the data, {known[0]:.4g} to {known[1]:.4g} s"
-            refuse(f"{wanted}; the option --extrapolate goes beyond", "window", list(self.window))
+        if self.window[0] < data[0] * (1.0 - 1e-3) or self.window[1] > data[1] * (1.0 + 1e-3):
+            rule = f"must lie within the times of the data, {data[0]:.4g} to {data[1]:.4g} s"
+            refuse(f"{rule}; the option --extrapolate goes beyond", "window", list(self.window))
 
 
 class GeneralSection(MaterialSection):
@@ -188,7 +194,9 @@ class GeneralSection(MaterialSection):
         if self.poisson_ratio is not None:
             static = shear.equilibrium_modulus if isinstance(shear, PronySeries) else shear
             return Material(shear, bulk_from_poisson_ratio(static, self.poisson_ratio))
-        return Material(shear, self.bulk if self.bulk is not None else self.bulk_modulus or 0.0)
+        modulus = self.bulk_modulus if self.bulk is None else self.bulk
+        assert modulus is not None
+        return Material(shear, modulus)
 
 
 class ModelSection(MaterialSection):
@@ -206,8 +214,8 @@ class ModelSection(MaterialSection):
             self.one_of(*group)
 
     def isothermal(self, window: Window | None) -> Material:
-        made: Any = self.entry.build(**self.model_dump(include=set(self.entry.constants), exclude_none=True))
-        return made if window is None or not self.needs_window else made.within(window)
+        material: Any = self.entry.build(**self.values(self.entry.constants))
+        return material if window is None or not self.needs_window else material.within(window)
 
 
 class LibrarySection(MaterialSection):
@@ -280,8 +288,8 @@ class FileSection(MaterialSection):
             _ = self.fit
             _ = self.curve and self.curve.shift
         except InputError as error:
-            own = error.field in type(self).model_fields
-            refuse(error.wanted, error.field if own or not error.where else "file")
+            is_key = error.field in type(self).model_fields
+            refuse(error.rule, error.field if is_key or not error.where else "file")
 
     @cached_property
     def curve(self) -> MasterCurve | None:
@@ -303,8 +311,8 @@ class FileSection(MaterialSection):
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
         if self.fit is not None:
-            given: dict[str, Any] = {key: getattr(self, key) for key in _OF_MODULI}
-            material = self.fit.material(**given)
+            constants: dict[str, Any] = {key: getattr(self, key) for key in _OF_MODULI}
+            material = self.fit.material(**constants)
             if self.curve is None:
                 return material
             return replace(material, shift=self.curve.shift, temperature=self.curve.reference_temperature)
@@ -317,7 +325,7 @@ class FileSection(MaterialSection):
 
 
 def models() -> dict[str, type[ModelSection]]:
-    """Section of each registered material model by its name."""
+    """Return the section of each registered material model by its name."""
     return {name: _model_section(name, entry.build) for name, entry in material_models().items()}
 
 
@@ -339,7 +347,7 @@ _COMMON = {"model", "poisson_ratio", "bulk_modulus", "approximation_rtol", *Mate
 
 
 def is_fractional(content: Any) -> bool:
-    """Whether the table of a material describes a fractional model."""
+    """Return whether the table of a material describes a fractional model."""
     name = content.get("model") if isinstance(content, dict) else None
     entry = material_models().get(name) if isinstance(name, str) else None
     return entry is not None and entry.needs_window
@@ -349,26 +357,26 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
     """Check a table by the section of its form; without a form it is a standard solid."""
     if not isinstance(value, dict):
         return value
-    known = models()
-    if "model" in value and value["model"] not in list(known):
-        refuse(f"must be one of {', '.join(map(toml_value, known))}", "model", value["model"])
+    sections = models()
+    if "model" in value and value["model"] not in list(sections):
+        refuse(f"must be one of {', '.join(map(toml_value, sections))}", "model", value["model"])
     forms = [key for key in (*_FORMS, "model") if key in value]
     if len(forms) > 1:
         refuse(f"give one of library, file, model and shear; {' and '.join(forms)} are given")
     if not forms:
-        _without_model(value, known)
-    form = _FORMS[forms[0]] if set(forms) & _FORMS.keys() else known[value.get("model", _DEFAULT)]
+        _without_model(value, sections)
+    form = _FORMS[forms[0]] if set(forms) & _FORMS.keys() else sections[value.get("model", _DEFAULT)]
     return form.model_validate(value, context=info.context)
 
 
-def _without_model(value: dict[str, Any], known: dict[str, type[ModelSection]]) -> None:
+def _without_model(value: dict[str, Any], sections: dict[str, type[ModelSection]]) -> None:
     """Point from constants of other models than the standard solid, which needs no name, to those models."""
-    own = {name: set(section.model_fields) - _COMMON for name, section in known.items()}
-    constants = set[str]().union(*own.values()) & set(value)
+    keys_of = {name: set(section.model_fields) - _COMMON for name, section in sections.items()}
+    constants = set[str]().union(*keys_of.values()) & set(value)
     for key in value:
-        if key in constants and key not in own[_DEFAULT]:
-            having = [name for name, keys in own.items() if key in keys]
-            names = " or ".join(map(toml_value, [name for name in having if constants <= own[name]] or having))
+        if key in constants and key not in keys_of[_DEFAULT]:
+            having = [name for name, keys in keys_of.items() if key in keys]
+            names = " or ".join(map(toml_value, [name for name in having if constants <= keys_of[name]] or having))
             refuse(f"is a constant of another model than the standard solid; give model = {names}", key)
 
 

@@ -15,23 +15,13 @@ from restitution.files import path_of
 from restitution.identification.observations import Noise, Observations
 from restitution.material.readers import read_material
 from restitution.material.sheet import FileError
-from restitution.quantities import ACCELERATION, HISTORY, INPUTS, LENGTH, OUTPUTS, Dimension, advice
+from restitution.quantities import MEASURED, advice
 
 _DEVIATION = "sd_"
 _SYMBOLS = {
     "t": "time", "d": "depth", "F": "force", "a": "acceleration", "v": "velocity", "e": "restitution_coefficient",
     "R": "radius", "m": "mass", "tc": "contact_time", "Fmax": "max_force",
 }  # fmt: skip
-DIMENSIONS: dict[str, Dimension] = {
-    **{name: INPUTS[name].dimension for name in ("velocity", "radius", "mass", "external_force", "temperature")},
-    **{name: OUTPUTS[name].dimension for name in ("restitution_coefficient", "contact_time", "max_force")},
-    **{name: HISTORY[name].dimension for name in ("time", "force")},
-    "depth": LENGTH, "acceleration": ACCELERATION,
-}  # fmt: skip
-"""Dimensions of measured quantities, and of what is known of each impact, by name."""
-_NAMES = frozenset(name for one in DIMENSIONS for name in (one, _DEVIATION + one)) | {
-    _DEVIATION + symbol for symbol in _SYMBOLS
-}
 
 
 class Kind(NamedTuple):
@@ -50,14 +40,16 @@ class Kind(NamedTuple):
 
 _BODIES = ("radius", "mass", "contact_time", "max_force", "external_force", "temperature")
 KINDS: Mapping[str, Kind] = {
-    "indentation": Kind("curve.IndentationCurve", ("time", "depth", "force")),
-    "rebounds": Kind("rebounds.Rebounds", ("velocity", "restitution_coefficient"), _BODIES),
-    "force_history": Kind("force_history.ForceHistory", ("time", "force")),
-    "acceleration_history": Kind("force_history.ForceHistory", ("time", "acceleration")),
-    "bounce_times": Kind("bounce_times.BounceTimes", ("time",)),
-    "moduli": Kind("tables.Moduli", ()),
+    "indentation": Kind("curves.IndentationCurve", ("time", "depth", "force")),
+    "rebounds": Kind("impacts.Rebounds", ("velocity", "restitution_coefficient"), _BODIES),
+    "force_history": Kind("records.ForceHistory", ("time", "force")),
+    "acceleration_history": Kind("records.ForceHistory", ("time", "acceleration")),
+    "bounce_times": Kind("records.BounceTimes", ("time",)),
+    "moduli": Kind("observations.Moduli", ()),
 }
 """Kinds of observations by name; a file is of the first kind with its columns."""
+_COLUMNS = frozenset(name for kind in KINDS.values() for name in (*kind.required, *kind.optional))
+_NAMES = {prefix + name for name in (*_COLUMNS, *_SYMBOLS) for prefix in ("", _DEVIATION)} - _SYMBOLS.keys()
 
 
 def read_observations(
@@ -109,14 +101,14 @@ def read_observations(
         deviations = dict(noise.deviations) if isinstance(noise, Noise) else checks.mapping("noise", noise)
         return _read(source, kind, deviations, given)
     except FileError as error:
-        raise InputError(error.field, wanted=error.wanted, where=str(source)) from None
+        raise InputError(error.field, rule=error.rule, where=str(source)) from None
     except InputError as error:
         raise error.within(where=error.where or str(source)) from None
 
 
 def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dict[str, Any]) -> Observations:
     if source.suffix.lower() == ".toml":
-        raise InputError("", wanted="is a case file: must be a file of measured values")
+        raise InputError("", rule="is a case file: must be a file of measured values")
     if kind is not None and checks.instance("kind", kind, str, "must be a name") not in KINDS:
         raise InputError("kind", kind, f"must be one of {', '.join(KINDS)}")
 
@@ -132,35 +124,35 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dic
             raise
         return moduli()
     names = [_DEVIATION + _SYMBOLS.get(name[3:], name[3:]) if name.startswith(_DEVIATION) else name for name in labels]
-    found = next(name for name, one in KINDS.items() if set(one.required) <= set(names))
-    one = KINDS[found]
-    known = (*one.required, *one.optional)
-    strange = [n for n, name in enumerate(names) if name.removeprefix(_DEVIATION) not in known]
-    if kind is None and (found == "moduli" or (found == "bounce_times" and strange)):
+    file_kind = next(name for name, entry in KINDS.items() if set(entry.required) <= set(names))
+    entry = KINDS[file_kind]
+    columns_of = (*entry.required, *entry.optional)
+    strange = [n for n, name in enumerate(names) if name.removeprefix(_DEVIATION) not in columns_of]
+    if kind is None and (file_kind == "moduli" or (file_kind == "bounce_times" and strange)):
         # Times with an unknown quantity are not bounces, but perhaps a relaxation.
-        if set(names) & DIMENSIONS.keys() <= {"time", "force", "temperature"}:
+        if set(names) & _COLUMNS <= {"time", "force", "temperature"}:
             return moduli()
-        found = ""
-    if kind not in (None, found) or not found:
+        file_kind = ""
+    if kind not in (None, file_kind) or not file_kind:
         likely = kind or max(KINDS, key=lambda name: len(set(KINDS[name].required) & set(names)))
-        wanted = f"must have the columns {', '.join(KINDS[likely].required)}"
-        raise FileError("", sheet.header_line, wanted)
+        rule = f"must have the columns {', '.join(KINDS[likely].required)}"
+        raise FileError("", sheet.header_line, rule)
     if strange:
-        wanted = f"unknown column {sheet.labels[strange[0]]!r}; {advice(labels[strange[0]], known)}"
-        raise FileError("", sheet.header_line, wanted)
+        rule = f"unknown column {sheet.labels[strange[0]]!r}; {advice(labels[strange[0]], columns_of)}"
+        raise FileError("", sheet.header_line, rule)
     columns: dict[str, Any] = {}
     for index, name in enumerate(names):
         if name in columns or name in given or (name.startswith(_DEVIATION) and name[3:] in deviations):
             raise FileError("", sheet.header_line, f"column {name!r} is given twice: must be given once")
-        columns[name] = in_si(sheet, index, name, DIMENSIONS[name.removeprefix(_DEVIATION)])
+        columns[name] = in_si(sheet, index, name, MEASURED[name.removeprefix(_DEVIATION)].dimension)
     deviations |= {name[3:]: column for name, column in columns.items() if name.startswith(_DEVIATION)}
     values = {name: column for name, column in columns.items() if not name.startswith(_DEVIATION)}
     try:
-        return _made(found, [], deviations, values | given, source)
+        return _made(file_kind, [], deviations, values | given, source)
     except InputError as error:
         if error.index and error.field.removeprefix("noise.") in names:
             # A row of the table is a line of the file.
-            value = InputError(error.field, error.value, error.wanted, error.unit)
+            value = InputError(error.field, error.value, error.rule, error.unit)
             raise FileError("", sheet.lines[error.index[0]], str(value)) from None
         raise
 
@@ -173,10 +165,10 @@ def _made(
     for name in given:
         if name not in parameters:
             raise InputError(name, given[name], f"does not go with {kind}; {advice(name, parameters)}")
-    missing = [name for name, one in list(parameters.items())[len(first) :]
-               if one.default is one.empty and name not in given]  # fmt: skip
+    missing = [name for name, parameter in list(parameters.items())[len(first) :]
+               if parameter.default is parameter.empty and name not in given]  # fmt: skip
     if missing:
-        raise InputError(missing[0], wanted="is missing: must be a column of the file, or a number for all rows")
-    made = build(*first, **given, **({"noise": Noise(**deviations)} if deviations else {}))
-    made.label = source.name
-    return made
+        raise InputError(missing[0], rule="is missing: must be a column of the file, or a number for all rows")
+    observations = build(*first, **given, **({"noise": Noise(**deviations)} if deviations else {}))
+    observations.label = source.name
+    return observations

@@ -5,7 +5,7 @@ The section of each type follows from the constructor of the geometry, so that a
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, cached_property
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -21,19 +21,22 @@ from pydantic import (
 )
 
 from restitution.case.columns import read_columns
-from restitution.case.quantity import Reader, fields_of, to_si
+from restitution.case.quantity import Reader, fields_of
 from restitution.case.section import FROM_FILE, Forms, Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
-from restitution.contact import analytic, ellipsoid, power_law, pyramid, tabulated  # noqa: F401  # pyright: ignore[reportUnusedImport]
-from restitution.contact.force_law import law  # noqa: F401  # pyright: ignore[reportUnusedImport]
+from restitution.contact import (  # noqa: F401
+    force_law,  # pyright: ignore[reportUnusedImport]
+    tabulated,  # pyright: ignore[reportUnusedImport]
+    tips,  # pyright: ignore[reportUnusedImport]
+)
 from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Layer
-from restitution.contact.power_law import PowerLaw
-from restitution.contact.profile import Profile
+from restitution.contact.profiles import PowerLaw, Profile
 from restitution.errors import InputError
 from restitution.material.models import constants_of
 from restitution.quantities import FORCE, INPUTS, LENGTH, NUMBER, Dimension
+from restitution.units import to_si
 
 _TABLE = ("file", "r", "f")
 _COLUMNS = ("r", "f", "depth", "force")
@@ -68,12 +71,20 @@ class ProfileSection(Section):
 
     @model_validator(mode="after")
     def _check(self) -> ProfileSection:
-        self.build(1.0)
+        # Pydantic checks twice: the section, and once more as the field of a case.
+        _ = self._of_unit_radius
         return self
+
+    @cached_property
+    def _of_unit_radius(self) -> Geometry:
+        return self._geometry(1.0)
 
     def build(self, body_radius: float | None) -> Geometry:
         """Geometry in SI."""
-        body, options = self.body(body_radius), self.model_dump(include=set(LAYER), exclude_none=True)
+        return self._geometry(body_radius) if self.needs_body_radius else self._of_unit_radius
+
+    def _geometry(self, body_radius: float | None) -> Geometry:
+        body, options = self.body(body_radius), self.values(LAYER)
         if self.on_layer:
             return Layer(body, **options)
         for key, value in options.items():
@@ -82,10 +93,10 @@ class ProfileSection(Section):
 
     def body(self, body_radius: float | None) -> Any:
         """Geometry of the body on a half-space, in SI."""
-        given = self.model_dump(exclude={"type", *LAYER}, exclude_none=True)
+        numbers = self.values(key for key in type(self).model_fields if key not in ("type", *LAYER))
         if self.needs_body_radius:
-            given["radius"] = body_radius
-        return self.geometry(**given)
+            numbers["radius"] = body_radius
+        return self.geometry(**numbers)
 
 
 class PowerLawSection(ProfileSection):
@@ -101,7 +112,7 @@ class PowerLawSection(ProfileSection):
             try:
                 value = to_si(value, unit if power else NUMBER)
             except InputError as error:
-                refuse(error.wanted, "coefficient", self.coefficient)
+                refuse(error.rule, "coefficient", self.coefficient)
         return PowerLaw(exponent, value)
 
 

@@ -42,14 +42,14 @@ class Forms:
 
 
 class CaseError(InputError):
-    """A file that cannot be used: one line for each mistake, with the file, the key, its value and what is wanted.
+    """A file that cannot be used: one line for each mistake, with the file, the key, its value and the rule.
 
     The attribute `mistakes` has all of them; the attributes of an `InputError` are those of the first.
     """
 
     def __init__(self, *mistakes: InputError, where: str | Path = "") -> None:
         one = mistakes[0]
-        super().__init__(one.field, one.value, one.wanted, one.unit, index=one.index, where=str(where) or one.where)
+        super().__init__(one.field, one.value, one.rule, one.unit, index=one.index, where=str(where) or one.where)
         self.mistakes = mistakes
 
     def __str__(self) -> str:
@@ -65,14 +65,14 @@ def _line(where: str, error: InputError) -> str:
     place = f"[{', '.join(map(str, error.index))}]" if error.index else ""
     shown = "" if error.value is ABSENT or isinstance(error.value, dict) else f" = {toml_value(error.value)}"
     unit = f" {error.unit}" if error.unit and shown else ""
-    line = ": ".join(part for part in (where, f"{error.field}{place}{shown}{unit}", error.wanted) if part)
+    line = ": ".join(part for part in (where, f"{error.field}{place}{shown}{unit}", error.rule) if part)
     # Keys, names and units are the user's and may hold line breaks.
     return line.replace("\r", "\\r").replace("\n", "\\n")
 
 
-def refuse(wanted: str, key: str = "", value: Any = ABSENT) -> Never:
+def refuse(rule: str, key: str = "", value: Any = ABSENT) -> Never:
     """Refuse the value of a key of the section that is checked, or the section itself."""
-    raise InputError(key, value, wanted)
+    raise InputError(key, value, rule)
 
 
 @contextmanager
@@ -88,7 +88,7 @@ def in_file(path: str | Path, section: str = "", **sections: str) -> Generator[N
     except InputError as error:
         raise CaseError(error.within(sections.get(error.field, section)), where=path) from None
     except (ValueError, TypeError) as error:
-        raise CaseError(InputError(section, wanted=str(error)), where=path) from None
+        raise CaseError(InputError(section, rule=str(error)), where=path) from None
 
 
 class Section(BaseModel):
@@ -125,6 +125,10 @@ class Section(BaseModel):
         """Which of the keys have a value."""
         return [key for key in keys if getattr(self, key) is not None]
 
+    def values(self, keys: Iterable[str]) -> dict[str, Any]:
+        """Return the values of those of the keys that have one."""
+        return {key: value for key in keys if (value := getattr(self, key, None)) is not None}
+
     def one_of(self, *keys: str) -> str:
         """Return which one of the keys has a value; refuse none and more than one."""
         given = self.given(*keys)
@@ -150,8 +154,8 @@ def folder_of(info: ValidationInfo) -> Path:
 def read_toml(path: Path) -> dict[str, Any]:
     """Read a TOML file; a `CaseError` has one line."""
 
-    def fail(wanted: str) -> Never:
-        raise CaseError(InputError("", wanted=wanted), where=path) from None
+    def fail(rule: str) -> Never:
+        raise CaseError(InputError("", rule=rule), where=path) from None
 
     try:
         with path.open(encoding="utf-8-sig") as file:
@@ -215,7 +219,7 @@ def toml_value(value: Any) -> str:
 
 
 # What a value must be, by the kinds of pydantic's errors.
-_WANTED = {
+_RULES = {
     "value_error": "{error}",
     **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "must be a table"),
     "list_type": "must be a list",
@@ -233,8 +237,8 @@ def _mistakes(data: dict[str, Any], error: ValidationError) -> Iterator[InputErr
         context: Any = detail.get("ctx", {})
         cause = context.get("error")
         if not isinstance(cause, InputError):
-            wanted = _wanted(detail["type"], detail["msg"], context, len(parts))
-            yield InputError(key_path(parts), _shown(value), wanted)
+            rule = _rule(detail["type"], detail["msg"], context, len(parts))
+            yield InputError(key_path(parts), _shown(value), rule)
             continue
         for one in cause.mistakes if isinstance(cause, CaseError) else (cause,):
             yield _of_section(parts, value, one)
@@ -243,12 +247,12 @@ def _mistakes(data: dict[str, Any], error: ValidationError) -> Iterator[InputErr
 def _of_section(parts: list[str | int], value: Any, error: InputError) -> InputError:
     """Mistake that a section found, under the path of the section and with the value that the file has."""
     if not error.field:
-        return InputError(key_path(parts), _shown(value), error.wanted)
+        return InputError(key_path(parts), _shown(value), error.rule)
     own = cast("Any", value).get(error.field, ABSENT) if isinstance(value, dict) else ABSENT
     if own is ABSENT and error.value is None:
-        error = InputError(error.field, wanted=error.wanted)
+        error = InputError(error.field, rule=error.rule)
     if own is not ABSENT and not isinstance(own, dict) and not (isinstance(own, list) and error.index):
-        error = InputError(error.field, own, error.wanted)
+        error = InputError(error.field, own, error.rule)
     return error.within(key_path(parts))
 
 
@@ -274,10 +278,10 @@ def _place(data: dict[str, Any], detail: Any) -> tuple[list[str | int], Any]:
     return parts, value
 
 
-def _wanted(kind: str, message: str, context: dict[str, Any], depth: int) -> str:
+def _rule(kind: str, message: str, context: dict[str, Any], depth: int) -> str:
     if kind == "missing":
         return "the section is missing" if depth == 1 else "is missing"
     if kind == "literal_error":
         choices = str(context["expected"]).replace("'", '"').replace(" or ", ", ")
         return f"must be one of {choices}"
-    return _WANTED[kind].format(**context) if kind in _WANTED else message[:1].lower() + message[1:]
+    return _RULES[kind].format(**context) if kind in _RULES else message[:1].lower() + message[1:]

@@ -7,12 +7,11 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, InstanceOf, SerializeAsAny, ValidationInfo, model_validator
 
-from restitution.case.quantity import LIST, of, positive
+from restitution.case.quantity import LIST, of
 from restitution.case.section import FROM_FILE, Section, folder_of, refuse
 from restitution.errors import InputError
 from restitution.material.readers import MaterialFile, read_material
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
-from restitution.quantities import MOLAR_ENERGY, NUMBER, TEMPERATURE_DIFFERENCE
 
 Temperature = Annotated[float, of("temperature")]
 
@@ -24,7 +23,7 @@ def read_file(value: Any, info: ValidationInfo, example: str, name: str | None =
     try:
         return read_material(Path(folder_of(info), value), name=name)
     except InputError as error:
-        refuse(error.wanted)
+        refuse(error.rule)
 
 
 class ShiftSection(Section):
@@ -42,26 +41,26 @@ class ShiftSection(Section):
         return self
 
     def build(self) -> Shift:
-        """Law in SI."""
-        given: dict[str, Any] = self.model_dump(exclude_none=True)
+        """Return the law in SI."""
+        constants: dict[str, Any] = self.model_dump(exclude_none=True)
         if self.temperature_range is not None:
-            given["temperature_range"] = tuple(self.temperature_range)
-        return self.law(**given)
+            constants["temperature_range"] = tuple(self.temperature_range)
+        return self.law(**constants)
 
 
 class WLFSection(ShiftSection):
     """Law of Williams, Landel and Ferry."""
 
     law = WLF
-    c1: Annotated[float, positive(NUMBER, "constant C1")]
-    c2: Annotated[float, positive(TEMPERATURE_DIFFERENCE, "constant C2")]
+    c1: Annotated[float, of("c1")]
+    c2: Annotated[float, of("c2")]
 
 
 class ArrheniusSection(ShiftSection):
     """Law of Arrhenius."""
 
     law = Arrhenius
-    activation_energy: Annotated[float, positive(MOLAR_ENERGY, "activation energy")]
+    activation_energy: Annotated[float, of("activation_energy")]
 
 
 def _shift(value: Any, info: ValidationInfo) -> Any:

@@ -3,52 +3,36 @@
 from __future__ import annotations
 
 import copy
-import math
+import dataclasses
 import re
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import StrictInt, field_validator
 
-from restitution.case.axes import DRAWS, read_axes
-from restitution.case.impact import CaseFile, CounterBodySection, SolverSection
+from restitution.case.axes import DRAWS, read_axes, short_name
+from restitution.case.impact import CaseFile, SolverSection
 from restitution.case.material import is_fractional
 from restitution.case.quantity import split_list
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
-from restitution.contact.analytic import sphere_mass
 from restitution.errors import InputError
-from restitution.impact.problem import fall_velocity, reduced
+from restitution.impact.problem import Impact
 from restitution.material.models import material_models
-from restitution.quantities import DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweeps.grid import Linear, make_grid
+from restitution.quantities import BODY, DEFAULT_OUTPUTS, checked_outputs
+from restitution.sweeps.axes import Linear, Samples, make_grid
 from restitution.sweeps.plan import Plan, describe
-from restitution.sweeps.samples import Samples
-from restitution.sweeps.templates import Prepared, Template, check_columns, dimensionless_template, profile_names
+from restitution.sweeps.template import Template, dimensionless_template
+from restitution.variation import MATERIALS, check_rivals, varied
 
 _ENTRY = re.compile(r"(.+)\[(\d+)\]")
 
-# Keys that columns of numbers set, by which a million values cost as much as one.
-_OF_BODIES = {
-    **{f"impact.{name}": name for name in ("velocity", "drop_height", "gravity", "external_force", "impedance")},
-    **{f"body.{name}": name for name in ("mass", "density", "radius")},
-    "profile.thickness": "thickness",
-    **{name: name for name in ("counter_body.mass", "counter_body.density", "counter_body.radius")},
-}
-_OF_BULKS = {f"material.{name}": name for name in ("poisson_ratio", "bulk_modulus")}
-_OF_SHIFTS = {"material.temperature": "temperature"}
-_OF_STANDARD_SOLIDS = {
-    **{f"material.{name}": name for name in ("equilibrium_modulus", "branch_modulus", "viscosity", "relaxation_time")},
-    "p2": "p2",
-    "p3": "p3",
-}
-
 _SOLID = "standard_solid"
-# Axes that set a key indirectly; the file need not have this key.
-_BY_WAY_OF = {"p2": "branch_modulus", "p3": "viscosity", "material.relaxation_time": "viscosity"}
+# Axes that set a constant of a standard solid by way of another key, which the file need not have.
+_BY_WAY_OF = {"p2": "branch_modulus", "p3": "viscosity", "relaxation_time": "viscosity"}
 
 # Mutually exclusive keys. An axis over one may complete a file that has none of them, or vary the one that it has.
 _RIVALS = (
@@ -72,7 +56,7 @@ class SweepSection(Section):
         try:
             return checked_outputs(value)
         except InputError as error:
-            refuse(error.wanted)
+            refuse(error.rule)
 
 
 class _Options(Section):
@@ -119,57 +103,80 @@ def plan_case(
         if options.solver.method != "exact":
             refuse('must be "exact" in a sweep', "solver.method", options.solver.method)
     case = {name: value for name, value in data.items() if name != "sweep"}
-    dimensionless = not set(case) - {"title", "solver"}
-    columns = _columns(case, axes, dimensionless)
     quantities = dict(_quantities(axes))
     template: Template
-    if dimensionless:
-        names = {columns.get(place, place) for place in quantities}
+    if not set(case) - {"title", "solver"}:
+        names = {short_name(place) for place in quantities}
         missing = [name for name in ("poisson_ratio", "p2", "p3") if name not in names]
         with in_file(path, "axes"):
             if missing:
                 refuse("is missing; or give body, material and impact", ", ".join(missing))
         template = dimensionless_template()
     else:
-        case = copy.deepcopy(case)
-        with in_file(path, "axes"):
-            for rivals in _RIVALS:
-                both = [place for place in quantities if place in rivals]
-                if len(both) > 1:
-                    refuse("set the same; leave one out", " and ".join(both))
-            for place, value in quantities.items():
-                _complete(case, place, value, columns, replace)
-        keys = tuple(place for place in quantities if place not in columns)
-        set_by_columns = tuple(columns[place] for place in quantities if place in columns)
-        template = CaseTemplate(path, path.parent.absolute(), case, keys, set_by_columns)
-        template.prepare({})
+        template = _template(path, copy.deepcopy(case), axes, quantities, replace)
     with in_file(path):
-        renamed = {columns.get(place, place): _renamed(axis, columns) for place, axis in axes.items()}
+        renamed = {short_name(place): _renamed(axis) for place, axis in axes.items()}
         grid, rtol = make_grid(renamed, options.sweep.chunk), options.solver.rtol or 1e-9
         return Plan(template, grid, options.sweep.outputs, rtol, str(data.get("title", "")), text)
 
 
-def _columns(case: dict[str, Any], axes: Mapping[str, Any], dimensionless: bool) -> dict[str, str]:
-    """Places of keys that columns set in this case, and the quantities that they are."""
+def _template(
+    path: Path, case: dict[str, Any], axes: Mapping[str, Any], quantities: dict[str, Any], replace: bool
+) -> CaseTemplate:
+    """Return the template of a case whose quantities, given by their first values, the axes set."""
     materials = [data.get(name) for data in (case, axes) for name in ("material", "counter_material")]
-    if any(is_fractional(one) for given in materials for one in (given if isinstance(given, list) else [given])):
-        # The window of its Prony series depends on the contact time.
-        return {}
+    fractional = any(
+        is_fractional(each) for given in materials for each in (given if isinstance(given, list) else [given])
+    )
+    by_way = _by_way(case) if not fractional else {}
+    with in_file(path, "axes"):
+        for rivals in _RIVALS:
+            both = [place for place in quantities if place in rivals]
+            if len(both) > 1:
+                refuse("set the same; leave one out", " and ".join(both))
+        for place, value in quantities.items():
+            _complete(case, place, value, by_way, replace)
+    places = {short_name(place): place for place in quantities}
+    template = CaseTemplate(path, path.parent.absolute(), case, places, tuple(by_way), tuple(places))
+    start = template.prepare({})
+    if fractional:
+        # The window of a Prony series depends on the contact time.
+        return template
+    numbers = {short_name(place): value for place, value in quantities.items()}
+    with in_file(path):
+        check_rivals(tuple(numbers) if by_way else ())
+    apart = tuple(name for name, value in numbers.items() if not _takes_arrays(start, name, value))
+    return dataclasses.replace(template, apart=apart)
+
+
+def _by_way(case: dict[str, Any]) -> dict[str, str]:
+    """Quantities of a standard solid that no key of the file has, and the keys that stand for them."""
     material: Any = case["material"] if isinstance(case.get("material"), dict) else {}
-    keys = set[str](material)
-    # A material with other keys has another form.
-    solid = {"model", "name", "density", *material_models()[_SOLID].constants}
-    if dimensionless or (keys <= solid and material.get("model", _SOLID) == _SOLID):
-        return _OF_BODIES | _OF_BULKS | _OF_STANDARD_SOLIDS
-    columns = _OF_BODIES | _OF_BULKS if "shear" in keys else _OF_BODIES
-    # A column of temperatures holds for both bodies.
-    return columns | _OF_SHIFTS if "shift" in keys and materials[1] is None and materials[3] is None else columns
+    keys = {"model", "name", "density", *material_models()[_SOLID].constants}
+    return dict(_BY_WAY_OF) if set(material) <= keys and material.get("model", _SOLID) == _SOLID else {}
 
 
-def _renamed(axis: Any, columns: Mapping[str, str]) -> Any:
+def _takes_arrays(start: PreparedCase, name: str, value: Any) -> bool:
+    """Whether a key takes arrays of numbers: whether each of two equal ones makes the impact of the number itself."""
+    if not isinstance(value, float):
+        return False
+    # A model of the user may put its numbers into lists, where another axis would be that of the branches.
+    shape = (2, 1, 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            several = start.varied({name: np.full(shape, value)})
+            single, row = start.varied({name: value}), several.take(np.array(0))
+        except (ValueError, TypeError):
+            return False
+    parts = (*MATERIALS, "profile", *BODY)
+    return several.shape == shape and all(getattr(row, part) == getattr(single, part) for part in parts)
+
+
+def _renamed(axis: Any) -> Any:
     if not isinstance(axis, Samples):
         return axis
-    drawn = {columns.get(place, place): one for place, one in axis.distributions.items()}
+    drawn = {short_name(place): each for place, each in axis.distributions.items()}
     return Samples(axis.n, drawn, axis.method, axis.seed)
 
 
@@ -185,10 +192,10 @@ def _quantities(axes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield place, axis[0] if isinstance(axis, list) else axis
 
 
-def _complete(case: dict[str, Any], place: str, value: Any, columns: Mapping[str, str], replace: bool) -> None:
+def _complete(case: dict[str, Any], place: str, value: Any, by_way: Mapping[str, str], replace: bool) -> None:
     """Put a value of an axis where the file may have none."""
-    if place in columns and place in _BY_WAY_OF:
-        case.setdefault("material", {}).setdefault(_BY_WAY_OF[place], 1.0)
+    if (name := short_name(place)) in by_way:
+        case.setdefault("material", {}).setdefault(by_way[name], 1.0)
         return
     if place in ("p2", "p3"):
         refuse("belongs to a standard solid, which the material is not", place)
@@ -210,74 +217,60 @@ class CaseTemplate:
     path: Path
     folder: Path  # where relative names of files start
     data: dict[str, Any]
-    keys: tuple[str, ...]  # each combination of their values has an impact of its own
-    columns: tuple[str, ...]  # quantities that columns of numbers set
+    places: dict[str, str]  # of the keys that axes set, by the name of the quantity
+    by_way: tuple[str, ...]  # names of constants of a standard solid that no key has
+    apart: tuple[str, ...]  # names whose combinations have an impact of their own each
 
     dimensionless = False
 
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(name for name in names if name in self.keys)
+        return tuple(name for name in names if name in self.apart)
 
-    def prepare(self, values: dict[str, Any]) -> Prepared:
-        case = self._case(values)
-        with in_file(self.path):
-            impact = case.build()
-            derived = Derivation(case, profile_names(impact))
-            check_columns(impact, tuple(derived({name: np.ones(1) for name in self.columns})))
-        held = "bulk_modulus" if getattr(case.material, "poisson_ratio", None) is None else "poisson_ratio"
-        return Prepared(impact, derived, held)
+    def prepare(self, values: dict[str, Any]) -> PreparedCase:
+        data = copy.deepcopy(self.data)
+        for name, value in values.items():
+            put(data, self.places[name], value)
+        prepared = PreparedCase(self, data, read_sections(CaseFile, self.path, data, self.folder))
+        prepared.varied({})
+        return prepared
 
     def describe(self) -> Any:
         """Return the content of the file in SI."""
-        case = self._case({}).model_dump(exclude={"title", "solver"}, exclude_none=True)
-        return {"case": describe(case), "keys": list(self.keys), "columns": list(self.columns)}
-
-    def _case(self, values: dict[str, Any]) -> CaseFile:
-        data = self.data
-        if values:
-            data = copy.deepcopy(data)
-            for place, value in values.items():
-                put(data, place, value)
-        return read_sections(CaseFile, self.path, data, self.folder)
+        case = read_sections(CaseFile, self.path, self.data, self.folder)
+        content = case.model_dump(exclude={"title", "solver"}, exclude_none=True)
+        return {"case": describe(content), "axes": list(self.places.values()), "apart": list(self.apart)}
 
 
 @dataclass(frozen=True)
-class Derivation:
-    """Columns of an impact from those of a case file: mass from density, velocity from height, weight."""
+class PreparedCase:
+    """A case whose keys take other numbers, which may be arrays."""
 
+    template: CaseTemplate
+    data: dict[str, Any]
     case: CaseFile
-    own: tuple[str, ...]  # names of the numbers of the profile
 
-    def __call__(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-        body, impact, counter = self.case.body, self.case.impact, self.case.counter_body
-        derived: dict[str, Any] = dict(columns)
-        radius = derived.get("radius", body.radius)
-        if not (self.case.profile.needs_body_radius and "radius" in self.own):
-            derived.pop("radius", None)
-        density = derived.pop("density", body.density)
-        if density is not None and "mass" not in columns and {"density", "radius"} & columns.keys():
-            derived["mass"] = sphere_mass(density, np.asarray(radius))
-        gravity = derived.pop("gravity", impact.gravity)
-        height = derived.pop("drop_height", impact.drop_height)
-        if height is not None and {"drop_height", "gravity"} & columns.keys():
-            derived["velocity"] = fall_velocity(height, gravity)
-        if impact.weight and ("mass" in derived or "gravity" in columns):
-            derived["external_force"] = derived.get("mass", body.kilograms) * gravity
-        if counter is not None:
-            self._reduce(derived, columns, counter)
-        return derived
+    @property
+    def impact(self) -> Impact:
+        """The impact itself."""
+        return self.varied({})
 
-    def _reduce(self, derived: dict[str, Any], columns: dict[str, NDArray[Any]], counter: CounterBodySection) -> None:
-        """Replace mass and radius of two bodies by the reduced ones."""
-        mass, density, radius = (
-            derived.pop(f"counter_body.{name}", getattr(counter, name)) for name in ("mass", "density", "radius")
-        )
-        if any(name.rpartition(".")[2] in ("mass", "density", "radius") for name in columns):
-            if mass is None or ("counter_body.density" in columns):
-                mass = sphere_mass(density, np.asarray(radius))
-            own = derived.get("radius", getattr(self.case.profile, "radius", None) or self.case.body.radius)
-            derived["mass"] = reduced(derived.get("mass", self.case.body.kilograms), mass)
-            derived["radius"] = reduced(own, math.inf if radius is None else radius)
+    def varied(self, values: dict[str, Any]) -> Impact:
+        """Return the impact of other numbers in SI, which broadcast."""
+        path, places = self.template.path, self.template.places
+        by_way = {name: value for name, value in values.items() if name in self.template.by_way}
+        changed = {places[name]: value for name, value in values.items() if name not in by_way}
+        # Sections without a change are not read again, as files and fits take their time.
+        data = {name: getattr(self.case, name) for name in self.data if name != "sweep"}
+        data |= {
+            name: copy.deepcopy(self.data[name])
+            for name in {place.partition(".")[0] for place in changed}
+            if name in self.data
+        }
+        for place, value in changed.items():
+            put(data, place, value)
+        case = read_sections(CaseFile, path, data, self.template.folder) if changed else self.case
+        with in_file(path):
+            return varied(case.build(), by_way, "bulk_modulus")
 
 
 def put(case: dict[str, Any], place: str, value: Any) -> None:

@@ -10,20 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from restitution.case.impact import Case
+import restitution as rs
 from restitution.case.indentation import IndentationCase
 from restitution.contact.geometry import Geometry
-from restitution.contact.layer.layer import Layer
 from restitution.errors import InputTypeError
-from restitution.impact.bounces import Bounces
-from restitution.impact.problem import Impact
-from restitution.impact.result import ImpactResult
-from restitution.indentation.result import IndentationResult
-from restitution.material import library
-from restitution.material.prony import PronySeries
-from restitution.material.shift import WLF, Arrhenius
-from restitution.material.viscoelastic import Material
-from restitution.rebound_resilience.result import Resilience
 from restitution.sweeps.plan import Plan
 
 Reason = tuple[str, str]
@@ -40,7 +30,6 @@ _METHODS: dict[str, tuple[Reason, ...]] = {
     "": (),
     "exact": (("hairer1996", "collocation by Radau IIA"),),
     "elements": (("willert", "elements with explicit Euler"),),
-    "reference": (("virtanen2020", "integration by SciPy"), ("hairer1996", "Radau IIA")),
 }
 _DERIVATIONS = {
     "fractional": ("mainardi2010", "fractional model"),
@@ -51,7 +40,7 @@ _OWN = (("restitution", "this program"), ("willert", "the paper that the program
 
 @cache
 def entries() -> dict[str, str]:
-    """BibTeX entries by their keys, in alphabetical order."""
+    """Return the BibTeX entries by their keys, in alphabetical order."""
     from importlib.metadata import version
 
     text = files("restitution.citation").joinpath("references.bib").read_text(encoding="utf-8")
@@ -60,7 +49,7 @@ def entries() -> dict[str, str]:
 
 
 def cite(*subjects: Any) -> str:
-    """BibTeX of what a problem used: methods, sources of the materials, transforms of the profiles.
+    """Return the BibTeX of what a problem used: methods, sources of the materials, transforms of the profiles.
 
     Parameters
     ----------
@@ -92,26 +81,26 @@ def cite(*subjects: Any) -> str:
       year = {2000}
     }
     """
-    known = entries()
-    return "\n\n".join(f"% {'; '.join(uses)}\n{known[key]}" for key, uses in citations(*subjects).items())
+    texts = entries()
+    return "\n\n".join(f"% {'; '.join(uses)}\n{texts[key]}" for key, uses in citations(*subjects).items())
 
 
 def citations(*subjects: Any) -> dict[str, list[str]]:
-    """Keys of the sources that problems used, and what each is cited for.
+    """Return the keys of the sources that problems used, and what each is cited for.
 
     Examples
     --------
-    >>> from restitution.contact.power_law import Cone
+    >>> from restitution.contact.profiles import Cone
     >>> citations(Cone(half_angle=1.2))
     {'love1939': ['contact of a cone'], 'sneddon1965': ['transform of the profile']}
     """
-    found: dict[str, list[str]] = {}
+    purposes: dict[str, list[str]] = {}
     for subject in subjects or (None,):
         for key, use in _reasons(subject) if subjects else _OWN:
-            uses = found.setdefault(key, [])
+            uses = purposes.setdefault(key, [])
             if use not in uses:
                 uses.append(use)
-    return found
+    return purposes
 
 
 @singledispatch
@@ -119,13 +108,13 @@ def _reasons(subject: Any) -> Iterator[Reason]:
     raise InputTypeError("subject", subject, "must be an Impact, a result, a Case, a Material or a profile")
 
 
-def _problem(method: str, *contacts: Impact | IndentationResult | IndentationCase) -> Iterator[Reason]:
+def _problem(method: str, *contacts: rs.Impact | rs.IndentationResult | IndentationCase) -> Iterator[Reason]:
     yield _OWN[0]
     yield from _METHODS[method]
     for contact in contacts:
         yield from _CONTACT
         yield from _reasons(contact.profile)
-        if isinstance(contact, Impact) and np.any(np.isfinite(contact.impedance)):
+        if isinstance(contact, rs.Impact) and np.any(np.isfinite(contact.impedance)):
             yield "zener1941", "target that recedes under the impact"
         for material in (contact.material, contact.counter_material):
             if material is not None:
@@ -134,25 +123,25 @@ def _problem(method: str, *contacts: Impact | IndentationResult | IndentationCas
                 yield from _reasons(material)
 
 
-@_reasons.register(Impact)
-@_reasons.register(IndentationResult)
+@_reasons.register(rs.Impact)
+@_reasons.register(rs.IndentationResult)
 @_reasons.register(IndentationCase)
 def _(subject: Any) -> Iterator[Reason]:
     return _problem("", subject)
 
 
 @_reasons.register
-def _(subject: ImpactResult) -> Iterator[Reason]:
+def _(subject: rs.ImpactResult) -> Iterator[Reason]:
     return _problem(subject.method, *(subject.impact if isinstance(subject.impact, list) else [subject.impact]))
 
 
 @_reasons.register
-def _(subject: Bounces) -> Iterator[Reason]:
+def _(subject: rs.Bounces) -> Iterator[Reason]:
     return _problem("exact", subject.impact)
 
 
 @_reasons.register
-def _(subject: Case) -> Iterator[Reason]:
+def _(subject: rs.Case) -> Iterator[Reason]:
     return _problem(subject.sections.solver.method, subject.impact)
 
 
@@ -162,7 +151,7 @@ def _(subject: Plan) -> Iterator[Reason]:
 
 
 @_reasons.register
-def _(subject: Resilience) -> Iterator[Reason]:
+def _(subject: rs.Resilience) -> Iterator[Reason]:
     yield from (_OWN[0], *_METHODS["exact"], *_CONTACT)
     yield from ((key, f"numbers of {subject.standard.name}") for key in subject.standard.keys)
     yield from _reasons(subject.material)
@@ -171,30 +160,31 @@ def _(subject: Resilience) -> Iterator[Reason]:
 @_reasons.register
 def _(subject: Geometry) -> Iterator[Reason]:
     yield from subject.sources
-    if isinstance(subject, Layer):
+    if isinstance(subject, rs.Layer):
         yield from subject.profile.sources
 
 
 @_reasons.register
-def _(subject: Material) -> Iterator[Reason]:
-    for name in library.names():
-        if _is(subject, library.get(name)):
-            yield from ((key, f"data of {name}") for key in library.citation_keys(name))
+def _(subject: rs.Material) -> Iterator[Reason]:
+    for name in rs.library.names():
+        if _is(subject, rs.library.get(name)):
+            yield from ((key, f"data of {name}") for key in rs.library.citation_keys(name))
     if subject.derivation is not None:
         yield _DERIVATIONS[subject.derivation]
     shift = subject.shift
-    if isinstance(shift, (WLF, Arrhenius)) and subject.temperature != shift.reference_temperature:
-        for key in ("williams1955", "ferry1980") if isinstance(shift, WLF) else ("ferry1980",):
+    if isinstance(shift, (rs.WLF, rs.Arrhenius)) and np.any(subject.temperature != shift.reference_temperature):
+        for key in ("williams1955", "ferry1980") if isinstance(shift, rs.WLF) else ("ferry1980",):
             yield key, "time-temperature shift"
 
 
-def _is(material: Material, known: Material) -> bool:
-    """Whether a material is one of the library, perhaps under another name, density or temperature."""
-    same = material.shear.equilibrium_modulus == known.shear.equilibrium_modulus
-    return same and material.source is not None and material.source == known.source
+def _is(material: rs.Material, entry: rs.Material) -> bool:
+    """Return whether a material is one of the library, perhaps under another name, density or temperature."""
+    same = np.all(material.shear.equilibrium_modulus == entry.shear.equilibrium_modulus)
+    return bool(same) and material.source is not None and material.source == entry.source
 
 
-def _is_standard_solid(material: Material) -> bool:
+def _is_standard_solid(material: rs.Material) -> bool:
     shear, bulk = material.shear, material.bulk
-    constant = not isinstance(bulk, PronySeries) or bulk.is_elastic
-    return shear.n_branches == 1 and shear.equilibrium_modulus > 0 and shear.parallel_viscosity == 0 and constant
+    constant = not isinstance(bulk, rs.PronySeries) or bulk.is_elastic
+    solid = (np.asarray(shear.equilibrium_modulus) > 0) & (np.asarray(shear.parallel_viscosity) == 0) & constant
+    return shear.n_branches == 1 and bool(np.all(solid))

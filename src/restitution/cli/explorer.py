@@ -12,8 +12,8 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli.options import argument, option
-from restitution.cli.terminal import BadInput, compilation, report, user_input
+from restitution.cli import terminal as cli
+from restitution.cli.terminal import argument, option
 
 _LOCAL = ("127.0.0.1", "localhost", "::1")
 
@@ -28,7 +28,7 @@ def explore(
     port: Annotated[int | None, option("Port to listen on, 8737 if not given; 0 for any free one.", min=0)] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,
     static: Annotated[
-        Path | None, option("Write a page on the paper's problem that needs no server, and end.", metavar="DIR")
+        Path | None, option("Write a page on the paper's problem that needs no server, and end.", "DIR")
     ] = None,
 ) -> None:
     """Open a page in the browser on which every input is a slider and every picture follows.
@@ -40,18 +40,18 @@ def explore(
         return
     # NumPy reads it when it loads: two threads for products of small matrices take more time than one.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    with user_input():
+    with cli.user_input():
+        from restitution.explorer.inputs import of_file
         from restitution.explorer.launch import PORT, listen, warm_up
-        from restitution.explorer.state import of_file
 
         state, title = ({}, None) if case is None else of_file(case)
         running = listen(state, title, host=host, port=PORT if port is None else port)
-        with compilation():
+        with cli.compilation():
             warm_up()
         # What is loaded stays; a search for garbage in it would hold an answer up.
         gc.freeze()
     if host not in _LOCAL:
-        report("note", f"--host {host}: everyone who can reach this machine and has the address can use the page")
+        cli.report("note", f"--host {host}: everyone who can reach this machine and has the address can use the page")
     print(running.address, flush=True)
     print("Ctrl-C ends the server", file=sys.stderr, flush=True)
     if not no_browser:
@@ -65,10 +65,10 @@ def explore(
 
 
 def _write(folder: Path, case: Path | None) -> None:
-    with user_input():
-        from restitution.explorer.static import write_static
+    with cli.user_input():
+        from restitution.explorer.launch import write_static
 
         if case is not None:
-            raise BadInput(f"--static {folder}: has the paper's problem alone; leave {case} out")
+            raise cli.BadInput(f"--static {folder}: has the paper's problem alone; leave {case} out")
         written = write_static(folder)
     print(f"{len(written)} files in {folder}; any web server, or the documentation, can hold them")

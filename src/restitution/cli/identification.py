@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import restitution as rs
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, Json, Plot, argument, option, target
-from restitution.cli.terminal import BadInput, collected_warnings, progress_bar, report, user_input
+from restitution.cli import terminal as cli
+from restitution.cli.terminal import argument, option, quantity, target
+from restitution.units import LENGTH, MASS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from restitution.identification.result import Identification
     from restitution.identification.spectrum import Spectrum
     from restitution.identification.uncertainty import Estimate
 
@@ -23,9 +24,9 @@ _ESTIMATE = ("quantity", "estimate", "standard error", "95 % interval")
 
 
 def identify(
-    case: CaseFile,
-    json: Json = False,
-    plot: Plot = None,
+    case: cli.CaseFile,
+    json: cli.Json = False,
+    plot: cli.Plot = None,
     out: Annotated[Path | None, target("Write the material as a part of a case file", "--out", ".toml")] = None,
     profile: Annotated[
         bool, typer.Option("--profile", help="Compute all intervals from profiles; this takes longer.")
@@ -36,70 +37,68 @@ def identify(
     The case file contains a model and the names of the data files. The first line is how well the data determine the
     parameters. Example: restitution identify examples/identification/balls.toml --plot fit.png
     """
-    with user_input(), collected_warnings() as warnings:
+    with cli.user_input(), cli.collected_warnings() as warnings:
         from restitution.case.identification import SPECTRUM, read_identification
 
         problem = read_identification(case)
         if problem.section.model == SPECTRUM and out is not None:
-            raise BadInput(f"--out {out}: a spectrum has no constants; give another model")
-        with progress_bar("identifying", begin="identifying") as progress:
-            found: Any = problem.solve(profiles=True if profile else None, progress=progress)
-            content = found.to_dict()
-        with progress_bar("comparing models", begin="comparing models") as progress:
+            raise cli.BadInput(f"--out {out}: a spectrum has no constants; give another model")
+        with cli.progress_bar("identifying", begin="identifying") as progress:
+            result: Any = problem.solve(profiles=True if profile else None, progress=progress)
+            content = result.to_dict()
+        with cli.progress_bar("comparing models", begin="comparing models") as progress:
             compared = problem.compare(progress)
-    doubts = [*dict.fromkeys((*getattr(found, "warnings", ()), *warnings))]
+    doubts = [*dict.fromkeys((*getattr(result, "warnings", ()), *warnings))]
     if json:
         content |= {"warnings": doubts} | ({} if compared is None else {"comparison": compared.to_dict()})
         tables.write_json(content)
     else:
         show = _print_spectrum if problem.section.model == SPECTRUM else _print
-        show(found, problem.title or str(case))
+        show(result, problem.title or str(case))
         if compared is not None:
             print(f"\n{compared}")
-        report("warning", *doubts)
+        cli.report("warning", *doubts)
     if out is not None:
-        found.to_toml(out)
+        result.to_toml(out)
     if plot is not None:
-        from restitution.plot.identification import overview
-
-        tables.save_picture(overview(found), plot)
+        tables.save_picture(result.plot(), plot)
 
 
-def _print_spectrum(found: Spectrum, title: str) -> None:
+def _print_spectrum(spectrum: Spectrum, title: str) -> None:
     import numpy as np
 
-    print(title, *found.statements, sep="\n")
-    low, high = found.window
-    table = found.moduli(np.geomspace(0.5 * low, 2.0 * high, 9))
+    print(title, *spectrum.statements, sep="\n")
+    low, high = spectrum.window
+    table = spectrum.moduli(np.geomspace(0.5 * low, 2.0 * high, 9))
     tables.print_dataset("Reduced modulus", table[["storage_modulus", "loss_modulus", "loss_tangent"]])
 
 
-def _print(found: Identification, title: str) -> None:
+def _print(result: rs.Identification, title: str) -> None:
     from restitution.identification.uncertainty import headline
 
-    print(title, headline(found.parameters), sep="\n")
-    for line in found.statements:
+    print(title, headline(result.parameters), sep="\n")
+    for line in result.statements:
         print(line)
     print()
     for words, group in (
-        ("Best determined quantities", found.functionals),
-        (f"Parameters of the model {found.problem.space.model.__name__}", found.parameters),
-        ("Unknowns of the measurement", found.nuisances),
+        ("Best determined quantities", result.functionals),
+        (f"Parameters of the model {result.problem.space.model.__name__}", result.parameters),
+        ("Unknowns of the measurement", result.nuisances),
     ):
         if group:
             tables.print_rows(words, _ESTIMATE, _rows(group))
-    print(f"{found.goodness_of_fit}; runs test {found.runs_test:.2g}")
+    print(f"{result.goodness_of_fit}; runs test {result.runs_test:.2g}")
     print("A good chi2 does not prove the model: compare several with compare = [...] in [identification].")
 
 
 def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
-    from restitution.display import scaled_unit
     from restitution.identification.uncertainty import CLOSE
+    from restitution.units import scaled_unit
 
     rows: list[tuple[str, ...]] = []
     for name, one in group.items():
-        known = [abs(x) for x in (one.value, *one.interval) if x is not None and math.isfinite(x) and x != 0.0]
-        factor, unit = scaled_unit(abs(one.value) if one.value else max(known, default=1.0), one.unit)
+        sizes = [abs(x) for x in (one.value, *one.interval) if x is not None and math.isfinite(x) and x != 0.0]
+        factor, unit = scaled_unit(abs(one.value) if one.value else max(sizes, default=1.0), one.unit)
 
         def shown(x: float | None, factor: float = factor, digits: int = 4) -> str:
             return "-" if x is None or not math.isfinite(x) else f"{x * factor:.{digits}g}"
@@ -114,69 +113,60 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
     return rows
 
 
-def design(case: CaseFile, json: Json = False, plot: Plot = None) -> None:
+def design(case: cli.CaseFile, json: cli.Json = False, plot: cli.Plot = None) -> None:
     """Choose the impacts that determine a material best, from a guess of it.
 
     The case file has the guess in its section material and the possible impacts in its section design.
     Example: restitution design examples/identification/design.toml
     """
-    with user_input():
+    with cli.user_input():
         from restitution.case.identification import read_design
 
         problem = read_design(case)
-        with progress_bar("choosing impacts", begin="choosing impacts"):
-            found = problem.solve()
+        with cli.progress_bar("choosing impacts", begin="choosing impacts"):
+            result = problem.solve()
     if json:
-        tables.write_json(found.to_dict())
+        tables.write_json(result)
     else:
-        tables.print_dataset(problem.title or str(case), found.to_dataset())
-        print(*found.statements, sep="\n")
+        tables.print_dataset(problem.title or str(case), result.to_dataset(), *result.statements)
     if plot is not None:
-        tables.save_picture(found.plot(), plot)
+        tables.save_picture(result.plot(), plot)
 
 
 def moduli(
     file: Annotated[Path, argument("FILE.csv", "Measured impacts: velocity, restitution_coefficient, contact_time.")],
-    radius: Annotated[str | None, option("Radius of the ball, if no column has it.", metavar="LENGTH")] = None,
-    mass: Annotated[str | None, option("Mass of the ball, if no column has it.", metavar="MASS")] = None,
-    dma: Annotated[Path | None, option("Measured moduli, to draw with the bounces.", metavar="FILE")] = None,
+    radius: Annotated[float | None, quantity("--radius", LENGTH, "Radius of the ball, if no column has it.")] = None,
+    mass: Annotated[float | None, quantity("--mass", MASS, "Mass of the ball, if no column has it.")] = None,
+    dma: Annotated[Path | None, option("Measured moduli, to draw with the bounces.", "FILE")] = None,
     nu: Annotated[float, typer.Option("--nu", help="Constant Poisson ratio that converts the moduli of --dma.")] = 0.5,
-    json: Json = False,
-    plot: Plot = None,
+    json: cli.Json = False,
+    plot: cli.Plot = None,
 ) -> None:
     """Convert each bounce to one point of a table of storage and loss modulus over frequency.
 
     The moduli need a column contact_time or max_force; without it, only the loss tangent is known.
     Example: restitution moduli examples/identification/balls.csv --plot moduli.png
     """
-    with user_input(), collected_warnings() as warnings:
-        from restitution.case.observations import read_observations
+    with cli.user_input(), cli.collected_warnings() as warnings:
         from restitution.checks import within
-        from restitution.identification.effective_moduli import effective_moduli
-        from restitution.identification.rebounds import Rebounds
-        from restitution.material.fit import DynamicTable
-        from restitution.material.readers import read_material
-        from restitution.quantities import LENGTH, MASS
 
         within("nu", nu, -1.0, 0.5)
-        given: dict[str, Any] = {}
-        for name, text, dimension in (("radius", radius, LENGTH), ("mass", mass, MASS)):
-            if text is not None:
-                given[name] = tables.read_quantity(f"--{name}", text, dimension)
         table = None
-        if dma is not None and not isinstance(table := read_material(dma), DynamicTable):
-            raise BadInput(f"--dma {dma}: must hold storage and loss moduli over frequency")
+        if dma is not None and not isinstance(table := rs.read_material(dma), rs.DynamicTable):
+            raise cli.BadInput(f"--dma {dma}: must hold storage and loss moduli over frequency")
         if dma is not None and plot is None:
-            raise BadInput("--dma: give --plot FILE as well")
-        balls = read_observations(file, kind="rebounds", **given)
-        assert isinstance(balls, Rebounds)
-        found = effective_moduli(balls)
+            raise cli.BadInput("--dma: give --plot FILE as well")
+        sizes: dict[str, Any] = {"radius": radius, "mass": mass}
+        sizes = {name: size for name, size in sizes.items() if size is not None}
+        balls = rs.read_observations(file, kind="rebounds", **sizes)
+        assert isinstance(balls, rs.Rebounds)
+        result = rs.effective_moduli(balls)
+    columns = result.to_dataset()
     if json:
-        columns = {str(name): one.values.tolist() for name, one in found.to_dataset().data_vars.items()}
-        tables.write_json(columns | {"statements": list(found.statements)})
+        data = {str(name): column.values for name, column in columns.data_vars.items()}
+        tables.write_json(data | {"statements": result.statements})
     else:
-        tables.print_dataset(str(file), found.to_dataset())
-        print(*found.statements, sep="\n")
-        report("warning", *warnings)
+        tables.print_dataset(str(file), columns, *result.statements)
+        cli.report("warning", *warnings)
     if plot is not None:
-        tables.save_picture(found.plot(table, poisson_ratio=nu), plot)
+        tables.save_picture(result.plot(table, poisson_ratio=nu), plot)

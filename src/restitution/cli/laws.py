@@ -7,11 +7,13 @@ from json import dumps
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import restitution as rs
 from restitution.cli import tables
-from restitution.cli.options import CaseFile, Extrapolate, Json, Plot, Workers, check_target, option
+from restitution.cli import terminal as cli
 from restitution.cli.sweep import build_surrogate
-from restitution.cli.terminal import BadInput, compilation, report, user_input
-from restitution.files import TABLES, whole_file, write_table
+from restitution.cli.terminal import completed, ends, option
+from restitution.files import TABLES, write_table, write_text
+from restitution.units import LENGTH, VELOCITY
 
 # Ends of the names of contact laws.
 _LAWS = (".h", ".json")
@@ -23,51 +25,51 @@ _POINTS = 9
 
 
 def export(
-    case: CaseFile,
+    case: cli.CaseFile,
     to: Annotated[
         Path,
         option(
             "File, whose end decides: .h or .json, the contact law with memory, in C or as numbers; .csv or .nc, a "
             "table of e, contact time and largest force over the velocity; .inp, cards of Abaqus; .txt or .mac, cards "
             "of ANSYS.",
-            metavar="FILE",
-            callback=lambda path: check_target("--to", path, (*_LAWS, *TABLES, *_CARDS)),
+            "FILE",
+            callback=lambda path: cli.check_target("--to", path, (*_LAWS, *TABLES, *_CARDS)),
         ),
     ],
     velocity: Annotated[
-        tuple[str, str] | None, option("Velocities of a table, or of --terms, e.g. 1mm/s 10m/s.", metavar="LOW HIGH")
+        tuple[str, str] | None, option("Velocities of a table, or of --terms, e.g. 1mm/s 10m/s.", "LOW HIGH")
     ] = None,
     terms: Annotated[
         int | None, option("Terms of a contact law, fitted to the contacts; all if not given.", min=1)
     ] = None,
-    json: Json = False,
-    extrapolate: Extrapolate = False,
+    json: cli.Json = False,
+    extrapolate: cli.Extrapolate = False,
 ) -> None:
     """Write an impact, its contact law or its materials for another program.
 
     Example: restitution export examples/epoxy.toml --to epoxy.inp
     """
-    with user_input():
+    with cli.user_input():
         suffix = to.suffix.lower()
         if terms is not None and suffix not in _LAWS:
-            raise BadInput(f"--terms {terms}: has no meaning for {to}; it belongs to a contact law, .h or .json")
+            raise cli.BadInput(f"--terms {terms}: has no meaning for {to}; it belongs to a contact law, .h or .json")
         if suffix in TABLES:
             if velocity is None:
-                raise BadInput(f"--to {to}: give --velocity LOW HIGH as well")
-            done = _write_outcomes(case, to, velocity, extrapolate)
+                raise cli.BadInput(f"--to {to}: give --velocity LOW HIGH as well")
+            done = _write_outcomes(case, to, _range(velocity), extrapolate)
         elif velocity is not None and terms is None:
-            given = " ".join(velocity)
-            raise BadInput(f"--velocity {given}: has no meaning for {to}; it belongs to a table or --terms")
+            text = " ".join(velocity)
+            raise cli.BadInput(f"--velocity {text}: has no meaning for {to}; it belongs to a table or --terms")
         elif suffix in _LAWS:
-            done = _write_law(case, to, velocity, terms, extrapolate)
+            done = _write_law(case, to, None if velocity is None else _range(velocity), terms, extrapolate)
         else:
             done = _write_materials(case, to)
     if json:
         tables.write_json({"file": str(to), **done.numbers, "warnings": done.warnings, "notes": done.notes})
         return
     print(f"{to}: {done.words}")
-    report("warning", *done.warnings)
-    report("note", *done.notes)
+    cli.report("warning", *done.warnings)
+    cli.report("note", *done.notes)
 
 
 class _Export(NamedTuple):
@@ -80,26 +82,21 @@ class _Export(NamedTuple):
 
 
 def _write_law(
-    case: Path, to: Path, velocity: tuple[str, str] | None, terms: int | None, extrapolate: bool
+    case: Path, to: Path, velocity: tuple[float, float] | None, terms: int | None, extrapolate: bool
 ) -> _Export:
     """Write the contact law with memory."""
     import numpy as np
 
-    from restitution.case.impact import read_case
     from restitution.impact.window import require_known, validity_of
-    from restitution.law.law import contact_law
-    from restitution.quantities import VELOCITY
     from restitution.surrogates.velocity import velocity_range
 
-    problem = read_case(case, any_velocity=velocity is not None)
+    problem = rs.read_case(case, any_velocity=velocity is not None)
     impact = problem.impact
     if velocity is not None:
-        low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
-        impact = problem.over((low, high))
-        speeds = np.geomspace(*velocity_range((low, high)), _POINTS)
-        impact = replace(impact, velocity=speeds)
+        speeds = np.geomspace(*velocity_range(velocity), _POINTS)
+        impact = replace(problem.over(velocity), velocity=speeds)
     require_known(impact, extrapolate=extrapolate)
-    law = contact_law(impact)
+    law = rs.contact_law(impact)
     law = law if terms is None else law.reduced(terms, extrapolate=extrapolate)
     if to.suffix.lower() == ".h":
         law.to_c(to)
@@ -112,8 +109,7 @@ def _write_law(
             "relaxation_times": series.relaxation_times.tolist(), "parallel_viscosity": series.parallel_viscosity,
             "restitution_error": law.restitution_error,
         }  # fmt: skip
-        with whole_file(to) as partial:
-            partial.write_text(dumps(content, indent=1) + "\n", encoding="utf-8")
+        write_text(to, dumps(content, indent=1) + "\n")
     count = law.modulus.n_branches
     error = f", error of e {law.restitution_error:.1e}" if terms else ""
     words = f"contact law of {count} term{'s' * (count != 1)}, {law.state_size} numbers a contact{error}"
@@ -121,17 +117,19 @@ def _write_law(
     return _Export(words, numbers, validity_of(impact).warnings, problem.notes(impact))
 
 
-def _write_outcomes(case: Path, to: Path, velocity: tuple[str, str], extrapolate: bool) -> _Export:
-    """Write e, contact time and largest force over the velocity."""
-    from restitution.quantities import VELOCITY
+def _range(velocity: tuple[str, str]) -> tuple[float, float]:
+    low, high = (cli.read_quantity("--velocity", text, VELOCITY) for text in velocity)
+    return low, high
 
-    low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
-    made, notes = build_surrogate(case, (low, high), _RTOL, extrapolate=extrapolate)
-    write_table(made.sample(), to)
-    errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in made.error.items())
-    low, high = made.velocity
+
+def _write_outcomes(case: Path, to: Path, velocity: tuple[float, float], extrapolate: bool) -> _Export:
+    """Write e, contact time and largest force over the velocity."""
+    surrogate, notes = build_surrogate(case, velocity, _RTOL, extrapolate=extrapolate)
+    write_table(surrogate.sample(), to)
+    errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in surrogate.error.items())
+    low, high = surrogate.velocity
     words = f"{low:g} to {high:g} m/s; largest relative error: {errors}"
-    return _Export(words, {"velocity": [low, high], "error": made.error}, made.warnings, notes)
+    return _Export(words, {"velocity": [low, high], "error": surrogate.error}, surrogate.warnings, notes)
 
 
 def _write_materials(case: Path, to: Path) -> _Export:
@@ -140,11 +138,11 @@ def _write_materials(case: Path, to: Path) -> _Export:
     from restitution.material.cards import lost_shift, write_material
 
     impact = read_case(case, any_velocity=True).impact
-    materials = list(dict.fromkeys(one for one in (impact.material, impact.counter_material) if one is not None))
+    materials = list(dict.fromkeys(impact.contact.materials))
     write_material(materials, to)
     count = f"{len(materials)} material{'s' * (len(materials) > 1)}"
     notes = [*notes_on(impact.material, impact.counter_material), *filter(None, map(lost_shift, materials))]
-    names = [one.name for one in materials]
+    names = [material.name for material in materials]
     return _Export(
         f"{count} in SI units; E and nu are those {_CARDS[to.suffix.lower()]}", {"materials": names}, [], notes
     )
@@ -156,28 +154,24 @@ _TARGETS = (
 )
 
 
-def _targets(incomplete: str) -> list[str]:
-    from restitution.calibration.calibrate import TARGETS
-
-    return [name for name in TARGETS if name.startswith(incomplete)]
-
-
 def calibrate(
-    case: CaseFile,
-    target: Annotated[str, option(f"Law of the code: {_TARGETS}.", metavar="NAME", autocompletion=_targets)],
+    case: cli.CaseFile,
+    target: Annotated[
+        str, option(f"Law of the code: {_TARGETS}.", "NAME", autocompletion=completed("calibration.calibrate.TARGETS"))
+    ],
     velocity: Annotated[
-        tuple[str, str] | None,
-        option("Velocities, e.g. 1mm/s 10m/s; twice the same for one. A table has its own.", metavar="LOW HIGH"),
+        tuple[float, float] | None,
+        ends("--velocity", VELOCITY, "Velocities, e.g. 1mm/s 10m/s; twice the same for one. A table has its own."),
     ] = None,
     radius: Annotated[
-        tuple[str, str] | None, option("Radii of the first ball, for one law of all sizes.", metavar="LOW HIGH")
+        tuple[float, float] | None, ends("--radius", LENGTH, "Radii of the first ball, for one law of all sizes.")
     ] = None,
     restitution: Annotated[
         str | None,
         option(
             "Coefficient of restitution in place of that of the material, or a CSV file of measured ones, with the "
             "columns velocity and restitution_coefficient.",
-            metavar="E|FILE",
+            "E|FILE",
         ),
     ] = None,
     contact: Annotated[
@@ -185,51 +179,38 @@ def calibrate(
         option(
             "pair, two balls, or wall, a ball and a wall. The default is that of the case, and the other one is built "
             "from its ball.",
-            metavar="WHAT",
+            "WHAT",
         ),
     ] = None,
-    units: Annotated[str, option("Unit system: si; for LAMMPS also cgs, micro or lj.", metavar="UNITS")] = "si",
-    json: Json = False,
-    plot: Plot = None,
-    workers: Workers = None,
-    extrapolate: Extrapolate = False,
+    units: Annotated[str, option("Unit system: si; for LAMMPS also cgs, micro or lj.", "UNITS")] = "si",
+    json: cli.Json = False,
+    plot: cli.Plot = None,
+    workers: cli.Workers = None,
+    extrapolate: cli.Extrapolate = False,
 ) -> None:
     """Fit the contact law of another code to the exact restitution, and print the text to paste.
 
     The case file needs no velocity.
     Example: restitution calibrate examples/beads.toml --target lammps-viscoelastic --velocity "1 cm/s" "10 cm/s"
     """
-    with user_input():
-        from restitution.calibration.calibrate import calibrate as fit
-        from restitution.case.impact import read_case
-        from restitution.quantities import LENGTH, VELOCITY
-
-        problem = read_case(case, any_velocity=True)
-        given = None if restitution is None else _restitution(restitution)
-        if velocity is not None:
-            low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity)
-        elif isinstance(given, tuple):
-            low, high = float(min(given[0])), float(max(given[0]))
-        else:
-            raise BadInput("Missing option '--velocity': only a table of --restitution has velocities of its own")
-        sizes = None if radius is None else tuple(tables.read_quantity("--radius", text, LENGTH) for text in radius)
-        impact = problem.over((low, high))
+    with cli.user_input():
+        problem = rs.read_case(case, any_velocity=True)
+        measured = None if restitution is None else _restitution(restitution)
+        if velocity is None:
+            if not isinstance(measured, tuple):
+                rule = "only a table of --restitution has velocities of its own"
+                raise cli.BadInput(f"Missing option '--velocity': {rule}")
+            velocity = float(min(measured[0])), float(max(measured[0]))
+        impact = problem.over(velocity)
         # The bodies have no size of the target, which the report of a half-space compares.
         is_plain = problem.sections.counter_body is None and impact.counter_material is None and contact != "pair"
         bodies: Any = impact if is_plain else problem.bodies(impact) or impact
-        with compilation():
-            found = fit(
-                bodies, target, (low, high) if low != high else low, radius=sizes,
-                restitution=given, contact=contact, units=units, extrapolate=extrapolate, workers=workers,
+        with cli.compilation():
+            result = rs.calibrate(
+                bodies, target, velocity if velocity[0] != velocity[1] else velocity[0], radius=radius,
+                restitution=measured, contact=contact, units=units, extrapolate=extrapolate, workers=workers,
             )  # fmt: skip
-        notes = problem.notes(impact)
-    if json:
-        tables.write_json(found.to_dict())
-    else:
-        tables.show(found.summary())
-        report("note", *notes)
-    if plot is not None:
-        tables.save_picture(found.plot(), plot)
+    tables.answer(result, json=json, plot=plot, notes=problem.notes(impact))
 
 
 def _restitution(text: str) -> Any:
@@ -237,8 +218,6 @@ def _restitution(text: str) -> Any:
     try:
         return float(text)
     except ValueError:
-        from restitution.case.observations import read_observations
-
         # Measured rebounds have a ball, which is that of the case here.
-        table: Any = read_observations(text, kind="rebounds", radius=1.0, mass=1.0)
+        table: Any = rs.read_observations(text, kind="rebounds", radius=1.0, mass=1.0)
         return table.velocity, table.restitution_coefficient

@@ -13,12 +13,12 @@ from typing import Annotated
 import typer
 
 from restitution.cli import case, explorer, identification, laws, material, rebound_resilience, sweep, tables
-from restitution.cli.options import Workers, option
-from restitution.cli.terminal import INTERRUPTED, Commands, progress_bar, report, user_input
+from restitution.cli import terminal as cli
+from restitution.cli.terminal import option
 
 _FOLDER = Path("reproduction")
 app = typer.Typer(
-    cls=Commands,
+    cls=cli.Commands,
     name="restitution",
     help="Impact of bodies on viscoelastic ones: coefficient of restitution, contact time, force and energy.",
     epilog="Exit codes: 0 done, 2 bad input, 3 the solver failed, 70 a mistake in the program. "
@@ -28,8 +28,8 @@ app = typer.Typer(
 )
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(asked: bool) -> None:
+    if asked:
         print(f"restitution {tables.version()}")
         raise typer.Exit
 
@@ -65,20 +65,20 @@ def reproduce(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for figures, data and claims.")] = _FOLDER,
     quick: Annotated[bool, typer.Option("--quick", help="Coarse grids, for a first look.")] = False,
     seed: Annotated[int | None, option("Seed of the random inputs.", min=0)] = None,
-    workers: Workers = None,
+    workers: cli.Workers = None,
 ) -> None:
-    """Compute and draw the paper's figures 3 to 6 and four more, and judge its claims.
+    """Compute and draw the paper's figures 3 to 6, and judge its claims.
 
     Example: restitution reproduce --quick
     """
     from restitution.paper import reproduction
 
-    with user_input(), progress_bar("reproducing") as progress:
+    with cli.user_input(), cli.progress_bar("reproducing") as progress:
         chosen = reproduction.DEFAULT_SEED if seed is None else seed
-        made = reproduction.reproduce(out, quick=quick, seed=chosen, workers=workers, progress=progress)
-    for claim in made.claims:
+        result = reproduction.reproduce(out, quick=quick, seed=chosen, workers=workers, progress=progress)
+    for claim in result.claims:
         print(f"{'holds' if claim.holds else 'does not hold'}: {claim.statement}")
-    print(f"{made.solves} impacts, {len(made.files)} files in {made.folder}, {made.seconds:.1f} s")
+    print(f"{result.solves} impacts, {len(result.files)} files in {result.folder}, {result.seconds:.1f} s")
 
 
 def main() -> None:
@@ -86,13 +86,13 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):
         # A terminal or file that has no µ is no reason to fail; standard error does the same by default.
         sys.stdout.reconfigure(errors="backslashreplace")
-    warnings.showwarning = lambda message, *_, **__: report("warning", str(message))
+    warnings.showwarning = lambda message, *_, **__: cli.report("warning", str(message))
     # The report of a result has this warning too.
     warnings.filterwarnings("ignore", "separability: ")
     try:
         app()
     except SystemExit as end:
-        if end.code == INTERRUPTED and sys.platform != "win32":
+        if end.code == cli.INTERRUPTED and sys.platform != "win32":
             # Shells and scripts recognise an interrupted command by the signal, not by an exit code.
             signal.signal(signal.SIGINT, signal.SIG_DFL)
             sys.stderr.flush()

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from restitution.cli import facts, tables
-from restitution.cli.options import Json, Plot, argument, library_names, option
-from restitution.cli.terminal import BadInput, progress_bar, report, user_input
-from restitution.display import celsius
+import restitution as rs
+from restitution.cli import tables
+from restitution.cli import terminal as cli
+from restitution.cli.terminal import argument, completed, option
 from restitution.errors import InputError
+from restitution.units import TEMPERATURE, celsius
+
+if TYPE_CHECKING:
+    from restitution.material.cards import PronyTerms, ViscoelasticDeck
+    from restitution.material.shift import Shift, ShiftTable
+
 
 # Help must load nothing heavy.
-if TYPE_CHECKING:
-    from restitution.material.isotherms import Isotherms, MasterCurve
-    from restitution.material.shift import ShiftTable
 
 # Rows of the table of moduli: enough to see each transition, few enough for a screen.
 _ROWS = 9
@@ -34,26 +39,175 @@ _OTHERS = (
 )
 
 
+@dataclass
+class Report:
+    """Facts about a material, its relaxation functions, its data, and the window of times of the pictures."""
+
+    title: str
+    facts: dict[str, Any]
+    series: dict[str, rs.PronySeries] = field(default_factory=dict[str, Any])
+    window: tuple[float, float] | None = None
+    data: rs.RelaxationTable | rs.DynamicTable | None = None
+    shifts: ShiftTable | rs.MasterCurve | None = None
+    notes: tuple[str, ...] = ()  # remarks of the reader of the file, such as units that were assumed
+    relative: bool = False  # whether the moduli are shares of a modulus that the file does not give
+
+    @property
+    def curve(self) -> Any:
+        """Master curve of several temperatures."""
+        return self.shifts if hasattr(self.shifts, "isotherms") else None
+
+    def shifted(self, law: Shift | None, kelvin: float | None) -> Report:
+        """Return the report at another temperature than the reference temperature of a law."""
+        if law is None or kelvin is None:
+            return self
+        factor, data = law.factor(kelvin), self.data
+        if isinstance(data, rs.DynamicTable):
+            data = replace(data, angular_frequency=data.angular_frequency / factor)
+        elif data is not None:
+            data = replace(data, time=data.time * factor)
+        window = None if self.window is None else (self.window[0] * factor, self.window[1] * factor)
+        facts = self.facts | {"temperature_K": kelvin, "shift_factor": factor}
+        if "window_s" in facts:
+            facts["window_s"] = window
+        series = {name: part.scaled(1.0, time_factor=factor) for name, part in self.series.items()}
+        return replace(self, facts=facts, series=series, window=window, data=data)
+
+
+def series_of(material: rs.Material) -> dict[str, rs.PronySeries]:
+    """Return the relaxation functions of a material by name, without a constant bulk modulus."""
+    series: dict[str, Any] = {"shear": material.shear, "bulk": material.bulk}
+    return {name: part for name, part in series.items() if not isinstance(part, float)}
+
+
+def of_material(material: rs.Material, title: str, kind: str, kelvin: float | None, law: ShiftTable | None) -> Report:
+    """Report on a material."""
+    if law is not None and kelvin is not None:
+        material = replace(material, shift=law, temperature=law.reference_temperature)
+    if kelvin is not None:
+        material = material.at(kelvin)
+    facts: dict[str, Any] = {
+        "kind": kind,
+        "source": material.source,
+        "assumptions": material.assumptions,
+        "temperature_K": material.temperature,
+        "density_kg_m3": material.density,
+        "window_s": material.window,
+        "poisson_ratio_at_rest": material.poisson_ratio,
+        "poisson_ratio_at_once": material.instantaneous_poisson_ratio,
+        "incompressible": material.is_incompressible,
+    }
+    series = series_of(material)
+    return Report(title, facts, series, material.window or _window(series))
+
+
+def of_data(data: rs.RelaxationTable | rs.DynamicTable, source: str) -> Report:
+    """Report on measured moduli and their fit."""
+    fit, dynamic = rs.fit_prony(data), isinstance(data, rs.DynamicTable)
+    facts = {
+        "kind": "storage and loss modulus over frequency" if dynamic else "relaxation modulus over time",
+        "deformation": data.deformation or "not stated",
+        "points": int(fit.residuals.size),
+        "window_s": fit.window,
+        "fitted_terms": fit.n_terms,
+        "relative_misfit": fit.misfit,
+        "largest_relative_residual": float(abs(fit.residuals).max()),
+    }
+    return Report(source, facts, {data.deformation or "fit": fit.series}, fit.window, data)
+
+
+def of_isotherms(curve: rs.MasterCurve, source: str) -> Report:
+    """Report on several temperatures and their master curve."""
+    report, kelvin = of_data(curve.data, source), curve.temperatures
+    facts: dict[str, Any] = {
+        "kind": f"{report.facts.pop('kind')}, at {kelvin.size} temperatures",
+        "lowest_temperature_K": float(kelvin[0]),
+        "highest_temperature_K": float(kelvin[-1]),
+        "reference_temperature_K": curve.reference_temperature,
+        "superposition": curve.law,
+        "misfit_of_superposition": curve.misfit,
+    }
+    for name, value in curve.constants.items():
+        unit = {"c2": "_K", "activation_energy": "_J/mol"}.get(name, "")
+        facts |= {f"{name}{unit}": value, f"standard_error_of_{name}{unit}": curve.constant_errors[name]}
+    return replace(report, facts=facts | report.facts, shifts=curve, notes=curve.isotherms.notes)
+
+
+def of_terms(terms: PronyTerms, source: str) -> Report:
+    """Report on Prony terms."""
+    ends = terms.instantaneous_modulus, terms.equilibrium_modulus
+    facts: dict[str, Any] = {
+        "kind": "Prony terms",
+        "deformation": terms.deformation or "not stated",
+        "terms": int(terms.moduli.size),
+        "relative": terms.relative,
+        "sum": float(terms.moduli.sum()),
+        "instantaneous_modulus_Pa": ends[0],
+        "equilibrium_modulus_Pa": ends[1],
+    }
+    relative = terms.relative and ends == (None, None)
+    name = "relative to the instantaneous modulus" if relative else terms.deformation or "modulus"
+    # The shares of a modulus that the file does not give are those of 1 Pa.
+    series = {name: terms.series(instantaneous_modulus=1.0) if relative else terms.series()}
+    return Report(source, facts, series, _window(series), relative=relative)
+
+
+def of_deck(deck: ViscoelasticDeck, source: str) -> Report:
+    """Report on the deck of a solver."""
+    facts: dict[str, Any] = {
+        "kind": "deck of a solver",
+        "name": deck.name,
+        "terms_in_shear": 0 if deck.shear is None else int(deck.shear.moduli.size),
+        "terms_in_bulk": 0 if deck.bulk is None else int(deck.bulk.moduli.size),
+        "youngs_modulus_Pa": deck.youngs_modulus,
+        "poisson_ratio": deck.poisson_ratio,
+        "constants_of": "long times" if deck.long_term else "short times",
+        "density_kg_m3": deck.density,
+    }
+    relative = deck.youngs_modulus is None or deck.poisson_ratio is None
+    if relative:
+        parts = {"shear, relative": deck.shear, "bulk, relative": deck.bulk}
+        series = {name: part.series(instantaneous_modulus=1.0) for name, part in parts.items() if part is not None}
+    else:
+        series = series_of(deck.material())
+    return Report(source, facts, series, _window(series), relative=relative and bool(series))
+
+
+def of_shift(table: ShiftTable, source: str, kelvin: float | None) -> Report:
+    """Report on a table of shift factors."""
+    facts: dict[str, Any] = {
+        "kind": "shift factors over temperature",
+        "points": int(table.temperatures.size),
+        "lowest_temperature_K": float(table.temperatures[0]),
+        "highest_temperature_K": float(table.temperatures[-1]),
+        "reference_temperature_K": table.reference_temperature,
+    }
+    if kelvin is not None:
+        facts |= {"temperature_K": kelvin, "shift_factor": table.factor(kelvin)}
+    return Report(source, facts, shifts=table)
+
+
+def _window(series: Mapping[str, rs.PronySeries]) -> tuple[float, float] | None:
+    times = [float(time) for part in series.values() for time in part.relaxation_times]
+    # Frequencies are inverse times, and both must be numbers that a double holds.
+    return (max(min(times) / 10.0, 1e-290), min(max(times) * 10.0, 1e290)) if times else None
+
+
 def material(
     source: Annotated[
-        str | None, argument("FILE|NAME", "File, or material of the library.", autocompletion=library_names)
+        str | None,
+        argument("FILE|NAME", "File, or material of the library.", autocompletion=completed("material.library.names")),
     ] = None,
     list_: Annotated[bool, typer.Option("--list", help="List the materials of the library.")] = False,
-    at: Annotated[
-        str | None, option('Temperature of the moduli, e.g. "20 degC" or 293.', metavar="TEMPERATURE")
-    ] = None,
-    shift: Annotated[
-        Path | None, option("Shift factors over temperature, for a file of moduli.", metavar="FILE")
-    ] = None,
+    at: Annotated[str | None, option('Temperature of the moduli, e.g. "20 degC" or 293.', "TEMPERATURE")] = None,
+    shift: Annotated[Path | None, option("Shift factors over temperature, for a file of moduli.", "FILE")] = None,
     reference_temperature: Annotated[
-        str | None, option("Temperature of the master curve of a file with several.", metavar="TEMPERATURE")
+        str | None, option("Temperature of the master curve of a file with several.", "TEMPERATURE")
     ] = None,
-    superposition: Annotated[
-        str | None, option("Shifts of such a file: free, wlf or arrhenius.", metavar="LAW")
-    ] = None,
-    material_name: Annotated[str | None, option("Which material of a deck that has several.", metavar="NAME")] = None,
-    json: Json = False,
-    plot: Plot = None,
+    superposition: Annotated[str | None, option("Shifts of such a file: free, wlf or arrhenius.", "LAW")] = None,
+    material_name: Annotated[str | None, option("Which material of a deck that has several.", "NAME")] = None,
+    json: cli.Json = False,
+    plot: cli.Plot = None,
 ) -> None:
     """Read a material from a file or the library, and show its data, fit and moduli.
 
@@ -61,36 +215,33 @@ def material(
     Prony terms and of shift factors, the decks of ANSYS and Abaqus, and the materials of a case file are read too.
     Example: restitution material examples/beads_dma.csv --plot moduli.png
     """
-    with user_input():
+    with cli.user_input():
         if list_:
-            from restitution.material import library
-
-            sources = {name: library.get(name).source or "" for name in library.names()}
+            sources = {name: rs.library.get(name).source or "" for name in rs.library.names()}
             if json:
                 tables.write_json(sources)
             else:
                 tables.print_rows("Materials of the library", ("name", "source"), list(sources.items()))
             return
         if source is None:
-            raise BadInput("material: give a file or a name, or --list")
+            raise cli.BadInput("material: give a file or a name, or --list")
         try:
-            with progress_bar("reading", begin="reading and fitting"):
-                found = _reports(
-                    source, at, shift, material_name, _Superposition(reference_temperature, superposition)
-                )
+            with cli.progress_bar("reading", begin="reading and fitting"):
+                fitted = _Superposition(reference_temperature, superposition)
+                reports = _reports(source, at, shift, material_name, fitted)
         except InputError as error:
             if error.field == "temperature" and at is not None and _is_celsius(at):
-                raise BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None
+                raise cli.BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None
             raise
     if json:
-        contents = [_content(one) for one in found]
+        contents = [_content(report) for report in reports]
         tables.write_json(contents[0] if len(contents) == 1 else contents)
     else:
-        for one in found:
-            _print(one)
-            report("note", *one.notes)
+        for report in reports:
+            _print(report)
+            cli.report("note", *report.notes)
     if plot is not None:
-        _draw(found, plot)
+        tables.save_picture(_picture(reports), plot)
 
 
 class _Superposition(NamedTuple):
@@ -99,15 +250,13 @@ class _Superposition(NamedTuple):
     reference_temperature: str | None
     law: str | None
 
-    def curve(self, isotherms: Isotherms) -> MasterCurve:
-        """Master curve of such a file."""
-        from restitution.quantities import TEMPERATURE
-
+    def curve(self, isotherms: rs.Isotherms) -> rs.MasterCurve:
+        """Return the master curve of such a file."""
         if self.law not in (None, "free", "wlf", "arrhenius"):
-            raise BadInput(f"--superposition {self.law}: must be free, wlf or arrhenius")
-        given, kelvin = self.reference_temperature, None
-        if given is not None:
-            kelvin = tables.read_quantity("--reference-temperature", given, TEMPERATURE)
+            raise cli.BadInput(f"--superposition {self.law}: must be free, wlf or arrhenius")
+        text, kelvin = self.reference_temperature, None
+        if text is not None:
+            kelvin = cli.read_quantity("--reference-temperature", text, TEMPERATURE)
         law: Any = self.law or "free"
         return isotherms.superposed(reference_temperature=kelvin, shift=law)
 
@@ -115,11 +264,11 @@ class _Superposition(NamedTuple):
         """Refuse options that are given for other files."""
         for name, value in (("--reference-temperature", self.reference_temperature), ("--superposition", self.law)):
             if value is not None:
-                raise BadInput(f"{name} {value}: {source} must have moduli at several temperatures")
+                raise cli.BadInput(f"{name} {value}: {source} must have moduli at several temperatures")
 
 
 def _is_celsius(text: str) -> bool:
-    """Whether a plain number is too low for most temperatures in kelvin."""
+    """Return whether a plain number is too low for most temperatures in kelvin."""
     try:
         return float(text) < 200.0
     except ValueError:
@@ -128,56 +277,52 @@ def _is_celsius(text: str) -> bool:
 
 def _reports(
     source: str, at: str | None, shift: Path | None, name: str | None, superposition: _Superposition
-) -> list[facts.Report]:
+) -> list[Report]:
     """Return one report, or for a case file one for each of its materials."""
-    from restitution.material import library
-    from restitution.material.deck import PronyTerms, ViscoelasticDeck
-    from restitution.material.isotherms import Isotherms
-    from restitution.material.readers import read_material
-    from restitution.material.shift import ShiftTable
-    from restitution.quantities import TEMPERATURE, advice
+    from restitution.material.cards import PronyTerms, ViscoelasticDeck
+    from restitution.quantities import advice
 
-    kelvin = None if at is None else tables.read_quantity("--at", at, TEMPERATURE)
-    law = None if shift is None else read_material(shift)
-    if law is not None and not isinstance(law, ShiftTable):
-        raise BadInput(f"--shift {shift}: must hold temperatures and shift factors")
+    kelvin = None if at is None else cli.read_quantity("--at", at, TEMPERATURE)
+    law = None if shift is None else rs.read_material(shift)
+    if law is not None and not isinstance(law, rs.ShiftTable):
+        raise cli.BadInput(f"--shift {shift}: must hold temperatures and shift factors")
     if law is not None and kelvin is None:
-        raise BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
+        raise cli.BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
     path = Path(source)
-    named = source in library.names() and not path.exists()
-    if name is not None and (named or path.suffix == ".toml"):
-        raise BadInput(f"--material-name {name}: {source} is no deck of a solver, whose materials have names")
-    if named or path.suffix == ".toml":
+    of_library, of_case = source in rs.library.names() and not path.exists(), path.suffix == ".toml"
+    if of_library or of_case:
+        if name is not None:
+            rule = f"{source} is no deck of a solver, whose materials have names"
+            raise cli.BadInput(f"--material-name {name}: {rule}")
         superposition.refuse(source)
-    if named:
-        return [facts.of_material(library.get(source), source, "material of the library", kelvin, law)]
-    if path.suffix == ".toml":
-        return _of_case(source, kelvin, law)
+        if of_case and not of_library:
+            return _of_case(source, kelvin, law)
+        return [of_material(rs.library.get(source), source, "material of the library", kelvin, law)]
     if not path.exists() and not path.suffix:
-        raise BadInput(f"{source}: no such file, and no material of the library; {advice(source, library.names())}")
+        unknown = f"no such file, and no material of the library; {advice(source, rs.library.names())}"
+        raise cli.BadInput(f"{source}: {unknown}")
     try:
-        content = read_material(source, name=name)
+        content = rs.read_material(source, name=name)
     except ValueError as error:
-        raise BadInput(f"{error}{_other_use(source)}") from None
-    if isinstance(content, Isotherms):
-        made = facts.of_isotherms(superposition.curve(content), source)
-        own = made.curve.shift if law is None and kelvin is not None and made.curve is not None else law
-        return [made if own is None or kelvin is None else facts.shifted(made, own, kelvin)]
+        raise cli.BadInput(f"{error}{_other_use(source)}") from None
+    if isinstance(content, rs.Isotherms):
+        curve = superposition.curve(content)
+        report = of_isotherms(curve, source)
+        return [report if kelvin is None else report.shifted(law or curve.shift, kelvin)]
     superposition.refuse(source)
-    if isinstance(content, ShiftTable):
-        return [facts.of_shift(content, source, kelvin)]
+    if isinstance(content, rs.ShiftTable):
+        return [of_shift(content, source, kelvin)]
     if kelvin is not None and law is None:
-        raise BadInput("--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE")
+        raise cli.BadInput("--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE")
     if isinstance(content, ViscoelasticDeck):
-        made = facts.of_deck(content, source)
+        report = of_deck(content, source)
     else:
-        made = facts.of_terms(content, source) if isinstance(content, PronyTerms) else facts.of_data(content, source)
-    made.notes = getattr(content, "notes", ())
-    return [made if law is None or kelvin is None else facts.shifted(made, law, kelvin)]
+        report = of_terms(content, source) if isinstance(content, PronyTerms) else of_data(content, source)
+    return [replace(report, notes=getattr(content, "notes", ())).shifted(law, kelvin)]
 
 
 def _other_use(source: str) -> str:
-    """Advice on a table whose columns are those of an indentation or of bounces."""
+    """Return the advice on a table whose columns are those of an indentation or of bounces."""
     from restitution.case.columns import named_columns
 
     try:
@@ -187,87 +332,76 @@ def _other_use(source: str) -> str:
     return next((f". {advice}" for names, advice in _OTHERS if columns & names), "")
 
 
-def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[facts.Report]:
-    from restitution.case.impact import read_case
+def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[Report]:
     from restitution.case.indentation import read_indentation
     from restitution.case.section import read_toml
 
     pressed = "indentation" in read_toml(Path(source))
-    subject = read_indentation(source) if pressed else read_case(source).impact
-    made: list[facts.Report] = []
-    for name, one in (("material", subject.material), ("counter_material", subject.counter_material)):
-        if one is not None:
+    subject = read_indentation(source) if pressed else rs.read_case(source).impact
+    reports: list[Report] = []
+    for name in ("material", "counter_material"):
+        if (material := getattr(subject, name)) is not None:
             # An elastic material needs no law of the shift.
-            elastic = all(series.is_elastic for series in facts.series_of(one).values())
-            made.append(
-                facts.of_material(one, one.name or name, f"{name} of {source}", None if elastic else kelvin, law)
-            )
-    return made
+            elastic = all(series.is_elastic for series in series_of(material).values())
+            title, kind = material.name or name, f"{name} of {source}"
+            reports.append(of_material(material, title, kind, None if elastic else kelvin, law))
+    return reports
 
 
-def _content(made: facts.Report) -> dict[str, Any]:
-    content = {key: value for key, value in made.facts.items() if value is not None}
-    if made.notes:
-        content["notes"] = list(made.notes)
-    pascals = "" if made.relative else "_Pa"
-    for name, one in made.series.items():
+def _content(report: Report) -> dict[str, Any]:
+    content = {key: value for key, value in report.facts.items() if value is not None}
+    if report.notes:
+        content["notes"] = report.notes
+    pascals = "" if report.relative else "_Pa"
+    for name, series in report.series.items():
         content[f"prony_{name}"] = {
-            f"equilibrium_modulus{pascals}": one.equilibrium_modulus,
-            f"branch_moduli{pascals}": one.branch_moduli.tolist(),
-            "relaxation_times_s": one.relaxation_times.tolist(),
-            f"parallel_viscosity{pascals}_s": one.parallel_viscosity,
+            f"equilibrium_modulus{pascals}": series.equilibrium_modulus,
+            f"branch_moduli{pascals}": series.branch_moduli,
+            "relaxation_times_s": series.relaxation_times,
+            f"parallel_viscosity{pascals}_s": series.parallel_viscosity,
         }
-    if made.curve is not None:
-        content["temperatures_K"] = made.curve.temperatures.tolist()
-        content["log10_factors"] = made.curve.log10_factors.tolist()
-        content["standard_errors"] = [error if math.isfinite(error) else None for error in made.curve.errors.tolist()]
-    if made.factors is not None:
-        content["temperatures_K"] = made.factors.temperatures.tolist()
-        content["log10_factors"] = made.factors.log10_factors.tolist()
+    if report.shifts is not None:
+        content |= {"temperatures_K": report.shifts.temperatures, "log10_factors": report.shifts.log10_factors}
+    if report.curve is not None:
+        content["standard_errors"] = report.curve.errors
     return content
 
 
-def _print(made: facts.Report) -> None:
+def _print(report: Report) -> None:
     import numpy as np
 
-    rows = [_row(key, value) for key, value in made.facts.items() if value is not None]
-    tables.print_rows(made.title, ("what", "value"), rows)
-    if made.factors is not None:
-        pairs = zip(made.factors.temperatures, made.factors.log10_factors, strict=True)
-        rows = [(celsius(kelvin), f"{factor:.6g}") for kelvin, factor in pairs]
-        tables.print_rows("Shift factors", ("temperature [°C]", "log10 aT"), rows)
-    if made.curve is not None:
-        columns = made.curve.temperatures, made.curve.log10_factors, made.curve.errors
-        rows = [
-            (celsius(kelvin, 5), f"{factor:.4g}", f"{error:.2g}")
-            for kelvin, factor, error in zip(*columns, strict=True)
-        ]
-        tables.print_rows("Shifts", ("temperature [°C]", "log10 aT", "standard error"), rows)
-    unit = "-" if made.relative else "Pa"
-    for name, one in made.series.items():
-        if made.window is None or not one.n_branches:
-            tables.print_rows(f"Modulus, {name}", (f"modulus [{unit}]",), [(f"{one.equilibrium_modulus:.6g}",)])
+    facts = [_row(key, value) for key, value in report.facts.items() if value is not None]
+    tables.print_rows(report.title, ("what", "value"), facts)
+    if report.shifts is not None:
+        columns, curve = ("temperature [°C]", "log10 aT"), report.curve
+        pairs = zip(report.shifts.temperatures, report.shifts.log10_factors, strict=True)
+        if curve is None:
+            rows = [(celsius(kelvin), f"{factor:.6g}") for kelvin, factor in pairs]
+            tables.print_rows("Shift factors", columns, rows)
+        else:
+            columns, triples = (*columns, "standard error"), zip(pairs, curve.errors, strict=True)
+            rows = [(celsius(kelvin, 5), f"{factor:.4g}", f"{error:.2g}") for (kelvin, factor), error in triples]
+            tables.print_rows("Shifts", columns, rows)
+    unit = "-" if report.relative else "Pa"
+    for name, series in report.series.items():
+        if report.window is None or not series.n_branches:
+            modulus = f"{series.equilibrium_modulus:.6g}"
+            tables.print_rows(f"Modulus, {name}", (f"modulus [{unit}]",), [(modulus,)])
             continue
-        t = np.geomspace(*made.window, _ROWS)
-        values = (t, one.relaxation_modulus(t), one.storage_modulus(1.0 / t), one.loss_modulus(1.0 / t))
+        t = np.geomspace(*report.window, _ROWS)
+        values = t, series.relaxation_modulus(t), series.storage_modulus(1.0 / t), series.loss_modulus(1.0 / t)
         columns = ("t = 1/omega [s]", *(f"{kind} [{unit}]" for kind in ("relaxation", "storage", "loss")))
         rows = [tuple(f"{value:.4g}" for value in row) for row in np.stack(values, axis=1).tolist()]
         tables.print_rows(f"Moduli, {name}", columns, rows)
 
 
 def _row(key: str, value: Any) -> tuple[str, str]:
-    """Words and value of a fact; temperatures are in °C, as in the tables of shifts."""
+    """Return the words with the unit, and value, of a fact; temperatures are in °C, as in the tables of shifts."""
     if key.endswith("temperature_K"):
         return f"{key.removesuffix('_K').replace('_', ' ')} [°C]", celsius(value)
-    return _words(key), _text(value)
-
-
-def _words(key: str) -> str:
-    """Return a key such as `window_s` in words, with the unit in brackets."""
     name, _, unit = key.replace("_kg_m3", "_kg/m3").rpartition("_")
-    return (
-        f"{name} [{unit}]".replace("_", " ") if unit in ("K", "s", "Pa", "kg/m3", "J/mol") else key.replace("_", " ")
-    )
+    words = f"{name} [{unit}]" if unit in ("K", "s", "Pa", "kg/m3", "J/mol") else key
+    return words.replace("_", " "), _text(value)
 
 
 def _text(value: Any) -> str:
@@ -282,19 +416,15 @@ def _text(value: Any) -> str:
             return str(value)
 
 
-def _draw(reports: list[facts.Report], path: Path) -> None:
+def _picture(reports: list[Report]) -> Any:
     from restitution.plot import material as pictures
 
-    first = reports[0]
-    if first.curve is not None:
-        tables.save_picture(pictures.superposition(first.curve), path)
-        return
-    if first.factors is not None:
-        tables.save_picture(pictures.shift_factors(first.factors), path)
-        return
-    several = len(reports) > 1
-    series = {f"{one.title}, {k}" if several else k: v for one in reports for k, v in one.series.items()}
-    windows = [one.window for one in reports if one.window is not None] or [(1e-6, 1.0)]
+    first, several = reports[0], len(reports) > 1
+    if first.shifts is not None:
+        draw: Any = pictures.shift_factors if first.curve is None else pictures.superposition
+        return draw(first.shifts)
+    series = {f"{item.title}, {k}" if several else k: v for item in reports for k, v in item.series.items()}
+    windows = [report.window for report in reports if report.window is not None] or [(1e-6, 1.0)]
     window = min(low for low, _ in windows), max(high for _, high in windows)
-    unit = "" if all(one.relative for one in reports) else "Pa"
-    tables.save_picture(pictures.overview(series, window, first.data, unit=unit), path)
+    unit = "" if all(report.relative for report in reports) else "Pa"
+    return pictures.overview(series, window, first.data, unit=unit)

@@ -9,28 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import restitution as rs
 from restitution.cli import tables
-from restitution.cli.options import (
-    PICTURES,
-    Extrapolate,
-    Json,
-    Outputs,
-    Picture,
-    Plot,
-    Workers,
-    argument,
-    axes,
-    check_target,
-    option,
-    target,
-)  # fmt: skip
-from restitution.cli.terminal import BadInput, collected_warnings, progress_bar, report, user_input
+from restitution.cli import terminal as cli
+from restitution.cli.terminal import argument, completed, option, quantity, target
 from restitution.files import TABLES, write_table
+from restitution.units import VELOCITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from restitution.surrogates.velocity import Surrogate
 
 _RESULTS = (".zarr", *TABLES)
 # Places of the quantities of the paper's problem, and their options.
@@ -42,9 +30,10 @@ _MOST_POINTS = 2000
 _UNIT = re.compile(r"[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*(\D.*)")
 # An axis is logarithmic where the ratio of its ends is at least this.
 _LOG_RATIO = 10.0
+_AXES = completed("quantities.INPUTS", "quantities.ALIASES", sign="=")
 # Suffix, default range and tolerance, and columns of a surrogate.
 _SAVED = ".json"
-_RANGE = ("1e-3", "10")
+_RANGE = (1e-3, 10.0)
 _RTOL = 1e-6
 
 
@@ -54,34 +43,31 @@ def sweep(
         Path,
         option(
             "Zarr store for the results; or a table, .csv or .nc, held in memory.",
-            metavar="RESULT.zarr",
-            # A store may exist already.
-            callback=lambda path: path if path.suffix.lower() == ".zarr" else check_target("--out", path, _RESULTS),
+            "RESULT.zarr",
+            callback=lambda path: cli.check_target("--out", path, _RESULTS),
         ),
     ],
-    dask: Annotated[
-        str | None, option("Dask: 'local', or a scheduler such as tcp://host:8786.", metavar="ADDRESS")
-    ] = None,
-    workers: Workers = None,
-    json: Json = False,
-    extrapolate: Extrapolate = False,
+    dask: Annotated[str | None, option("Dask: 'local', or a scheduler such as tcp://host:8786.", "ADDRESS")] = None,
+    workers: cli.Workers = None,
+    json: cli.Json = False,
+    extrapolate: cli.Extrapolate = False,
 ) -> None:
     """Compute the impacts of a case file with axes, into a store that can be resumed.
 
     After Ctrl-C or a crash, the same command continues; at most the unfinished chunks are computed again.
     Example: restitution sweep examples/velocity_sweep.toml --out v.zarr
     """
-    with user_input():
+    with cli.user_input():
         from restitution.case.sweep import read_sweep
-        from restitution.doubts import checks
         from restitution.sweeps.run import run
+        from restitution.validity import checks
 
         plan = read_sweep(file)
         is_table = out.suffix.lower() in TABLES
         engine, store = "threads" if dask is None else "dask", None if is_table else out
         # Points done and time: when imports and the store are ready, and at the last report.
         marks: list[tuple[int, float]] = []
-        with collected_warnings() as warnings, progress_bar("sweeping", rate="impacts/s") as bar:
+        with cli.collected_warnings() as warnings, cli.progress_bar("sweeping", rate="impacts/s") as bar:
 
             def progress(done: int, total: int) -> None:
                 marks[1:] = [(done, time.monotonic())]
@@ -94,7 +80,7 @@ def sweep(
                     write_table(dataset, out)
             except KeyboardInterrupt:
                 if not is_table:
-                    report("note", f"{out}: the same command resumes")
+                    cli.report("note", f"{out}: the same command resumes")
                 raise
     (before, start), (_, end) = marks[0], marks[-1]
     total, seconds = plan.grid.n_points, end - start
@@ -106,20 +92,19 @@ def sweep(
     # No speed: the start takes most of the time of a short sweep.
     lasted = f"; took {seconds:.1f} s" if total > before else ""
     print(f"{total} impact{'s' if total > 1 else ''} in {out}{resumed}{lasted}")
-    report("warning", *warnings)
+    cli.report("warning", *warnings)
 
 
 def plot(
     result: Annotated[Path, argument("RESULT.zarr", "Result of a sweep.")],
-    out: Picture = None,
-    output: Outputs = None,
-    x: Annotated[str | None, option("Axis along the abscissa.", metavar="AXIS")] = None,
-    y: Annotated[str | None, option("Axis along the ordinate of a map.", metavar="AXIS")] = None,
+    out: cli.Picture = None,
+    output: cli.Outputs = None,
+    x: Annotated[str | None, option("Axis along the abscissa.", "AXIS")] = None,
+    y: Annotated[str | None, option("Axis along the ordinate of a map.", "AXIS")] = None,
     at: Annotated[
-        list[str] | None,
-        option("Nearest value of an axis to show, e.g. radius=5mm; may be repeated.", metavar="AXIS=VALUE"),
+        list[str] | None, option("Nearest value of an axis to show, e.g. radius=5mm; may be repeated.", "AXIS=VALUE")
     ] = None,
-    json: Json = False,
+    json: cli.Json = False,
 ) -> None:
     """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws.
 
@@ -128,32 +113,29 @@ def plot(
     # The path of the current folder has no name.
     named = result if result.name not in ("", "..") else result.resolve()
     target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
-    check_target("--out", target, PICTURES)
-    with user_input():
-        from restitution.doubts import messages
-        from restitution.sweeps.store import open_sweep
+    cli.check_target("--out", target, cli.PICTURES)
+    with cli.user_input():
+        from restitution.validity import messages
 
-        dataset = open_sweep(result)
+        dataset = rs.open_sweep(result)
         chosen = dict(_slice(dataset, text) for text in at or ())
         _draw(dataset, target, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
 
 
 def map_(
-    x: Annotated[str, option("Abscissa, e.g. velocity=1cm/s:10m/s.", metavar="NAME=LOW:HIGH", autocompletion=axes)],
-    y: Annotated[str, option("Ordinate.", metavar="NAME=LOW:HIGH", autocompletion=axes)],
+    x: Annotated[str, option("Abscissa, e.g. velocity=1cm/s:10m/s.", "NAME=LOW:HIGH", autocompletion=_AXES)],
+    y: Annotated[str, option("Ordinate.", "NAME=LOW:HIGH", autocompletion=_AXES)],
     case: Annotated[Path | None, argument("CASE.toml", "Case file; the paper's problem if not given.")] = None,
-    output: Outputs = None,
+    output: cli.Outputs = None,
     fixed: Annotated[
         list[str] | None,
-        option(
-            "Set another quantity, e.g. nu=0.45; may be repeated.", "--set", metavar="NAME=VALUE", autocompletion=axes
-        ),
+        option("Set another quantity, e.g. nu=0.45; may be repeated.", "NAME=VALUE", "--set", autocompletion=_AXES),
     ] = None,
     points: Annotated[int, typer.Option(min=2, max=_MOST_POINTS, help="Points along each axis.")] = _POINTS,
-    out: Picture = None,
-    workers: Workers = None,
-    json: Json = False,
-    extrapolate: Extrapolate = False,
+    out: cli.Picture = None,
+    workers: cli.Workers = None,
+    json: cli.Json = False,
+    extrapolate: cli.Extrapolate = False,
 ) -> None:
     """Draw contours of an output over two quantities of a case.
 
@@ -161,12 +143,11 @@ def map_(
     Example: restitution map examples/epoxy.toml --x velocity=1cm/s:1m/s --y radius=5:20mm
     """
     target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
-    check_target("--out", target, PICTURES)
-    with user_input():
+    cli.check_target("--out", target, cli.PICTURES)
+    with cli.user_input():
         from restitution.case.axes import known_place, read_axis
         from restitution.case.section import read_toml
         from restitution.case.sweep import plan_case
-        from restitution.sweeps.grid import Logarithmic
         from restitution.sweeps.run import run
 
         path = Path("standard solid") if case is None else case
@@ -177,22 +158,22 @@ def map_(
             where = f"{option} {name}"
             place = known_place(where, tuple(name.split(".")))
             if place in read:
-                raise BadInput(f"{option} {text}: {name} is given twice")
+                raise cli.BadInput(f"{option} {text}: {name} is given twice")
             if option == "--set":
                 read[place] = read_axis(where, place, _plain(value))
             else:
                 axis = read_axis(where, place, _range(option, text, value, points))
                 if axis.low == axis.high:
-                    raise BadInput(f"{option} {text}: low and high must differ")
+                    raise cli.BadInput(f"{option} {text}: low and high must differ")
                 low, high = sorted((axis.low, axis.high))
                 apart = low > 0.0 and high >= _LOG_RATIO * low
-                read[place] = Logarithmic(axis.low, axis.high, axis.n) if apart else axis
+                read[place] = rs.Logarithmic(axis.low, axis.high, axis.n) if apart else axis
         if case is None and (missing := [name for place, name in _GROUPS.items() if place not in read]):
             advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
-            raise BadInput(f"map: {', '.join(missing)}: {advice}")
+            raise cli.BadInput(f"map: {', '.join(missing)}: {advice}")
         outputs = output or ["restitution_coefficient"]
         plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
-        with collected_warnings() as warnings, progress_bar("computing", rate="impacts/s") as progress:
+        with cli.collected_warnings() as warnings, cli.progress_bar("computing", rate="impacts/s") as progress:
             dataset = run(plan, workers=workers, progress=progress)
         _require_known(dataset, target, extrapolate)
         names = list(plan.grid.axes)
@@ -201,35 +182,34 @@ def map_(
 
 def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
     """Refuse a result with impacts beyond the times for which the material is known."""
-    from restitution.doubts import checks
     from restitution.impact.window import WAY_OUT
+    from restitution.validity import checks
 
     check = checks(dataset.attrs).get("window", {})
     if check.get("exceeded") and not extrapolate:
         stored = f"; {out} is whole, and the same command with it computes nothing again" if out.is_dir() else ""
-        raise BadInput(f"{check['message']}; {WAY_OUT}{stored}")
+        raise cli.BadInput(f"{check['message']}; {WAY_OUT}{stored}")
 
 
 def _draw(
     dataset: xr.Dataset, target: Path, outputs: list[str], warnings: list[str], in_json: bool, **choice: Any
 ) -> None:
-    from restitution.doubts import checks
-    from restitution.plot.sweep import plot_sweep
+    from restitution.validity import checks
 
-    tables.save_picture(plot_sweep(dataset, outputs, **choice), target)
+    tables.save_picture(rs.plot_sweep(dataset, outputs, **choice), target)
     if in_json:
         shown = outputs or [str(name) for name in dataset.data_vars if name != "status"]
         content = {"picture": str(target), "outputs": shown, "impacts": dataset["status"].size}
         tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
         return
     print(target)
-    report("warning", *warnings)
+    cli.report("warning", *warnings)
 
 
 def _assignment(option: str, text: str) -> tuple[str, str]:
     name, sign, value = text.partition("=")
     if not sign or not name.strip() or not value.strip():
-        raise BadInput(f"{option} {text}: must be a name, = and what it is")
+        raise cli.BadInput(f"{option} {text}: must be a name, = and what it is")
     return name.strip(), value.strip()
 
 
@@ -238,12 +218,12 @@ def _slice(dataset: xr.Dataset, text: str) -> tuple[str, Any]:
     from restitution.case.axes import value_in_si
     from restitution.quantities import ALIASES
 
-    given, value = _assignment("--at", text)
-    name = ALIASES.get(given, given)
+    axis, value = _assignment("--at", text)
+    name = ALIASES.get(axis, axis)
     if name in dataset.coords and dataset[name].dtype.kind == "f":
-        number = value_in_si(f"--at {given}", name, _plain(value))
+        number = value_in_si(f"--at {axis}", name, _plain(value))
         if not isinstance(number, float):
-            raise BadInput(f"--at {text}: must be a number in SI")
+            raise cli.BadInput(f"--at {text}: must be a number in SI")
         return name, number
     return name, value
 
@@ -251,7 +231,7 @@ def _slice(dataset: xr.Dataset, text: str) -> tuple[str, Any]:
 def _range(option: str, text: str, value: str, points: int) -> dict[str, Any]:
     ends = [end.strip() for end in value.split(":")]
     if len(ends) != 2 or not all(ends):
-        raise BadInput(f"{option} {text}: must be LOW:HIGH")
+        raise cli.BadInput(f"{option} {text}: must be LOW:HIGH")
     low, high = map(_plain, ends)
     if isinstance(low, float) and isinstance(high, str) and (unit := _UNIT.fullmatch(high)):
         # One unit after both ends, as in 0:60degC.
@@ -269,63 +249,58 @@ def _plain(text: str) -> Any:
 def surrogate(
     source: Annotated[Path, argument("CASE.toml|FILE.json", "Case file, or a saved surrogate.")],
     velocity: Annotated[
-        tuple[str, str] | None,
-        option("Range of velocities, e.g. 1mm/s 10m/s. Default: 1e-3 10, in m/s.", metavar="LOW HIGH"),
+        tuple[float, float] | None,
+        quantity(
+            "--velocity", VELOCITY, "Range of velocities, e.g. 1mm/s 10m/s. Default: 1e-3 10, in m/s.", "LOW HIGH"
+        ),
     ] = None,
     rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
     out: Annotated[Path | None, target("Save it, or a table of it", "--out", _SAVED, *TABLES)] = None,
-    at: Annotated[list[str] | None, option("Evaluate it at a velocity; may be repeated.", metavar="VELOCITY")] = None,
-    plot: Plot = None,
-    json: Json = False,
-    workers: Workers = None,
-    extrapolate: Extrapolate = False,
+    at: Annotated[
+        list[float] | None, quantity("--at", VELOCITY, "Evaluate it at a velocity; may be repeated.")
+    ] = None,
+    plot: cli.Plot = None,
+    json: cli.Json = False,
+    workers: cli.Workers = None,
+    extrapolate: cli.Extrapolate = False,
 ) -> None:
     """Replace an impact by an interpolant over its velocity: restitution, contact time and peak force, with an error.
 
     The case file needs no velocity. Example: restitution surrogate examples/epoxy.toml --velocity 0.1 1 --out e.json
     """
-    with user_input():
-        from restitution.quantities import VELOCITY
-        from restitution.surrogates.velocity import Surrogate
-
-        speeds = [tables.read_quantity("--at", text, VELOCITY) for text in at or ()]
+    with cli.user_input():
         if source.suffix.lower() == _SAVED:
             for name, value in (("--velocity", velocity), ("--rtol", rtol), ("--out", out)):
                 if value is not None:
-                    raise BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
-            made, notes = Surrogate.load(source), []
+                    raise cli.BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
+            result, notes = rs.Surrogate.load(source), []
         else:
-            low, high = (tables.read_quantity("--velocity", text, VELOCITY) for text in velocity or _RANGE)
-            made, notes = build_surrogate(
-                source, (low, high), _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
+            result, notes = build_surrogate(
+                source, velocity or _RANGE, _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
             )
-        rows = [(v, made(v), made.contact_time(v), made.max_force(v)) for v in speeds]
+        rows = [(v, result(v), result.contact_time(v), result.max_force(v)) for v in at or ()]
     if out is not None:
         if out.suffix.lower() == _SAVED:
-            made.save(out)
+            result.save(out)
         else:
-            write_table(made.sample(), out)
-    pieces = made.pieces.edges.size - 1
+            write_table(result.sample(), out)
     if json:
-        names = ("velocity", *made.error)
-        content = {"velocity": list(made.velocity), "rtol": made.rtol, "error": made.error, "pieces": pieces}
-        content |= {"values": [dict(zip(names, row, strict=True)) for row in rows], "warnings": made.warnings}
-        tables.write_json(content | {"validity": made.validity.to_dict()})
+        values = [dict(zip(("velocity", *result.error), row, strict=True)) for row in rows]
+        tables.write_json(result.to_dict() | {"pieces": result.pieces.edges.size - 1, "values": values})
     else:
-        tables.show(made.summary(str(out or source), speeds))
-        report("note", *notes)
+        tables.show(result.summary(str(out or source), at or []))
+        cli.report("note", *notes)
     if plot is not None:
-        tables.save_picture(made.plot(), plot)
+        tables.save_picture(result.plot(), plot)
 
 
 def build_surrogate(
     path: Path, velocity: tuple[float, float], rtol: float, workers: int | None = None, *, extrapolate: bool = False
-) -> tuple[Surrogate, list[str]]:
+) -> tuple[rs.Surrogate, list[str]]:
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
-    from restitution.surrogates.build import surrogate
 
-    with progress_bar("building") as progress:
+    with cli.progress_bar("building") as progress:
         impact = read_case(path, any_velocity=True).over(velocity)
-        made = surrogate(impact, velocity, rtol, extrapolate=extrapolate, workers=workers, progress=progress)
-    return made, notes_on(impact.material, impact.counter_material)
+        result = rs.surrogate(impact, velocity, rtol, extrapolate=extrapolate, workers=workers, progress=progress)
+    return result, notes_on(impact.material, impact.counter_material)

@@ -12,15 +12,20 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
-from typing import Any, cast
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryFile
+from typing import Annotated, Any, cast
 
 import typer
 from typer.core import TyperGroup
 
-from restitution.errors import InputTypeError, RestitutionWarning
+from restitution.errors import InputError, InputTypeError, RestitutionWarning
+from restitution.files import TABLES
 from restitution.impact.status import SolverError
+from restitution.units import Dimension, to_si
 
 DONE = 0
 BAD_INPUT = 2
@@ -127,7 +132,7 @@ def collected_warnings() -> Generator[list[str]]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RestitutionWarning)
         yield messages
-    messages += dict.fromkeys(str(one.message) for one in caught)
+    messages += dict.fromkeys(str(warning.message) for warning in caught)
 
 
 @contextmanager
@@ -199,3 +204,102 @@ class Commands(TyperGroup):
         if not standalone_mode:
             return parse(*args, standalone_mode=False, **extra)
         sys.exit(exit_code(lambda: parse(*args, standalone_mode=False, **extra)))
+
+
+# Options and arguments that several commands share, and how the shell completes them.
+
+
+def option(words: str, metavar: str | None = None, *names: str, **settings: Any) -> Any:
+    """Return an option with its help, without its default."""
+    return typer.Option(*names, help=words, metavar=metavar, show_default=False, **settings)
+
+
+def argument(metavar: str, words: str, **settings: Any) -> Any:
+    """Return an argument with its help, without its default."""
+    return typer.Argument(metavar=metavar, help=words, show_default=False, **settings)
+
+
+def read_quantity(option: str, text: str, dimension: Dimension) -> float:
+    """Return a number, or a text with a unit, in SI."""
+    try:
+        return float(text)
+    except ValueError:
+        try:
+            return to_si(text, dimension)
+        except InputError as error:
+            raise BadInput(f'{option} "{text}": {error.rule}') from None
+
+
+def quantity(name: str, dimension: Dimension, words: str, metavar: str = "") -> Any:
+    """Return an option that takes a number with a unit; the command gets it in SI."""
+    metavar = metavar or dimension.name.upper()
+    return option(words, metavar, name, parser=lambda text: read_quantity(name, text, dimension))
+
+
+def ends(name: str, dimension: Dimension, words: str) -> Any:
+    """Return an option that takes the lowest and the highest number with a unit."""
+    return quantity(name, dimension, words, "LOW HIGH")
+
+
+def completed(*registries: str, sign: str = "") -> Callable[[str], list[str]]:
+    """Return a completion of the names of registries of the package; help must load nothing heavy."""
+
+    def complete(incomplete: str) -> list[str]:
+        choices: list[str] = []
+        for registry in registries:
+            module, _, name = registry.rpartition(".")
+            content: Any = getattr(import_module(f"restitution.{module}"), name)
+            choices += cast("list[str]", content() if callable(content) else list(content))
+        return [f"{name}{sign}" for name in choices if name.startswith(incomplete)]
+
+    return complete
+
+
+def check_target(option: str, path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
+    """Refuse, before any work is done, a file that could not be written in the end."""
+    # A store may exist already.
+    if path is None or (path.suffix.lower() == ".zarr" and ".zarr" in suffixes):
+        return path
+    if path.suffix.lower() not in suffixes:
+        raise BadInput(f"{option} {path}: must end in {_either(suffixes)}")
+    if not path.parent.is_dir():
+        raise BadInput(f"{option} {path}: no such folder: {path.parent}")
+    if path.is_dir():
+        raise BadInput(f"{option} {path}: is a folder")
+    try:
+        # Permissions alone do not show it: nobody writes to /proc.
+        with TemporaryFile(dir=path.parent):
+            return path
+    except OSError:
+        raise BadInput(f"{option} {path}: nothing can be written to the folder {path.parent}") from None
+
+
+def target(words: str, name: str, *suffixes: str) -> Any:
+    """Return an option for a file that the command writes."""
+    words = f"{words}: {_either(suffixes)}."
+    return option(words, "FILE", name, callback=lambda path: check_target(name, path, suffixes))
+
+
+def _either(choices: Sequence[str]) -> str:
+    *most, last = choices
+    return f"{', '.join(most)} or {last}" if most else last
+
+
+Extrapolate = Annotated[
+    bool,
+    typer.Option("--extrapolate", help="Go beyond the times for which the material is known, with a warning."),
+]
+PICTURES = (".png", ".pdf", ".svg")
+CaseFile = Annotated[Path, argument("CASE.toml", "Case file.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of text.")]
+JsonWithoutUnits = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
+Plot = Annotated[Path | None, target("Draw the result", "--plot", *PICTURES)]
+Picture = Annotated[Path | None, target("Picture", "--out", *PICTURES)]
+History = Annotated[
+    Path | None, target("Write depth, velocity, force and contact radius over time", "--history", *TABLES)
+]
+_OUTPUTS = completed("quantities.SWEEP_OUTPUTS")
+Outputs = Annotated[
+    list[str] | None, option("Output to show; may be repeated.", "NAME", "--output", autocompletion=_OUTPUTS)
+]
+Workers = Annotated[int | None, typer.Option(min=1, help="Threads or processes; all cores if not given.")]

@@ -13,8 +13,8 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import single_positive
-from restitution.contact.geometry import Array, as_array
+from restitution.checks import Array, single_positive
+from restitution.contact.geometry import as_array
 
 _DEGREE = 10
 _MAX_LEVEL = 60

@@ -8,10 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.material.columns import PronyColumns, bulk_columns
-from restitution.material.viscoelastic import Material
-
-Array = NDArray[np.float64]
+from restitution.checks import Array
+from restitution.material.prony import PronySeries
 
 # int F'^2 dt = 4.685 F_max^2/T for a Hertz impact: (9/2) J 2.9433 with J = (2/5) B(4/5, 3/2).
 _PULSE = 4.685148538378611
@@ -44,8 +42,25 @@ class Waves(NamedTuple):
     place: Array
 
 
+class Bodies(NamedTuple):
+    """First or second bodies of kinds of contacts, one in each row.
+
+    Attributes
+    ----------
+    shear, bulk : PronySeries
+        Relaxation moduli [Pa], infinite in bulk where they are incompressible.
+    density : array
+        Densities [kg/m3]; NaN if not known.
+    """
+
+    shear: PronySeries
+    bulk: PronySeries
+    density: Array
+
+
 def radiated(
-    pairs: Sequence[tuple[Material, ...]],
+    pairs: Sequence[Bodies],
+    is_single: NDArray[np.bool_],
     kind: NDArray[np.intp],
     contact_time: Array,
     max_force: Array,
@@ -56,10 +71,12 @@ def radiated(
 
     Parameters
     ----------
-    pairs : sequence of tuple of Material
-        The one or two bodies of each kind of contact. Only the body that radiates more counts.
+    pairs : sequence of Bodies
+        The first and, if any, the second bodies of the kinds of contacts. Only the body that radiates more counts.
+    is_single : array of bool
+        Whether a kind has one body alone, which then stands for the second as well.
     kind : array of int, shape (n,) or (1,)
-        Place of each contact's bodies in `pairs`, or that of all.
+        Kind of each contact, or that of all.
     contact_time, max_force : array, shape (n,)
         T [s] and F_max [N].
     skewness : array, shape (n,)
@@ -80,16 +97,13 @@ def radiated(
         rate = np.where(contact_time > 0.0, 1.0 / contact_time, 0.0)
         skew = np.minimum(skewness * skewness, _LARGEST_SKEWNESS**2)
         pulse = _PULSE * (1.0 + skew * (_SKEW[0] + skew * _SKEW[1])) * max_force**2 * rate
-        single = np.array([len(pair) == 1 for pair in pairs])[kind]
-        for place in range(max(map(len, pairs))):
-            # A body without a counter-body counts twice, which changes no extreme.
-            bodies = [pair[min(place, len(pair) - 1)] for pair in pairs]
+        single = is_single[kind]
+        for place, bodies in enumerate(pairs):
             size = np.where(single, sizes[0], sizes[place])
-            density = np.array([body.density for body in bodies], dtype=np.float64)[kind]
+            density = bodies.density[kind]
             if np.isnan(density).all():
                 continue
-            shear = PronyColumns.stacked([body.shear for body in bodies]).take(kind).storage_modulus(rate)
-            bulk = bulk_columns(bodies).take(kind).storage_modulus(rate)
+            shear, bulk = (part.take(kind).storage_modulus(rate) for part in (bodies.shear, bodies.bulk))
             # No wave runs in a body that only flows.
             own = np.where(shear > 0.0, np.sqrt(shear / density), np.nan)
             nu = np.where(np.isinf(bulk), 0.5, (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear))

@@ -1,43 +1,42 @@
-"""The answers of the explorer: numbers and curves of an impact, of bounces and of an indentation."""
+"""The answers of the explorer: numbers, curves and sections of impacts, bounces and indentations; the paper."""
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from functools import lru_cache
+from functools import cache, lru_cache
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+import restitution as rs
 from restitution import validity
 from restitution.case.impact import Case, CaseFile, notes_on
 from restitution.case.indentation import IndentationCase, IndentationFile
 from restitution.case.section import read_sections
+from restitution.checks import Array
+from restitution.contact.profiles import Cone, Parabola, Profile
 from restitution.errors import InputError
-from restitution.explorer import section
-from restitution.explorer.inputs import inputs
-from restitution.explorer.state import State, case_content, indentation_content
+from restitution.explorer.inputs import State, case_content, indentation_content, inputs
 from restitution.impact.batch import Batch
 from restitution.impact.bounces import Ending
-from restitution.impact.bounces import bounces as series_of_bounces
 from restitution.impact.problem import window_around
-from restitution.impact.result import ImpactResult
-from restitution.impact.scaling import dimensionless_groups
-from restitution.impact.solve import solve
-from restitution.impact.status import Status
-from restitution.indentation.evolution import MOST_ELEMENTS
-from restitution.indentation.result import IndentationStatus
-from restitution.indentation.solve import indent
+from restitution.indentation.solve import MOST_ELEMENTS, indent
 from restitution.material.fractional import Window
-from restitution.quantities import BUDGET
+from restitution.paper import figures
+from restitution.quantities import BUDGET, DEFAULT_OUTPUTS, INDENTATION
+from restitution.result import nullable, plain
+from restitution.surrogates import standard_solid
+from restitution.surrogates.evaluation import TERMS
 
-Array = NDArray[np.float64]
 Answer = dict[str, Any]
 
 TIME_LIMIT = 0.1
@@ -49,6 +48,8 @@ _POINTS = 121
 # Points of a curve over the velocity, and shares of the time for them; times, and least number of them, of a surface.
 _SPEEDS, _SHARES = 61, (0.2, 0.7)
 _TIMES, _LEAST_ROWS = 25, 4
+# Points of the body and of the surface, and flat punches that compose the surface around an ellipse.
+_BODY, _SURFACE, _PUNCHES = 61, 25, 200
 # Imprint over the largest depth that is not shown.
 _SMALL = 1e-4
 # Relative error of a fractional material whose curve is drawn.
@@ -67,7 +68,6 @@ _OUTPUTS = (
     "restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
     "residual_indentation_depth", "rebound_velocity",
 )  # fmt: skip
-_CURVE = ("restitution_coefficient", "contact_time", "max_force", "max_indentation_depth")
 
 
 def _clock(share: float) -> Callable[[], bool]:
@@ -87,41 +87,35 @@ def case_of(state: Mapping[str, Any]) -> Case:
     return _case(json.dumps(case_content(state)))
 
 
-def plain(values: Any) -> Any:
+def numbers_of(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return numbers as JSON has them; an infinite or unknown one becomes None."""
-    if isinstance(values, Mapping):
-        return {key: plain(value) for key, value in values.items()}
-    if isinstance(values, list | tuple):
-        return [plain(value) for value in values]
-    if isinstance(values, float | np.floating):
-        return float(values) if math.isfinite(values) else None
-    return int(values) if isinstance(values, np.integer) else values
+    return plain(values, nullable)
 
 
 @lru_cache(maxsize=16)
-def _solved(text: str) -> ImpactResult:
-    return solve(_case(text).impact)
+def _solved(text: str) -> rs.ImpactResult:
+    return rs.solve(_case(text).impact)
 
 
-def _result(state: Mapping[str, Any]) -> ImpactResult:
+def _result(state: Mapping[str, Any]) -> rs.ImpactResult:
     return _solved(json.dumps(case_content(state)))
 
 
 def impact(state: Mapping[str, Any]) -> Answer:
-    """Numbers of an impact, its history, and the moduli of the contact."""
+    """Return the numbers of an impact, its history, and the moduli of the contact."""
     result = _result(state)
     numbers: State = {name: getattr(result, name) for name in _OUTPUTS}
-    separated = result.status == Status.SEPARATED
+    separated = result.status == rs.Status.SEPARATED
     numbers |= dict(zip(BUDGET, result.energy, strict=True))
     problem = cast("Any", result.impact)
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
     numbers |= dict.fromkeys(("loss_tangent", "nu", "p2", "p3"))
     with suppress(InputError):  # which any other problem than the paper's causes
-        numbers |= dict(zip(("nu", "p2", "p3"), map(float, dimensionless_groups(problem)), strict=True))
+        numbers |= dict(zip(("nu", "p2", "p3"), map(float, rs.dimensionless_groups(problem)), strict=True))
     contact_time = float(result.contact_time)
     omega = math.pi / contact_time
-    curves: dict[str, Any] = {"history": None, "shape": section.body(result)}
+    curves: dict[str, Any] = {"history": None, "shape": body_section(result)}
     # A captured body has no contact time; its oscillation has a scale of time.
     scale = contact_time if separated else float(result.max_indentation_depth) / float(result.velocity)
     if separated:
@@ -130,28 +124,28 @@ def impact(state: Mapping[str, Any]) -> Answer:
     if math.isfinite(scale) and scale > 0.0:
         curves |= _moduli(series, material.shear, scale)
     return {
-        "numbers": plain(numbers),
-        "status": _ending(cast("Status", result.status)),
+        "numbers": numbers_of(numbers),
+        "status": _ending(cast("rs.Status", result.status)),
         "validity": [_row(check) for check in result.validity],
         "notes": [*result.notes, *notes_on(material, None)],
         "curves": curves,
-        "marks": plain({"contact_time": contact_time, "angular_frequency": omega if separated else math.nan}),
+        "marks": numbers_of({"contact_time": contact_time, "angular_frequency": omega if separated else math.nan}),
     }  # fmt: skip
 
 
-def _ending(status: Status | IndentationStatus) -> dict[str, str]:
+def _ending(status: rs.Status | rs.IndentationStatus) -> dict[str, str]:
     return {"name": status.name, "message": status.message}
 
 
 def _row(check: validity.Check) -> dict[str, Any]:
     title, _, message = check.message.partition(": ")
     state = "doubtful" if check.exceeded else "ok" if check.value is not None else "unknown"
-    numbers = plain({"value": check.value, "limit": check.threshold})
+    numbers = numbers_of({"value": check.value, "limit": check.threshold})
     return {"kind": check.kind, "title": title, "state": state, "message": message, "advice": check.advice} | numbers
 
 
 def _moduli(series: Any, shear: Any, scale: float) -> dict[str, Any]:
-    """Relaxation moduli over time and complex moduli over frequency, about a time [s]."""
+    """Return the relaxation moduli over time and complex moduli over frequency, about a time [s]."""
     times = scale * np.logspace(-_DECADES, _DECADES, _MODULI)
     omega = math.pi / times[::-1]
     storage, loss = series.storage_modulus(omega), series.loss_modulus(omega)
@@ -165,19 +159,19 @@ def _moduli(series: Any, shear: Any, scale: float) -> dict[str, Any]:
 
 
 def velocity(state: Mapping[str, Any]) -> Answer:
-    """Restitution, contact time and peaks over the velocities of the slider."""
+    """Return the restitution, contact time and peaks over the velocities of the slider."""
     started = time.thread_time()
     slider = inputs()["impact.velocity"].slider
     assert slider is not None
     speeds = np.geomspace(slider.low, slider.high, _SPEEDS)
     problem, every = _wide(state), np.arange(_SPEEDS)
-    columns = {name: np.empty(_SPEEDS) for name in (*_CURVE, "doubtful")}
+    columns = {name: np.empty(_SPEEDS) for name in (*DEFAULT_OUTPUTS, "doubtful")}
     solved = np.zeros(_SPEEDS, dtype=np.bool_)
 
-    def solve_further(wanted: NDArray[np.bool_]) -> None:
-        for name, values in _columns(problem, speeds[wanted & ~solved]).items():
-            columns[name][wanted & ~solved] = values
-        solved[wanted] = True
+    def solve_further(chosen: NDArray[np.bool_]) -> None:
+        for name, values in _columns(problem, speeds[chosen & ~solved]).items():
+            columns[name][chosen & ~solved] = values
+        solved[chosen] = True
 
     built = time.thread_time()
     solve_further(every % (_SPEEDS - 1) == 0)
@@ -186,14 +180,15 @@ def velocity(state: Mapping[str, Any]) -> Answer:
         now = time.thread_time()
         most = solved.sum() * (1.0 + (started + share * TIME_LIMIT - now) / max(now - built, 1e-6))
         finer = (solved | (every % n == 0) for n in range(1, _SPEEDS))
-        wanted = next((places for places in finer if places.sum() <= most), solved)
-        if not np.array_equal(wanted, solved):
-            solve_further(wanted)
-    return {"curves": {"velocity": {name: one[solved] for name, one in ({"velocity": speeds} | columns).items()}}}
+        chosen = next((places for places in finer if places.sum() <= most), solved)
+        if not np.array_equal(chosen, solved):
+            solve_further(chosen)
+    curve = {"velocity": speeds} | columns
+    return {"curves": {"velocity": {name: values[solved] for name, values in curve.items()}}}
 
 
 def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
-    """Impact of a state, with fractional materials that hold for all velocities of the slider."""
+    """Return the impact of a state, with fractional materials that hold for all velocities of the slider."""
     case = case_of(state)
     if not case.sections.needs_window:
         return case.impact
@@ -204,26 +199,26 @@ def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
 
 def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
     impacts = replace(problem, velocity=speeds)
-    found = Batch.from_impact(impacts).solve(_RTOL, workers=1)
-    found = {name: np.array(values, dtype=np.float64) for name, values in found.items()}
-    failed = found["status"] >= Status.TOO_MANY_STEPS
-    given = {name: found[name] for name in validity.COLUMNS} | {"velocity": speeds, "mass": problem.mass}
+    outputs = Batch.from_impact(impacts).solve(_RTOL, workers=1)
+    outputs = {name: np.array(values, dtype=np.float64) for name, values in outputs.items()}
+    failed = outputs["status"] >= rs.Status.TOO_MANY_STEPS
+    numbers = {name: outputs[name] for name in validity.COLUMNS} | {"velocity": speeds, "mass": problem.mass}
     doubtful = np.zeros(speeds.size)
-    for values in validity.excess(validity.numbers(problem.contact, **given)).values():
+    for values in validity.excess(validity.numbers(problem.contact, **numbers)).values():
         doubtful = np.maximum(doubtful, np.nan_to_num(values) > 1.0)
-    return {name: np.where(failed, np.nan, found[name]) for name in _CURVE} | {"doubtful": doubtful}
+    return {name: np.where(failed, np.nan, outputs[name]) for name in DEFAULT_OUTPUTS} | {"doubtful": doubtful}
 
 
 def surface(state: Mapping[str, Any]) -> Answer:
-    """Surface of the half-space over time, during the contact and after it."""
+    """Return the surface of the half-space over time, during the contact and after it."""
     late = _clock(0.5)
     result = _result(state)
-    found = section.surface(result) if result.status == Status.SEPARATED else None
-    if found is None:
+    section = surface_section(result) if result.status == rs.Status.SEPARATED else None
+    if section is None:
         return {"curves": {"surface": None}}
     contact_time, depth = float(result.contact_time), float(result.residual_indentation_depth)
     grid = 2.0 * contact_time * np.linspace(0.0, 1.0, _TIMES)
-    radius, displacement = found
+    radius, displacement = section
     # No imprint that a picture could show is left.
     recovered = depth < _SMALL * float(result.max_indentation_depth)
     rows: dict[int, Array] = {}
@@ -238,43 +233,37 @@ def surface(state: Mapping[str, Any]) -> Answer:
 
 
 def bounces(state: Mapping[str, Any]) -> Answer:
-    """Bounces until the body rests, and its height over time."""
+    """Return the bounces until the body rests, and its height over time."""
     late = _clock(0.5)
     state = {key: value for key, value in state.items() if key != "impact.external_force"}
     motion = case_of(state).sections.impact
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
-    found = series_of_bounces(
+    result = rs.bounces(
         problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=_RTOL,
         min_height=_LEAST_RISE * motion.impact_velocity**2 / (2.0 * motion.gravity),
     )  # fmt: skip
-    table = found.to_dataset()
+    table = result.to_dataset()
     columns = {str(name): table[name].values for name in table.variables}
-    numbers = {"n_bounces": found.n_bounces, "drop_height": found.drop_height, "total_time": found.touch_time[-1]}
-    message = _MORE if found.ended in (Ending.STOPPED, Ending.MAX_BOUNCES) else found.ended.message
+    numbers = {"n_bounces": result.n_bounces, "drop_height": result.drop_height, "total_time": result.touch_time[-1]}
+    message = _MORE if result.ended in (Ending.STOPPED, Ending.MAX_BOUNCES) else result.ended.message
     return {
-        "numbers": plain(numbers),
-        "status": {"name": str(found.ended), "message": message},
-        "warnings": found.warnings,
+        "numbers": numbers_of(numbers),
+        "status": {"name": str(result.ended), "message": message},
+        "warnings": result.warnings,
         "notes": [_WEIGHT],
-        "curves": {"bounces": columns, "flight": _flight(found)},
+        "curves": {"bounces": columns, "flight": _flight(result)},
     }
 
 
-def _flight(found: Any) -> dict[str, Array]:
-    """Height of the lowest point over time: parabolas between the touches, which last no time here."""
-    count = max(_FLIGHT_POINTS // found.n_bounces, _LEAST_POINTS)
-    half, share = 0.5 * found.gravity, np.linspace(0.0, 1.0, count)
-    fall, starts = share * found.touch_time[0], (found.touch_time + found.contact_time)[:-1, None]
-    flight = share * (found.touch_time[1:, None] - starts)
-    depth, speed = found.residual_indentation_depth[:-1, None], found.rebound_velocity[:-1, None]
-    heights = np.append(found.drop_height - half * fall**2, -depth + speed * flight - half * flight**2)
+def _flight(series: Any) -> dict[str, Array]:
+    """Return the height of the lowest point over time: parabolas between the touches, which last no time here."""
+    count = max(_FLIGHT_POINTS // series.n_bounces, _LEAST_POINTS)
+    half, share = 0.5 * series.gravity, np.linspace(0.0, 1.0, count)
+    fall, starts = share * series.touch_time[0], (series.touch_time + series.contact_time)[:-1, None]
+    flight = share * (series.touch_time[1:, None] - starts)
+    depth, speed = series.residual_indentation_depth[:-1, None], series.rebound_velocity[:-1, None]
+    heights = np.append(series.drop_height - half * fall**2, -depth + speed * flight - half * flight**2)
     return {"time": np.append(fall, starts + flight), "height": heights}
-
-
-_INDENTATION = (
-    "max_force", "max_indentation_depth", "max_contact_radius", "turning_time", "contact_end_time",
-    "residual_indentation_depth", "work",
-)  # fmt: skip
 
 
 def indentation_case(state: Mapping[str, Any]) -> IndentationCase:
@@ -287,9 +276,9 @@ def indentation_case(state: Mapping[str, Any]) -> IndentationCase:
 
 
 def indentation(state: Mapping[str, Any]) -> Answer:
-    """Numbers of an indentation and its history."""
+    """Return the numbers of an indentation and its history."""
     case = indentation_case(state)
-    terms = sum(getattr(one, "n_branches", 0) for one in (case.material.shear, case.material.bulk))
+    terms = sum(getattr(part, "n_branches", 0) for part in (case.material.shear, case.material.bulk))
     rtol = _RTOL if terms <= _MANY_TERMS else _COARSE_RTOL
     limit = MOST_ELEMENTS.set(_ELEMENTS // max(terms, 10))
     try:
@@ -298,14 +287,89 @@ def indentation(state: Mapping[str, Any]) -> Answer:
         MOST_ELEMENTS.reset(limit)
     names = ("time", "indentation_depth", "force", "contact_radius")
     return {
-        "numbers": plain({name: getattr(result, name) for name in _INDENTATION}),
+        "numbers": numbers_of({name: getattr(result, name) for name in INDENTATION}),
         "status": _ending(result.status),
         "warnings": result.warnings,
         "curves": {"history": {name: result.history[name].values for name in names}},
     }
 
 
+def body_section(result: rs.ImpactResult) -> dict[str, Any] | None:
+    """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known."""
+    tip: Any = cast("Any", result.impact).profile
+    profile, semi_axis, most = tip, 1.0, float(result.max_contact_radius)
+    if isinstance(tip, rs.Ellipsoid):
+        profile, semi_axis = Parabola(max(tip.radius_1, tip.radius_2)), float(tip.semi_axes(1.0)[0])
+        most *= semi_axis
+    elif isinstance(tip, rs.Pyramid):
+        # Across two faces: at a right angle to both, or, of three faces, at 60 deg.
+        slope = tip.slope * (math.sin(math.pi / 3.0) if tip.sides == 3 else 1.0)
+        profile, semi_axis, most = Cone(math.atan(1.0 / slope)), None, float(result.max_indentation_depth) / slope
+    if not isinstance(profile, Profile):
+        return None
+    radius = np.linspace(0.0, 3.0 * most if 0.0 < most < math.inf else 1.0, _BODY)
+    with np.errstate(all="ignore"):
+        return {"radius": radius, "height": np.asarray(profile.shape(radius)), "semi_axis": semi_axis}
+
+
+def surface_section(result: rs.ImpactResult) -> tuple[Array, Callable[[float], Array]] | None:
+    """Return distances [m] from the axis and the displacement of the surface [m] there over the time [s]."""
+    tip, section = cast("Any", result.impact).profile, body_section(result)
+    if section is None or section["semi_axis"] is None:
+        return None
+    radius = np.linspace(0.0, section["radius"][-1], _SURFACE)
+    if isinstance(tip, Profile):
+        return radius, lambda t: result.surface_displacement(radius, t)
+    from scipy.special import elliprf
+
+    # The depths u(x) of the foundation are those of nested flat punches. A punch with the semi-axes a and k a moves
+    # the surface at p a on its long axis by R_F(p^2 - 1, p^2, p^2 - 1 + k^2)/R_F(0, 1, k^2) of its own depth.
+    ends = np.linspace(0.0, float(tip.stiffness_radius(result.max_indentation_depth)), _PUNCHES + 1)
+    axis = tip.semi_axes(tip.contact_radius(1.0) / tip.stiffness_radius(1.0))[0] * 0.5 * (ends[1:] + ends[:-1])
+    p, k = np.maximum(radius[:, None] / axis, 1.0) ** 2, tip.axis_ratio**2
+    share = elliprf(p - 1.0, p, p - 1.0 + k) / elliprf(0.0, 1.0, k)
+
+    def displacement(t: float) -> Array:
+        line = cast("Any", result)._fields.line_displacement(t)
+        return np.zeros(_SURFACE) if line is None else share @ -np.diff(np.append(line(ends[:-1]), 0.0))
+
+    return radius, displacement
+
+
 KINDS: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
-    one.__name__: one for one in (impact, velocity, surface, bounces, indentation)
+    answer.__name__: answer for answer in (impact, velocity, surface, bounces, indentation)
 }
 """Answers that follow from the state alone."""
+
+
+@cache
+def paper() -> dict[str, Any]:
+    """Return the claims as `restitution reproduce` has judged them, and what figures 3 to 6 need."""
+    record = json.loads((files("restitution.paper") / "claims.json").read_text(encoding="utf-8"))
+    planes = {str(n): {"nu": nu} for n, nu in figures.PLANES.items()}
+    return {
+        "claims": record["claims"],
+        "levels": list(figures.LEVELS),
+        "poisson_ratios": [*figures.POISSON_RATIOS, 0.5],
+        "figures": planes | {str(n): {"p2": 10.0**power} for n, power in figures.CURVES.items()},
+        "guessed": record["guessed"],
+        "references": record["references"],
+    }
+
+
+@cache
+def interpolant() -> str:
+    """Return the interpolant of the paper's restitution coefficient as JSON, for its evaluation by the page.
+
+    The coefficients are 32-bit floats, little-endian, in base64.
+    """
+    source = files("restitution.surrogates") / "data" / "standard_solid.npz"
+    with as_file(source) as path, np.load(path) as data:
+        levels, places = data["levels"].astype(int).tolist(), data["places"].astype(int).tolist()
+        coefficients = base64.b64encode(data["coefficients"].astype("<f4").tobytes()).decode("ascii")
+    low, high = (corner.tolist() for corner in standard_solid.corners())
+    content = {
+        "nu": [-1.0, 0.5], "p2": standard_solid.P2, "p3": standard_solid.P3, "error": standard_solid.STATED_ERROR,
+        "terms": TERMS, "low": low, "high": high, "levels": levels, "places": places, "coefficients": coefficients,
+    }  # fmt: skip
+    return json.dumps(content, separators=(",", ":"))

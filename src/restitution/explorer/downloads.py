@@ -9,10 +9,9 @@ from typing import Any, cast
 
 from restitution.case.material import is_fractional
 from restitution.checks import one_of
-from restitution.contact.contact import BALL_ON_TARGET
-from restitution.contact.geometry import Geometry
+from restitution.contact.geometry import BALL_ON_TARGET, Geometry
 from restitution.explorer.answers import case_of, indentation_case
-from restitution.explorer.state import case_content, indentation_content
+from restitution.explorer.inputs import case_content, indentation_content
 from restitution.material import fractional
 from restitution.material.models import constants_of
 from restitution.material.prony import PronySeries
@@ -42,7 +41,7 @@ def toml(content: Mapping[str, Any]) -> str:
 
 def _toml_value(value: Any) -> str:
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_toml_value(one)}" for key, one in value.items()) + " }"
+        return "{ " + ", ".join(f"{key} = {_toml_value(item)}" for key, item in value.items()) + " }"
     return json.dumps(value).replace("Infinity", "inf")
 
 
@@ -92,8 +91,8 @@ def _profile(section: Mapping[str, Any], profile: Geometry) -> str:
 
 def _material(section: Mapping[str, Any], material: Any, needs_window: bool) -> str:
     if "library" in section:
-        found = f"rs.library.get({section['library']!r})"
-        return f"{found}.at({section['temperature']!r})" if "temperature" in section else found
+        text = f"rs.library.get({section['library']!r})"
+        return f"{text}.at({section['temperature']!r})" if "temperature" in section else text
     density = "" if material.density is None else f", density={material.density!r}"
     bulk: Any = material.bulk
     bulk = bulk if isinstance(bulk, float) or not bulk.is_elastic else bulk.equilibrium_modulus

@@ -12,17 +12,14 @@ from typing import Any
 
 import numpy as np
 
+import restitution as rs
 from restitution.case.impact import notes_on
 from restitution.case.material import FileSection
 from restitution.case.section import Section, read_sections, read_toml
 from restitution.errors import InputError, RestitutionWarning
-from restitution.explorer.inputs import MOST_TERMS, inputs
-from restitution.explorer.state import State, flat, of_file, of_material, one_line, settled
-from restitution.material.deck import PronyTerms, ViscoelasticDeck
-from restitution.material.fit import DynamicTable, RelaxationTable
-from restitution.material.isotherms import Isotherms
-from restitution.material.readers import read_material
-from restitution.material.viscoelastic import Material
+from restitution.explorer.inputs import MOST_TERMS, State, flat, inputs, of_file, of_material, one_line, settled
+from restitution.material.cards import PronyTerms, ViscoelasticDeck
+from restitution.units import celsius
 
 LONGEST = 1_000_000
 """Most bytes of all files of a message."""
@@ -33,7 +30,6 @@ FILE_KEYS = frozenset({"file", "terms", "shift"})
 # A case file of the page has no long tables.
 _LONGEST_CASE, _MOST_FILES = 65_536, 5
 _LONGEST_NAME, _MOST_ROWS = 100, 1000
-_ZERO_CELSIUS = 273.15
 
 Question = dict[str, Any]
 
@@ -54,7 +50,7 @@ def read(content: Mapping[str, Any]) -> dict[str, Any]:
     names, files = _files(content.get("files"))
     name, answers = names[0], content.get("answers", {})
     if not isinstance(answers, dict) or not all(isinstance(one, str) for one in answers.values()):
-        raise InputError("answers", wanted="must be texts")
+        raise InputError("answers", rule="must be texts")
     with tempfile.TemporaryDirectory(prefix="restitution-") as folder, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RestitutionWarning)
         path = Path(folder, "dropped.toml" if name.lower().endswith(".toml") else "dropped.txt")
@@ -62,37 +58,37 @@ def read(content: Mapping[str, Any]) -> dict[str, Any]:
             Path(folder, one).write_bytes(data)
         try:
             if path.suffix == ".toml":
-                found = _case(path, set(names[1:]))
+                answer = _case(path, set(names[1:]))
             else:
-                found = _material(path, settled(content.get("state", {})), answers)
-            if "state" in found:
-                _ = settled(found["state"])
+                answer = _material(path, settled(content.get("state", {})), answers)
+            if "state" in answer:
+                _ = settled(answer["state"])
         except InputError as error:
-            raise InputError("", wanted=_named(one_line(error), path, name)) from None
-    notes = [_named(note, path, name) for note in [*found["notes"], *(str(one.message) for one in caught)]]
-    return found | {"words": f"{name}: {found['words']}", "notes": list(dict.fromkeys(notes))}
+            raise InputError("", rule=_named(one_line(error), path, name)) from None
+    notes = [_named(note, path, name) for note in [*answer["notes"], *(str(one.message) for one in caught)]]
+    return answer | {"words": f"{name}: {answer['words']}", "notes": list(dict.fromkeys(notes))}
 
 
-def _files(given: Any) -> tuple[list[str], list[bytes]]:
-    """Names and contents of the files of a message; a name has no folder."""
-    if not isinstance(given, list) or not 0 < len(given) <= _MOST_FILES or not all(isinstance(g, dict) for g in given):
-        raise InputError("files", wanted=f"must be a list of 1 to {_MOST_FILES} files")
+def _files(items: Any) -> tuple[list[str], list[bytes]]:
+    """Return the names and contents of the files of a message; a name has no folder."""
+    if not isinstance(items, list) or not 0 < len(items) <= _MOST_FILES or not all(isinstance(g, dict) for g in items):
+        raise InputError("files", rule=f"must be a list of 1 to {_MOST_FILES} files")
     names: list[str] = []
     contents: list[bytes] = []
-    for one in given:
-        name, data = one.get("name"), one.get("data")
+    for file in items:
+        name, data = file.get("name"), file.get("data")
         if not isinstance(name, str) or not isinstance(data, str):
-            raise InputError("file", wanted="must have a name and its bytes in base64")
+            raise InputError("file", rule="must have a name and its bytes in base64")
         try:
             contents.append(base64.b64decode(data, validate=True))
         except (binascii.Error, ValueError):
-            raise InputError("file", wanted="must have its bytes in base64") from None
+            raise InputError("file", rule="must have its bytes in base64") from None
         names.append(" ".join(name.split())[:_LONGEST_NAME] or "file")
     for name in names[1:]:
         if Path(name).name != name or not name.isprintable() or name.startswith(("dropped.", ".")):
             raise InputError("file", name, "must be a plain name")
     if (size := sum(map(len, contents))) > LONGEST:
-        raise InputError(names[0], wanted=f"has {size} bytes: must have at most {LONGEST}")
+        raise InputError(names[0], rule=f"has {size} bytes: must have at most {LONGEST}")
     return names, contents
 
 
@@ -105,9 +101,9 @@ def _named(line: str, path: Path, name: str) -> str:
 
 
 def _case(path: Path, dropped: set[str]) -> dict[str, Any]:
-    """State of a case file of an impact or an indentation, which names no file but those that were dropped with it."""
+    """Return the state of a case file, which may name only files that were dropped with it."""
     if (size := path.stat().st_size) > _LONGEST_CASE:
-        raise InputError("", wanted=f"has {size} bytes: a case file must have at most {_LONGEST_CASE}")
+        raise InputError("", rule=f"has {size} bytes: a case file must have at most {_LONGEST_CASE}")
     content = read_toml(path)
     for key, value in flat(content).items():
         if key.rpartition(".")[2] in FILE_KEYS and value not in dropped:
@@ -129,8 +125,8 @@ _TEMPERATURE: Question = {"key": "temperature", "words": "Temperature, with its 
 
 
 def _material(path: Path, given: State, answers: Mapping[str, str]) -> dict[str, Any]:
-    """State of the material in a table or in the deck of a solver, and the questions that the file leaves open."""
-    about = read_material(path)
+    """Return the state of the material in a table or a deck, and the questions that the file leaves open."""
+    about = rs.read_material(path)
     notes = [*getattr(about, "notes", ()), *_thinned(about, path)]
     questions = _questions(about)
     told = {one["key"]: answers[one["key"]].strip() for one in questions if answers.get(one["key"], "").strip()}
@@ -143,37 +139,39 @@ def _material(path: Path, given: State, answers: Mapping[str, str]) -> dict[str,
         section[bulk] = given.get(f"material.{bulk}", inputs()["material.poisson_ratio"].default)
         if bulk == "poisson_ratio" and section[bulk] < 0.5:
             notes.append(f"the Poisson ratio {section[bulk]:g} is constant in time; a bulk modulus is the alternative")
-    made = read_sections(_File, path, {"material": section | told}).material
-    material = made.build()
-    if isinstance(about, Isotherms):
-        celsius = f"{(material.temperature or 0.0) - _ZERO_CELSIUS:.4g}"
-        notes.append(f"the moduli are those at {celsius} °C")
-        questions = [one | {"value": f"{celsius} degC"} if one is _TEMPERATURE else one for one in questions]
+    built = read_sections(_File, path, {"material": section | told}).material
+    material = built.build()
+    if isinstance(about, rs.Isotherms):
+        degrees = celsius(material.temperature or 0.0, 4)
+        notes.append(f"the moduli are those at {degrees} °C")
+        questions = [
+            question | {"value": f"{degrees} degC"} if question is _TEMPERATURE else question for question in questions
+        ]
     for key in ("shear", "bulk"):
         count = getattr(getattr(material, key), "n_branches", 0)
         if count > MOST_TERMS:
-            raise InputError("", wanted=f"has {count} terms in {key}: must have at most {MOST_TERMS}")
+            raise InputError("", rule=f"has {count} terms in {key}: must have at most {MOST_TERMS}")
     # The paper's numbers would hide the material.
     state = of_material(material) | {"entry": "constants"}
     notes += notes_on(material, None)
-    return {"state": state, "words": _words(made, material), "notes": notes, "questions": questions}
+    return {"state": state, "words": _words(built, material), "notes": notes, "questions": questions}
 
 
 def _questions(about: Any) -> list[Question]:
-    """What a file of a material does not state and the command line asks for, and what may be chosen afterwards."""
-    found: list[Question] = []
+    """Return what a file of a material does not state, and what may be chosen afterwards."""
+    questions: list[Question] = []
     if not isinstance(about, ViscoelasticDeck) and getattr(about, "deformation", None) is None:
-        found.append(_DEFORMATION)
+        questions.append(_DEFORMATION)
     ends = getattr(about, "instantaneous_modulus", None), getattr(about, "equilibrium_modulus", None)
     if isinstance(about, PronyTerms) and about.relative and ends == (None, None):
-        found += _ENDS
-    return [*found, _TEMPERATURE] if isinstance(about, Isotherms) else found
+        questions += _ENDS
+    return [*questions, _TEMPERATURE] if isinstance(about, rs.Isotherms) else questions
 
 
 def _thinned(data: Any, path: Path) -> Sequence[str]:
     """Write a table with more rows than a fit has time for anew, with fewer, and return a note of it."""
     columns = [values for values in vars(data).values() if isinstance(values, np.ndarray)]
-    if not isinstance(data, RelaxationTable | DynamicTable) or columns[0].size <= _MOST_ROWS:
+    if not isinstance(data, rs.RelaxationTable | rs.DynamicTable) or columns[0].size <= _MOST_ROWS:
         return []
     x = columns[0]
     rows = np.unique(np.searchsorted(x[:-1], np.geomspace(x[x > 0.0][0], x[-1], _MOST_ROWS)))
@@ -185,6 +183,6 @@ def _thinned(data: Any, path: Path) -> Sequence[str]:
     return [f"{rows.size} of its {x.size} rows are used, evenly over the logarithm of time or frequency"]
 
 
-def _words(made: FileSection, material: Material) -> str:
+def _words(section: FileSection, material: rs.Material) -> str:
     terms = f"{material.shear.n_branches} terms in shear"
-    return terms if made.fit is None else f"data fitted by {terms}"
+    return terms if section.fit is None else f"data fitted by {terms}"

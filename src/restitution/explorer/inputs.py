@@ -1,40 +1,35 @@
 """The inputs of the explorer, made from the registries of quantities, material models and profiles.
 
 The key of an input is a key path of a case file, such as `material.viscosity`. A few keys more choose between inputs.
+A state is a flat table of inputs, which is a case file and back.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.resources import files
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import numpy as np
+
+import restitution as rs
+from restitution import units
+from restitution.case.indentation import IndentationCase, IndentationFile, read_indentation
 from restitution.case.profile import sections as profile_sections
+from restitution.case.section import CaseError, read_sections, read_toml
+from restitution.contact.geometry import BALL_ON_TARGET, Geometry
+from restitution.contact.profiles import sphere_mass
 from restitution.errors import InputError, InputTypeError
-from restitution.material import library
+from restitution.impact.scaling import viscosity_unit
 from restitution.material.models import constants_of, material_models
-from restitution.paper.computation import LOG_P2_RANGE, LOG_P3_RANGE
-from restitution.quantities import (
-    ACCELERATION,
-    ANGLE,
-    CONSTANTS,
-    DENSITY,
-    FORCE,
-    INPUTS,
-    LENGTH,
-    MASS,
-    MODULUS,
-    NUMBER,
-    TEMPERATURE,
-    TIME,
-    VELOCITY,
-    VISCOSITY,
-    Dimension,
-    Quantity,
-)
+from restitution.quantities import CONSTANTS, INPUTS, Quantity
+from restitution.units import Dimension
 
 MOST_TERMS = 50
 """Most terms of a Prony series; the time of a solve grows with them."""
@@ -43,6 +38,13 @@ MOST_TERMS = 50
 _BEYOND, _MOST = 1e6, 1e100
 
 When = Mapping[str, Sequence[str]]
+State = dict[str, Any]
+
+_OF_IMPACTS = ("impact", "paper", "bounce")
+_TABS_OF = {
+    "material": (*_OF_IMPACTS, "indentation"), "body": _OF_IMPACTS, "impact": _OF_IMPACTS, "bounces": ("bounce",),
+    "indentation": ("indentation",),
+}  # fmt: skip
 
 
 class Slider(NamedTuple):
@@ -85,6 +87,12 @@ class Input:
     options: tuple[Option, ...] = ()
 
     @property
+    def tabs(self) -> tuple[str, ...]:
+        """Tabs of the page that have it."""
+        further = ("indentation",) if self.key.startswith("profile.") else ()
+        return _TABS_OF[self.group] + further
+
+    @property
     def default(self) -> Any:
         """Value at the start."""
         if self.options:
@@ -106,8 +114,9 @@ class Input:
     def check(self, value: Any) -> Any:
         """Return a value of a state; refuse one of another type or out of range."""
         if self.options:
-            if str(value) not in [one.value for one in self.options]:
-                raise InputError(self.key, value, f"must be one of {', '.join(one.value for one in self.options)}")
+            names = [option.value for option in self.options]
+            if str(value) not in names:
+                raise InputError(self.key, value, f"must be one of {', '.join(names)}")
             return str(value)
         if self.slider is not None:
             return self._number(value)
@@ -129,10 +138,9 @@ class Input:
         """Return the input as JSON has it."""
         kind = "choice" if self.options else "number" if self.slider else "list"
         about = {"key": self.key, "type": kind, "words": self.words, "group": self.group, "default": self.default}
-        about |= {"when": {key: list(values) for key, values in self.when.items()}}
+        about |= {"tabs": self.tabs, "when": dict(self.when)}
         if self.options:
-            options = [one._asdict() | {"when": {k: list(v) for k, v in one.when.items()}} for one in self.options]
-            return about | {"options": options}
+            return about | {"options": [option._asdict() | {"when": dict(option.when)} for option in self.options]}
         assert self.quantity is not None
         least, most = self.ends
         about |= describe(self.quantity) | {"words": self.words, "least": least, "most": most}
@@ -153,50 +161,18 @@ def describe(quantity: Quantity) -> dict[str, Any]:
     symbol = quantity.symbol.strip("$")
     for name, letter in _LETTERS.items():
         symbol = symbol.replace(f"\\{name}", letter)
-    symbol = "".join(one for one in symbol if one not in "{}\\")
+    symbol = "".join(character for character in symbol if character not in "{}\\")
     dimension = quantity.dimension
     return {"words": quantity.words, "symbol": symbol, "dimension": dimension.name, "unit": dimension.unit}
 
 
-_BY_DIMENSION: dict[Dimension, Slider] = {
-    MODULUS: Slider(1e2, 1e12, 1e7),
-    VISCOSITY: Slider(1e-2, 1e12, 3e3),
-    TIME: Slider(1e-7, 1e4, 1e-3),
-    LENGTH: Slider(1e-5, 1.0, 2e-3),
-    MASS: Slider(1e-9, 1e2, 0.033),
-    DENSITY: Slider(1e1, 2e4, 1100.0),
-    VELOCITY: Slider(1e-3, 1e1, 0.3),
-    ACCELERATION: Slider(0.1, 30.0, 9.80665, 0.1, "linear"),
-    FORCE: Slider(1e-12, 1e3, 1e-8),
-    ANGLE: Slider(0.1, 1.5, 1.2, 0.01, "linear"),
-    TEMPERATURE: Slider(200.0, 450.0, 298.15, 1.0, "linear"),
-    NUMBER: Slider(1e-3, 1e3, 1.0),
+_DATA: dict[str, Any] = tomllib.loads(files("restitution.explorer").joinpath("sliders.toml").read_text("utf-8"))
+_BY_DIMENSION = {name: Slider(*row) for name, row in _DATA["dimensions"].items()}
+_BY_KEY = {key: Slider(*row) for key, row in _DATA["inputs"].items()}
+PRESETS: dict[str, tuple[str, State]] = {
+    name: (preset["words"], preset["state"]) for name, preset in _DATA["presets"].items()
 }
-_BY_KEY: dict[str, Slider] = {
-    "material.branch_modulus": Slider(1e2, 1e12, 1e8),
-    "material.poisson_ratio": Slider(-1.0, 0.5, 0.49, 0.01, "poisson"),
-    "material.bulk_modulus": Slider(1e2, 1e13, 2e9),
-    "material.coefficient": Slider(1e2, 1e12, 1e6),
-    "material.exponent": Slider(0.05, 0.95, 0.2, 0.01, "linear"),
-    "material.shear.parallel_viscosity": Slider(1e-6, 1e12, 0.0),
-    "material.bulk.parallel_viscosity": Slider(1e-6, 1e12, 0.0),
-    "groups.nu": Slider(-1.0, 0.5, 0.45, 0.01, "poisson"),
-    "groups.p2": Slider(10.0 ** LOG_P2_RANGE[0], 10.0 ** LOG_P2_RANGE[1], 0.1),
-    "groups.p3": Slider(10.0 ** LOG_P3_RANGE[0], 10.0 ** LOG_P3_RANGE[1], 1.0),
-    "body.radius": Slider(1e-5, 1.0, 1e-2),
-    "body.density": Slider(1e1, 2e4, 7850.0),
-    "profile.exponent": Slider(0.5, 10.0, 2.0, 0.1, "linear"),
-    "profile.coefficient": Slider(1e-3, 1e9, 50.0),
-    "impact.external_force": Slider(0.0, 10.0, 0.0, 0.01, "linear"),
-    "indentation.radius": Slider(1e-8, 1e-2, 2.5e-6),
-    "indentation.depth": Slider(1e-9, 1e-2, 5e-7),
-    "impact.body_size": Slider(1e-4, 1e1, 0.0),
-    "indentation.loading_time": Slider(1e-6, 1e4, 1e-4),
-    "indentation.unloading_time": Slider(1e-6, 1e4, 1e-4),
-    "indentation.hold_time": Slider(1e-4, 1e4, 0.0),
-    "indentation.duration": Slider(1e-4, 1e4, 1.0),
-    "indentation.rise_time": Slider(1e-4, 1e4, 0.1),
-}
+"""Words and state of each by name; the first is that of the defaults."""
 
 _CONSTANTS_ENTRY: When = {"entry": ["constants"]}
 _BULK = ("poisson_ratio", "bulk_modulus")
@@ -206,7 +182,7 @@ _LEFT_OUT_CONSTANTS = ("youngs_modulus", "approximation_rtol", "bulk_viscosity")
 
 
 def _number(key: str, group: str, quantity: Quantity, when: When | None = None, words: str = "") -> Input:
-    slider = _BY_KEY.get(key) or _BY_DIMENSION.get(quantity.dimension, _BY_DIMENSION[NUMBER])
+    slider = _BY_KEY.get(key) or _BY_DIMENSION.get(quantity.dimension.name, _BY_DIMENSION[units.NUMBER.name])
     return Input(key, group, words or quantity.words, when or {}, quantity, slider)
 
 
@@ -217,12 +193,12 @@ def _readable(name: str) -> str:
 
 
 def _models() -> dict[str, Any]:
-    return {name: one for name, one in material_models().items() if name not in _LEFT_OUT_MODELS}
+    return {name: model for name, model in material_models().items() if name not in _LEFT_OUT_MODELS}
 
 
 def _material_inputs() -> Iterator[Input]:
     models = _models()
-    every = [(name, one.quantity) for model in models.values() for name, one in model.constants.items()]
+    every = [(name, constant.quantity) for model in models.values() for name, constant in model.constants.items()]
     constants = dict(every) | dict(reversed(every))  # the order and the words of the first model
     first = "standard_solid"
     options = [Option(name, _readable(name), {} if name == first else _CONSTANTS_ENTRY) for name in models]
@@ -230,9 +206,9 @@ def _material_inputs() -> Iterator[Input]:
     options += [library_option, Option("prony", "Prony series", _CONSTANTS_ENTRY)]
     yield Input("material.model", "material", "material", _CONSTANTS_ENTRY, options=tuple(options))
 
-    names = library.names()
+    names = rs.library.names()
     of_library = {"material.model": ["library"]}
-    shifted = [name for name in names if library.get(name).shift is not None]
+    shifted = [name for name in names if rs.library.get(name).shift is not None]
     options = [Option(name, _readable(name)) for name in sorted(names, key=lambda name: name != "polyisobutylene")]
     yield Input("material.library", "material", "library material", of_library, options=tuple(options))
     yield _number(
@@ -261,7 +237,7 @@ def _groups() -> Iterator[Input]:
 def _series(part: str, words: str, when: When) -> Iterator[Input]:
     end, branches, times = (INPUTS[name] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
     if part == "bulk":
-        end, branches = (one._replace(symbol=one.symbol.replace("G", "K")) for one in (end, branches))
+        end, branches = (modulus._replace(symbol=modulus.symbol.replace("G", "K")) for modulus in (end, branches))
     yield _number(f"material.{part}.equilibrium_modulus", "material", end, when, f"equilibrium modulus in {words}")
     for quantity, what in ((branches, "moduli"), (times, "relaxation times")):
         key = f"material.{part}.{quantity.name}"
@@ -271,7 +247,7 @@ def _series(part: str, words: str, when: When) -> Iterator[Input]:
 
 
 def _bulk_inputs(models: Mapping[str, Any]) -> Iterator[Input]:
-    """What determines the change of volume."""
+    """Yield what determines the change of volume."""
     # A liquid has no static Poisson ratio but 1/2.
     ends = {"equilibrium_modulus", "shear_modulus"}
     having = [model for model in models.values() if "poisson_ratio" in model.constants]
@@ -323,7 +299,7 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("impact.velocity", "impact", INPUTS["velocity"])
     yield _number("impact.external_force", "impact", INPUTS["external_force"], _CONSTANTS_ENTRY)
     words = "smallest dimension of the target, 0 if unknown"
-    yield _number("impact.body_size", "impact", Quantity("body_size", LENGTH, words, low=0.0, open=False))
+    yield _number("impact.body_size", "impact", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
     # It decides which one of the two radiates waves; the impact is the same.
     options = [Option("target", "the target"), Option("body", "the body")]
     yield Input("impact.material_of", "impact", "what deforms", options=tuple(options))
@@ -344,19 +320,267 @@ def _indentation_inputs(round_bodies: list[str]) -> Iterator[Input]:
     def number(name: str, dimension: Dimension, words: str, when: When, *, positive: bool = True) -> Input:
         return _number(f"indentation.{name}", group, Quantity(name, dimension, words, low=0.0, open=positive), when)
 
-    yield number("depth", LENGTH, "largest depth", {"prescribed": ["depth"]})
-    yield number("force", FORCE, "largest force", {"prescribed": ["force"]})
+    yield number("depth", units.LENGTH, "largest depth", {"prescribed": ["depth"]})
+    yield number("force", units.FORCE, "largest force", {"prescribed": ["force"]})
     triangle, lasting = {"indentation.shape": ["triangle"]}, {"indentation.shape": ["hold", "ramp", "sine_arch"]}
-    yield number("loading_time", TIME, "time of loading", triangle)
-    yield number("hold_time", TIME, "time at the largest value", triangle, positive=False)
-    yield number("unloading_time", TIME, "time of unloading", triangle)
-    yield number("duration", TIME, "duration", lasting)
-    yield number("rise_time", TIME, "time of the rise", {"indentation.shape": ["hold"]}, positive=False)
+    yield number("loading_time", units.TIME, "time of loading", triangle)
+    yield number("hold_time", units.TIME, "time at the largest value", triangle, positive=False)
+    yield number("unloading_time", units.TIME, "time of unloading", triangle)
+    yield number("duration", units.TIME, "duration", lasting)
+    yield number("rise_time", units.TIME, "time of the rise", {"indentation.shape": ["hold"]}, positive=False)
+
+
+def drop_height() -> Input:
+    """Return the height of the release: no key of a state, but another way to set the velocity on the page."""
+    velocity, gravity = inputs()["impact.velocity"].slider, inputs()["impact.gravity"].slider
+    assert velocity is not None
+    assert gravity is not None
+    low, high = (speed**2 / (2.0 * gravity.default) for speed in (velocity.low, velocity.high))
+    quantity = Quantity("drop_height", units.LENGTH, "height of the release", "$h$", low=0.0, open=True)
+    return Input("drop_height", "bounces", quantity.words, {}, quantity, Slider(low, high, low))
 
 
 @cache
 def inputs() -> dict[str, Input]:
-    """All inputs by key, each after those on which it depends."""
+    """Return all inputs by key, each after those on which it depends."""
     entries = (Option("constants", "constants of the material"), Option("groups", "the paper's numbers"))
     entry = Input("entry", "material", "described by", options=entries)
-    return {one.key: one for one in (entry, *_material_inputs(), *_body_inputs())}
+    return {control.key: control for control in (entry, *_material_inputs(), *_body_inputs())}
+
+
+_PAGE, _SIDES, _INFINITE = "page.", "profile.sides", "incompressible"
+# The body that deforms unless the case states it.
+_SOFT = "target"
+_NO_OTHER = "is not shown by the explorer, which has a rigid body on a half-space"
+
+
+def checked(state: Mapping[str, Any]) -> State:
+    """Return the checked values of a state; the page's own keys are dropped, and unknown ones are refused."""
+    all_inputs, values = inputs(), {}
+    for key, value in state.items():
+        if key.startswith(_PAGE):
+            continue
+        if key not in all_inputs:
+            raise InputError(key[:100], rule="is no input of the explorer")
+        values[key] = all_inputs[key].check(value)
+    return values
+
+
+def settled(state: Mapping[str, Any]) -> State:
+    """Return the values of all inputs that are shown in a state.
+
+    A choice that is not available is replaced by the first one that is.
+    """
+    state_values, values = checked(state), {}
+    for key, control in inputs().items():
+        value = state_values.get(key, control.default)
+        if control.options:
+            available = [option.value for option in control.options if _holds(option.when, values)]
+            value = value if value in available else available[0] if available else value
+        # A choice that is hidden decides as well.
+        if control.options or _holds(control.when, values):
+            values[key] = value
+    hidden = [key for key, control in inputs().items() if control.options and not _holds(control.when, values)]
+    return {key: value for key, value in values.items() if key not in hidden or key in _DECIDING}
+
+
+# Choices that the paper's numbers fix.
+_DECIDING = ("material.model", "bulk")
+
+
+def _holds(when: Mapping[str, Any], values: State) -> bool:
+    return all(values.get(key) in choices for key, choices in when.items())
+
+
+def nested(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a table of key paths as tables within tables.
+
+    >>> nested({"body.mass": 1.0, "body.radius": 2.0})
+    {'body': {'mass': 1.0, 'radius': 2.0}}
+    """
+    content: dict[str, Any] = {}
+    for key, value in values.items():
+        *sections, name = key.split(".")
+        table = content
+        for section in sections:
+            table = table.setdefault(section, {})
+        table[name] = int(value) if key == _SIDES else value
+    return content
+
+
+def flat(content: Mapping[str, Any], prefix: str = "") -> State:
+    """Return tables within tables as one table of key paths."""
+    values: State = {}
+    for key, value in content.items():
+        values |= flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+    return values
+
+
+def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of the case file of an impact."""
+    values = settled(state)
+    content = {section: nested(values).get(section, {}) for section in ("body", "profile", "impact")}
+    for key in ("external_force", "body_size"):
+        if not content["impact"].get(key):
+            content["impact"].pop(key, None)
+    if content["impact"]["material_of"] == _SOFT:
+        del content["impact"]["material_of"]
+    return content | {"material": _material(values)}
+
+
+def indentation_content(state: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of the case file of an indentation."""
+    values = settled(state)
+    content = nested(values)
+    indentation, profile = content["indentation"], content["profile"]
+    if "radius" in indentation:
+        profile["radius"] = indentation.pop("radius")
+    return {"profile": profile, "material": _material(values), "indentation": indentation}
+
+
+def _material(values: State) -> dict[str, Any]:
+    """Return the section of the material."""
+    section: dict[str, Any] = nested(values)["material"]
+    model, bulk = section.pop("model"), values["bulk"]
+    if model not in ("library", "prony"):
+        section["model"] = model
+    if model != "library" and bulk == _INFINITE:
+        section["bulk_modulus"] = math.inf
+    if values["entry"] == "groups":
+        section |= _from_groups(values)
+    return section
+
+
+def _from_groups(values: State) -> dict[str, float]:
+    """Return the constants of the standard solid that the paper's three numbers determine."""
+    modulus, radius = values["material.equilibrium_modulus"], values["body.radius"]
+    mass = values["body.mass"] if "body.mass" in values else sphere_mass(values["body.density"], radius)
+    unit = viscosity_unit(modulus, mass, values["impact.velocity"], radius)
+    return {
+        "branch_modulus": modulus / values["groups.p2"],
+        "viscosity": values["groups.p3"] * float(unit),
+        "poisson_ratio": values["groups.nu"],
+    }
+
+
+def of_file(path: Path) -> tuple[State, str | None]:
+    """Return the state and the title of a case file of an impact or of an indentation."""
+    content = read_toml(path)
+    if "indentation" in content:
+        sections = read_sections(IndentationFile, path, content)
+        return of_indentation(read_indentation(path), sections), sections.title
+    case = rs.read_case(path)
+    return of_case(case), case.title
+
+
+def of_case(case: rs.Case) -> State:
+    """Return the state of a case file; refuse one that the page cannot show."""
+    sections = case.sections
+    extra = {key: getattr(sections, key) is not None for key in ("counter_material", "counter_body")}
+    extra |= {"profile.thickness": sections.profile.on_layer, "impact.impedance": math.isfinite(case.impact.impedance)}
+    for key in filter(extra.get, extra):
+        raise InputError(key, rule=f"{_NO_OTHER}; leave it out")
+    written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
+    values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
+    values |= flat({"profile": written["profile"], "body": written["body"]})
+    values["mass_from"] = "density" if "body.density" in values else "mass"
+    values["impact.external_force"] = float(case.impact.external_force)
+    values["impact.body_size"] = float(case.impact.body_size or 0.0)
+    values["impact.material_of"] = sections.impact.material_of or _SOFT
+    return values | _of_section(written["material"], lambda: case.impact.material)
+
+
+def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
+    """Return the state of the case file of an indentation; refuse one that the page cannot show."""
+    indentation = sections.indentation
+    extra = {
+        "counter_material": case.counter_material is not None,
+        "profile.thickness": sections.profile.on_layer,
+        "indentation": indentation.shape is None,
+    }
+    rules = {"indentation": "must have a shape over time: the page shows no list of points"}
+    for key in filter(extra.get, extra):
+        raise InputError(key, rule=rules.get(key, f"{_NO_OTHER}; leave it out"))
+    written: dict[str, Any] = sections.model_dump(include={"profile", "material", "indentation"}, exclude_none=True)
+    profile, course = written["profile"], written["indentation"]
+    course.pop("n_points", None)
+    values = flat({"profile": profile, "indentation": course})
+    if "profile.radius" in values and Geometry.registered[profile["type"]].body_radius:
+        values["indentation.radius"] = values.pop("profile.radius")
+    if indentation.shape == "triangle":
+        values = {"indentation.unloading_time": course["loading_time"], "indentation.hold_time": 0.0} | values
+    if indentation.shape == "hold":
+        values.setdefault("indentation.rise_time", 0.0)
+    values["prescribed"] = case.prescribed
+    return values | _of_section(written["material"], lambda: case.material) | {"page.tab": "indentation"}
+
+
+def _of_section(section: Mapping[str, Any], built: Callable[[], rs.Material]) -> State:
+    """Return the state of the section of a material, or of the material if the page has not all of its keys."""
+    material = flat({"material": section})
+    infinite = material.get("material.bulk_modulus") == math.inf
+    if infinite:
+        del material["material.bulk_modulus"]
+    material.pop("material.name", None)
+    bulk = "bulk_modulus" if "material.bulk_modulus" in material else "poisson_ratio"
+    form = "library" if "material.library" in material else material.get("material.model")
+    state = material | {"material.model": form, "bulk": _INFINITE if infinite else bulk}
+    if form is None or not material.keys() <= inputs().keys() or not material.keys() <= settled(state).keys():
+        return of_material(built())
+    return state
+
+
+def of_impact(impact: rs.Impact) -> State:
+    """Return the state of an impact; refuse one that the page cannot show."""
+    if not isinstance(impact, rs.Impact):
+        raise InputError("impact", rule="must be an Impact or the name of a case file")
+    if impact.shape:
+        raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape}")
+    if impact.counter_material is not None or not math.isinf(impact.impedance):
+        raise InputError("impact", rule=_NO_OTHER)
+    names = {profile: name for name, profile in Geometry.registered.items()}
+    kind = type(impact.profile)
+    if kind not in names or names[kind] not in {option.value for option in inputs()["profile.type"].options}:
+        raise InputError("impact", rule=f"has a profile that the explorer does not show: {kind.__name__}")
+    values: State = {"profile.type": names[kind], "mass_from": "mass"}
+    for name in constants_of(kind):
+        key = "body.radius" if name == "radius" and kind.body_radius else f"profile.{name}"
+        values[key] = float(getattr(impact.profile, name))
+    if isinstance(impact.profile, rs.Pyramid):
+        values[_SIDES] = impact.profile.sides
+    for name in ("velocity", "external_force"):
+        values[f"impact.{name}"] = float(getattr(impact, name))
+    values["impact.body_size"] = float(impact.body_size or 0.0)
+    values["impact.material_of"] = "body" if impact.diameters == BALL_ON_TARGET[::-1] else _SOFT
+    return values | {"body.mass": float(impact.mass)} | of_material(impact.material)
+
+
+def of_material(material: rs.Material) -> State:
+    """Return the state of a material as a standard solid, or else as Prony series in shear and in bulk."""
+    shear, bulk = material.shear, material.bulk
+    solid = shear.n_branches == 1 and shear.equilibrium_modulus > 0.0 and shear.parallel_viscosity == 0.0
+    if solid and (not isinstance(bulk, rs.PronySeries) or bulk.is_elastic):
+        branch, duration = float(shear.branch_moduli[0]), float(shear.relaxation_times[0])
+        constants = {"equilibrium_modulus": shear.equilibrium_modulus, "branch_modulus": branch}
+        values: State = {f"material.{name}": value for name, value in constants.items()}
+        values |= {"material.model": "standard_solid", "material.viscosity": branch * duration}
+    else:
+        values = {"material.model": "prony"} | _of_series("shear", shear)
+    if material.density is not None:
+        values["material.density"] = material.density
+    if not isinstance(bulk, rs.PronySeries):
+        return values | {"bulk": _INFINITE}
+    if bulk.is_elastic:
+        return values | {"bulk": "bulk_modulus", "material.bulk_modulus": bulk.equilibrium_modulus}
+    return values | {"bulk": "series"} | _of_series("bulk", bulk)
+
+
+def _of_series(part: str, series: rs.PronySeries) -> State:
+    names = ("equilibrium_modulus", "branch_moduli", "relaxation_times", "parallel_viscosity")
+    return {f"material.{part}.{name}": np.asarray(getattr(series, name)).tolist() for name in names}
+
+
+def one_line(error: InputError) -> str:
+    """Return an error as one line, the first one of several mistakes."""
+    first = error.mistakes[0] if isinstance(error, CaseError) else error
+    return " ".join(str(CaseError(first)).split())

@@ -1,20 +1,272 @@
-"""The server of the explorer: one page, its files, and one socket for all that is computed."""
+"""The server of the explorer: one page, its files, and one socket for all that is computed, with its messages."""
 
 from __future__ import annotations
 
+import asyncio
+import base64
+import json
+import math
 import secrets
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache
+from importlib.metadata import version
 from importlib.resources import files
 from ipaddress import ip_address
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Never
 from urllib.parse import urlsplit
 
-from restitution.explorer import interpolant, messages
-from restitution.explorer.state import State
+import numpy as np
+
+from restitution.errors import InputError
+from restitution.explorer import answers, downloads, dropped_files
+from restitution.explorer.inputs import MOST_TERMS, PRESETS, State, describe, drop_height, inputs, one_line
+from restitution.impact.status import SolverError
+from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI, OUTPUTS, VALIDITY, Quantity
+from restitution.units import LENGTH, MODULUS, NUMBER, TIME, display_systems
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
+    from starlette.requests import Request as HttpRequest
     from starlette.types import ASGIApp
+    from starlette.websockets import WebSocket
+
+LONGEST = 65_536
+"""Most characters of a message without a file."""
+
+LONGEST_FILE_MESSAGE = LONGEST + (4 * dropped_files.LONGEST) // 3
+"""Most characters of a message with files, whose bytes are in base64."""
+
+BUG = "this is a mistake in the program; please report it"
+
+_LONGEST_ID = 64
+_GROUPS = {
+    "material": "Material", "body": "Body", "impact": "Impact", "bounces": "Bounces", "indentation": "Indentation",
+}  # fmt: skip
+
+
+class Request(NamedTuple):
+    """A request of the page."""
+
+    id: int | float | str | None
+    kind: str
+    content: Mapping[str, Any]
+
+
+def _refuse(rule: str, field: str = "message") -> Never:
+    raise InputError(field, rule=rule)
+
+
+def read(text: str | None) -> Request:
+    """Return the request of a message; an `InputError` refuses what is none."""
+    if text is None:
+        _refuse("must be text")
+    if len(text) > LONGEST_FILE_MESSAGE:
+        _refuse(f"has {len(text)} characters: must have at most {LONGEST_FILE_MESSAGE}")
+    try:
+        content = json.loads(text, parse_constant=lambda name: _refuse(f"{name} is no number"))
+    except (ValueError, RecursionError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("message", rule="must be JSON") from None
+    if not isinstance(content, dict):
+        _refuse("must be an object")
+    name, kind = content.get("id"), content.get("kind")
+    if not (name is None or _is_id(name)):
+        _refuse("must be a finite number or a short text", "id")
+    if not isinstance(kind, str) or kind not in _KINDS:
+        _refuse(f"must be one of {', '.join(_KINDS)}", "kind")
+    if kind != "file" and len(text) > LONGEST:
+        _refuse(f"has {len(text)} characters: must have at most {LONGEST}")
+    if not isinstance(content.get("state", {}), dict):
+        _refuse("must be an object", "state")
+    return Request(name, kind, content)
+
+
+def number_of(text: str | None) -> Any:
+    """Return the number of a message that could not be read, if it has one."""
+    try:
+        number = json.loads(text or "")["id"]
+    except (ValueError, RecursionError, KeyError, TypeError):
+        return None
+    return number if _is_id(number) else None
+
+
+def _is_id(value: Any) -> bool:
+    """Return whether an answer can repeat a value as the number of its request."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str) or len(str(value)) > _LONGEST_ID:
+        return False
+    return isinstance(value, str) or math.isfinite(value)
+
+
+def answer(request: Request) -> str:
+    """Return the answer to a request as JSON; one that fails has its reason in one line."""
+    started = time.thread_time()
+    try:
+        # Extreme numbers overflow on their way to a status or a refusal.
+        with np.errstate(all="ignore"):
+            content = _KINDS[request.kind](request.content)
+        content = {"ok": True, "cost": time.thread_time() - started} | content
+    except InputError as error:
+        content = refusal(error)
+    except SolverError as error:
+        content = {"ok": False, "error": " ".join(str(error).split()), "field": None}
+    except (ValueError, ArithmeticError, MemoryError, RuntimeError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        content = {"ok": False, "error": f"cannot be computed: {reason[:200]}", "field": None}
+    except Exception as error:
+        content = failure(request.id, request.kind, error)
+    try:
+        return json.dumps({"id": request.id, "kind": request.kind} | content, allow_nan=False, default=_doubles)
+    except (TypeError, ValueError) as error:
+        return json.dumps(failure(request.id, request.kind, error))
+
+
+def failure(number: int | float | str | None, kind: str, error: Exception) -> dict[str, Any]:
+    """Return the answer to a request that a mistake of the program ended."""
+    what = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+    return {"id": number, "kind": kind, "ok": False, "error": f"{what}; {BUG}", "field": None}
+
+
+def _doubles(values: np.ndarray) -> dict[str, str]:
+    """Return the numbers in base64, little-endian, which take a tenth of the time of decimals."""
+    return {"doubles": base64.b64encode(values.astype("<f8").tobytes()).decode("ascii")}
+
+
+def refusal(error: InputError) -> dict[str, Any]:
+    """Return the part of an answer that names a wrong input."""
+    return {"ok": False, "error": one_line(error), "field": error.field if error.field in inputs() else None}
+
+
+def _of_state(kind: Callable[[Mapping[str, Any]], dict[str, Any]]) -> Callable[[Mapping[str, Any]], dict[str, Any]]:
+    return lambda content: kind(content.get("state", {}))
+
+
+_KINDS: dict[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
+    **{name: _of_state(kind) for name, kind in answers.KINDS.items()},
+    "paper": lambda _: answers.paper(),
+    "file": dropped_files.read,
+    "download": downloads.download,
+}
+
+
+def schema(state: State | None = None, title: str | None = None) -> str:
+    """Return the message at connect: everything that the page may ask for and show, and the state at the start."""
+    return json.dumps({"kind": "schema"} | _about() | {"state": state or {}, "title": title}, allow_nan=False)
+
+
+_FURTHER = (
+    Quantity("turning_time", TIME, "time of the largest depth", "t_m"),
+    Quantity("contact_end_time", TIME, "end of the contact", "t_end"),
+    INDENTATION["work"],
+    Quantity("relaxation_modulus", MODULUS, "reduced relaxation modulus", "E*(t)"),
+    Quantity("shear_modulus", MODULUS, "relaxation modulus in shear", "G(t)"),
+    INPUTS["poisson_ratio"]._replace(name="nu"),
+    Quantity("doubtful", NUMBER, "an assumption is doubtful"),
+    Quantity("displacement", LENGTH, "displacement of the surface", "w"),
+    Quantity("total_time", TIME, "time of the last touch", "t"),
+    Quantity("n_bounces", NUMBER, "number of bounces", "n"),
+    Quantity("bounce", NUMBER, "bounce", "n"),
+)
+
+
+@cache
+def _about() -> dict[str, Any]:
+    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OUTPUTS | {one.name: one for one in _FURTHER}
+    outputs = {name: describe(quantity) for name, quantity in registries.items()}
+    described: list[Any] = [*inputs().values(), *registries.values()]
+    quantities = [getattr(one, "quantity", one) for one in described]
+    units = display_systems(quantity.dimension for quantity in quantities if quantity is not None)
+    height = drop_height()
+    assert height.quantity is not None
+    outputs[height.key] = describe(height.quantity)
+    return {
+        "version": version("restitution"),
+        "inputs": [one.describe() for one in inputs().values()],
+        "drop_height": height.describe(),
+        "groups": [{"name": name, "words": words} for name, words in _GROUPS.items()],
+        "outputs": outputs,
+        "units": units,
+        "presets": [{"name": name, "words": words, "state": state} for name, (words, state) in PRESETS.items()],
+        "limits": {"file_characters": dropped_files.LONGEST, "message_characters": LONGEST, "terms": MOST_TERMS},
+    }
+
+
+_TOO_LONG = 1009
+# Kinds that follow a slider, and the time [s] for which one of them may wait while another one goes first.
+_QUICK = {"impact": 0.0, "velocity": 0.1}
+# One thread has all of them: two would spend a third of their time on waiting for the interpreter's lock.
+_POOLS = {True: ThreadPoolExecutor(1), False: ThreadPoolExecutor(2)}
+
+
+class Session:
+    """A socket of one page.
+
+    Requests wait while one is answered; those of quick kinds wait for each other alone. A request that waits is
+    replaced by a newer one of its kind, so that the answers never lag behind a slider, and no more than one of each
+    kind waits. The pages take turns.
+    """
+
+    def __init__(self, websocket: WebSocket) -> None:
+        self._websocket = websocket
+        # By kind: when its turn is due, and the request.
+        self._waiting: dict[bool, dict[str, tuple[float, Request]]] = {quick: {} for quick in _POOLS}
+        self._arrived = {quick: asyncio.Event() for quick in _POOLS}
+
+    async def run(self, schema: str) -> None:
+        """Serve the socket until it closes."""
+        from starlette.websockets import WebSocketDisconnect
+
+        await self._websocket.accept()
+        answers = asyncio.gather(*map(self._answer, _POOLS))
+        # What the page cannot be sent any more is lost.
+        with suppress(WebSocketDisconnect, RuntimeError, OSError):
+            await self._websocket.send_text(schema)
+            await self._read()
+        answers.cancel()
+        with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError, OSError):
+            await answers
+
+    async def _read(self) -> None:
+        while (message := await self._websocket.receive())["type"] != "websocket.disconnect":
+            text = message.get("text")
+            if text is not None and len(text) > LONGEST_FILE_MESSAGE:
+                await self._websocket.close(_TOO_LONG)
+                return
+            try:
+                request = read(text)
+            except InputError as error:
+                answer = {"id": number_of(text), "kind": None} | refusal(error)
+                await self._websocket.send_text(json.dumps(answer))
+                continue
+            quick = request.kind in _QUICK
+            # A newer request keeps the place of the one that it replaces.
+            due, _ = self._waiting[quick].get(request.kind, (time.monotonic() + _QUICK.get(request.kind, 0.0), None))
+            self._waiting[quick][request.kind] = due, request
+            self._arrived[quick].set()
+
+    async def _answer(self, quick: bool) -> None:
+        loop, waiting = asyncio.get_running_loop(), self._waiting[quick]
+        while True:
+            await self._arrived[quick].wait()
+            self._arrived[quick].clear()
+            while waiting:
+                kind = min(waiting, key=lambda kind: waiting[kind][0])
+                # The newest request of the kind when its turn comes.
+                work = loop.run_in_executor(_POOLS[quick], lambda kind=kind: _answered(waiting.pop(kind)[1]))
+                await self._websocket.send_text(await work)
+
+
+def _answered(request: Request) -> str:
+    """Return the answer to a request, whatever happens: the requests after it must be answered too."""
+    try:
+        return answer(request)
+    except Exception as error:
+        return json.dumps(failure(request.id, request.kind, error))
+
 
 _TYPES = {
     ".html": "text/html; charset=utf-8", ".css": "text/css; charset=utf-8", ".js": "text/javascript; charset=utf-8",
@@ -30,17 +282,17 @@ _REFUSED = 1008
 
 
 def page_files() -> dict[str, bytes]:
-    """Files of the page by name: a fixed list, and nothing else is ever served."""
+    """Return the files of the page by name: a fixed list, and nothing else is ever served."""
     folder = files("restitution.explorer") / "page"
     return {
-        one.name: one.read_bytes()
-        for one in sorted(folder.iterdir(), key=lambda one: one.name)
-        if one.is_file() and any(one.name.endswith(end) for end in _TYPES)
+        file.name: file.read_bytes()
+        for file in sorted(folder.iterdir(), key=lambda file: file.name)
+        if file.is_file() and any(file.name.endswith(end) for end in _TYPES)
     }
 
 
 def content_type(name: str) -> str:
-    """Type of a file of the page."""
+    """Return the type of a file of the page."""
     return next((kind for end, kind in _TYPES.items() if name.endswith(end)), "application/octet-stream")
 
 
@@ -57,7 +309,7 @@ class Access:
     token: str = field(default_factory=lambda: secrets.token_urlsafe(16))
 
     def allows_host(self, header: str) -> bool:
-        """Whether the header `Host` names this server."""
+        """Return whether the header `Host` names this server."""
         try:
             parts = urlsplit(f"//{header}")
         except ValueError:
@@ -74,7 +326,7 @@ class Access:
             return False
 
     def allows_origin(self, origin: str, host: str) -> bool:
-        """Whether a socket is opened by a page of this server."""
+        """Return whether a socket is opened by a page of this server."""
         try:
             parts = urlsplit(origin)
         except ValueError:
@@ -82,11 +334,11 @@ class Access:
         return parts.scheme in ("http", "https") and parts.netloc.lower() == host.lower()
 
     def allows_tokens(self, tokens: list[str]) -> bool:
-        """Whether the tokens of an address are the right one alone; takes the same time for all wrong ones."""
+        """Return whether the tokens of an address are the right one alone; takes the same time for all wrong ones."""
         return len(tokens) == 1 and secrets.compare_digest(tokens[0].encode(), self.token.encode())
 
     def headers(self, host: str) -> dict[str, str]:
-        """Headers of every answer."""
+        """Return the headers of every answer."""
         frames = "http://localhost:* http://127.0.0.1:*" if self.framed else "'none'"
         policy = (
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
@@ -106,25 +358,21 @@ def application(access: Access, state: State | None = None, title: str | None = 
     """Return the web application, whose page starts from a state."""
     from starlette.applications import Starlette
     from starlette.middleware import Middleware
-    from starlette.requests import Request
     from starlette.responses import PlainTextResponse, Response
     from starlette.routing import Route, WebSocketRoute
-    from starlette.websockets import WebSocket
-
-    from restitution.explorer.session import Session
 
     served = page_files()
-    schema = messages.schema(state, title)
+    about = schema(state, title)
 
-    async def page(request: Request) -> Response:
+    async def page(request: HttpRequest) -> Response:
         if not access.allows_tokens(request.query_params.getlist("token")):
             return PlainTextResponse("the address has no valid token; open the one that the terminal shows\n", 403)
         return Response(served[INDEX], media_type=content_type(INDEX))
 
-    async def static(request: Request) -> Response:
+    async def static(request: HttpRequest) -> Response:
         name = request.path_params["name"]
         if name == INTERPOLANT:
-            return Response(interpolant.as_json(), media_type=content_type(name))
+            return Response(answers.interpolant(), media_type=content_type(name))
         if name not in served:
             return PlainTextResponse("no such file\n", 404)
         return Response(served[name], media_type=content_type(name))
@@ -140,7 +388,7 @@ def application(access: Access, state: State | None = None, title: str | None = 
             return
         opened.add(websocket)
         try:
-            await Session(websocket).run(schema)
+            await Session(websocket).run(about)
         finally:
             opened.discard(websocket)
 

@@ -13,27 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks
-from restitution.contact.analytic import sphere_mass
-from restitution.display import Shown, Summary, Table
+from restitution.checks import Array
+from restitution.contact.profiles import sphere_mass
 from restitution.errors import InputError, InputTypeError
-from restitution.identification.arguments import parameters
-from restitution.identification.bands import FAR, MODULUS_NAMES, modulus_functions
+from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Noise
-from restitution.identification.parameters import Parameters
-from restitution.identification.rebounds import Rebounds
+from restitution.identification.parameters import Parameters, parameters
 from restitution.identification.result import Identification
-from restitution.identification.uncertainty import without
+from restitution.identification.uncertainty import FAR, MODULUS_NAMES, modulus_functions, without
 from restitution.impact.problem import window_around
-from restitution.material.columns import MaterialColumns
-from restitution.pictures import draw
+from restitution.material.viscoelastic import Material, reduced_modulus
 from restitution.quantities import INPUTS, NUMBER, OUTPUTS, Quantity, dataset
+from restitution.result import Result, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
-Columns = Callable[[Array], MaterialColumns]
+Materials = Callable[[Array], Material]
 Criterion = Literal["E", "D"]
 
 FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tangent": "tan delta"}
@@ -48,40 +44,44 @@ _ROUNDS = 20
 
 
 def stencil(theta: Array) -> Array:
-    """A point, and points one step above and below it in each parameter, shape (1 + 2 n_theta, n_theta)."""
+    """Return a point, and points one step above and below it in each parameter, shape (1 + 2 n_theta, n_theta)."""
     steps = _STEP * np.eye(theta.size)
     return np.concatenate([theta[None], theta + steps, theta - steps])
 
 
 def slope(values: Array) -> Array:
-    """Central derivatives of values on a stencil: from shape (1 + 2 n_theta, n) to (n, n_theta)."""
+    """Return central derivatives of values on a stencil: from shape (1 + 2 n_theta, n) to (n, n_theta)."""
     half = values.shape[0] // 2
     return ((values[1 : half + 1] - values[half + 1 :]) / (2.0 * _STEP)).T
 
 
-def sensitivities(impacts: Rebounds, columns: Columns, theta: Array, noise: Noise) -> tuple[dict[str, Array], Array]:
-    """Predicted values by name, and derivatives of the measured ones over their noise, shape (n, n_measured, n_theta).
+def sensitivities(
+    impacts: Rebounds, materials: Materials, theta: Array, noise: Noise
+) -> tuple[dict[str, Array], Array]:
+    """Return predicted values by name, and the derivatives of the measured ones over their noise.
+
+    The derivatives have the shape (n, n_measured, n_theta).
 
     Quantities with a given noise count as measured.
     """
-    found = impacts.predicted(columns(stencil(theta)))
+    predicted = impacts.predicted(materials(stencil(theta)))
     slopes: list[Array] = []
-    for name, values in found.items():
+    for name, values in predicted.items():
         if (deviation := noise.of(name, values[0])) is not None:
             slopes.append(slope(values) / deviation[:, None])
-    return {name: values[0] for name, values in found.items()}, np.stack(slopes, axis=1)
+    return {name: values[0] for name, values in predicted.items()}, np.stack(slopes, axis=1)
 
 
-def functional_slopes(columns: Columns, theta: Array, omega: float) -> tuple[Array, Array]:
-    """Values of `FUNCTIONALS` at omega [rad/s], shape (3,), and slopes of their logarithms, shape (3, n_theta)."""
-    found = modulus_functions(columns(stencil(theta)).reduced, np.array([omega]))[..., 0]
-    values = found[:, [MODULUS_NAMES.index(name) for name in FUNCTIONALS]]
+def functional_slopes(materials: Materials, theta: Array, omega: float) -> tuple[Array, Array]:
+    """Return `FUNCTIONALS` at omega [rad/s], shape (3,), and slopes of their logarithms, shape (3, n_theta)."""
+    functions = modulus_functions(reduced_modulus(materials(stencil(theta))), np.array([omega]))[..., 0]
+    values = functions[:, [MODULUS_NAMES.index(name) for name in FUNCTIONALS]]
     with np.errstate(divide="ignore", invalid="ignore"):
         return values[0], slope(np.log(values))
 
 
 def standard_errors(information: Array, gradients: Array) -> Array:
-    """Standard errors of functions with gradients of shape (k, p); infinite along directions without information."""
+    """Return standard errors of functions with gradients of shape (k, p); infinite without information."""
     eigenvalues, vectors = np.linalg.eigh(information)
     flat = eigenvalues <= _SINGULAR * eigenvalues[-1]
     shares = (gradients @ vectors) ** 2
@@ -90,11 +90,18 @@ def standard_errors(information: Array, gradients: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(Shown):
+class Design(Result):
     """Impacts to measure next, and the errors of the parameters that they would leave.
 
     Standard errors are relative, those of Poisson ratios and exponents absolute, and infinite if nothing is known.
+    `plot` shows the impacts over velocity and radius, and the predicted errors.
     """
+
+    _numbers = (
+        "radius", "mass", "velocity", "repeats", "restitution_coefficient", "contact_time", "standard_errors",
+        "functional_errors", "angular_frequency", "one_radius", "criterion", "gains", "statements",
+    )  # fmt: skip
+    _picture = "identification.design"
 
     radius: Array  # of the chosen impacts in ascending order [m], shape (n,)
     mass: Array  # [kg]
@@ -138,24 +145,14 @@ class Design(Shown):
         return tuple(lines)
 
     def to_dataset(self) -> xr.Dataset:
-        """Table of the chosen impacts over the dimension `impact`, with units."""
+        """Return a table of the chosen impacts over the dimension `impact`, with units."""
         number = Quantity("impact", NUMBER, "number of the impact")
         columns: dict[str, tuple[Any, Quantity]] = {"impact": (np.arange(self.velocity.size), number)}
         columns |= {name: (getattr(self, name), quantity) for name, quantity in _TABLE.items()}
         return dataset("impact", columns, {"statements": "\n".join(self.statements)})
 
-    def to_dict(self) -> dict[str, Any]:
-        """All numbers as plain Python objects, for JSON."""
-        plain = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        plain |= {name: plain[name].tolist() for name in _TABLE}
-        return plain | {"gains": self.gains, "statements": list(self.statements)}
-
-    def plot(self) -> Figure:
-        """Figure of the chosen impacts over velocity and radius, and of the predicted errors."""
-        return draw("identification.design", self)
-
     def summary(self, title: str = "") -> Summary:
-        """Table of the impacts, which `print` and notebooks show."""
+        """Return a table of the impacts, which `print` and notebooks show."""
         heads = tuple(f"{quantity.words} [{quantity.unit or '-'}]" for quantity in _TABLE.values())
         columns = (getattr(self, name) for name in _TABLE)
         rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
@@ -174,12 +171,12 @@ _TABLE = {
 
 
 def per_cent(error: float) -> str:
-    """Standard error as a share, with two digits."""
+    """Return the standard error as a share, with two digits."""
     return f"{float(f'{100.0 * error:.2g}'):g} %"
 
 
 def known(error: float) -> str:
-    """Standard error of a logarithm, in words."""
+    """Return the standard error of a logarithm, in words."""
     if error < 0.5:
         return f"to {per_cent(error)}"
     return f"to a factor of {math.exp(error):.2g}" if error < FAR else "not at all"
@@ -194,7 +191,7 @@ def design(
     fixed: Iterable[str] = ("poisson_ratio", "bulk_modulus"),
     noise: Noise | None = None,
 ) -> Design:
-    """Impacts that determine the parameters of a model best, given a rough guess of the material.
+    """Return impacts that determine the parameters of a model best, given a rough guess of the material.
 
     Parameters
     ----------
@@ -247,22 +244,21 @@ def design(
         checks.instance("fixed", name, str, "must hold names of parameters")
     impacts, radius = _grid(candidates)
     space, theta, before = _at_guess(model_at_guess, fixed)
-    window = window_around(impacts.predicted(space.columns(theta[None], (1e-12, 1e7)))["contact_time"])
+    window = window_around(impacts.predicted(space.materials(theta[None], (1e-12, 1e7)))["contact_time"])
 
-    def columns(coordinates: Array) -> MaterialColumns:
-        return space.columns(coordinates, (window.low, window.high))
+    def materials(coordinates: Array) -> Material:
+        return space.materials(coordinates, (window.low, window.high))
 
     noise = Noise(restitution_coefficient="1 %", contact_time="1 %") if noise is None else Noise.given(noise)
-    values, jacobian = sensitivities(impacts, columns, theta, noise)
+    values, jacobian = sensitivities(impacts, materials, theta, noise)
     possible = np.all(np.isfinite(jacobian), axis=(1, 2))
     if not np.any(possible):
-        raise InputError("candidates", wanted="must hold an impact after which the body separates")
+        raise InputError("candidates", rule="must hold an impact after which the body separates")
     information = np.einsum("nqp,nqr->npr", jacobian, jacobian)
     # Standard errors are relative for parameters that enter by their logarithm, absolute for others.
-    scales = np.diag([
-        1.0 if one.kind == "log" else float(one.outward(z + _STEP) - one.outward(z - _STEP)) / (2.0 * _STEP)
-        for one, z in zip(space.free, theta, strict=True)
-    ])  # fmt: skip
+    slopes = [float(parameter.slope(z)) for parameter, z in zip(space.free, theta, strict=True)]
+    logs = [parameter.kind == "log" for parameter in space.free]
+    scales = np.diag(np.where(logs, 1.0, slopes))
 
     def errors(places: NDArray[np.intp]) -> Array:
         return standard_errors(before + information[places].sum(axis=0), scales)
@@ -270,10 +266,10 @@ def design(
     chosen = _best(information, before, np.flatnonzero(possible), count, criterion)
     one_radius: dict[float, float] = {}
     for size in np.unique(radius[possible]).tolist():
-        own = np.flatnonzero(possible & (radius == size))
-        one_radius[size] = float(errors(_best(information, before, own, count, criterion)).max())
+        of_radius = np.flatnonzero(possible & (radius == size))
+        one_radius[size] = float(errors(_best(information, before, of_radius, count, criterion)).max())
     omega = math.pi / float(np.exp(np.mean(np.log(values["contact_time"][chosen]))))
-    _, gradients = functional_slopes(columns, theta, omega)
+    _, gradients = functional_slopes(materials, theta, omega)
     functionals = standard_errors(before + information[chosen].sum(axis=0), gradients)
     places, repeats = np.unique(chosen, return_counts=True)
     return Design(
@@ -285,46 +281,50 @@ def design(
 
 
 def _at_guess(model: Any, fixed: Iterable[str]) -> tuple[Parameters, Array, Array]:
-    """Parameters of a model with its numbers, their coordinates, and what is known of them: an information matrix."""
+    """Return the parameters of a model with its numbers, their coordinates, and an information matrix."""
     if isinstance(model, Identification):
         n = model.problem.n_parameters
         seen = without(model.estimation.jacobian[:, :n], model.estimation.jacobian[:, n:])
         return model.problem.space, model.coordinates[:n], seen.T @ seen
     if not isinstance(model, partial):
-        wanted = "must be a model with its numbers, such as functools.partial(rs.standard_solid, 1e6, 1e7, 1e4)"
-        raise InputTypeError("model_at_guess", model, wanted)
-    given = dict(zip(inspect.signature(model.func).parameters, model.args, strict=False)) | model.keywords
-    known = {name: value for name, value in given.items() if name in set(fixed)}
-    free = {name: value for name, value in given.items() if name not in known}
+        rule = "must be a model with its numbers, such as functools.partial(rs.standard_solid, 1e6, 1e7, 1e4)"
+        raise InputTypeError("model_at_guess", model, rule)
+    numbers = dict(zip(inspect.signature(model.func).parameters, model.args, strict=False)) | model.keywords
+    held = {name: value for name, value in numbers.items() if name in set(fixed)}
+    free = {name: value for name, value in numbers.items() if name not in held}
     terms = max((np.size(value) for value in free.values()), default=1)
-    space = parameters(model.func, fixed=known, start=free, terms=terms)
+    space = parameters(model.func, fixed=held, start=free, terms=terms)
     for name in space.names:
         if name not in space.start:
-            raise InputError(f"model_at_guess.{name}", wanted="must be given")
+            raise InputError(f"model_at_guess.{name}", rule="must be given")
     n = len(space.free)
-    return space, np.array([one.inward(space.start[one.name]) for one in space.free]), np.zeros((n, n))
+    return (
+        space,
+        np.array([parameter.inward(space.start[parameter.name]) for parameter in space.free]),
+        np.zeros((n, n)),
+    )
 
 
 def _grid(candidates: Mapping[str, Any]) -> tuple[Rebounds, Array]:
-    """Every velocity with every ball, in ascending order of radius, mass and velocity; and the radii."""
+    """Return every velocity with every ball, in ascending order of radius, mass and velocity; and the radii."""
     for name in candidates:
         checks.one_of("candidates", name, ("velocity", "radius", "mass", "density"))
     for name in ("velocity", "radius"):
         if name not in candidates:
-            raise InputError(f"candidates.{name}", wanted="must be given")
+            raise InputError(f"candidates.{name}", rule="must be given")
     if ("mass" in candidates) == ("density" in candidates):
-        raise InputError("candidates.mass, candidates.density", wanted="exactly one must be given")
-    given = {
+        raise InputError("candidates.mass, candidates.density", rule="exactly one must be given")
+    columns = {
         name: np.atleast_1d(INPUTS[name].check(value, f"candidates.{name}")) for name, value in candidates.items()
     }
     velocity, radius, name = (
-        given["velocity"].ravel(),
-        given["radius"].ravel(),
-        "mass" if "mass" in given else "density",
+        columns["velocity"].ravel(),
+        columns["radius"].ravel(),
+        "mass" if "mass" in columns else "density",
     )
-    if given[name].size not in (1, radius.size):
-        raise InputError(f"candidates.{name}", wanted=f"must be one number, or {radius.size}, one for each radius")
-    mass = given["mass"] if name == "mass" else sphere_mass(given["density"], radius)
+    if columns[name].size not in (1, radius.size):
+        raise InputError(f"candidates.{name}", rule=f"must be one number, or {radius.size}, one for each radius")
+    mass = columns["mass"] if name == "mass" else sphere_mass(columns["density"], radius)
     mass = np.broadcast_to(mass, radius.shape)
     every = np.repeat(radius, velocity.size), np.repeat(mass, velocity.size), np.tile(velocity, radius.size)
     radius, mass, velocity = (column[np.lexsort(every[::-1])] for column in every)
@@ -334,7 +334,7 @@ def _grid(candidates: Mapping[str, Any]) -> tuple[Rebounds, Array]:
 def _best(
     information: Array, before: Array, places: NDArray[np.intp], count: int, criterion: Criterion
 ) -> NDArray[np.intp]:
-    """Chosen ones of some places, repeats included; information of each, shape (n, p, p), and of the data before."""
+    """Choose candidates greedily by information, shape (n, p, p); one may be chosen twice."""
     some = information[places]
     ridge = _SINGULAR * np.trace(before + some.sum(axis=0)) * np.eye(some.shape[1])
 

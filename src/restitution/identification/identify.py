@@ -4,27 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-from restitution.checks import function, one_of, truth, whole
+from restitution import checks
+from restitution.checks import Array, function, one_of, truth, whole
 from restitution.errors import InputError
-from restitution.identification.arguments import SPECTRUM, parameters
-from restitution.identification.estimation import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
-from restitution.identification.observations import Observations, hollow_balls
+from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
+from restitution.identification.observations import Moduli, Observations, as_observations, hollow_balls
+from restitution.identification.parameters import SPECTRUM, parameter_names, parameters
 from restitution.identification.result import Identification
-from restitution.identification.tables import Moduli, as_observations
-from restitution.identification.uncertainty import Estimate, Uncertainty
-from restitution.material.isotherms import Isotherms
+from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded
+from restitution.material.master_curve import Isotherms
+from restitution.quantities import MODULI, Quantity
+from restitution.result import Result, Summary, Table
 
 if TYPE_CHECKING:
-    from restitution.identification.comparison import Comparison
+    import xarray
 
-Array = NDArray[np.float64]
+    from restitution.identification.spectrum import Spectrum
+
 
 # A profile that finds a point this much better than the fit moves the fit there.
 _BETTER, _RESTARTS = 1e-2, 3
@@ -45,7 +48,7 @@ def identify(
     profiles: bool | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Any:
-    """Material that fits measured data, with errors.
+    """Return the material that fits measured data, with errors.
 
     Parameters
     ----------
@@ -128,109 +131,101 @@ def identify(
         model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=shift, terms=whole("terms", terms),
         temperature=_middle_temperature(sets),
     )  # fmt: skip
-    if not any(one.fixes_time for one in sets):
-        bulk = [one.name for one in space.free if one.name in ("bulk_modulus", "poisson_ratio")]
+    if not any(record.fixes_time for record in sets):
+        bulk = [parameter.name for parameter in space.free if parameter.name in ("bulk_modulus", "poisson_ratio")]
         if bulk and bulk[0] not in space.prior:
-            raise InputError(bulk[0], wanted="must be in fixed: restitution coefficients alone do not show it")
+            raise InputError(bulk[0], rule="must be in fixed: restitution coefficients alone do not show it")
     if progress is not None:
         function("progress", progress, "must be a function of the steps done and of all", 2)
     report = progress or (lambda done, steps: None)
     uncertainty = Uncertainty(estimate(sets, space, loss))
-    found = _estimates(uncertainty, profiles, report)
+    estimates = _estimates(uncertainty, profiles, report)
     for _ in range(_RESTARTS):
         estimation, better = uncertainty.estimation, uncertainty.best
         rank, other = ranks(estimation.problem, (estimation.fit, better))
         if other > rank - _BETTER:
             break
         uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
-        found = _estimates(uncertainty, profiles, report)
-    result = Identification(uncertainty, found, _nuisances(uncertainty))
+        estimates = _estimates(uncertainty, profiles, report)
+    result = Identification(uncertainty, estimates, _nuisances(uncertainty))
     return replace(result, warnings=_warnings(result))
 
 
 def _estimates(
     uncertainty: Uncertainty, profiles: bool | None, report: Callable[[int, int], None]
 ) -> dict[str, Estimate]:
-    names, found = uncertainty.estimation.problem.space.names, dict[str, Estimate]()
+    names, estimates = uncertainty.estimation.problem.space.names, dict[str, Estimate]()
     report(1, len(names) + 1)
     for k, name in enumerate(names):
-        found[name] = uncertainty.estimate(k, profiles)
+        estimates[name] = uncertainty.estimate(k, profiles)
         report(k + 2, len(names) + 1)
-    return found
-
-
-def _compare(data: Any, models: Any, **options: Any) -> Comparison:
-    from restitution.identification.comparison import compare
-
-    return compare(data, models, **options)
-
-
-_compare.__doc__ = "Fit several models to the same data; see `restitution.identification.comparison.compare`."
-identify.compare = _compare  # pyright: ignore[reportFunctionMemberAccess]
+    return estimates
 
 
 def _observations(data: Any) -> list[Observations]:
     single = not isinstance(data, Sequence)
-    given: list[Any] = [data] if single else list(data)
-    each = (_isotherms(one) if isinstance(one, Isotherms) else [one] for one in given)
-    sets = [as_observations(one, n) for n, one in enumerate(chain.from_iterable(each))]
+    items: list[Any] = [data] if single else list(data)
+    each = (_isotherms(record) if isinstance(record, Isotherms) else [record] for record in items)
+    sets = [as_observations(record, n) for n, record in enumerate(chain.from_iterable(each))]
     if not sets:
-        raise InputError("data", wanted="must hold at least one set of data")
+        raise InputError("data", rule="must hold at least one set of data")
     return sets
 
 
 def _isotherms(measured: Isotherms) -> list[Observations]:
-    """One set of moduli for each temperature."""
+    """Return one set of moduli for each temperature."""
     sets = [Moduli(table, temperature=table.temperature) for table in measured.tables]
-    for one in sets:
-        one.series = measured
+    for record in sets:
+        record.series = measured
     return list(sets)
 
 
 def _middle_temperature(sets: Sequence[Observations]) -> float | None:
-    """Median of the temperatures of the data [K]."""
-    levels = [getattr(one, "temperature", None) for one in sets]
-    given = [np.ravel(level) for level in levels if level is not None]
-    return float(np.median(np.concatenate(given))) if given else None
+    """Return the median of the temperatures of the data [K]."""
+    levels = [getattr(record, "temperature", None) for record in sets]
+    temperatures = [np.ravel(level) for level in levels if level is not None]
+    return float(np.median(np.concatenate(temperatures))) if temperatures else None
 
 
 def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
-    """Unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
+    """Return unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
     problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
-    columns, found, at = problem.columns(fit.coordinates[None]), dict[str, Estimate](), problem.n_parameters
+    materials, estimates, at = problem.materials(fit.coordinates[None]), dict[str, Estimate](), problem.n_parameters
     quantile = uncertainty.quantile()
-    for n, (one, own) in enumerate(zip(problem.data, problem.nuisances(fit.coordinates[None]), strict=True)):
-        prefix = f"{one.label or n}: " if len(problem.data) > 1 else ""
-        for k, nuisance in enumerate(one.nuisances):
-            value, error = float(own[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
+    for n, (record, values) in enumerate(zip(problem.data, problem.nuisances(fit.coordinates[None]), strict=True)):
+        prefix = f"{record.label or n}: " if len(problem.data) > 1 else ""
+        for k, nuisance in enumerate(record.nuisances):
+            value, error = float(values[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
             at += 1
             reach = quantile * error
-            found[prefix + nuisance.name] = Estimate(value, error, (value - reach, value + reach), True, nuisance.unit)
-        for name, (value, unit) in one.linear_estimates(columns, own).items():
-            found[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
-    return found
+            estimates[prefix + nuisance.name] = Estimate(
+                value, error, (value - reach, value + reach), True, nuisance.unit
+            )
+        for name, (value, unit) in record.linear_estimates(materials, values).items():
+            estimates[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
+    return estimates
 
 
-def _warnings(found: Identification) -> tuple[str, ...]:
-    """Doubts about a fit."""
+def _warnings(result: Identification) -> tuple[str, ...]:
+    """Return doubts about a fit."""
     from scipy.special import gammainc
 
-    estimation, problem, freedom = found.estimation, found.problem, found.degrees_of_freedom
+    estimation, problem, freedom = result.estimation, result.problem, result.degrees_of_freedom
     lines: list[str] = []
-    if freedom > 0 and not any(one.scaled for one in problem.data) and estimation.loss == "linear":
-        share, ratio = float(gammainc(0.5 * freedom, 0.5 * found.chi2)), found.reduced_chi2
+    if freedom > 0 and not any(record.scaled for record in problem.data) and estimation.loss == "linear":
+        share, ratio = float(gammainc(0.5 * freedom, 0.5 * result.chi2)), result.reduced_chi2
         if share > 0.995:
             lines.append(f"chi2/dof = {ratio:.3g} is too large for this noise: the model or the noise is wrong")
         elif share < 0.005:
             lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
     if not estimation.fit.converged:
         lines.append("the search ended before its tolerance: give start, or bounds")
-    if found.runs_test < 0.005:
-        lines.append(f"the residuals have too few changes of sign (p = {found.runs_test:.1g}): the model is wrong")
-    for one in problem.data:
-        lines += hollow_balls(getattr(one, "mass", None), getattr(one, "profile", None))
+    if result.runs_test < 0.005:
+        lines.append(f"the residuals have too few changes of sign (p = {result.runs_test:.1g}): the model is wrong")
+    for record in problem.data:
+        lines += hollow_balls(getattr(record, "mass", None), getattr(record, "profile", None))
     # The parameters with a value may have another one in another minimum.
-    stated = np.array([one.determined for one in found.parameters.values()])
+    stated = np.array([estimate.determined for estimate in result.parameters.values()])
     n, best = problem.n_parameters, estimation.fit
     for other in estimation.fits:
         apart = np.where(stated, np.abs(other.coordinates[:n] - best.coordinates[:n]), 0.0)
@@ -240,3 +235,172 @@ def _warnings(found: Identification) -> tuple[str, ...]:
             well = "almost as well" if gain < 0.0 else f"better by {gain:.2g} in chi2, but is less plausible"
             lines.append(f"another minimum fits {well}, with {problem.space.names[k]} = {value:.3g}")
     return tuple(dict.fromkeys(lines))
+
+
+# Comparison of several models of the material that are fitted to the same data.
+
+# Models of a smaller weight do not count in the band.
+_LEAST_WEIGHT = 0.01
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Result):
+    """Models fitted to the same data, best first; `plot` shows their moduli over frequency.
+
+    Attributes
+    ----------
+    results : dict of str to Identification or Spectrum
+        Fits by the name of the model.
+    criterion : dict of str to float
+        Akaike's criterion with its correction for few data, AICc, less that of the best model. NaN for a spectrum,
+        which has no likelihood.
+    weights : dict of str to float
+        Akaike weights exp(-AICc/2), of sum 1.
+    refused : dict of str to str
+        Models that cannot be fitted to the data or with the options, and the reason.
+    """
+
+    _numbers = ("criterion", "weights", "statements", "results")
+    _picture = "identification.comparison"
+
+    results: dict[str, Identification | Spectrum]
+    criterion: dict[str, float]
+    weights: dict[str, float]
+    refused: dict[str, str] = field(default_factory=dict)
+
+    def moduli(self, angular_frequency: ArrayLike, *, level: float = 0.95) -> xarray.Dataset:
+        """Return E* of the best model; the band covers the bands of all models with a weight above 1 %."""
+        omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s"))
+        plausible = [result for name, result in self.results.items() if not self.weights[name] < _LEAST_WEIGHT]
+        tables = [result.moduli(omega, level=level) for result in plausible]
+        columns: dict[Quantity, tuple[Array, Array, Array]] = {}
+        for name in MODULUS_NAMES:
+            low, high = (np.array([table[f"{name}_{end}"].to_numpy() for table in tables]) for end in ("low", "high"))
+            columns[MODULI[name]] = tables[0][name].to_numpy(), np.nanmin(low, axis=0), np.nanmax(high, axis=0)
+        bands = banded(MODULI["angular_frequency"], omega, level, columns)
+        return bands.assign_attrs(models=len(tables))
+
+    @property
+    def statements(self) -> tuple[str, ...]:
+        """Result of the comparison, in words."""
+        best, *others = self.results
+        lines = [f"{best} describes the data best."]
+        close = [name for name in others if self.weights[name] >= _LEAST_WEIGHT]
+        if close:
+            lines.append(f"The data do not exclude {', '.join(close)}: quote the band of all of them.")
+        result = self.results[best]
+        if result.reduced_chi2 > 2.0:
+            lines.append(f"Even its chi2/dof is {result.reduced_chi2:.3g}: none of the models describes the data.")
+        return tuple(lines)
+
+    def summary(self, title: str = "") -> Summary:
+        """Return a table of the models, the best first, which `print` and notebooks show."""
+        rows: list[tuple[str, ...]] = []
+        for name, result in self.results.items():
+            unknowns = (
+                f"{result.coordinates.size}"
+                if isinstance(result, Identification)
+                else f"{result.effective_parameters:.1f}"
+            )
+            rows.append((name, unknowns, f"{result.reduced_chi2:.3g}", f"{self.criterion[name]:.1f}",
+                         f"{self.weights[name]:.3f}"))  # fmt: skip
+        lines = [*(f"{name}: not fitted, {reason}" for name, reason in self.refused.items()), *self.statements]
+        table = Table(("model", "unknowns", "chi2/dof", "AICc", "weight"), rows)
+        return Summary(title or "Comparison of models", table, lines)
+
+    @property
+    def _short(self) -> str:
+        return ", ".join(f"{name} {self.weights[name]:.3f}" for name in self.results)
+
+
+def compare(
+    data: Any, models: Sequence[Any] | Mapping[str, Any], *,
+    progress: Callable[[int, int], None] | None = None, **options: Any,
+) -> Comparison:  # fmt: skip
+    """Fit several models to the same data.
+
+    Parameters
+    ----------
+    data : observations, table of moduli, or list of them
+        As in `restitution.identify`.
+    models : sequence or dict
+        Models as in `restitution.identify`, also "spectrum"; pairs of a model and further options, such as
+        ``(generalised_maxwell, {"terms": 3})``; or a dict of these by name.
+    progress : callable, optional
+        Called with (models done, all models).
+    **options
+        Options of `restitution.identify` for all models. Entries of `fixed`, `bounds`, `start` and `prior` are ignored
+        for models that do not have the parameter.
+
+    Returns
+    -------
+    Comparison
+        Best model first.
+
+    Notes
+    -----
+    AICc = -2 ln L + 2k + 2k(k + 1)/(n - k - 1) for k unknowns and n data (Burnham and Anderson, *Model Selection and
+    Multimodel Inference*, 2nd ed. (2002), ch. 2). Noise of unknown size enters by its estimate.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> from restitution.material.fit import RelaxationTable
+    >>> t = np.geomspace(1e-3, 1.0, 20)
+    >>> table = RelaxationTable(t, 1e6 + 2e6 * np.exp(-t / 0.05) + 1e3 * np.sin(t * 1e5), "shear")
+    >>> both = rs.identify.compare(table, [rs.elastic, rs.standard_solid], fixed={"poisson_ratio": 0.5})
+    >>> list(both.results)
+    ['standard_solid', 'elastic']
+    """
+    named = list(models.items()) if isinstance(models, Mapping) else [(None, model) for model in models]
+    if not named:
+        raise InputError("models", rule="must name at least one model")
+    report = progress or (lambda done, models: None)
+    results, criteria, refused = dict[str, Any](), dict[str, float](), dict[str, str]()
+    for n, (name, choice) in enumerate(named):
+        report(n, len(named))
+        model, more = choice if isinstance(choice, tuple) else (choice, {})
+        settings = {key: value for key, value in {**options, **more}.items() if value is not None}
+        arguments = parameter_names(model, settings.get("shift"))
+        for key in ("fixed", "bounds", "start", "prior"):
+            if key in settings:
+                settings[key] = {
+                    place: value for place, value in settings[key].items() if place.partition("[")[0] in arguments
+                }
+        label = name or (model if isinstance(model, str) else getattr(model, "__name__", "model"))
+        if label in results:
+            label = f"{label} {len(results) + 1}"
+        try:
+            result: Any = identify(data, model, **settings)
+        except InputError as error:
+            refused[label] = str(error)
+            continue
+        results[label] = result
+        criteria[label] = _criterion(result) if isinstance(result, Identification) else math.nan
+    report(len(named), len(named))
+    if not results:
+        raise InputError("models", list(refused), f"fit none of the data: {next(iter(refused.values()))}")
+    least = min(filter(math.isfinite, criteria.values()), default=0.0)
+    shares = {
+        name: math.exp(-0.5 * (criterion - least)) if math.isfinite(criterion) else math.nan
+        for name, criterion in criteria.items()
+    }
+    total = sum(share for share in shares.values() if math.isfinite(share)) or 1.0
+    order = sorted(results, key=lambda name: criteria[name] if math.isfinite(criteria[name]) else math.inf)
+    return Comparison(
+        {name: results[name] for name in order}, {name: criteria[name] - least for name in order},
+        {name: shares[name] / total for name in order}, refused,
+    )  # fmt: skip
+
+
+identify.compare = compare  # pyright: ignore[reportFunctionMemberAccess]
+
+
+def _criterion(result: Identification) -> float:
+    """Return AICc of a fit; infinite if it has too few data."""
+    problem, n = result.problem, result.problem.n_data
+    sets = zip(problem.data, problem.factors, result.residuals, strict=True)
+    # The logarithm of a Gaussian density has that of the standard deviation.
+    value = sum(float((residuals**2).sum()) + 2.0 * residuals.size * math.log(factor) for _, factor, residuals in sets)
+    k = result.coordinates.size + len(problem.unknown_sizes)
+    return value + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0) if n > k + 1 else math.inf

@@ -7,29 +7,139 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
-from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks
-from restitution.checks import whole
+from restitution.checks import Array, Places, whole
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
-from restitution.identification.arguments import parameters
-from restitution.identification.bands import FAR, quantile
-from restitution.identification.curve import IndentationCurve
-from restitution.identification.curve_fits import EDGE, STEP, CurveFits, Descent
-from restitution.identification.estimation import Estimation, estimate
-from restitution.identification.parameters import Parameters
-from restitution.identification.uncertainty import Uncertainty
+from restitution.identification.curves import RTOL, IndentationCurve, curves_block
+from restitution.identification.fit import Estimation, estimate
+from restitution.identification.observations import modulus
+from restitution.identification.parameters import Parameters, parameters, penalties, rows_of
+from restitution.identification.uncertainty import FAR, Uncertainty, quantile
+from restitution.numerics.least_squares import descend
 from restitution.parallel import on_threads
+from restitution.quantities import MODULUS, VISCOSITY
+from restitution.result import Outcome
 
 if TYPE_CHECKING:
     import xarray
 
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
+
+# Fits of many indentation curves at once, each with its own material, by Levenberg-Marquardt steps.
+
+
+_ROUNDS = 60
+# A descent ends if the next step would lower chi2 by less than this, a thousandth of a standard error.
+_ENOUGH = 1e-6
+# Steps of differences in logarithms and in the contact point; largest step of a logarithm in a round.
+STEP, _CONTACT_STEP, _FURTHEST = 1e-4, 1e-2, 2.0
+# A coordinate within this distance of a bound counts as at it.
+EDGE = 1e-3
+
+
+class CurveFits(NamedTuple):
+    """Fits of s curves."""
+
+    points: Array  # coordinates as in `estimation.EstimationProblem`, shape (s, q)
+    errors: Array  # their standard errors
+    chi2: Array  # shape (s,); infinite without a fit
+    freedom: Array  # points less unknowns, baseline included
+    units: Array  # unit of the contact point [m]
+    bound: NDArray[np.bool_]  # whether a coordinate is at the end of its range, shape (s, q)
+    ended: NDArray[np.bool_]  # whether the descent has converged
+
+
+class Descent:
+    """Curves of one indenter at one temperature, fitted all at once; coordinates as in `EstimationProblem`."""
+
+    def __init__(self, curves: list[IndentationCurve], seed: Estimation, space: Parameters) -> None:
+        self.curves, self.seed, self.space = curves, seed, space
+        self.block = curves_block(curves)
+        self.unit = np.array([curve.nuisances[0].step for curve in curves])
+        most = max(curve.size for curve in curves)
+        # After the last point of a shorter curve all weights are zero.
+        self.measured, self.weights = np.zeros((2, len(curves), most))
+        self.basis = np.zeros((len(curves), most, 2))
+        for n, curve in enumerate(curves):
+            self.measured[n, : curve.size], self.weights[n, : curve.size] = curve.force, 1.0 / curve.deviations
+            self.basis[n, : curve.size] = curve.basis
+
+    def residuals(self, points: Array, places: Places) -> Array:
+        """Return residuals of k points of the curves at `places`, shape (s, k, n); NaN where there are none."""
+        s, k, q = points.shape
+        flat, rows = points.reshape(s * k, q), np.repeat(places, k)
+        forces = rows_of(lambda part: self._forces(flat[part], rows[part]), s * k)
+        forces = np.where(self.weights[rows] > 0.0, forces, 0.0).reshape(s, k, -1)
+        off = (forces - self.measured[places, None]) * self.weights[places, None]
+        off -= (off @ self.basis[places]) @ self.basis[places].swapaxes(1, 2)
+        prior = penalties(self.space, flat[:, :-1]).reshape(s, k, -1)
+        return np.concatenate([off, prior], axis=2)
+
+    def _forces(self, points: Array, places: Places) -> Array:
+        """Return forces of curves at some places, shape (m, n); NaN where the solver fails."""
+        materials = self.space.materials(points[:, :-1], self.seed.problem.window)
+        series, touches = modulus(materials, self.curves[0].temperature), points[:, -1] * self.unit[places]
+        return self.block.forces(series, touches, places.astype(np.int64), rtol=RTOL)[0]
+
+    @property
+    def steps(self) -> Array:
+        """Steps of differences in the coordinates."""
+        return np.append(np.full(len(self.space.free), STEP), _CONTACT_STEP)
+
+    def starts(self) -> tuple[Array, Array, Array]:
+        """Start and bounds of each curve: those of the seed, but the moduli times a factor."""
+        best, problem = self.seed.fit.coordinates, self.seed.problem
+        p, s = len(self.space.free), len(self.curves)
+        touch = np.array(
+            [[getattr(curve.nuisances[0], key) for key in ("start", "low", "high")] for curve in self.curves]
+        )
+        points = np.column_stack([np.tile(best[:p], (s, 1)), touch[:, 0] / self.unit])
+        everywhere = np.arange(s)
+        weighted = self.measured * self.weights
+        weighted -= np.einsum("sj,snj->sn", np.einsum("sn,snj->sj", weighted, self.basis), self.basis)
+        fitted = self.residuals(points[:, None], everywhere)[:, 0, : weighted.shape[1]] + weighted
+        share, size = np.einsum("sn,sn->s", fitted, weighted), np.einsum("sn,sn->s", fitted, fitted)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            factor = np.log(np.where(share > 0.0, share / size, 1.0))
+        moduli = [
+            parameter.kind == "log" and not parameter.bounded
+            and (parameter.quantity.dimension in (MODULUS, VISCOSITY) or parameter.argument == "coefficient")
+            for parameter in self.space.free
+        ]  # fmt: skip
+        shift = np.nan_to_num(factor)[:, None] * np.array(moduli)
+        low = np.column_stack([problem.low[:p] + shift, touch[:, 1] / self.unit])
+        high = np.column_stack([problem.high[:p] + shift, touch[:, 2] / self.unit])
+        points[:, :p] += shift
+        return np.clip(points, low + 1e-9, high - 1e-9), low, high
+
+    def fits(self) -> CurveFits:
+        """Fit all curves: Levenberg-Marquardt steps until none would improve a fit."""
+        points, low, high = self.starts()
+        q, n = points.shape[1], self.measured.shape[1]
+        furthest = np.append(np.full(q - 1, _FURTHEST), np.inf)
+        points, costs, ended = descend(self.residuals, points, low, high, self.steps, furthest, _ENOUGH / n, _ROUNDS)
+        bound = (points - low < EDGE) | (high - points < EDGE)
+        freedom = np.maximum(np.array([curve.size for curve in self.curves]) - q - 2, 1)
+        return CurveFits(points, self._errors(points, costs / freedom), costs, freedom, self.unit, bound, ended)
+
+    def _errors(self, points: Array, reduced: Array) -> Array:
+        """Return standard errors of the coordinates."""
+        places, step = np.arange(len(points)), np.diag(self.steps)
+        ahead, behind = (self.residuals(points[:, None] + move, places) for move in (step, -step))
+        slopes = np.nan_to_num((ahead - behind) / (2.0 * self.steps[:, None]))
+        normal = slopes @ slopes.swapaxes(1, 2)
+        scale = np.sqrt(np.maximum(np.einsum("sqq->sq", normal), 1e-300))
+        relative = normal / (scale[:, :, None] * scale[:, None]) + 1e-14 * np.eye(points.shape[1])
+        variance = np.einsum("sqq->sq", np.linalg.inv(relative))
+        noise = np.array([curve.scaled for curve in self.curves])
+        factor = np.where(noise, reduced, 1.0)
+        return np.sqrt(np.maximum(variance, 0.0) * factor[:, None]) / scale
+
+
 Curves = Iterable[IndentationCurve | Callable[[], IndentationCurve]]
 
 # Curves in a task of a thread: a few tenths of a second.
@@ -38,18 +148,16 @@ _CHUNK = 64
 _SEEDS = 5
 # A curve with this multiple of the median of chi2 is fitted again, from starts of its own.
 _POOR = 2.0
-# Messages of curves that were not reached, and of those whose descent ends without a minimum.
-_INTERRUPTED, _NO_REASON = "interrupted before this curve", "the descent finds no minimum; give start or bounds"
 
 
-class MapStatus(IntEnum):
+class MapStatus(Outcome):
     """How the fit of one curve of a map ended."""
 
-    FITTED = 0
-    NOT_CONVERGED = 1
-    NO_FIT = 2
-    REFUSED = 3
-    NOT_DONE = 4
+    FITTED = 0, ""
+    NOT_CONVERGED = 1, "the descent finds no minimum; give start or bounds"
+    NO_FIT = 2, "the descent finds no minimum; give start or bounds"
+    REFUSED = 3, "the curve is refused"
+    NOT_DONE = 4, "interrupted before this curve"
 
 
 def identify_map(
@@ -65,7 +173,7 @@ def identify_map(
     workers: int = 2,
     progress: bool | Callable[[int, int], None] = True,
 ) -> xarray.Dataset:
-    """Material at each place of a map of indentation curves.
+    """Return the material at each place of a map of indentation curves.
 
     Parameters
     ----------
@@ -142,10 +250,10 @@ def identify_map(
             except InputError as error:
                 table.refuse(place, str(error))
         for alike in _alike(ready):
-            own = [ready[n] for n in alike]
-            found = Descent(own, seed, space).found()
-            reasons = _improved(found, own, space)
-            table.enter(np.array(places)[alike], found, reasons)
+            group = [ready[n] for n in alike]
+            fits = Descent(group, seed, space).fits()
+            reasons = _improved(fits, group, space)
+            table.enter(np.array(places)[alike], fits, reasons)
 
     try:
         on_threads(run, range(0, len(items), _CHUNK), workers, lambda: report(table.done))
@@ -163,7 +271,7 @@ class _Table:
         self._values, self._errors = np.full((2, size, len(space.free) + 1), np.nan)
         self._chi2, self._reduced = np.full((2, size), np.nan)
         self._status = np.full(size, MapStatus.NOT_DONE, dtype=np.int8)
-        self._message = np.full(size, _INTERRUPTED, dtype=object)
+        self._message = np.full(size, MapStatus.NOT_DONE.message, dtype=object)
 
     @property
     def done(self) -> int:
@@ -174,34 +282,36 @@ class _Table:
         """Enter a curve that was refused."""
         self._status[place], self._message[place] = MapStatus.REFUSED, message
 
-    def enter(self, places: Places, found: CurveFits, reasons: Mapping[int, str]) -> None:
+    def enter(self, places: Places, fits: CurveFits, reasons: Mapping[int, str]) -> None:
         """Enter the fits of the curves at these places, with the reasons why some of them failed."""
-        fitted = np.isfinite(found.chi2)
+        fitted = np.isfinite(fits.chi2)
         width = quantile(0.95)
-        status = np.where(found.ended, MapStatus.FITTED, MapStatus.NOT_CONVERGED)
-        for k, one in enumerate(self._space.free):
-            z, error = found.points[:, k], found.errors[:, k]
-            known = fitted & (width * error < FAR) & ~found.bound[:, k]
-            slope = (one.outward(z + STEP) - one.outward(z - STEP)) / (2.0 * STEP)
-            self._values[places, k] = np.where(known, one.outward(z), np.nan)
-            self._errors[places, k] = np.where(known, slope * error, np.where(fitted, np.inf, np.nan))
-        for column, numbers in ((self._values, found.points), (self._errors, found.errors)):
-            column[places, -1] = np.where(fitted, numbers[:, -1] * found.units, np.nan)
-        self._chi2[places] = np.where(fitted, found.chi2, np.nan)
-        self._reduced[places] = np.where(fitted, found.chi2 / found.freedom, np.nan)
+        status = np.where(fits.ended, MapStatus.FITTED, MapStatus.NOT_CONVERGED)
+        for k, parameter in enumerate(self._space.free):
+            z, error = fits.points[:, k], fits.errors[:, k]
+            determined = fitted & (width * error < FAR) & ~fits.bound[:, k]
+            self._values[places, k] = np.where(determined, parameter.outward(z), np.nan)
+            self._errors[places, k] = np.where(
+                determined, parameter.slope(z) * error, np.where(fitted, np.inf, np.nan)
+            )
+        for column, numbers in ((self._values, fits.points), (self._errors, fits.errors)):
+            column[places, -1] = np.where(fitted, numbers[:, -1] * fits.units, np.nan)
+        self._chi2[places] = np.where(fitted, fits.chi2, np.nan)
+        self._reduced[places] = np.where(fitted, fits.chi2 / fits.freedom, np.nan)
         status = np.where(fitted, status, MapStatus.NO_FIT)
         self._status[places] = status
         self._message[places] = [
-            reasons.get(n, _NO_REASON) if one != MapStatus.FITTED else "" for n, one in enumerate(status)
+            reasons.get(n, MapStatus(number).message) if number != MapStatus.FITTED else ""
+            for n, number in enumerate(status)
         ]
 
     def dataset(self, shape: tuple[int, ...]) -> xarray.Dataset:
-        """All results over the grid of places."""
+        """Return all results over the grid of places."""
         import xarray as xr
 
         names = {1: ("curve",), 2: ("y", "x")}.get(len(shape), tuple(f"axis_{n}" for n in range(len(shape))))
         columns: dict[str, Any] = {}
-        units = [(one.name, one.quantity.attributes) for one in self._space.free]
+        units = [(parameter.name, parameter.quantity.attributes) for parameter in self._space.free]
         units.append(("contact_point", {"units": "m", "long_name": "depth reading at first touch"}))
         for k, (name, attributes) in enumerate(units):
             words = {"units": attributes["units"], "long_name": f"standard error of the {attributes['long_name']}"}
@@ -209,18 +319,16 @@ class _Table:
             columns[f"{name}_standard_error"] = self._errors[:, k], words
         columns["chi2"] = self._chi2, {"units": "", "long_name": "sum of the squares of the residuals"}
         columns["reduced_chi2"] = self._reduced, {"units": "", "long_name": "chi2 over the degrees of freedom"}
-        meanings = " ".join(one.name.lower() for one in MapStatus)
-        flags = {"flag_values": [int(one) for one in MapStatus], "flag_meanings": meanings}
-        columns["status"] = self._status, {"long_name": "status of the fit", **flags}
+        columns["status"] = self._status, {"long_name": "status of the fit", **MapStatus.attributes()}
         columns["message"] = self._message.astype(str), {"long_name": "why the curve has no fit"}
         return xr.Dataset({name: (names, data.reshape(shape), about) for name, (data, about) in columns.items()})
 
 
 def _curve(item: IndentationCurve | Callable[[], IndentationCurve]) -> IndentationCurve:
-    made = item() if callable(item) else item
-    if not isinstance(made, IndentationCurve):
-        raise InputTypeError("curves", made, "must be an IndentationCurve, or a function that returns one")
-    return made
+    curve = item() if callable(item) else item
+    if not isinstance(curve, IndentationCurve):
+        raise InputTypeError("curves", curve, "must be an IndentationCurve, or a function that returns one")
+    return curve
 
 
 def _seed(items: list[Any], space: Parameters) -> Estimation:
@@ -237,12 +345,14 @@ def _seed(items: list[Any], space: Parameters) -> Estimation:
 
 
 def _alike(curves: list[IndentationCurve]) -> list[list[int]]:
-    """Indices of the curves, in groups of the same indenter and temperature."""
+    """Return indices of the curves, in groups of the same indenter and temperature."""
     groups: list[list[int]] = []
-    for n, one in enumerate(curves):
+    for n, curve in enumerate(curves):
         for group in groups:
             first = curves[group[0]]
-            if (first.profile is one.profile or first.profile == one.profile) and first.temperature == one.temperature:
+            if (
+                first.profile is curve.profile or first.profile == curve.profile
+            ) and first.temperature == curve.temperature:
                 group.append(n)
                 break
         else:
@@ -250,32 +360,32 @@ def _alike(curves: list[IndentationCurve]) -> list[list[int]]:
     return groups
 
 
-def _improved(found: CurveFits, curves: list[IndentationCurve], space: Parameters) -> dict[int, str]:
+def _improved(fits: CurveFits, curves: list[IndentationCurve], space: Parameters) -> dict[int, str]:
     """Fit curves whose chi2 is far above that of the others again, from their own starts; the reasons of failures."""
     reasons: dict[int, str] = {}
-    reduced = found.chi2 / found.freedom
+    reduced = fits.chi2 / fits.freedom
     usual = np.median(reduced[np.isfinite(reduced)]) if np.isfinite(reduced).any() else 0.0
-    for n in np.flatnonzero(~found.ended | ~(reduced < _POOR * usual)):
+    for n in np.flatnonzero(~fits.ended | ~(reduced < _POOR * usual)):
         try:
-            own = Uncertainty(estimate([curves[n]], space))
+            uncertainty = Uncertainty(estimate([curves[n]], space))
         except InputError as error:
             reasons[int(n)] = str(error)
             continue
-        problem, fit = own.estimation.problem, own.estimation.fit
+        problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
         chi2 = fit.cost * problem.factors[0] ** 2
-        if chi2 < found.chi2[n] or not found.ended[n]:
-            found.points[n], found.errors[n], found.chi2[n] = fit.coordinates, own.standard_errors, chi2
+        if chi2 < fits.chi2[n] or not fits.ended[n]:
+            fits.points[n], fits.errors[n], fits.chi2[n] = fit.coordinates, uncertainty.standard_errors, chi2
             z = fit.coordinates
-            found.bound[n] = (z - problem.low < EDGE) | (problem.high - z < EDGE)
-            found.ended[n] = True
+            fits.bound[n] = (z - problem.low < EDGE) | (problem.high - z < EDGE)
+            fits.ended[n] = True
     return reasons
 
 
-def _progress(wanted: bool | Callable[[int, int], None], total: int) -> Callable[[int], None]:
-    """Function that shows the number of curves done."""
-    if callable(wanted):
-        return lambda done: wanted(done, total)
-    if not wanted or not sys.stderr.isatty():
+def _progress(progress: bool | Callable[[int, int], None], total: int) -> Callable[[int], None]:
+    """Return the function that shows the number of curves done."""
+    if callable(progress):
+        return lambda done: progress(done, total)
+    if not progress or not sys.stderr.isatty():
         return lambda done: None
     begin = time.monotonic()
 

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from restitution import checks
-from restitution.contact.profile import Parabola
-from restitution.errors import InputError
-from restitution.material.columns import MaterialColumns
-from restitution.material.fit import DynamicTable
-
-Array = NDArray[np.float64]
+from restitution.checks import Array
+from restitution.contact.profiles import Parabola
+from restitution.errors import InputError, InputTypeError
+from restitution.material.conversion import tension_from_shear
+from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution.quantities import check_single
 
 # Lightest solid ball [kg/m^3]; rubbers and polymers have 850 and more.
 _LIGHTEST = 500.0
@@ -48,19 +49,19 @@ class Noise:
         return Noise() if noise is None else checks.instance("noise", noise, Noise, "must be a Noise")
 
     def of(self, name: str, values: Array, scale: Array | float | None = None) -> Array | None:
-        """Standard deviations of values in SI, shape (n,); None if unknown.
+        """Return standard deviations of values in SI, shape (n,); None if unknown.
 
         A relative one refers to each value, or to `scale` if it is given.
         """
         if name not in self.deviations:
             return None
-        given = self.deviations[name]
-        parts = given if isinstance(given, tuple) else (given,)
+        deviation = self.deviations[name]
+        parts = deviation if isinstance(deviation, tuple) else (deviation,)
         square = np.zeros(np.shape(values))
         for part in parts:
             size = self._part(name, part, np.abs(values) if scale is None else np.asarray(scale))
             if np.shape(size) not in ((), np.shape(values)):
-                raise InputError(f"noise.{name}", wanted=f"must be one number, or {np.size(values)} numbers")
+                raise InputError(f"noise.{name}", rule=f"must be one number, or {np.size(values)} numbers")
             square += size**2
         return np.sqrt(square)
 
@@ -106,7 +107,7 @@ class Curve(NamedTuple):
 
 
 def hollow_balls(mass: Any, profile: Any) -> list[str]:
-    """Doubt about balls that are too light to be solid, in words."""
+    """Return doubt about balls that are too light to be solid, in words."""
     if mass is None or not isinstance(profile, Parabola):
         return []
     with np.errstate(all="ignore"):  # a radius may be so small that its cube is zero
@@ -116,11 +117,45 @@ def hollow_balls(mass: Any, profile: Any) -> list[str]:
     return [f"a ball of this mass and radius has {density:.0f} kg/m^3: a hollow one that deforms is no half-space"]
 
 
+def modulus(materials: Material, temperature: Any = None, deformation: str | None = None) -> PronySeries:
+    """Return moduli of materials in shear or in tension, by default the reduced ones, perhaps at temperatures [K]."""
+    if deformation == "shear":
+        series = materials.shear
+    elif deformation == "tension":
+        series = tension_from_shear(materials.shear, bulk_modulus=materials.bulk)
+    else:
+        series = reduced_modulus(materials)
+    # A shift multiplies all times, and so also those of moduli that were converted before.
+    if temperature is None:
+        return series
+    factor = materials.shift_factor(temperature)
+    series = series.broadcast_to(np.broadcast_shapes(series.shape, np.shape(factor)))
+    # A trial shift may be NaN, and its times are not checked: such rows have no result.
+    with np.errstate(invalid="ignore", over="ignore"):
+        times, viscosity = series.relaxation_times * np.asarray(factor)[..., None], series.parallel_viscosity * factor
+    return PronySeries.from_checked(series.equilibrium_modulus, series.branch_moduli, times, viscosity)
+
+
+def number_or_none(name: str, value: Any) -> float | None:
+    """Return an input as a single number in SI, or None if there is none."""
+    return None if value is None else check_single(name, value)
+
+
+def nuisances_of(data: Sequence[Observations], coordinates: Array) -> list[Array]:
+    """Return the nuisances of each set of data, shape (m, n_nuisance), from all of them over their steps."""
+    parts, first = list[Array](), 0
+    for record in data:
+        steps = np.array([nuisance.step for nuisance in record.nuisances])
+        parts.append(coordinates[:, first : first + steps.size] * steps)
+        first += steps.size
+    return parts
+
+
 class Observations(ABC):
     """Measured data of one kind, in the form that `identify` needs.
 
     A subclass checks its data once, in its constructor, and converts them to SI. All methods take many materials at
-    once: m rows of `MaterialColumns`, and an array of shape (m, n_nuisance) of the nuisances in their order.
+    once, an array of shape (m, 1), and an array of shape (m, n_nuisance) of the nuisances in their order.
     Unknowns that enter linearly (gain, baseline, slope) do not count as nuisances: the subclass projects them out.
     """
 
@@ -145,34 +180,159 @@ class Observations(ABC):
         """Number of residuals n."""
 
     @abstractmethod
-    def residuals(self, materials: MaterialColumns, nuisances: Array) -> Array:
-        """Residuals (fit - data) over their standard deviations, whitened, shape (m, n); NaN where a row fails."""
+    def residuals(self, materials: Material, nuisances: Array) -> Array:
+        """Return whitened residuals (fit - data) over deviations, shape (m, n); NaN where a row fails."""
 
     @abstractmethod
-    def curves(self, materials: MaterialColumns, nuisances: Array) -> list[Curve]:
-        """Measured and fitted values for the first row."""
+    def curves(self, materials: Material, nuisances: Array) -> list[Curve]:
+        """Return measured and fitted values for the first row."""
 
     @abstractmethod
     def window(self) -> tuple[float, float]:
-        """Lowest and highest angular frequency [rad/s] of the data."""
+        """Return the lowest and highest angular frequency [rad/s] of the data."""
 
-    def contact_times(self, materials: MaterialColumns) -> Array | None:
-        """Contact times [s] on each material, shape (m, n), NaN without separation; None for data of another kind."""
+    def contact_times(self, materials: Material) -> Array | None:
+        """Return contact times [s] on each material, shape (m, n), NaN without separation; None for other data."""
         return None
 
     def effective_moduli(self) -> DynamicTable | None:
-        """Approximate storage and loss part of E* from the data, for a start; None if unknown."""
+        """Return approximate storage and loss part of E* from the data, for a start; None if unknown."""
         return None
 
     def moduli_by_temperature(self) -> list[DynamicTable]:
-        """The effective moduli, a table for each temperature."""
+        """Return the effective moduli, a table for each temperature."""
         table = self.effective_moduli()
         return [] if table is None else [replace(table, temperature=getattr(self, "temperature", table.temperature))]
 
     def assumed_moduli(self, modulus: float) -> DynamicTable | None:
-        """The same from a loss tangent alone, at an assumed magnitude [Pa]; None without a loss tangent."""
+        """Return the same from a loss tangent alone, at an assumed magnitude [Pa]; None without a loss tangent."""
         return None
 
-    def linear_estimates(self, materials: MaterialColumns, nuisances: Array) -> dict[str, tuple[float, str]]:
-        """Unknowns that were projected out, for the first row: value and SI unit by name."""
+    def linear_estimates(self, materials: Material, nuisances: Array) -> dict[str, tuple[float, str]]:
+        """Return unknowns that were projected out, for the first row: value and SI unit by name."""
         return {}
+
+
+# Relaxation and dynamic tables as observations of a material.
+
+
+class Moduli(Observations):
+    """Measured relaxation or dynamic moduli of the material.
+
+    Parameters
+    ----------
+    table : RelaxationTable or DynamicTable
+        Measured moduli.
+    deformation : {"shear", "tension"}, optional
+        Needed if the table does not state it.
+    temperature : float, optional
+        Temperature [K] of the measurement, for a model with a shift.
+    noise : Noise, optional
+        Relative standard deviations, as texts such as "2 %": of `modulus`, or of `storage_modulus` and
+        `loss_modulus`, the latter relative to the magnitude of E*. Without it the size of the noise is estimated.
+
+    Examples
+    --------
+    >>> table = RelaxationTable(np.array([0.1, 1.0]), np.array([3e6, 2e6]), "shear")
+    >>> Moduli(table, noise=Noise(modulus="1 %")).size
+    2
+    """
+
+    def __init__(
+        self,
+        table: RelaxationTable | DynamicTable,
+        *,
+        deformation: Literal["shear", "tension"] | None = None,
+        temperature: float | None = None,
+        noise: Noise | None = None,
+    ) -> None:
+        if not isinstance(table, RelaxationTable | DynamicTable):
+            raise InputTypeError(
+                "table", table, "must be a RelaxationTable or a DynamicTable, as read_material returns"
+            )
+        self.table, self.temperature, self.label = table, temperature, table.source
+        kind = deformation or table.deformation
+        if kind not in ("shear", "tension"):
+            rule = 'must be "shear" or "tension", as the data do not state it'
+            raise InputError("deformation", kind, rule, where=table.source)
+        self.deformation: Literal["shear", "tension"] = kind
+        names = ("storage_modulus", "loss_modulus") if isinstance(table, DynamicTable) else ("modulus",)
+        if isinstance(table, RelaxationTable):
+            # At time 0 the modulus of a dashpot is infinite.
+            inside = table.time > 0.0
+            self._at, values = table.time[inside], [table.modulus[inside]]
+            sizes = values
+        else:
+            inside = table.angular_frequency > 0.0
+            self._at = table.angular_frequency[inside]
+            values = [table.storage_modulus[inside], table.loss_modulus[inside]]
+            sizes = [np.hypot(*values)] * 2
+        self._values = np.concatenate(values)
+        self.scaled = noise is None or not noise.deviations
+        if noise is None or self.scaled:
+            deviations = [0.01 * size for size in sizes]
+        else:
+            deviations = []
+            for name, value, size in zip(names, values, sizes, strict=True):
+                deviation = noise.of(name, value, size)
+                if deviation is None:
+                    raise InputError(f"noise.{name}", rule="must be given, as that of another quantity is")
+                deviations.append(deviation)
+        self._deviations = np.concatenate(deviations)
+        self._names = names
+
+    @property
+    def size(self) -> int:
+        """Number of measured values."""
+        return self._values.size
+
+    def _predicted(self, materials: Material) -> Array:
+        series = modulus(materials, self.temperature, self.deformation)
+        if isinstance(self.table, RelaxationTable):
+            return series.relaxation_modulus(self._at)
+        moduli = series.complex_modulus(self._at)
+        return np.hstack([moduli.real, moduli.imag])
+
+    def residuals(self, materials: Material, nuisances: Array) -> Array:
+        """Return residuals of the moduli; of the storage moduli, then of the loss moduli."""
+        return (self._predicted(materials) - self._values) / self._deviations
+
+    def curves(self, materials: Material, nuisances: Array) -> list[Curve]:
+        """Return moduli over time or angular frequency."""
+        x_name = "time" if isinstance(self.table, RelaxationTable) else "angular_frequency"
+        fitted, n = self._predicted(materials)[0], self._at.size
+        parts = (slice(k * n, (k + 1) * n) for k in range(len(self._names)))
+        return [
+            Curve(name, x_name, self._at, self._values[part], fitted[part],
+                  None if self.scaled else self._deviations[part])
+            for name, part in zip(self._names, parts, strict=True)
+        ]  # fmt: skip
+
+    def window(self) -> tuple[float, float]:
+        """Return the lowest and highest angular frequency, or the reciprocals of the times [rad/s]."""
+        ends = float(self._at.min()), float(self._at.max())
+        return ends if isinstance(self.table, DynamicTable) else (1.0 / ends[1], 1.0 / ends[0])
+
+    def effective_moduli(self) -> DynamicTable:
+        """Return the moduli themselves; from a relaxation with delta = -(pi/2) dln G/dln t at omega = 1/t."""
+        n = self._at.size
+        if isinstance(self.table, DynamicTable):
+            return DynamicTable(self._at, self._values[:n], self._values[n:], self.deformation, self.label)
+        slope = np.gradient(np.log(self._values), np.log(self._at)) if n > 1 else np.zeros(n)
+        phase = np.clip(-0.5 * math.pi * slope, 1e-3, 1.5)
+        size = self._values[::-1]
+        return DynamicTable(
+            1.0 / self._at[::-1], size * np.cos(phase[::-1]), size * np.sin(phase[::-1]), self.deformation, self.label
+        )
+
+    def __repr__(self) -> str:
+        return f"Moduli({type(self.table).__name__} of {self._at.size} in {self.deformation})"
+
+
+def as_observations(data: object, place: int) -> Observations:
+    """Return one set of data; a table of moduli becomes `Moduli`."""
+    if isinstance(data, Observations):
+        return data
+    if isinstance(data, RelaxationTable | DynamicTable):
+        return Moduli(data)
+    raise InputTypeError("data", data, "must be Rebounds, a table of moduli, or another kind of data", index=(place,))

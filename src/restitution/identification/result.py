@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
 from collections.abc import Callable
@@ -11,38 +12,122 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from restitution import checks
-from restitution.display import Shown, Summary
+from restitution.checks import Array
 from restitution.errors import InputError, RestitutionWarning
-from restitution.identification.bands import FAR, MODULUS_NAMES, banded, limits, modulus_functions
-from restitution.identification.estimation import Estimation, EstimationProblem
-from restitution.identification.material_file import known_times
+from restitution.files import whole_file
+from restitution.identification.fit import Estimation, EstimationProblem
+from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Curve, Observations
-from restitution.identification.profiles import LikelihoodProfile
-from restitution.identification.rebounds import Rebounds
-from restitution.identification.uncertainty import UNDETERMINED, Estimate, FlatDirection, Uncertainty, headline
+from restitution.identification.records import BounceTimes, ForceHistory
+from restitution.identification.uncertainty import (
+    FAR,
+    MODULUS_NAMES,
+    UNDETERMINED,
+    Estimate,
+    FlatDirection,
+    LikelihoodProfile,
+    Uncertainty,
+    banded,
+    headline,
+    limits,
+    modulus_functions,
+)
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.material.columns import MaterialColumns
 from restitution.material.fractional import FractionalMaterial
-from restitution.material.viscoelastic import Material
-from restitution.pictures import draw
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import RIGID, Material, reduced_modulus
 from restitution.quantities import DEFAULT_OUTPUTS, MODULI, NUMBER, OUTPUTS, Quantity
+from restitution.result import Result, Summary, plain
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
+
+# Case files of identified materials, which `restitution solve` reads.
+
+# Contact time over its beginning, a third of depth over velocity, at most; 8.8 for an elastic ball.
+_BEGINNING = 14.0
+
+
+def write_material(result: Identification, path: str | Path) -> Path:
+    """Write the best material with its errors as comments, and the first ball of the data, if any."""
+    low, high = result.window
+    comments = [
+        f"Identified from {', '.join(record.label or repr(record) for record in result.data)}",
+        f"chi2/dof = {result.reduced_chi2:.4g}, {result.degrees_of_freedom} degrees of freedom",
+        f"holds from {low:.4g} to {high:.4g} rad/s" if math.isfinite(low) else "the data contain no time",
+        *(f"{name} = {estimate.words}" for name, estimate in result.parameters.items()),
+        f"covariance of the logarithms of {', '.join(result.parameters)}:",
+        *(" ".join(f"{value:.4e}" for value in row) for row in result.covariance),
+    ]
+    lines = [f"# {line}" for comment in comments for line in comment.splitlines()]
+    lines += ["", "[material]"]
+    if math.isfinite(low):
+        shortest, longest = known_times(result)
+        # The commands refuse contacts beyond it.
+        lines.append(f"window = [{shortest!r}, {longest!r}]")
+    if result.undetermined:
+        # Results warn of them.
+        lines.append(f"undetermined = {json.dumps(list(result.undetermined))}")
+    lines += [f"{key} = {_value(value)}" for key, value in _section(result).items()]
+    balls = next((record for record in result.data if isinstance(record, Rebounds)), None)
+    if balls is not None and balls.radius is not None and balls.counter_material is None:
+        radius, mass, velocity = (float(column[0]) for column in (balls.radius, balls.mass, balls.velocity))
+        lines += ["", "[body]", f"radius = {radius!r}", f"mass = {mass!r}"]
+        lines += ["", "[profile]", 'type = "parabola"', "", "[impact]", f"velocity = {velocity!r}"]
+    with whole_file(path) as partial:
+        partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return Path(path)
+
+
+def known_times(result: Identification) -> tuple[float, float]:
+    """Return the shortest and longest time [s] for which the data determine the material.
+
+    An impact that lasts T contributes the frequency pi/T, and determines the material from its beginning to T.
+    """
+    low, high = result.window
+    if not all(isinstance(record, Rebounds | BounceTimes | ForceHistory) for record in result.data):
+        return 1.0 / high, 1.0 / low
+    return math.pi / high / _BEGINNING, math.pi / low
+
+
+def _section(result: Identification) -> dict[str, Any]:
+    """Return keys of the material: constants of a model of the package, or else relaxation functions."""
+    space = result.problem.space
+    if space.entry is not None:
+        numbers = space.constants(space.arguments(result.coordinates[None, : result.problem.n_parameters]))
+        names = [name for name in space.entry.constants if name in numbers]
+        return {"model": space.entry.name} | {name: np.asarray(numbers[name]).tolist() for name in names}
+    material = result.materials.row(0, 0)
+    bulk = material.bulk if isinstance(material.bulk, PronySeries) else RIGID
+    constant = {"bulk_modulus": float(bulk.equilibrium_modulus)}
+    return {"shear": material.shear} | (constant if bulk.is_elastic else {"bulk": bulk})
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, PronySeries):
+        parts = {
+            "equilibrium_modulus": value.equilibrium_modulus,
+            "branch_moduli": value.branch_moduli.tolist(),
+            "relaxation_times": value.relaxation_times.tolist(),
+            "parallel_viscosity": value.parallel_viscosity,
+        }
+        return "{ " + ", ".join(f"{name} = {_value(part)}" for name, part in parts.items()) + " }"
+    return json.dumps(value).replace("Infinity", "inf")
+
 
 _LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(Shown):
+class Identification(Result):
     """Material identified from measured data; see `restitution.identify`.
+
+    `plot` shows data and fit, residuals, profiles, and moduli with bands.
 
     Attributes
     ----------
@@ -69,6 +154,12 @@ class Identification(Shown):
     >>> print(round(found.parameters["branch_modulus"].value / 2e6, 6))
     1.0
     """
+
+    _numbers = (
+        "parameters", "nuisances", "functionals", "chi2", "reduced_chi2", "covariance", "window", "flat_directions",
+        "statements", "undetermined", "warnings",
+    )  # fmt: skip
+    _picture = "identification.overview"
 
     uncertainty: Uncertainty
     parameters: dict[str, Estimate]
@@ -106,26 +197,26 @@ class Identification(Shown):
         return self.estimation.fit.coordinates
 
     @cached_property
-    def columns(self) -> MaterialColumns:
-        """The best material as columns of one row."""
-        return self.problem.columns(self.coordinates[None])
+    def materials(self) -> Material:
+        """The best material as an array of shape (1, 1)."""
+        return self.problem.materials(self.coordinates[None])
 
     @cached_property
     def material(self) -> Material | FractionalMaterial:
         """Material of the best fit, which holds within the window; `undetermined` names its unknown constants."""
-        made = self.problem.space.material(self.coordinates[: self.problem.n_parameters])
+        material = self.problem.space.material(self.coordinates[: self.problem.n_parameters])
         low, high = self.window
-        if not isinstance(made, Material):
-            return made
-        made = replace(made, undetermined=self.undetermined or None)
+        if not isinstance(material, Material):
+            return material
+        material = replace(material, undetermined=self.undetermined or None)
         if 0.0 < low < high:
-            return replace(made, window=known_times(self), assumptions="identified from measured data")
-        return made
+            return replace(material, window=known_times(self), assumptions="identified from measured data")
+        return material
 
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Names of the parameters that the data do not determine within a factor of 3."""
-        return tuple(name for name, one in self.parameters.items() if one.factor > UNDETERMINED)
+        return tuple(name for name, estimate in self.parameters.items() if estimate.factor > UNDETERMINED)
 
     @cached_property
     def covariance(self) -> Array:
@@ -142,12 +233,8 @@ class Identification(Shown):
     @cached_property
     def residuals(self) -> tuple[Array, ...]:
         """Residuals of each set of data over their standard deviations."""
-        found, at = self.problem.residuals(self.coordinates[None])[0], 0
-        parts: list[Array] = []
-        for one in self.data:
-            parts.append(found[at : at + one.size])
-            at += one.size
-        return tuple(parts)
+        ends = np.cumsum([record.size for record in self.data])
+        return tuple(np.split(self.problem.residuals(self.coordinates[None])[0], ends)[:-1])
 
     @property
     def chi2(self) -> float:
@@ -174,19 +261,22 @@ class Identification(Shown):
     def curves(self) -> list[tuple[str, list[Curve]]]:
         """Measured and fitted values of each set of data, with its label."""
         nuisances = self.problem.nuisances(self.coordinates[None])
-        return [(one.label, one.curves(self.columns, own)) for one, own in zip(self.data, nuisances, strict=True)]
+        return [
+            (record.label, record.curves(self.materials, values))
+            for record, values in zip(self.data, nuisances, strict=True)
+        ]
 
     @cached_property
     def window(self) -> tuple[float, float]:
         """Lowest and highest angular frequency [rad/s] of the data; NaN if they contain no time."""
-        ends = np.array([one.window() for one in self.data])
-        known = ends[np.isfinite(ends).all(axis=1)]
-        if not known.size and not any(one.exact for one in self.flat_directions):
+        ends = np.array([record.window() for record in self.data])
+        finite = ends[np.isfinite(ends).all(axis=1)]
+        if not finite.size and not any(direction.exact for direction in self.flat_directions):
             # The others follow from a known modulus or time.
-            times = [found[0] for one in self.data if (found := one.contact_times(self.columns)) is not None]
-            times = [found[np.isfinite(found)] for found in times if np.any(np.isfinite(found))]
-            known = math.pi / np.array([[time.max(), time.min()] for time in times])
-        return (float(known[:, 0].min()), float(known[:, 1].max())) if known.size else (math.nan, math.nan)
+            times = [series[0] for record in self.data if (series := record.contact_times(self.materials)) is not None]
+            times = [series[np.isfinite(series)] for series in times if np.any(np.isfinite(series))]
+            finite = math.pi / np.array([[time.max(), time.min()] for time in times])
+        return (float(finite[:, 0].min()), float(finite[:, 1].max())) if finite.size else (math.nan, math.nan)
 
     @property
     def runs_test(self) -> float:
@@ -219,11 +309,11 @@ class Identification(Shown):
             return tuple(statements(self))
 
     def profile(self, name: str, level: float = _LEVEL) -> LikelihoodProfile:
-        """Profile of one parameter: the least sum of squares for each of its values, with the interval."""
+        """Return the profile of one parameter: the least sum of squares for each of its values, with the interval."""
         return self.uncertainty.profile(self._place(name), self._level(level))
 
     def interval(self, level: float = _LEVEL) -> dict[str, tuple[float, float]]:
-        """Profile intervals of all parameters in SI; an open end is that of the admissible range."""
+        """Return the profile intervals of all parameters in SI; an open end is that of the admissible range."""
         share = self._level(level)
         return {name: self.uncertainty.estimate(k, True, share).interval for k, name in enumerate(self.parameters)}
 
@@ -236,7 +326,7 @@ class Identification(Shown):
         return float(checks.between("level", level, 0.0, 1.0))
 
     def moduli(self, angular_frequency: ArrayLike, *, level: float = _LEVEL) -> xarray.Dataset:
-        """Storage and loss part, magnitude and loss tangent of the reduced modulus E* over frequency, with bands.
+        """Return storage and loss part, magnitude and loss tangent of E* over frequency, with bands.
 
         The variables `..._low` and `..._high` are the ends of the band. The variable `inside` is false outside
         `window`, where no data support the moduli.
@@ -244,15 +334,15 @@ class Identification(Shown):
         omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s"))
 
         def functions(coordinates: Array) -> Array:
-            return modulus_functions(self.problem.columns(coordinates).reduced, omega)
+            return modulus_functions(reduced_modulus(self.problem.materials(coordinates)), omega)
 
         quantities = [MODULI[name] for name in MODULUS_NAMES]
-        found = self._banded(MODULI["angular_frequency"], omega, quantities, functions, level)
+        bands = self._banded(MODULI["angular_frequency"], omega, quantities, functions, level)
         low, high = self.window
-        return found.assign(inside=("angular_frequency", (omega >= low) & (omega <= high)))
+        return bands.assign(inside=("angular_frequency", (omega >= low) & (omega <= high)))
 
     def predict(self, impact: Impact, *, level: float = _LEVEL) -> xarray.Dataset:
-        """Outputs of impacts on the identified material, with bands; the material of `impact` is not used.
+        """Return outputs of impacts on the identified material, with bands; the material of `impact` is not used.
 
         Warns
         -----
@@ -263,35 +353,33 @@ class Identification(Shown):
             raise InputError("impact", impact, "must be an Impact")
 
         def functions(coordinates: Array) -> Array:
-            columns, rows = self.problem.columns(coordinates), list[Array]()
-            for n in range(columns.size):
-                bulk = columns.bulk.equilibria[n]
-                made = Material(columns.shear.row(n), math.inf if math.isinf(bulk) else columns.bulk.row(n))
-                found = Batch.from_impact(replace(impact, material=made)).solve(1e-9, workers=1)
-                rows.append(np.stack([found[name] for name in DEFAULT_OUTPUTS]))
+            materials, rows = self.problem.materials(coordinates), list[Array]()
+            for n in range(len(coordinates)):
+                outcomes = Batch.from_impact(replace(impact, material=materials.row(n, 0))).solve(1e-9, workers=1)
+                rows.append(np.stack([outcomes[name] for name in DEFAULT_OUTPUTS]))
             return np.stack(rows)
 
         velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
         axis = Quantity("impact", NUMBER, "number of the impact")
         numbers = np.arange(velocity.size, dtype=np.float64)
-        found = self._banded(axis, numbers, [OUTPUTS[name] for name in DEFAULT_OUTPUTS], functions, level)
+        bands = self._banded(axis, numbers, [OUTPUTS[name] for name in DEFAULT_OUTPUTS], functions, level)
         low, high = self.window
-        frequency = math.pi / found["contact_time"].to_numpy()
+        frequency = math.pi / bands["contact_time"].to_numpy()
         inside = (frequency > low * (1.0 - 1e-9)) & (frequency < high * (1.0 + 1e-9))
         if math.isfinite(low) and not np.all(inside):
             outside = int((~inside).sum())
             text = (f"{outside} of {velocity.size} impacts leave the window of the data, contact times from "
                     f"{math.pi / high:.3g} to {math.pi / low:.3g} s")  # fmt: skip
             warnings.warn(RestitutionWarning("window", text), stacklevel=2)
-        return found.assign_coords(velocity=("impact", velocity))
+        return bands.assign_coords(velocity=("impact", velocity))
 
     def _banded(
         self, axis: Quantity, x: Array, quantities: list[Quantity], functions: Callable[[Array], Array], level: float
     ) -> xarray.Dataset:
-        """Functions of the coordinates, shape (m, n_quantity, n_x), with bands of their logarithms."""
+        """Return functions of the coordinates, shape (m, n_quantity, n_x), with bands of their logarithms."""
         values, errors = self.uncertainty.linearised(functions)
         low, high = limits(values, errors, self.uncertainty.quantile(self._level(level)))
-        most = [1.0 if one.name == "restitution_coefficient" else math.inf for one in quantities]
+        most = [1.0 if quantity.name == "restitution_coefficient" else math.inf for quantity in quantities]
         high = np.minimum(high, np.array(most)[:, None])
         return banded(axis, x, level, dict(zip(quantities, zip(values, low, high, strict=True), strict=True)))
 
@@ -303,42 +391,41 @@ class Identification(Shown):
         contact time of the material, so that it is known also where no modulus is.
         """
         low, high = self.window
-        found: dict[str, Estimate] = {}
-        balls = next((one for one in self.data if isinstance(one, Rebounds)), None)
+        estimates: dict[str, Estimate] = {}
+        balls = next((record for record in self.data if isinstance(record, Rebounds)), None)
         if balls is not None:
             middle = int(np.argsort(balls.velocity)[balls.velocity.size // 2])
 
             def restitution(coordinates: Array) -> Array:
-                columns = self.problem.columns(coordinates)
-                return balls.predicted(columns)["restitution_coefficient"][:, middle]
+                return balls.predicted(self.problem.materials(coordinates))["restitution_coefficient"][:, middle]
 
             name = f"restitution_coefficient at {balls.velocity[middle]:.3g} m/s"
-            found[name] = self._functional(*self.uncertainty.linearised(restitution), "")
-        contacts = next((one for one in self.data if one.contact_times(self.columns) is not None), None)
+            estimates[name] = self._functional(*self.uncertainty.linearised(restitution), "")
+        contacts = next((record for record in self.data if record.contact_times(self.materials) is not None), None)
         if contacts is not None:
-            times = contacts.contact_times(self.columns)
+            times = contacts.contact_times(self.materials)
             assert times is not None
             middle = int(np.argsort(times[0])[np.isfinite(times[0]).sum() // 2])
 
             def tangent(coordinates: Array) -> Array:
-                columns = self.problem.columns(coordinates)
-                own = contacts.contact_times(columns)
-                assert own is not None
-                moduli = columns.reduced.complex_modulus(math.pi / own[:, middle])
-                return np.diagonal(moduli.imag / moduli.real)
+                materials = self.problem.materials(coordinates)
+                times = contacts.contact_times(materials)
+                assert times is not None
+                moduli = reduced_modulus(materials).complex_modulus(math.pi / times[:, [middle]])[:, 0]
+                return moduli.imag / moduli.real
 
             name = "loss_tangent at pi over the contact time"
-            found[name] = self._functional(*self.uncertainty.linearised(tangent), "")
+            estimates[name] = self._functional(*self.uncertainty.linearised(tangent), "")
         if math.isfinite(low):
             omega = np.array([math.sqrt(low * high)])
 
             def moduli(coordinates: Array) -> Array:
-                return modulus_functions(self.problem.columns(coordinates).reduced, omega)[..., 0]
+                return modulus_functions(reduced_modulus(self.problem.materials(coordinates)), omega)[..., 0]
 
             of_modulus = dict(zip(MODULUS_NAMES, zip(*self.uncertainty.linearised(moduli), strict=True), strict=True))
             for name in ("absolute_modulus", "loss_modulus", "loss_tangent"):
-                found[f"{name} at {omega[0]:.3g} rad/s"] = self._functional(*of_modulus[name], MODULI[name].unit)
-        return found
+                estimates[f"{name} at {omega[0]:.3g} rad/s"] = self._functional(*of_modulus[name], MODULI[name].unit)
+        return estimates
 
     def _functional(self, value: Any, error: Any, unit: str) -> Estimate:
         number, spread = float(value), float(error)
@@ -351,42 +438,24 @@ class Identification(Shown):
         return Estimate(number, number * spread, ends, True, unit)
 
     def log_probability(self, coordinates: ArrayLike) -> Any:
-        """Logarithm of the probability of coordinates of shape (n_unknown,) or (m, n_unknown), up to a constant.
+        """Return the log-probability of coordinates of shape (n_unknown,) or (m, n_unknown), up to a constant.
 
         The coordinates are those of `coordinates`; the value is -inf outside the bounds. The noise is normal, also if
         the fit has another loss. For samplers such as emcee (with ``vectorize=True``).
         """
-        given = np.asarray(coordinates, dtype=np.float64)
-        rows = np.atleast_2d(given)
-        found = np.full(len(rows), -np.inf)
+        points = np.asarray(coordinates, dtype=np.float64)
+        rows = np.atleast_2d(points)
+        logs = np.full(len(rows), -np.inf)
         inside = np.all((rows >= self.problem.low) & (rows <= self.problem.high), axis=1)
         if np.any(inside):
             sums = (self.problem.residuals(rows[inside]) ** 2).sum(axis=1)
-            found[inside] = np.where(np.isfinite(sums), -0.5 * sums, -np.inf)
-        return found if given.ndim > 1 else float(found[0])
-
-    def plot(self) -> Figure:
-        """Figure of data and fit, residuals, profiles, and moduli with bands."""
-        return draw("identification.overview", self)
+            logs[inside] = np.where(np.isfinite(sums), -0.5 * sums, -np.inf)
+        return logs if points.ndim > 1 else float(logs[0])
 
     def to_dict(self) -> dict[str, Any]:
-        """All numbers as a dict for JSON."""
-        low, high = self.window
-        return {
-            "model": self.problem.space.model.__name__,
-            "parameters": {name: one._asdict() for name, one in self.parameters.items()},
-            "nuisances": {name: one._asdict() for name, one in self.nuisances.items()},
-            "functionals": {name: one._asdict() for name, one in self.functionals.items()},
-            "fixed": {name: np.asarray(value).tolist() for name, value in self.problem.space.fixed.items()},
-            "chi2": self.chi2,
-            "reduced_chi2": self.reduced_chi2,
-            "covariance": self.covariance.tolist(),
-            "window": [low, high],
-            "flat_directions": [one._asdict() for one in self.flat_directions],
-            "statements": list(self.statements),
-            "undetermined": list(self.undetermined),
-            "warnings": list(self.warnings),
-        }
+        """Return all numbers as a dict for JSON."""
+        space = self.problem.space
+        return {"model": space.model.__name__, "fixed": plain(dict(space.fixed))} | super().to_dict()
 
     def to_toml(self, path: str | Path) -> Path:
         """Write the material as the section of a case file, with the first impact of the data where there is one.
@@ -395,15 +464,13 @@ class Identification(Shown):
         the file. Parameters that are not determined within a factor of 3 stand at the best fit; the key `undetermined`
         has their names, and results warn of them.
         """
-        from restitution.identification.material_file import write_material
-
         return write_material(self, path)
 
     def summary(self, title: str = "") -> Summary:
-        """Statements, estimates and warnings, which `print` and notebooks show."""
+        """Return statements, estimates and warnings, which `print` and notebooks show."""
         lines = [headline(self.parameters), *self.statements]
-        lines += [f"{name} = {one.words}" for group in (self.functionals, self.parameters, self.nuisances)
-                  for name, one in group.items()]  # fmt: skip
+        lines += [f"{name} = {estimate.words}" for group in (self.functionals, self.parameters, self.nuisances)
+                  for name, estimate in group.items()]  # fmt: skip
         lines.append("A good chi2 does not prove the model: compare several with restitution.identify.compare.")
         return Summary(title or self._short, lines=lines, warnings=self.warnings)
 

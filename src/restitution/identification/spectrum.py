@@ -8,26 +8,23 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from restitution import checks
-from restitution.display import Shown, Summary, Table
+from restitution.checks import Array
 from restitution.errors import InputError
-from restitution.identification.bands import MODULUS_NAMES, banded, limits, modulus_functions, quantile
-from restitution.identification.observations import Curve, Observations
-from restitution.identification.rebounds import Rebounds
-from restitution.material.columns import MaterialColumns, PronyColumns
+from restitution.identification.impacts import Rebounds
+from restitution.identification.observations import Curve, Observations, nuisances_of
+from restitution.identification.uncertainty import MODULUS_NAMES, banded, limits, modulus_functions, quantile
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.pictures import draw
 from restitution.quantities import MODULI, check_single
+from restitution.result import Result, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 _A_DECADE = 2
 # The grid extends beyond the window of the data by this factor: a branch has effects a decade from its time.
@@ -40,9 +37,17 @@ _WEIGHTS = tuple(10.0**power for power in range(4, -5, -1))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(Shown):
-    """Smooth relaxation spectrum of the reduced modulus, from `rs.identify(data, "spectrum")`."""
+class Spectrum(Result):
+    """Smooth relaxation spectrum of the reduced modulus, from `rs.identify(data, "spectrum")`.
 
+    `plot` shows data and fit, residuals, and moduli with bands.
+    """
+
+    _numbers = (
+        "relaxation_times", "branch_moduli", "equilibrium_modulus", "poisson_ratio", "weight", "chi2",
+        "effective_parameters", "window", "nuisances", "statements",
+    )  # fmt: skip
+    _picture = "identification.overview"
     relaxation_times: Array  # of the grid [s], shape (n,)
     branch_moduli: Array  # of the reduced modulus E*(t) [Pa], shape (n,)
     equilibrium_modulus: float  # of E*(t) [Pa]
@@ -83,13 +88,14 @@ class Spectrum(Shown):
     @property
     def curves(self) -> list[tuple[str, list[Curve]]]:
         """Measured and fitted values of each set of data, with its label."""
-        columns, values = MaterialColumns.from_materials([self.material]), iter(self.nuisances.values())
+        materials, values = self.material.reshaped((1, 1)), iter(self.nuisances.values())
         return [
-            (one.label, one.curves(columns, np.array([[next(values) for _ in one.nuisances]]))) for one in self.data
+            (record.label, record.curves(materials, np.array([[next(values) for _ in record.nuisances]])))
+            for record in self.data
         ]
 
     def moduli(self, angular_frequency: ArrayLike, *, level: float = 0.95) -> xr.Dataset:
-        """Reduced moduli over frequency with bands; NaN outside half to twice the window of the data."""
+        """Return reduced moduli over frequency with bands; NaN outside half to twice the window of the data."""
         omega = np.atleast_1d(np.asarray(checks.positive("angular_frequency", angular_frequency, "rad/s")))
         width = quantile(float(checks.between("level", level, 0.0, 1.0)))
         points = self._theta + np.vstack([np.zeros(self._theta.size), _STEP * np.eye(self._theta.size)])
@@ -117,25 +123,17 @@ class Spectrum(Shown):
             )
         return tuple(lines)
 
-    def plot(self) -> Figure:
-        """Figure of data and fit, residuals, and moduli with bands."""
-        return draw("identification.overview", self)
-
     def to_dict(self) -> dict[str, Any]:
-        """All numbers as plain Python objects, for JSON."""
-        arrays = {name: getattr(self, name).tolist() for name in ("relaxation_times", "branch_moduli")}
-        names = ("equilibrium_modulus", "poisson_ratio", "weight", "chi2", "effective_parameters", "window",
-                 "nuisances")  # fmt: skip
-        plain = {name: getattr(self, name) for name in names}
-        return {"model": "spectrum", **arrays, **plain, "statements": list(self.statements)}
+        """Return all numbers as plain Python objects, for JSON."""
+        return {"model": "spectrum"} | super().to_dict()
 
     def summary(self, title: str = "") -> Summary:
-        """Table of the moduli within the window, which `print` and notebooks show."""
+        """Return a table of the moduli within the window, which `print` and notebooks show."""
         omega = np.geomspace(*self.window, 4)
         values = modulus_functions(_series(self._theta[None], self.relaxation_times), omega)[0].T
         rows = [
-            (f"{w:.4g}", f"{one[0]:.4g}", f"{one[1]:.4g}", f"{one[3]:.4f}")
-            for w, one in zip(omega, values, strict=True)
+            (f"{w:.4g}", f"{row[0]:.4g}", f"{row[1]:.4g}", f"{row[3]:.4f}")
+            for w, row in zip(omega, values, strict=True)
         ]
         table = Table(("omega [rad/s]", "storage [Pa]", "loss [Pa]", "tan delta"), rows)
         return Summary(title or "Relaxation spectrum", table, self.statements)
@@ -150,15 +148,14 @@ class Spectrum(Shown):
         return np.log(np.append(self.equilibrium_modulus, self.branch_moduli))
 
 
-def _series(theta: Array, times: Array) -> PronyColumns:
-    """Reduced moduli of logarithms of shape (m, 1 + n)."""
+def _series(theta: Array, times: Array) -> PronySeries:
+    """Return reduced moduli of logarithms of shape (m, 1 + n)."""
     values = np.exp(theta)
-    none = np.zeros(len(values))
-    return PronyColumns(values[:, 0], none, values[:, 1:], np.broadcast_to(times, (len(values), times.size)))
+    return PronySeries.from_checked(values[:, 0], values[:, 1:], np.broadcast_to(times, (len(values), times.size)))
 
 
 def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: float = 0.5) -> Spectrum:
-    """Smooth relaxation spectrum that fits data.
+    """Return a smooth relaxation spectrum that fits data.
 
     Parameters
     ----------
@@ -192,10 +189,12 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
     n, k = residuals.size, problem.times.size
     inverse, effective = _influence(jacobian, problem.penalty, weight)
     chi2 = float(residuals @ residuals)
-    scale = chi2 / max(n - effective, 1.0) if any(one.scaled for one in sets) else 1.0
-    ends = np.cumsum([one.size for one in sets])[:-1]
-    prefixes = [f"{one.label or n}: " if len(sets) > 1 else "" for n, one in enumerate(sets)]
-    names = [prefix + nuisance.name for prefix, one in zip(prefixes, sets, strict=True) for nuisance in one.nuisances]
+    scale = chi2 / max(n - effective, 1.0) if any(record.scaled for record in sets) else 1.0
+    ends = np.cumsum([record.size for record in sets])[:-1]
+    prefixes = [f"{record.label or n}: " if len(sets) > 1 else "" for n, record in enumerate(sets)]
+    names = [
+        prefix + nuisance.name for prefix, record in zip(prefixes, sets, strict=True) for nuisance in record.nuisances
+    ]
     return Spectrum(
         problem.times, np.exp(theta[1 : k + 1]), float(np.exp(theta[0])), nu, weight, chi2 / scale, effective,
         scale * inverse[: k + 1, : k + 1], problem.window, tuple(np.split(residuals / math.sqrt(scale), ends)),
@@ -204,15 +203,15 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
 
 
 def _refuse(sets: Sequence[Observations]) -> None:
-    impacts = sum(one.velocity.size for one in sets if isinstance(one, Rebounds))
-    if all(isinstance(one, Rebounds) for one in sets) and impacts < _LEAST_IMPACTS:
+    impacts = sum(record.velocity.size for record in sets if isinstance(record, Rebounds))
+    if all(isinstance(record, Rebounds) for record in sets) and impacts < _LEAST_IMPACTS:
         raise InputError("data", impacts, f"must hold at least {_LEAST_IMPACTS} impacts for a spectrum")
-    values = sum(one.size for one in sets)
+    values = sum(record.size for record in sets)
     if values < _LEAST_VALUES and not impacts >= _LEAST_IMPACTS:
         raise InputError("data", values, f"must hold at least {_LEAST_VALUES} values for a spectrum")
-    if not any(one.fixes_time for one in sets):
-        wanted = "must hold a contact time, a force or a modulus: e alone determines no modulus and no time"
-        raise InputError("data", wanted=wanted)
+    if not any(record.fixes_time for record in sets):
+        rule = "must hold a contact time, a force or a modulus: e alone determines no modulus and no time"
+        raise InputError("data", rule=rule)
 
 
 class _Problem:
@@ -222,14 +221,14 @@ class _Problem:
         self.sets = sets
         self.shear_factor = 0.5 * (1.0 - poisson_ratio)
         self.bulk_factor = float(bulk_factor(np.asarray(poisson_ratio)))
-        tables = [table for one in sets if (table := one.effective_moduli()) is not None]
-        ends = [end for one in sets for end in one.window() if math.isfinite(end)]
+        tables = [table for record in sets if (table := record.effective_moduli()) is not None]
+        ends = [end for record in sets for end in record.window() if math.isfinite(end)]
         ends += [float(end) for table in tables for end in table.angular_frequency[[0, -1]]] if not ends else []
         low, high = self.window = min(ends), max(ends)
         decades = math.log10(high / low * _BEYOND**2)
         self.times = np.geomspace(1.0 / (high * _BEYOND), _BEYOND / low, math.ceil(_A_DECADE * decades) + 1)
-        nuisances = [nuisance for one in sets for nuisance in one.nuisances]
-        self.steps = np.array([one.step for one in nuisances])
+        nuisances = [nuisance for record in sets for nuisance in record.nuisances]
+        self.steps = np.array([nuisance.step for nuisance in nuisances])
         self._last = np.empty(0), np.empty((0, 0))
         k = self.times.size
         self.penalty = np.zeros((k - 2, 1 + k + len(nuisances)))
@@ -240,24 +239,22 @@ class _Problem:
         branch = 2.0 / math.pi * float(np.median(loss)) * math.log(10.0) / _A_DECADE
         moduli = np.full(k, max(branch, 1e-4 * float(np.median(storage))))
         start = np.append(0.5 * float(np.median(storage)), moduli)
-        self.start = np.append(np.log(start), [one.start / one.step for one in nuisances])
+        self.start = np.append(np.log(start), [nuisance.start / nuisance.step for nuisance in nuisances])
 
     def residuals(self, theta: Array) -> Array:
-        """Residuals at points of shape (m, p), shape (m, n)."""
+        """Return residuals at points of shape (m, p), shape (m, n)."""
         k = self.times.size + 1
-        reduced = _series(theta[:, :k], self.times)
+        reduced = _series(theta[:, :k], self.times).reshaped((len(theta), 1))
         shear = reduced.scaled(self.shear_factor)
-        rigid = math.isinf(self.bulk_factor)
-        bulk = PronyColumns.springs(np.full(len(theta), np.inf)) if rigid else shear.scaled(self.bulk_factor)
-        materials, at, parts = MaterialColumns(shear, bulk, reduced), k, list[Array]()
-        for one in self.sets:
-            own = slice(at, at + len(one.nuisances))
-            parts.append(one.residuals(materials, theta[:, own] * self.steps[own.start - k : own.stop - k]))
-            at = own.stop
-        return np.hstack(parts)
+        bulk = math.inf if math.isinf(self.bulk_factor) else shear.scaled(self.bulk_factor)
+        materials = Material(shear, bulk)
+        # At a constant Poisson ratio E* is a multiple of the shear modulus: no roots of dozens of branches.
+        materials.__dict__["_reduced"] = reduced
+        each = zip(self.sets, nuisances_of(self.sets, theta[:, k:]), strict=True)
+        return np.hstack([record.residuals(materials, nuisances) for record, nuisances in each])
 
     def jacobian(self, theta: Array, base: Array | None = None) -> Array:
-        """Derivatives by forward differences, shape (n, p); those of the last point are kept."""
+        """Return derivatives by forward differences, shape (n, p); those of the last point are kept."""
         if not np.array_equal(theta, self._last[0]):
             here = self.residuals(theta[None])[0] if base is None else base
             slopes = np.nan_to_num((self.residuals(theta + _STEP * np.eye(theta.size)) - here) / _STEP).T
@@ -265,7 +262,7 @@ class _Problem:
         return self._last[1]
 
     def solve(self) -> tuple[Array, float]:
-        """Minimum with the weight of least generalised cross-validation; weights fall from the smoothest spectrum."""
+        """Return the minimum of least generalised cross-validation; weights fall from the smoothest spectrum."""
         theta, best, rises = self.start.copy(), (math.inf, self.start, 1.0), 0
         for weight in _WEIGHTS:
             # A smooth spectrum without an equilibrium modulus is no start for rougher ones.
@@ -287,26 +284,26 @@ class _Problem:
 
         def residuals(at: Array) -> Array:
             kept.clear()
-            kept[at.tobytes()] = found = self.residuals(at[None])[0]
-            return np.append(found, rough @ at)
+            kept[at.tobytes()] = values = self.residuals(at[None])[0]
+            return np.append(values, rough @ at)
 
         def jacobian(at: Array) -> Array:
             return np.vstack([self.jacobian(at, kept.get(at.tobytes())), rough])
 
         if not np.all(np.isfinite(residuals(theta))):
-            raise InputError("data", wanted="are too far from those of a material with a smooth spectrum")
+            raise InputError("data", rule="are too far from those of a material with a smooth spectrum")
         slopes: Any = jacobian
         return least_squares(residuals, theta, slopes, method="trf", ftol=1e-3, xtol=1e-3, gtol=1e-6, max_nfev=10).x
 
     def _score(self, theta: Array, weight: float) -> float:
-        """Generalised cross-validation of the problem linearised at its minimum."""
+        """Return the generalised cross-validation of the problem linearised at its minimum."""
         residuals = self.residuals(theta[None])[0]
         influence = _influence(self.jacobian(theta, residuals), self.penalty, weight)[1]
         return float(residuals @ residuals) / (residuals.size - influence) ** 2
 
 
 def _influence(jacobian: Array, penalty: Array, weight: float) -> tuple[Array, float]:
-    """Covariance of the parameters at unit noise, and the trace of the influence matrix."""
+    """Return the covariance of the parameters at unit noise, and the trace of the influence matrix."""
     gram = jacobian.T @ jacobian
     inverse: Any = np.linalg.pinv(gram + weight * penalty.T @ penalty, rcond=1e-14, hermitian=True)
     return inverse, float(np.trace(inverse @ gram))

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import Array
 from restitution.identification.design import (
     FUNCTIONALS,
-    Columns,
+    Materials,
     functional_slopes,
     known,
     per_cent,
@@ -20,14 +21,14 @@ from restitution.identification.design import (
     standard_errors,
     stencil,
 )
+from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Noise
-from restitution.identification.rebounds import Rebounds
 from restitution.identification.uncertainty import EXACT, principal_directions, without
+from restitution.material.viscoelastic import reduced_modulus
 
 if TYPE_CHECKING:
     from restitution.identification.result import Identification
 
-Array = NDArray[np.float64]
 
 # Two directions are the same if they differ by less than this share.
 _SAME = 1e-3
@@ -45,30 +46,30 @@ class StatedDirection(NamedTuple):
     words: str
 
 
-def statements(found: Identification) -> list[str]:
+def statements(result: Identification) -> list[str]:
     """State what the data of an identification determine and what they do not determine."""
-    problem, theta = found.problem, found.coordinates[: found.problem.n_parameters]
-    contacts = [one for one in problem.data if isinstance(one, Rebounds)]
+    problem, theta = result.problem, result.coordinates[: result.problem.n_parameters]
+    contacts = [record for record in problem.data if isinstance(record, Rebounds)]
     impacts = contacts[0] if contacts else None
-    window = found.window
+    window = result.window
     if impacts is not None and not all(map(math.isfinite, window)):
-        times = impacts.contact_times(problem.columns(found.coordinates[None]))
+        times = impacts.contact_times(problem.materials(result.coordinates[None]))
         window = math.pi / float(np.nanmax(times)), math.pi / float(np.nanmin(times))
-    powers = [one.profile.path_exponent for one in contacts if not np.any(one.external_force)]
+    powers = [record.profile.path_exponent for record in contacts if not np.any(record.external_force)]
     power = powers[0] if powers else None
-    same = len(powers) == len(problem.data) and all(one == power for one in powers)
+    same = len(powers) == len(problem.data) and all(other == power for other in powers)
     exponent = float(np.asarray(power)) if same and power is not None else None
     return knowledge(
-        found.names, found.estimation.jacobian, problem.columns, theta, window, exponent=exponent, impacts=impacts,
-        unseen=found.uncertainty.unseen,
+        result.names, result.estimation.jacobian, problem.materials, theta, window, exponent=exponent, impacts=impacts,
+        unseen=result.uncertainty.unseen,
     )[1]  # fmt: skip
 
 
 def knowledge(
-    names: Sequence[str], jacobian: Array, columns: Columns, theta: Array, window: tuple[float, float], *,
+    names: Sequence[str], jacobian: Array, materials: Materials, theta: Array, window: tuple[float, float], *,
     exponent: float | None = None, impacts: Rebounds | None = None, unseen: Callable[[Array], bool] | None = None,
 ) -> tuple[list[StatedDirection], list[str]]:  # fmt: skip
-    """Flat directions of a fit, and statements in words.
+    """Return flat directions of a fit, and statements in words.
 
     The jacobian holds the derivatives of the residuals over their standard deviations with respect to the parameters
     theta (logarithms, or logits), then to the nuisances; `names` has both. The window is that of the data [rad/s]. All
@@ -76,7 +77,7 @@ def knowledge(
     are like `impacts`. `unseen` is whether also a large change in a direction of the parameters leaves the data.
     """
     p = theta.size
-    own, nuisances = names[:p], names[p:]
+    parameters, nuisances = names[:p], names[p:]
     seen = without(jacobian[:, :p], jacobian[:, p:])
     singular, rows = principal_directions(seen)
     exact, flat = singular <= EXACT * singular[0], singular < 1.0
@@ -86,12 +87,12 @@ def knowledge(
     directions: list[StatedDirection] = []
 
     def add(vector: Array, exactly: bool, words: str) -> None:
-        changes = _changes(own, vector)
+        changes = _changes(parameters, vector)
         start = "The data do not change at all" if exactly else "The data hardly change"
         directions.append(StatedDirection(changes, exactly, f"{start} when {_listed(changes)}. {words}".strip()))
 
     space = rows[exact]
-    for vector, words in _invariances(columns, theta, window, exponent):
+    for vector, words in _invariances(materials, theta, window, exponent):
         if np.linalg.norm(vector - space.T @ (space @ vector)) < _SAME * np.linalg.norm(vector):
             add(vector, True, words)
             space = _complement(space, vector)
@@ -99,38 +100,38 @@ def knowledge(
         culprits = [name for n, name in enumerate(nuisances) if _settles(jacobian, p, n, vector)]
         add(vector, True, f"Give {' or '.join(culprits)}." if culprits else "")
     for vector in rows[flat & ~exact]:
-        add(_sparse(vector, rows[exact]), False, _frequencies(columns, theta, window, vector))
-    lines = [one.words for one in directions]
+        add(_sparse(vector, rows[exact]), False, _frequencies(materials, theta, window, vector))
+    lines = [direction.words for direction in directions]
     if all(map(math.isfinite, window)):
-        lines.insert(0, _functionals(columns, theta, window, information, impacts))
+        lines.insert(0, _functionals(materials, theta, window, information, impacts))
     if directions:
         hidden = flat | exact
-        lines += _combinations(own, rows[hidden], rows[~hidden], singular[~hidden])
-        lines += _further(own, columns, theta, information, impacts)
+        lines += _combinations(parameters, rows[hidden], rows[~hidden], singular[~hidden])
+        lines += _further(parameters, materials, theta, information, impacts)
     return directions, lines
 
 
 def _settles(jacobian: Array, p: int, n: int, vector: Array) -> bool:
-    """Whether the data determine a direction of the parameters if nuisance n is known."""
+    """Return whether the data determine a direction of the parameters if nuisance n is known."""
     others = np.delete(jacobian[:, p:], n, axis=1)
     return float(np.linalg.norm(without(jacobian[:, :p], others) @ vector)) > float(np.linalg.norm(vector))
 
 
 def _invariances(
-    columns: Columns, theta: Array, window: tuple[float, float], exponent: float | None
+    materials: Materials, theta: Array, window: tuple[float, float], exponent: float | None
 ) -> list[tuple[Array, str]]:
-    """Changes of the parameters without effect on the data by theory, if the model has them."""
+    """Return changes of the parameters without effect on the data by theory, if the model has them."""
     omega = np.geomspace(1e-3 * window[0], 1e3 * window[1], 41)
-    matrix = slope(_logarithms(columns(stencil(theta)).reduced.complex_modulus(omega)))
+    matrix = slope(_logarithms(reduced_modulus(materials(stencil(theta))).complex_modulus(omega)))
     if not np.all(np.isfinite(matrix)):  # moduli beyond the range of numbers
         return []
     sizes, rows = principal_directions(matrix)
     same = sizes < EXACT * sizes[0]
     words = "The reduced modulus E* stays the same, and with it all contacts with rigid bodies: fix one of these."
-    found = [(vector, words) for vector in rows[same]]
+    directions = [(vector, words) for vector in rows[same]]
     if exponent is not None:
         # E*(t) to L^beta E*(L t): the logarithm of E*(omega) changes by beta - d ln E*/d ln omega per unit of ln L.
-        step, series = 1e-4, columns(theta[None]).reduced
+        step, series = 1e-4, reduced_modulus(materials(theta[None]))
         up, down = (_logarithms(series.complex_modulus(omega * math.exp(sign * step)))[0] for sign in (1.0, -1.0))
         target = np.repeat((2.0 + 0.5 * exponent, 0.0), omega.size) - (up - down) / (2.0 * step)
         vector = np.linalg.lstsq(matrix, target, rcond=None)[0]
@@ -138,23 +139,23 @@ def _invariances(
             words = (
                 "The restitution coefficient determines no modulus and no time: give a contact time, force or modulus."
             )
-            found.append((vector, words))
-    return found
+            directions.append((vector, words))
+    return directions
 
 
 def _logarithms(moduli: NDArray[np.complex128]) -> Array:
-    """Logarithms of the magnitudes of moduli of shape (m, n), then their phases, shape (m, 2 n)."""
+    """Return logarithms of the magnitudes of moduli of shape (m, n), then their phases, shape (m, 2 n)."""
     return np.hstack([np.log(np.abs(moduli)), np.angle(moduli)])
 
 
 def _complement(space: Array, vector: Array) -> Array:
-    """Basis of the part of the space of some rows that is orthogonal to a vector in it."""
+    """Return the basis of the part of the space of some rows that is orthogonal to a vector in it."""
     unit = vector / np.linalg.norm(vector)
     return np.linalg.svd(space - np.outer(space @ unit, unit))[2][: len(space) - 1]
 
 
 def _reduced_rows(space: Array) -> tuple[Array, list[int]]:
-    """Basis of a space of rows with an identity matrix in some columns, and these columns."""
+    """Return the basis of a space of rows with an identity matrix in some columns, and these columns."""
     basis, pivots = space.copy(), list[int]()
     for n in range(len(basis)):
         pivots.append(int(np.argmax(np.abs(basis[n]))))
@@ -165,16 +166,16 @@ def _reduced_rows(space: Array) -> tuple[Array, list[int]]:
 
 
 def _sparse(vector: Array, exact: Array) -> Array:
-    """Direction plus the multiple of an exact one that leaves the fewest parameters."""
-    found = [vector]
+    """Return the direction plus the multiple of an exact one that leaves the fewest parameters."""
+    candidates = [vector]
     for row in exact:
-        found += [vector - vector[n] / row[n] * row for n in np.flatnonzero(np.abs(row) > _SMALL)]
-    best = min(found, key=lambda one: (len(_changes(range(one.size), one)), float(np.abs(one).sum())))
+        candidates += [vector - vector[n] / row[n] * row for n in np.flatnonzero(np.abs(row) > _SMALL)]
+    best = min(candidates, key=lambda row: (len(_changes(range(row.size), row)), float(np.abs(row).sum())))
     return best / best[np.argmax(np.abs(best))]
 
 
 def _changes(names: Iterable[Any], vector: Array) -> dict[Any, float]:
-    """Powers of a common factor by which parameters change, rounded to halves if close."""
+    """Return powers of a common factor by which parameters change, rounded to halves if close."""
     largest = float(np.abs(vector).max())
     pairs = zip(names, vector.tolist(), strict=True)
     return {name: _simple(power) for name, power in pairs if abs(power) > _SMALL * largest}
@@ -194,7 +195,7 @@ def _factor(power: float) -> str:
 
 
 def _listed(changes: dict[str, float]) -> str:
-    """Changes in words, equal changes together."""
+    """Return changes in words, equal changes together."""
     groups: dict[float, list[str]] = {}
     for name, power in changes.items():
         groups.setdefault(power, []).append(name)
@@ -206,19 +207,19 @@ def _joined(words: list[str]) -> str:
 
 
 def _functionals(
-    columns: Columns, theta: Array, window: tuple[float, float], information: Array, impacts: Rebounds | None
+    materials: Materials, theta: Array, window: tuple[float, float], information: Array, impacts: Rebounds | None
 ) -> str:
-    """Errors of abs(E*), E'' and tan delta in the middle of the data, in words."""
+    """Return errors of abs(E*), E'' and tan delta in the middle of the data, in words."""
     omega = math.sqrt(window[0] * window[1])
-    _, gradients = functional_slopes(columns, theta, omega)
+    _, gradients = functional_slopes(materials, theta, omega)
     place = f"{omega:.4g} rad/s"
     if impacts is not None:
         # The frequency of a bounce shifts with its contact time.
-        times = impacts.contact_times(columns(stencil(theta)))
+        times = impacts.contact_times(materials(stencil(theta)))
         middle = int(np.argsort(times[0])[times.shape[1] // 2])
         omega = math.pi / float(times[0, middle])
-        _, gradients = functional_slopes(columns, theta, omega)
-        above, below = (functional_slopes(columns, theta, factor * omega)[0] for factor in (1.01, 1.0 / 1.01))
+        _, gradients = functional_slopes(materials, theta, omega)
+        above, below = (functional_slopes(materials, theta, factor * omega)[0] for factor in (1.01, 1.0 / 1.01))
         over_omega = np.log(above / below) / (2.0 * math.log(1.01))
         gradients = gradients - over_omega[:, None] * slope(np.log(times))[middle]
         place = f"pi over the contact time at {impacts.velocity[middle]:.3g} m/s"
@@ -227,11 +228,11 @@ def _functionals(
     return f"At {place} the data determine {', '.join(listed)}."
 
 
-def _frequencies(columns: Columns, theta: Array, window: tuple[float, float], vector: Array) -> str:
-    """Frequencies at which a change of the parameters has a larger effect than within the window, in words."""
+def _frequencies(materials: Materials, theta: Array, window: tuple[float, float], vector: Array) -> str:
+    """Return frequencies at which a change of the parameters has a larger effect than within the window, in words."""
 
     def seen(low: float, high: float) -> float:
-        logs = _logarithms(columns(stencil(theta)).reduced.complex_modulus(np.geomspace(low, high, 15)))
+        logs = _logarithms(reduced_modulus(materials(stencil(theta))).complex_modulus(np.geomspace(low, high, 15)))
         return float(np.abs(slope(logs) @ vector).max())
 
     inside, below, above = seen(*window), seen(0.01 * window[0], window[0]), seen(window[1], 100.0 * window[1])
@@ -243,9 +244,9 @@ def _frequencies(columns: Columns, theta: Array, window: tuple[float, float], ve
 
 
 def _combinations(names: Sequence[str], hidden: Array, seen: Array, singular: Array) -> list[str]:
-    """Products of powers of parameters that the data determine, but not each parameter alone."""
+    """Return products of powers of parameters that the data determine, but not each parameter alone."""
     basis, pivots = _reduced_rows(hidden)
-    found: list[str] = []
+    lines: list[str] = []
     for n, name in enumerate(names):
         gradient = np.eye(len(names))[n]
         gradient[pivots] -= basis[:, n]
@@ -254,15 +255,15 @@ def _combinations(names: Sequence[str], hidden: Array, seen: Array, singular: Ar
         if n not in pivots and powers and error < 1.0:
             above = [name, *(_power(other, power) for other, power in powers.items() if power > 0.0)]
             below = [f"/{_power(other, -power)}" for other, power in powers.items() if power < 0.0]
-            found.append(f"{' '.join(above)}{''.join(below)} {known(error)}")
-    return [f"The data determine {', '.join(found)}."] if found else []
+            lines.append(f"{' '.join(above)}{''.join(below)} {known(error)}")
+    return [f"The data determine {', '.join(lines)}."] if lines else []
 
 
 def _further(
-    names: Sequence[str], columns: Columns, theta: Array, information: Array, impacts: Rebounds | None
+    names: Sequence[str], materials: Materials, theta: Array, information: Array, impacts: Rebounds | None
 ) -> list[str]:
-    """One further measurement that would determine the parameters, and the largest standard error after it."""
-    ways = {} if impacts is None else _impacts_like(impacts, columns, theta)
+    """Return one further measurement that would determine the parameters, and the largest standard error after it."""
+    ways = {} if impacts is None else _impacts_like(impacts, materials, theta)
     for n, name in enumerate(names):
         ways[f"a known {name} (to 5 %)"] = 20.0 * np.eye(len(names))[n : n + 1]
     left = {words: float(standard_errors(information + rows.T @ rows, np.eye(len(names))).max())
@@ -278,8 +279,8 @@ def _further(
     return [f"One more measurement is sufficient: {'; '.join(listed)}."]
 
 
-def _impacts_like(impacts: Rebounds, columns: Columns, theta: Array) -> dict[str, Array]:
-    """Derivatives of the data of further impacts like the middle one, over a noise of 1 %, by their description."""
+def _impacts_like(impacts: Rebounds, materials: Materials, theta: Array) -> dict[str, Array]:
+    """Return derivatives of the data of further impacts like the middle one, over a noise of 1 %."""
     middle = int(np.argsort(impacts.velocity)[impacts.velocity.size // 2])
     velocity, mass = float(impacts.velocity[middle]), float(impacts.mass[middle])
     both = Noise(restitution_coefficient="1 %", contact_time="1 %")
@@ -291,7 +292,7 @@ def _impacts_like(impacts: Rebounds, columns: Columns, theta: Array) -> dict[str
         ("e and contact time of a ball of three times the radius", 3.0, 1.0, both),
         ("e and contact time of a ball of a third of the radius", 1.0 / 3.0, 1.0, both),
     ]
-    found: dict[str, Array] = {}
+    derivatives: dict[str, Array] = {}
     for words, size, speed, noise in kinds:
         body: dict[str, Any] = {"profile": impacts.profile}
         if impacts.radius is not None:
@@ -299,6 +300,6 @@ def _impacts_like(impacts: Rebounds, columns: Columns, theta: Array) -> dict[str
         elif size != 1.0:
             continue
         body |= {"mass": size**3 * mass, "counter_material": impacts.counter_material}
-        one = Rebounds(speed * velocity, [1.0], **body)
-        found[f"{words} (to 1 %)"] = sensitivities(one, columns, theta, noise)[1][0]
-    return found
+        bounce = Rebounds(speed * velocity, [1.0], **body)
+        derivatives[f"{words} (to 1 %)"] = sensitivities(bounce, materials, theta, noise)[1][0]
+    return derivatives

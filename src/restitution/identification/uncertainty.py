@@ -6,17 +6,230 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.identification.bands import FAR, quantile
-from restitution.identification.descent import squares
-from restitution.identification.estimation import Estimation, Fit, efficiency, minimise
-from restitution.identification.profiles import LikelihoodProfile, hidden, profile
+from restitution.checks import Array
+from restitution.identification.fit import Estimation, Fit, efficiency, minimise, rescued
+from restitution.identification.parameters import rows_of
+from restitution.material.prony import PronySeries
+from restitution.numerics.least_squares import squares
+from restitution.quantities import Quantity, dataset
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    import xarray
+
+
+# Bands: values over an axis with the ends of their intervals, and the moduli that have them.
+
+
+MODULUS_NAMES = ("storage_modulus", "loss_modulus", "absolute_modulus", "loss_tangent")
+"""Functions of a complex modulus, as in `restitution.quantities.MODULI`."""
+
+FAR = math.log(1e3)
+"""Distance of a logarithm from the best value beyond which nothing is known."""
+
+# A longer band overflows.
+_LONGEST = 300.0
+
+
+def modulus_functions(series: PronySeries, angular_frequency: Array) -> Array:
+    """Return `MODULUS_NAMES` of n materials at angular frequencies [rad/s] of shape (m,), shape (n, 4, m)."""
+    moduli = series.column.complex_modulus(angular_frequency)
+    return np.stack([moduli.real, moduli.imag, np.abs(moduli), moduli.imag / moduli.real], axis=1)
+
+
+def quantile(level: float, freedom: float = math.inf) -> float:
+    """Return the half width of an interval over the standard error: Student's t, or the normal distribution."""
+    from scipy.special import ndtri, stdtrit
+
+    share = 0.5 + 0.5 * level
+    return float(ndtri(share) if math.isinf(freedom) else stdtrit(freedom, share))
+
+
+def limits(values: Array, errors: Array, width: float) -> tuple[Array, Array]:
+    """Return the ends of bands of positive values: `width` standard errors of their logarithms to both sides."""
+    factor = np.exp(np.minimum(width * errors, _LONGEST))
+    return values / factor, values * factor
+
+
+def banded(
+    axis: Quantity, x: Array, level: float, columns: Mapping[Quantity, tuple[Array, Array, Array]]
+) -> xarray.Dataset:
+    """Return a dataset of values and of the ends of their bands, `..._low` and `..._high`, over an axis."""
+    columns_of: dict[str, tuple[Any, Quantity]] = {axis.name: (x, axis)}
+    for quantity, (values, *ends) in columns.items():
+        columns_of[quantity.name] = values, quantity
+        for end, numbers in zip(("low", "high"), ends, strict=True):
+            words = f"{quantity.words}, {end} end of the {100.0 * level:g} % band"
+            columns_of[f"{quantity.name}_{end}"] = numbers, quantity._replace(words=words)
+    return dataset(axis.name, columns_of, {"level": level})
+
+
+# Profiles: the least sum of squares at each value of one unknown, and the interval from it.
+
+_LONGEST_STEP = 0.7
+_ROUNDS = 12
+_CLOSE = 0.01
+_TOLERANCE = 1e-5
+# Five errors over the half width of an interval, and the factor of a wary quantile.
+_FAR_ERRORS, _WARY = 5.0 / 1.96, 1.8
+# A standard error of a logarithm above this is that of a hidden parameter.
+_HIDDEN = 0.3
+# Below this root of the excess, a profile counts as flat, and the steps grow by this factor.
+_FLAT, _GROWTH = 0.3, 1.6
+
+
+class LikelihoodProfile(NamedTuple):
+    """Profile of one coordinate, the logarithm of a parameter."""
+
+    coordinates: Array  # in ascending order, shape (n,)
+    excess: Array  # least sum of squares there above the minimum, shape (n,)
+    low: float  # ends of the interval; infinite where open
+    high: float
+    best: Fit  # the best fit found, which may be better than that of the estimation
+
+
+def profile(
+    estimation: Estimation, k: int, standard_error: Array, covariance: Array, quantile: float
+) -> LikelihoodProfile:
+    """Profile of coordinate k, from the minimum to both sides until the excess is above the squared quantile.
+
+    Each step is at most 0.7, more where the profile is flat, and starts from the line through the last two points. The
+    secant rule in the root of the excess then finds the end. An end at a bound, or farther than a factor of 1000 from
+    the flat part of the profile, is open.
+
+    The logarithm of a modulus that is too small to be seen has no slope, so that a descent does not bring it back. A
+    point therefore counts as outside only if descents from other values of such coordinates end there as well. Where
+    the profile flattens beyond an end, the end is taken at 1.8 times the quantile: a small chance excess of the sum of
+    squares would otherwise exclude values at many times the stated error.
+    """
+    best = estimation.fit
+    points: list[tuple[float, float]] = [(float(best.coordinates[k]), 0.0)]
+    ends: list[float] = []
+    unseen = hidden(standard_error, estimation.problem.n_parameters)
+    for sign in (-1.0, 1.0):
+        side = _side(estimation, k, sign, standard_error, covariance, quantile, best)
+        points += side.walked
+        ends.append(side.end)
+        if unseen.size and math.isfinite(side.end):
+            far, wary = _FAR_ERRORS * abs(side.end - points[0][0]), _WARY * quantile
+            side = _side(estimation, k, sign, standard_error, covariance, wary, side.best, side, far)
+            points += side.walked
+            ends[-1] = ends[-1] if math.isnan(side.end) else side.end
+        best = side.best
+    points.sort()
+    z, excess = np.array(points).T
+    return LikelihoodProfile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
+
+
+class _Point(NamedTuple):
+    """Point of one side of a profile."""
+
+    distance: float
+    root: float  # of the excess
+    coordinates: Array
+
+    def toward(self, other: _Point, distance: float) -> Array:
+        """Return the change of the coordinates to a distance, along the line through another point."""
+        share = (distance - self.distance) / (other.distance - self.distance)
+        return share * (other.coordinates - self.coordinates)
+
+    def step(self, before: _Point, quantile: float) -> float:
+        """Return the step to a root of the excess if that is a straight line."""
+        pace = (self.root - before.root) / (self.distance - before.distance)
+        return min(_LONGEST_STEP, 1.05 * (quantile - self.root) / pace if pace > 0.0 else _LONGEST_STEP)
+
+
+class _Side(NamedTuple):
+    """One side of a profile."""
+
+    end: float  # of the interval; NaN if it is nearer than asked
+    walked: list[tuple[float, float]]
+    best: Fit
+    last: _Point | None = None  # at the end
+    before: _Point | None = None
+    flat: float = 0.0  # distance to which the profile is flat
+
+
+def hidden(standard_errors: Array, n_parameters: int) -> NDArray[np.intp]:
+    """Return parameters whose size the data hardly show at the best fit, so that linear estimates of errors fail."""
+    return np.flatnonzero(standard_errors[:n_parameters] > _HIDDEN)
+
+
+def _side(
+    estimation: Estimation, k: int, sign: float, standard_error: Array, covariance: Array, quantile: float, best: Fit,
+    profile: _Side | None = None, beyond: float = 0.0,
+) -> _Side:  # fmt: skip
+    """Return the end of the interval on one side, the points of the profile, and the best fit among them.
+
+    The walk goes on from a known end. An end that is nearer than the distance `beyond` is not searched for.
+    """
+    problem, least = estimation.problem, estimation.fit.cost
+    origin = estimation.fit.coordinates
+    bound = float(problem.low[k] if sign < 0 else problem.high[k])
+    open_end = sign * math.inf
+    unseen = hidden(standard_error, problem.n_parameters)
+    slope = sign * covariance[:, k] / covariance[k, k]
+    walked: list[tuple[float, float]] = []
+    last, before, flat = _Point(0.0, 0.0, origin), None, 0.0
+    step = min(_LONGEST_STEP, quantile * float(standard_error[k]))
+    if profile is not None and profile.last is not None and profile.before is not None:
+        last, before, flat = profile.last, profile.before, profile.flat
+        step = last.step(before, quantile)
+
+    def at(distance: float, guess: Array, wakened: Array | None = None) -> _Point:
+        """Return a point of the profile; outside it, also by descents from other hidden coordinates."""
+        nonlocal best
+        guess = np.clip(guess, problem.low, problem.high)
+        guess[k] = origin[k] + sign * distance
+        fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
+        if wakened is not None and not fit.cost - least < quantile**2:
+            fit = rescued(problem, fit, wakened, unseen, estimation.loss, k, _TOLERANCE)
+        if fit.cost < best.cost:
+            best = fit
+        walked.append((float(guess[k]), fit.cost - least))
+        return _Point(distance, math.sqrt(max(fit.cost - least, 0.0)), fit.coordinates)
+
+    room = abs(bound - float(origin[k]))
+    while True:
+        if last.distance >= min(flat + FAR, 0.999 * room):
+            return _Side(open_end, walked, best)
+        distance = min(last.distance + step, flat + FAR, 0.999 * room)
+        # The line of a hidden coordinate is meaningless, so that no coordinate goes far along it.
+        line = slope * distance if before is None else last.toward(before, distance)
+        new = at(distance, last.coordinates + np.clip(line, -_LONGEST_STEP, _LONGEST_STEP), last.coordinates)
+        if not new.root < quantile:
+            if distance <= beyond:
+                return _Side(math.nan, walked, best)
+            break
+        before, last, width = last, new, step
+        if last.root < _FLAT:
+            flat, step = last.distance, max(_GROWTH * width, 0.02)
+            continue
+        step = max(last.step(before, quantile), 0.02 * _LONGEST_STEP * min(1.0, float(standard_error[k])))
+    # Bracketed by two least sums: the secant rule, kept within by halving, from the line between their coordinates.
+    inner, outer = last, new
+    for n in range(_ROUNDS):
+        if outer.root - quantile < _CLOSE:
+            break
+        share = (quantile - inner.root) / (outer.root - inner.root) if math.isfinite(outer.root) else 0.5
+        share = min(max(share + 1e-3, 0.02), 0.98) if n % 4 != 3 else 0.5
+        distance = inner.distance + share * (outer.distance - inner.distance)
+        line = inner.toward(outer, distance) if math.isfinite(outer.root) else 0.0
+        new = at(distance, inner.coordinates + line)
+        if abs(new.root - quantile) < _CLOSE:
+            outer = new
+            break
+        if new.root < quantile:
+            inner = new
+        else:
+            outer = new
+    end = float(origin[k] + sign * outer.distance) if outer.distance >= beyond else math.nan
+    return _Side(end, walked, best, outer, last, flat)
+
 
 EXACT = 3e-6
 """A direction is exact if its singular value is below this share of the largest; the error of the Jacobian is 1e-7."""
@@ -85,20 +298,20 @@ class Estimate(NamedTuple):
 
 
 def to_within(factor: float) -> str:
-    """Half width of an interval in words, as a share or as a factor."""
+    """Return the half width of an interval in words, as a share or as a factor."""
     if factor <= CLOSE:
         return f"to {100.0 * (factor - 1.0):.2g} %"
     return f"to a factor of {factor:.2g}" if factor < 1e3 else "to no useful factor"
 
 
 def headline(parameters: Mapping[str, Estimate]) -> str:
-    """Summary of how well the data determine the parameters, by the widths of their intervals."""
-    rough = {name: one for name, one in parameters.items() if one.factor > CLOSE}
+    """Return a summary of how well the data determine the parameters, by the widths of their intervals."""
+    rough = {name: estimate for name, estimate in parameters.items() if estimate.factor > CLOSE}
     if not rough:
-        widest = max((one.factor for one in parameters.values()), default=1.0)
+        widest = max((estimate.factor for estimate in parameters.values()), default=1.0)
         return f"All parameters are determined, {to_within(widest)} or better."
-    nothing = [name for name, one in rough.items() if all(one.open_ends)]
-    parts = [f"{name} {one.accuracy}" for name, one in rough.items() if name not in nothing]
+    nothing = [name for name, estimate in rough.items() if all(estimate.open_ends)]
+    parts = [f"{name} {estimate.accuracy}" for name, estimate in rough.items() if name not in nothing]
     lines = [f"Not determined: {', '.join(nothing)}."] if nothing else []
     return " ".join([*lines, *([f"Roughly determined: {'; '.join(parts)}."] if parts else [])])
 
@@ -119,10 +332,10 @@ class Uncertainty:
     _profiles: dict[tuple[int, float], LikelihoodProfile] = field(default_factory=dict)
 
     def quantile(self, level: float = _LEVEL) -> float:
-        """Half width of an interval over the standard error: Student's t if the size of the noise is unknown."""
+        """Return the half width of an interval over the standard error: Student's t for noise of unknown size."""
         problem = self.estimation.problem
         freedom = problem.n_data - problem.low.size
-        unknown = any(one.scaled for one in problem.data) and freedom > 0
+        unknown = any(record.scaled for record in problem.data) and freedom > 0
         return quantile(level, freedom if unknown else math.inf)
 
     @cached_property
@@ -143,7 +356,7 @@ class Uncertainty:
         return efficiency(estimation.problem.residuals(estimation.fit.coordinates[None])[0], estimation.loss)
 
     def _least(self, singular: Array) -> Array:
-        """Singular values, not below the error of the Jacobian."""
+        """Return singular values, not below the error of the Jacobian."""
         return np.maximum(singular, max(EXACT * float(singular[0]), 1e-150))
 
     @cached_property
@@ -155,21 +368,23 @@ class Uncertainty:
     def flat_directions(self) -> tuple[FlatDirection, ...]:
         """Directions of the parameters along which a factor of e changes the data by less than their noise."""
         n, jacobian = self.estimation.problem.n_parameters, self.estimation.jacobian
-        own = without(jacobian[:, :n], jacobian[:, n:])
-        s, rows = principal_directions(own)
-        found: list[FlatDirection] = []
+        seen = without(jacobian[:, :n], jacobian[:, n:])
+        s, rows = principal_directions(seen)
+        directions: list[FlatDirection] = []
         for value, direction in zip(s, rows, strict=True):
             if value < 1.0:
                 direction = direction / direction[np.argmax(np.abs(direction))]
                 named = zip(self.estimation.problem.space.names, direction.tolist(), strict=True)
-                exponents = {name: one for name, one in named if abs(one) > _COMPONENT}
+                exponents = {name: exponent for name, exponent in named if abs(exponent) > _COMPONENT}
                 length = float(np.linalg.norm(direction))
                 exact = bool(value <= EXACT * s[0]) and self.unseen(direction)
-                found.append(FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length)))
-        return tuple(found)
+                directions.append(
+                    FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length))
+                )
+        return tuple(directions)
 
     def unseen(self, direction: Array) -> bool:
-        """Whether a direction that the Jacobian does not show is exact, and not the logarithm of a modulus near zero.
+        """Return whether a direction that the Jacobian does not show is exact: no logarithm of a modulus near zero.
 
         A single parameter is moved far, as far as its bounds permit. Directions of several parameters may be curved.
         """
@@ -186,13 +401,14 @@ class Uncertainty:
         return bool(np.all(np.abs(np.array(costs) - least) < _UNSEEN * max(least, 1.0)))
 
     def linearised(self, functions: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Positive functions of m rows of coordinates, shape (m, ...), at the best fit, and errors of their logs."""
+        """Return positive functions of m rows of coordinates at the best fit, and the errors of their logs."""
         best = self.estimation.fit.coordinates
         steps = np.diag(self.estimation.problem.steps)
         n = best.size
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            found = functions(np.concatenate([best[None], best + steps, best - steps]))
-            logs = np.log(found[1:])
+            points = np.concatenate([best[None], best + steps, best - steps])
+            values = rows_of(lambda rows: functions(points[rows]), len(points))
+            logs = np.log(values[1:])
             rise = logs[:n] - logs[n:]
         # A loss that is zero at all points does not change.
         rise[np.isneginf(logs[:n]) & np.isneginf(logs[n:])] = 0.0
@@ -203,10 +419,10 @@ class Uncertainty:
         exact = s <= EXACT * s[0]
         along[exact] = np.where(np.abs(along[exact]) < _NO_SLOPE, 0.0, along[exact])
         variance = self._efficiency[0] * np.tensordot(self._least(s) ** -2, along**2, axes=1)
-        return found[0], np.sqrt(variance)
+        return values[0], np.sqrt(variance)
 
     def profile(self, k: int, level: float = _LEVEL) -> LikelihoodProfile:
-        """Likelihood profile of one coordinate."""
+        """Return the likelihood profile of one coordinate."""
         key = k, level
         if key not in self._profiles:
             reach = self.quantile(level) * math.sqrt(self._efficiency[1])
@@ -216,7 +432,9 @@ class Uncertainty:
     @property
     def best(self) -> Fit:
         """Best fit, profiles included."""
-        return min((self.estimation.fit, *(one.best for one in self._profiles.values())), key=lambda fit: fit.cost)
+        return min(
+            (self.estimation.fit, *(profile.best for profile in self._profiles.values())), key=lambda fit: fit.cost
+        )
 
     @cached_property
     def _curved(self) -> bool:
@@ -224,7 +442,7 @@ class Uncertainty:
         return hidden(self.standard_errors, self.estimation.problem.n_parameters).size > 0
 
     def _bent(self, k: int, level: float) -> bool:
-        """Whether the least sum of squares at an end of the interval of the linearised problem is not as predicted."""
+        """Return whether the least sum of squares at an end of the linearised interval is not as predicted."""
         if not np.any(self.standard_errors[: self.estimation.problem.n_parameters] > _LINEAR):
             return False
         problem, fit, loss = self.estimation.problem, self.estimation.fit, self.estimation.loss
@@ -237,11 +455,11 @@ class Uncertainty:
         )
 
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
-        """Estimate of parameter k; from its profile on request, or if its error is not small."""
+        """Return the estimate of parameter k; from its profile on request, or if its error is not small."""
         problem, parameter = self.estimation.problem, self.estimation.problem.space.free[k]
         z, error = float(self.estimation.fit.coordinates[k]), float(self.standard_errors[k])
         width = problem.high[k] - problem.low[k]
-        free = any(one.exact and parameter.name in one.exponents for one in self.flat_directions)
+        free = any(direction.exact and parameter.name in direction.exponents for direction in self.flat_directions)
         if free:
             low, high = -math.inf, math.inf
         elif profiled or (profiled is None and (error > _LINEAR or self._curved or self._bent(k, level))):
@@ -257,15 +475,13 @@ class Uncertainty:
         with np.errstate(over="ignore"):
             interval = float(parameter.outward(low)), float(parameter.outward(high))
         determined = not any(ends)
-        step = 1e-6
-        slope = float(parameter.outward(z + step) - parameter.outward(z - step)) / (2.0 * step)
         value = float(parameter.outward(z)) if determined else None
-        size = error * slope if determined else None
+        size = error * float(parameter.slope(z)) if determined else None
         return Estimate(value, size, interval, determined, parameter.quantity.unit, ends)
 
 
 def without(jacobian: Array, other: Array) -> Array:
-    """Columns without the part that other columns explain."""
+    """Return columns without the part that other columns explain."""
     if not other.shape[1]:
         return jacobian
     basis, sizes, _ = np.linalg.svd(other / np.maximum(np.linalg.norm(other, axis=0), 1e-300), full_matrices=False)
@@ -274,7 +490,7 @@ def without(jacobian: Array, other: Array) -> Array:
 
 
 def principal_directions(jacobian: Array) -> tuple[Array, Array]:
-    """All singular values, those of missing rows as zeros, and directions as rows."""
+    """Return all singular values, those of missing rows as zeros, and directions as rows."""
     n = jacobian.shape[1]
     _, s, v = np.linalg.svd(np.vstack([jacobian, np.zeros((max(n - len(jacobian), 0), n))]), full_matrices=False)
     return s, v

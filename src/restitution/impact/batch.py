@@ -10,22 +10,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Numeric
+from restitution.checks import Array, Numeric, Places
 from restitution.contact.geometry import Geometry
-from restitution.contact.profile import Profile
-from restitution.contact.rows import Rows
+from restitution.contact.profiles import Profile
+from restitution.contact.table import Rows
 from restitution.errors import InputError
-from restitution.impact.exact import Progress, Stored, solve_forces, solve_scaled, solve_stored
 from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
-from restitution.impact.solution import Solution, pressure_unit
+from restitution.impact.solution import (
+    Progress,
+    Solution,
+    Stored,
+    pressure_unit,
+    solve_forces,
+    solve_scaled,
+    solve_stored,
+)
 from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
-from restitution.material.columns import PronyColumns
+from restitution.material.prony import PronySeries
 from restitution.quantities import BODY, ENERGIES, OUTPUTS, derived
-
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
 
 # Error of the table of a profile that counts as rounding.
 _TABLE_ROUNDING = 1e-11
@@ -68,33 +72,27 @@ class Batch:
     # Depth and radius [m] of each row that are 1 in a profile of unit size.
     depth_units: Any = 1.0
     radius_units: Any = 1.0
+    # Whether the tables of the profile count as smooth.
+    smooth: bool = False
 
     @classmethod
-    def from_impact(cls, impact: Impact, reduced_moduli: PronyColumns | None = None) -> Batch:
-        """Return the rows of an impact in the order of its raveled shape, perhaps with other reduced moduli.
-
-        Raises
-        ------
-        InputError
-            If the profile has an array of exponents, or is an array of profiles without a power law.
-        """
+    def from_impact(cls, impact: Impact, reduced_moduli: PronySeries | None = None) -> Batch:
+        """Return the rows of an impact that is not split, in the order of its raveled shape."""
+        if impact.is_split:
+            rule = f"must be a single one, as this one of shape {impact.shape} has materials or geometries apart"
+            raise InputError("impact", rule=rule)
         moduli = impact.reduced_moduli if reduced_moduli is None else reduced_moduli
-        profile, size = impact.profile, math.prod(impact.shape)
+        profile = impact.profile
         exponent = profile.path_exponent
-        if np.ndim(exponent):  # pyright: ignore[reportArgumentType]
-            raise InputError("exponent", wanted="must be one number; solve a list of impacts for several")
         unit, depth, radius = profile.similar
         if isinstance(unit, Rows):
             unit = unit.raveled(impact.shape)
-        elif exponent is None and np.ndim(unit.stiffness_radius(0.0)):
-            wanted = "of this kind takes single numbers; solve a list of impacts for several profiles"
-            raise InputError("profile", wanted=wanted)
         power = exponent is not None
         units = {} if power or unit is profile else {
             "depth_units": flat(depth, impact.shape), "radius_units": flat(radius, impact.shape)
         }  # fmt: skip
         return cls(
-            *(moduli if moduli.size == size else moduli.repeated(size)),
+            *(moduli if moduli.shape == impact.shape else moduli.broadcast_to(impact.shape)).columns,
             *(flat(getattr(impact, name), impact.shape) for name in BODY[:3]),
             coefficients=flat(profile.path_coefficient, impact.shape) if power else None,
             exponent=float(np.asarray(exponent)) if power else None,
@@ -102,20 +100,22 @@ class Batch:
             ratios=_ratios(profile, impact.shape) if power else None,
             has_pressure=profile.image is not None,
             impedances=flat(impact.impedance, impact.shape),
+            smooth=profile.smooth,
             **units,
         )
 
     @classmethod
-    def from_columns(cls, series: PronyColumns, profile: Geometry, masses: Any, velocities: Any, forces: Any) -> Batch:
+    def from_columns(cls, series: PronySeries, profile: Geometry, masses: Any, velocities: Any, forces: Any) -> Batch:
         """Return a row for each reduced modulus; single numbers are for all rows, also those of a power law."""
         size, power = series.size, profile.path_exponent is not None
         return cls(
-            *series, *(flat(value, (size,)) for value in (masses, velocities, forces)),
+            *series.columns, *(flat(value, (size,)) for value in (masses, velocities, forces)),
             coefficients=flat(profile.path_coefficient, (size,)) if power else None,
             exponent=float(np.asarray(profile.path_exponent)) if power else None,
             profile=None if power else profile,
             ratios=_ratios(profile, (size,)) if power else None,
             has_pressure=profile.image is not None,
+            smooth=profile.smooth,
         )  # fmt: skip
 
     @classmethod
@@ -124,14 +124,23 @@ class Batch:
         return cls.joined([(np.array([n]), cls.from_impact(impact)) for n, impact in enumerate(impacts)])
 
     @classmethod
+    def parts(cls, impact: Impact | Sequence[Impact]) -> list[tuple[Places, Batch]]:
+        """Return batches of the rows of an impact, or of single impacts, with their places."""
+        if isinstance(impact, Impact):
+            return cls.joined([(places, cls.from_impact(part)) for places, part in impact.parts()])
+        return cls.from_impacts(impact)
+
+    @classmethod
     def joined(cls, batches: Sequence[tuple[Places, Batch]]) -> list[tuple[Places, Batch]]:
         """Join batches of one exponent, or of similar profiles, and one number of branches; others stay alone."""
         alone: list[tuple[Places, Batch]] = []
         kinds: dict[Any, list[tuple[Places, Batch]]] = {}
         for member in batches:
             batch = member[1]
-            kind = batch.exponent, batch.moduli.shape[1], batch.ratios is None, batch.has_pressure, batch.profile
-            same = kinds.setdefault(kind, []) if batch.profile is None or np.ndim(batch.depth_units) else alone
+            kind = batch.exponent, batch.moduli.shape[1], batch.ratios is None, batch.has_pressure, batch.smooth
+            kind = *kind, batch.profile
+            is_similar = np.ndim(batch.depth_units) and not isinstance(batch.profile, Rows)
+            same = kinds.setdefault(kind, []) if batch.profile is None or is_similar else alone
             same.append(member)
         return [*(_join(members) for members in kinds.values()), *alone]
 
@@ -148,7 +157,7 @@ class Batch:
         if self.profile is not None and self.size:
             units = self.depth_units, self.radius_units
             factors = np.broadcast_to(depth_factor, self.masses.shape)
-            return table_block(self.profile, *series, *bodies, factors, rtol, units)
+            return table_block(self.profile, *series, *bodies, factors, rtol, units, self.smooth)
         return power_block(*series, self.coefficients if self.size else self.masses, self.exponent or 0.0, *bodies)
 
     def solve(
@@ -179,7 +188,9 @@ class Batch:
 
     def max_contact_radii(self, rtol: float) -> Array:
         """Largest contact radii [m], shape (n,), of a solution whose tolerance is not that of its tables."""
-        block, outcomes = self.solved(lambda block: solve_scaled(block, rtol, approaches=True), _TABLE_RTOL)
+        # Long elements from the start are enough for the radius, but need the checks of a table with bends.
+        batch = replace(self, smooth=False)
+        block, outcomes = batch.solved(lambda block: solve_scaled(block, rtol, approaches=True), _TABLE_RTOL)
         return self.columns(block, outcomes)["max_contact_radius"]
 
     @property
@@ -339,19 +350,16 @@ def solve_columns(
     energy: bool = False, pressure: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the outputs of impacts by name, raveled; see `Batch.solve`."""
-    if not isinstance(impact, list):
-        batch = Batch.from_impact(impact)
-        return batch.solve(rtol, workers=workers, progress=progress, energy=energy, pressure=pressure)
-    columns, done = dict[str, Any](), 0
+    columns, done, count = dict[str, Any](), 0, math.prod(impact.shape) if isinstance(impact, Impact) else len(impact)
 
     def advance(finished: int, _: int) -> None:
         if progress is not None:
-            progress(done + finished, len(impact))
+            progress(done + finished, count)
 
-    for places, batch in Batch.from_impacts(impact):
+    for places, batch in Batch.parts(impact):
         solved = batch.solve(rtol, workers=workers, progress=advance, energy=energy, pressure=pressure)
         for name, values in solved.items():
-            columns.setdefault(name, np.empty(len(impact)))[places] = values
+            columns.setdefault(name, np.empty(count))[places] = values
         done += batch.size
     return columns
 

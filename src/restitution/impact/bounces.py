@@ -7,28 +7,25 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from restitution.checks import function, nonnegative, single, truth, whole
-from restitution.display import Shown, Summary, in_words
+from restitution.checks import Array, function, nonnegative, single, truth, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
 from restitution.impact.solve import solve_exact
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
-from restitution.pictures import draw
-from restitution.quantities import BOUNCES, INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, check_single, dataset
+from restitution.quantities import BOUNCES, CONTACT_TANGENT, INPUTS, NUMBER, OUTPUTS, Quantity, check_single, dataset
+from restitution.result import Result, Summary
+from restitution.units import VELOCITY, in_words
 from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 # Share of an imprint that may be left at the next touch without a warning.
 _UNRECOVERED = 0.01
@@ -37,27 +34,21 @@ _UNRECOVERED = 0.01
 class Ending(StrEnum):
     """Why a series of bounces ended."""
 
-    CAPTURED = "captured"
-    SUNK = "sunk"
-    BELOW_SURFACE = "below surface"
-    LOW = "low"
-    MAX_BOUNCES = "max bounces"
-    STOPPED = "stopped"
+    CAPTURED = "captured", "the weight holds the body in contact"
+    SUNK = "sunk", "the material is a liquid and the body sinks in"
+    BELOW_SURFACE = "below surface", "the body does not rise above the undeformed surface"
+    LOW = "low", "the next rise would be lower than min_height"
+    MAX_BOUNCES = "max bounces", "max_bounces is reached; the body would bounce on"
+    STOPPED = "stopped", "the argument stop ended the series; the body would bounce on"
 
-    @property
-    def message(self) -> str:
-        """The reason, in words."""
-        return _MEANING[self]
+    message: str
 
+    def __new__(cls, word: str, message: str) -> Self:
+        """Make a member, whose value is the word."""
+        member = str.__new__(cls, word)
+        member._value_, member.message = word, message
+        return member
 
-_MEANING = {
-    Ending.CAPTURED: "the weight holds the body in contact",
-    Ending.SUNK: "the material is a liquid and the body sinks in",
-    Ending.BELOW_SURFACE: "the body does not rise above the undeformed surface",
-    Ending.LOW: "the next rise would be lower than min_height",
-    Ending.MAX_BOUNCES: "max_bounces is reached; the body would bounce on",
-    Ending.STOPPED: "the argument stop ended the series; the body would bounce on",
-}
 
 _OUTPUTS = ("restitution_coefficient", "rebound_velocity", "contact_time", "residual_indentation_depth")
 _COLUMNS = {
@@ -66,12 +57,14 @@ _COLUMNS = {
     **{name: OUTPUTS[name] for name in _OUTPUTS},
     "height": BOUNCES["height"],
 }
-_TANGENT = {"loss_tangent": MODULI["loss_tangent"]._replace(words="loss tangent at pi over the contact time")}
+_TANGENT = {"loss_tangent": CONTACT_TANGENT}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Bounces(Shown):
+class Bounces(Result):
     """Bounces of a falling body, arrays of shape (n_bounce,), in SI.
+
+    `plot` shows the height over time, the restitution over the velocity, and the height of each bounce.
 
     Attributes
     ----------
@@ -105,6 +98,9 @@ class Bounces(Shown):
     notes : tuple of str
         Warnings about a surface that has not recovered at a touch.
     """
+
+    _numbers = (*_COLUMNS, *_TANGENT, "drop_height", "gravity", "ended", "warnings", "validity")
+    _picture = "impact.bounces_overview"
 
     touch_time: Array
     velocity: Array
@@ -146,17 +142,13 @@ class Bounces(Shown):
 
     def summary(self, title: str = "") -> Summary:
         """Table of the bounces and their warnings, which `print` and notebooks show."""
-        from restitution.impact.summary import of_bounces
+        from restitution.impact.result import of_bounces
 
         return of_bounces(self, title)
 
     @property
     def _short(self) -> str:
         return f"{self.n_bounces} from {in_words(self.drop_height, 'm')}, {self.ended}"
-
-    def plot(self) -> Figure:
-        """Figure of the bounces: height over time, restitution over velocity, height of each bounce."""
-        return draw("impact.bounces_overview", self)
 
 
 def bounces(
@@ -222,19 +214,19 @@ def bounces(
     if not isinstance(impact, Impact):
         raise InputTypeError("impact", impact, "must be an Impact")
     if impact.shape:
-        raise InputError("impact", wanted=f"must be a single impact, not an array of shape {impact.shape}")
+        raise InputError("impact", rule=f"must be a single impact, not an array of shape {impact.shape}")
     whole("max_bounces", max_bounces)
     if stop is not None:
         function("stop", stop, "must be a function without arguments", 0)
     if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
-        wanted = "must be False where the target has an impedance, as the weight would drive such a target for ever"
-        raise InputError("with_weight", with_weight, wanted)
+        rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
+        raise InputError("with_weight", with_weight, rule)
     g = check_single("gravity", gravity)
     if height is None:
         velocity = float(impact.velocity)
         start = velocity * velocity / (2.0 * g)
         if not math.isfinite(start):
-            raise InputError("velocity", velocity, "must be that of a fall from a finite height", "m/s")
+            raise InputError("velocity", velocity, "must be that of a fall from a finite height", VELOCITY.unit)
     else:
         start = check_single("drop_height", height, "height")
         velocity = float(fall_velocity(start, g))

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from restitution.checks import Numeric, nonnegative, positive, within
+from restitution.checks import Numeric, nonnegative, plain, positive, within
 from restitution.material.conversion import bulk_factor
 from restitution.quantities import check
 
@@ -72,7 +72,7 @@ def elastic_max_indentation_depth(
     coefficient = positive("path_coefficient", path_coefficient)
     energy = check("mass", mass) * np.asarray(check("velocity", velocity)) ** 2
     p = nonnegative("path_exponent", path_exponent) / 2
-    return _plain(((1 + p) * (2 + p) * energy / (4 * modulus * coefficient)) ** (1 / (2 + p)))
+    return plain(((1 + p) * (2 + p) * energy / (4 * modulus * coefficient)) ** (1 / (2 + p)))
 
 
 def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_exponent: Any = 1.0) -> Numeric:
@@ -99,7 +99,7 @@ def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_expo
     from scipy.special import beta
 
     p = nonnegative("path_exponent", path_exponent) / 2
-    return _plain(2 / (2 + p) * beta(1 / (2 + p), 0.5) * _time(max_indentation_depth, velocity))
+    return plain(2 / (2 + p) * beta(1 / (2 + p), 0.5) * _time(max_indentation_depth, velocity))
 
 
 def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, path_exponent: Any = 1.0) -> Numeric:
@@ -124,7 +124,7 @@ def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, p
     """
     p = nonnegative("path_exponent", path_exponent) / 2
     energy = check("mass", mass) * np.asarray(check("velocity", velocity)) ** 2
-    return _plain((1 + p / 2) * energy / positive("max_indentation_depth", max_indentation_depth, "m"))
+    return plain((1 + p / 2) * energy / positive("max_indentation_depth", max_indentation_depth, "m"))
 
 
 def kelvin_voigt_first_order_restitution(
@@ -161,7 +161,7 @@ def kelvin_voigt_first_order_restitution(
 
     p = nonnegative("path_exponent", path_exponent) / 2
     ratio = nonnegative("retardation_time", retardation_time, "s") / _time(max_indentation_depth, velocity)
-    return _plain(1 - (1 + p) * beta((1 + p) / (2 + p), 1.5) * ratio)
+    return plain(1 - (1 + p) * beta((1 + p) / (2 + p), 1.5) * ratio)
 
 
 def hunter_restitution(
@@ -197,7 +197,7 @@ def hunter_restitution(
     glass = check("equilibrium_modulus", equilibrium_modulus) + moduli.sum()
     loss = np.asarray(positive("contact_time", contact_time, "s")) * float(moduli @ rates) / glass
     p = nonnegative("path_exponent", path_exponent) / 2
-    return _plain(1 - 2 / (4 + p) * loss)
+    return plain(1 - 2 / (4 + p) * loss)
 
 
 def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
@@ -225,7 +225,7 @@ def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
     under, over = np.minimum(d, 1.0), np.maximum(d, 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         angle = np.where(d < 1.0, np.arccos(under) / np.sqrt(1 - under**2), np.arccosh(over) / np.sqrt(over**2 - 1))
-    return _plain(np.exp(-2 * d * np.where(np.abs(d - 1) < 1e-9, 1.0, angle)))
+    return plain(np.exp(-2 * d * np.where(np.abs(d - 1) < 1e-9, 1.0, angle)))
 
 
 def flat_punch_maxwell_restitution(damping_ratio: Any) -> Numeric:
@@ -249,7 +249,7 @@ def flat_punch_maxwell_restitution(damping_ratio: Any) -> Numeric:
     """
     d = np.minimum(nonnegative("damping_ratio", damping_ratio), 1.0)
     with np.errstate(divide="ignore"):
-        return _plain(np.exp(-math.pi * np.divide(d, np.sqrt(1 - d**2))))
+        return plain(np.exp(-math.pi * np.divide(d, np.sqrt(1 - d**2))))
 
 
 def standard_solid_small_p3_slope(nu: Any) -> Numeric:
@@ -274,7 +274,7 @@ def standard_solid_small_p3_slope(nu: Any) -> Numeric:
     """
     nu = np.asarray(within("nu", nu, -1.0, 0.5))
     dissipation, stiffness = (2 / 3) * (1 - nu + nu**2) / (1 - nu), 2 / (1 - nu)
-    return _plain(1.5 * SMALL_LOSS_FACTOR * dissipation * (4 * stiffness / 3) ** 0.4)
+    return plain(1.5 * SMALL_LOSS_FACTOR * dissipation * (4 * stiffness / 3) ** 0.4)
 
 
 def standard_solid_large_p3_slope(nu: Any, p2: Any) -> Numeric:
@@ -311,7 +311,7 @@ def standard_solid_large_p3_slope(nu: Any, p2: Any) -> Numeric:
         second = np.where(nu > -1, 3 * g1 / (soft * stiff), 0.0)
         rate = np.where(nu > -1, soft / stiff, 0.0)
     glass = 2 / (1 - nu) + g1 + second
-    return _plain(4 / 9 * (HERTZ_TIME_FACTOR * (15 / (16 * glass)) ** 0.4) * g1 * (g1 + second * rate) / glass)
+    return plain(4 / 9 * (HERTZ_TIME_FACTOR * (15 / (16 * glass)) ** 0.4) * g1 * (g1 + second * rate) / glass)
 
 
 def equivalent_incompressible_p3(p3: Any) -> Numeric:
@@ -333,7 +333,7 @@ def equivalent_incompressible_p3(p3: Any) -> Numeric:
     >>> round(equivalent_incompressible_p3(1.0), 9)
     0.574349177
     """
-    return _plain(0.25**0.4 * np.asarray(positive("p3", p3)))
+    return plain(0.25**0.4 * np.asarray(positive("p3", p3)))
 
 
 def mueller_poeschel_restitution(reduced_velocity: Any) -> Numeric:
@@ -365,12 +365,8 @@ def mueller_poeschel_restitution(reduced_velocity: Any) -> Numeric:
     x = np.asarray(nonnegative("reduced_velocity", reduced_velocity))
     numerator = np.polynomial.polynomial.polyval(x, (1, 1.07232, 0.574198, 0.141552))
     denominator = np.polynomial.polynomial.polyval(x, (1, 1.07232, 1.72765, 1.37842, 1.19449, 0.467273, 0.235585))
-    return _plain(numerator / denominator)
+    return plain(numerator / denominator)
 
 
 def _time(depth: Any, velocity: Any) -> Any:
     return positive("max_indentation_depth", depth, "m") / np.asarray(check("velocity", velocity))
-
-
-def _plain(value: Any) -> Numeric:
-    return float(value) if np.ndim(value) == 0 else value

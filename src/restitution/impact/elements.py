@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import single_positive, whole
-from restitution.contact.profile import as_profile
+from restitution.checks import Array, single_positive, whole
+from restitution.contact.profiles import as_profile
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
@@ -27,7 +27,6 @@ from restitution.quantities import HISTORY
 if TYPE_CHECKING:
     import xarray
 
-Array = NDArray[np.float64]
 # Time step, elements in contact, and columns of the elements that are or were in contact.
 Snapshot = tuple[int, NDArray[np.bool_], dict[str, Array]]
 
@@ -71,11 +70,11 @@ def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | 
     an impedance, that gives back e < 1e-6 holds the body, as in the method "exact".
     """
     foundation, spacing, step, sizes = _laid_out(impact, n_elements, time_step)
-    found = foundation.march(spacing, step)
+    solution = foundation.march(spacing, step)
     if 2.0 * step > sizes.limit:
-        return found
+        return solution
     half = foundation.march(2.0 * spacing, 2.0 * step)
-    return found._replace(restitution_error=abs(found.restitution_coefficient - half.restitution_coefficient))
+    return solution._replace(restitution_error=abs(solution.restitution_coefficient - half.restitution_coefficient))
 
 
 def element_history(
@@ -139,11 +138,11 @@ def _laid_out(impact: Impact, n_elements: Any, time_step: Any) -> tuple[_Foundat
     whole("n_elements", n_elements, _FEWEST, _MOST)
     if impact.shape != ():
         raise InputError("impact.shape", impact.shape, "must be () for the method of elements: a single impact")
-    given = None if time_step is None else single_positive("time_step", time_step, "s")
+    fixed = None if time_step is None else single_positive("time_step", time_step, "s")
     foundation = _Foundation(impact)
     sizes = foundation.measure(n_elements)
-    step = min(sizes.fitting_step(n_elements), 0.5 * sizes.limit) if given is None else given
-    sizes.admit(n_elements, step, automatic=given is None)
+    step = min(sizes.fitting_step(n_elements), 0.5 * sizes.limit) if fixed is None else fixed
+    sizes.admit(n_elements, step, automatic=fixed is None)
     return foundation, 2.0 * sizes.radius / n_elements, step, sizes
 
 
@@ -175,8 +174,8 @@ class _Sizes(NamedTuple):
             remedy = f"explicit Euler needs time_step <= {limit:.3g} s, so use method 'exact'"
         elif automatic and least <= 0.5 * limit:
             remedy = f"take n_elements <= {int(n_elements * MAX_STEPS / steps)}, or {remedy[5:]}"
-        wanted = f"must not need more than {MAX_STEPS} time steps, and {step:.3g} s makes {steps:.2g}; {remedy}"
-        raise InputError("n_elements, time_step", (n_elements, step), wanted)
+        rule = f"must not need more than {MAX_STEPS} time steps, and {step:.3g} s makes {steps:.2g}; {remedy}"
+        raise InputError("n_elements, time_step", (n_elements, step), rule)
 
 
 class _Foundation:
@@ -256,8 +255,8 @@ class _Foundation:
                 stored += 2.0 * spacing * float(law.energy(displacement) @ touching)
                 break
             if len(rows) > MAX_STEPS:
-                wanted = f"must be longer: the contact needs more than {MAX_STEPS} steps; or use method 'exact'"
-                raise InputError("time_step", step, wanted, "s")
+                rule = f"must be longer: the contact needs more than {MAX_STEPS} steps; or use method 'exact'"
+                raise InputError("time_step", step, rule, "s")
             d, v = d + step * rate, v + step * (self.load - force) / self.mass
         depths, velocities, forces, radii = np.array(rows).T
         e = max(0.0, -float(velocities[-1]) / self.velocity)

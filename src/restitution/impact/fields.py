@@ -19,14 +19,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import nonnegative
+from restitution.checks import Array, nonnegative
 from restitution.contact.pressure import LineFunction, line_function, pressure, surface_displacement
-from restitution.contact.profile import as_profile
+from restitution.contact.profiles import as_profile
 from restitution.impact.problem import Impact
 from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
-from restitution.material.secular import secular_roots
+from restitution.material.prony import secular_roots
 
-Array = NDArray[np.float64]
 Fit = Callable[[float], LineFunction | None]
 Field = Callable[[LineFunction, Array], Array]
 Kept = dict[float, LineFunction | None]
@@ -46,11 +45,13 @@ class ImpactFields:
     """Fields over radius and time, in SI, of one impact that ended in separation, solved at the tolerance `rtol`."""
 
     def __init__(self, impact: Impact, solution: Solution, rtol: float) -> None:
-        own = impact.profile
-        profile = own.image or as_profile(own, "pressure and surface displacement")
+        geometry = impact.profile
+        profile = geometry.image or as_profile(geometry, "pressure and surface displacement")
         # Contact radius over stiffness radius.
-        self._stretch = 1.0 if profile is own else float(own.contact_radius(1.0) / own.stiffness_radius(1.0))
-        self._own, self._solution, self._profile, series = own, solution, profile, impact.reduced_modulus
+        self._stretch = (
+            1.0 if profile is geometry else float(geometry.contact_radius(1.0) / geometry.stiffness_radius(1.0))
+        )
+        self._geometry, self._solution, self._profile, series = geometry, solution, profile, impact.reduced_modulus
         self._spring, self._dashpot = series.equilibrium_modulus, series.parallel_viscosity
         self._moduli, self._times = series.branch_moduli, series.relaxation_times
         roots = secular_roots(self._spring, self._dashpot, self._moduli[::-1], self._times[::-1])
@@ -72,7 +73,7 @@ class ImpactFields:
 
     def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Displacement of the surface w(r, t) [m], into the half-space; r and t broadcast."""
-        as_profile(self._own, "surface displacement")
+        as_profile(self._geometry, "surface displacement")
         return self._over_times(self._displacements, self.line_displacement, surface_displacement, r, t)
 
     def line_load(self, t: float) -> LineFunction | None:

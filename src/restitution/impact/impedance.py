@@ -92,13 +92,15 @@ def rod_impedance(material: Material, area: Any) -> Numeric:
     return (density * modulus) ** 0.5 * positive("area", area, "m^2")
 
 
-def _stiffness(material: Any) -> tuple[float, float]:
+def _stiffness(material: Any) -> tuple[Any, Any]:
     """Instantaneous Young's modulus [Pa] and density [kg/m3] of a material."""
     if not isinstance(material, Material):
         raise InputTypeError("material", material, "must be a Material")
     if material.density is None:
-        raise InputError("material.density", wanted="must be given: the inertia of the target resists the impact")
+        raise InputError("material.density", rule="must be given: the inertia of the target resists the impact")
     modulus = 2.0 * material.shear.instantaneous_modulus * (1.0 + material.instantaneous_poisson_ratio)
-    if not np.isfinite(modulus):
-        raise InputError("material.shear", modulus, "must have a finite instantaneous modulus, no parallel dashpot")
+    if not np.all(np.isfinite(modulus)):
+        raise InputError(
+            "material.shear", float(np.max(modulus)), "must have a finite instantaneous modulus, no parallel dashpot"
+        )
     return modulus, material.density

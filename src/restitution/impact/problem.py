@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import Numeric, function, pair, positive_or_infinite, single_nonnegative, truth
-from restitution.contact.analytic import sphere_mass
-from restitution.contact.contact import BALL_ON_TARGET, Contact
-from restitution.contact.geometry import Geometry
-from restitution.contact.profile import Parabola
+from restitution.axes import Axes, aligned, axes_of, named, spread_array
+from restitution.checks import (
+    Array,
+    Numeric,
+    common_shape,
+    function,
+    pair,
+    positive_or_infinite,
+    single_nonnegative,
+    truth,
+)
+from restitution.contact.geometry import BALL_ON_TARGET, Contact, Geometry
+from restitution.contact.profiles import Parabola, sphere_mass
 from restitution.errors import InputError, InputTypeError
-from restitution.material.columns import PronyColumns
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
+# Parts of an impact that are no numbers but may be arrays of them.
+_OBJECTS = ("material", "profile", "counter_material")
 # Tolerance of a first solution, whose largest contact radius is good to 1e-8 then.
 _ESTIMATE_RTOL = 1e-6
 # Window of the first solution, which gives the contact time only: from a picosecond to about four months.
@@ -46,13 +55,13 @@ def fall_velocity(height: Any, gravity: Any) -> Any:
 class Impact:
     """Normal impact of a body on a viscoelastic half-space, or on another target, in SI units.
 
-    Numbers may be arrays that broadcast against each other, those of a power-type profile included: the results then
-    are arrays of the common shape.
+    Numbers may be arrays that broadcast against each other, those of the materials and of the geometry included: the
+    results then are arrays of the common shape. DataArrays keep their dimensions and coordinates by name.
 
     Parameters
     ----------
     material : Material
-        Material of the target.
+        Material of the target, or an array of materials.
     profile : Geometry
         Profile of the indenting body, such as `Parabola(radius)`, or another geometry; for two curved bodies that of
         the gap between them.
@@ -87,7 +96,7 @@ class Impact:
 
     Examples
     --------
-    >>> from restitution.contact.profile import Parabola
+    >>> from restitution.contact.profiles import Parabola
     >>> from restitution.material.classical import standard_solid
     >>> rubber = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
     >>> Impact(material=rubber, profile=Parabola(radius=0.01), mass=0.005, velocity=[0.5, 1.0]).shape
@@ -104,7 +113,13 @@ class Impact:
     body_size: float | None = field(default=None, kw_only=True)
     diameters: tuple[Numeric, Numeric] = field(default=BALL_ON_TARGET, kw_only=True)
 
+    axes: ClassVar[Axes | None] = None
+    """Names of the axes of an array of impacts; None where they have no names."""
+
     def __post_init__(self) -> None:
+        values, axes = aligned({name: getattr(self, name) for name in (*_OBJECTS, *quantities.BODY)})
+        if axes is not None:
+            vars(self).update(values, axes=axes)
         object.__setattr__(self, "profile", self.contact.profile)
         both = pair("diameters", self.diameters, "must be a pair of numbers")
         object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", one) for one in both))
@@ -113,8 +128,8 @@ class Impact:
         _ = self.shape
         forces = np.where(np.isinf(self.impedance), 0.0, self.external_force)
         if np.any(forces):
-            wanted = "must be 0 where the target has an impedance, as a force would drive such a target for ever"
-            raise InputError("external_force", self.external_force, wanted, "N")
+            rule = "must be 0 where the target has an impedance, as a force would drive such a target for ever"
+            raise InputError("external_force", self.external_force, rule, "N")
 
     @cached_property
     def contact(self) -> Contact:
@@ -124,28 +139,99 @@ class Impact:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Common shape of all numbers; () for a single impact."""
-        exponent, coefficient = self.profile.path_exponent, self.profile.path_coefficient
-        given = self.profile.similar[1:] if exponent is None or coefficient is None else (exponent, coefficient)
-        power = np.broadcast(*given).shape
-        shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY} | {"profile": power}
-        try:
-            return np.broadcast_shapes(*shapes.values())
-        except ValueError:
-            listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-            wanted = f"have shapes that do not broadcast against each other: {listed}"
-            raise InputError(", ".join(shapes), wanted=wanted) from None
+        shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY} | {"profile": self.profile.rows}
+        return common_shape(shapes | ({"material": self.contact.shape} if self.contact.shape else {}))
 
     @cached_property
-    def reduced_moduli(self) -> PronyColumns:
+    def is_split(self) -> bool:
+        """Whether its rows have several materials or geometries that one batch does not hold."""
+        return self.contact.is_split or any(np.ndim(self.profile.numbers[name]) for name in self.profile.apart)
+
+    @cached_property
+    def reduced_moduli(self) -> PronySeries:
         """Reduced relaxation modulus E*(t) [Pa] of all impacts; or an effective one of each on a bonded layer."""
-        own = PronyColumns.stacked([self.contact.reduced_modulus])
+        own = self.contact.reduced_modulus
         if self.profile.separable:
             return own
         from restitution.impact.batch import Batch
 
         # The size of a contact is that with the modulus of the material.
         radius = Batch.from_impact(self, own).max_contact_radii(_ESTIMATE_RTOL)
-        return self.profile.effective_moduli(self.material, radius.reshape(self.shape))
+        return self.profile.effective_moduli(self.material, radius.reshape(self.shape)).reshaped(self.shape)
+
+    def parts(self) -> Iterator[tuple[NDArray[np.intp], Impact]]:
+        """Yield impacts whose rows one batch holds, and their places in the raveled shape."""
+        count = math.prod(self.shape)
+        if not self.is_split:
+            yield np.arange(count), self
+            return
+        parameters = self.profile.numbers
+        kinds = [np.arange(math.prod(self.contact.shape)).reshape(self.contact.shape)] if self.contact.is_split else []
+        kinds += [parameters[name] for name in self.profile.apart if np.ndim(parameters[name])]
+        # Groups are numbered again after each kind, so that the product of many does not overflow.
+        groups = np.zeros(count, dtype=np.intp)
+        for values in kinds:
+            codes = np.unique(np.broadcast_to(values, self.shape), return_inverse=True)[1].reshape(-1)
+            groups = np.unique(groups * (int(codes.max(initial=0)) + 1) + codes, return_inverse=True)[1]
+        order = np.argsort(groups, kind="stable")
+        for places in np.split(order, np.flatnonzero(np.diff(groups[order])) + 1):
+            yield places, self.take(places, alike=True)
+
+    def sel(self, indexers: Mapping[Any, Any] | None = None, method: str | None = None, **names: Any) -> Impact:
+        """Return impacts by coordinates of their named axes.
+
+        Parameters
+        ----------
+        indexers : dict, optional
+            Values along axes by name; or keywords.
+        method : str, optional
+            "nearest" for the nearest coordinate; see `xarray.DataArray.sel`.
+
+        Raises
+        ------
+        InputError
+            If the axes have no names, or an indexer is no coordinate.
+
+        Examples
+        --------
+        >>> import restitution as rs, xarray as xr
+        >>> v = xr.DataArray([0.5, 1.0, 2.0], dims="velocity", coords={"velocity": [0.5, 1.0, 2.0]})
+        >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+        >>> rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=v).sel(velocity=0.9, method="nearest").velocity
+        1.0
+        """
+        if self.axes is None:
+            raise InputError("impact", rule="must have named axes, which numbers that are DataArrays give it")
+        places = self.axes.sel({**(indexers or {}), **names}, method)
+        return named(self.take(places.values), axes_of(places) if places.ndim else None)
+
+    def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Impact:
+        """Return the impacts of an array over axes of other names; their own are `axes`."""
+        own, shape = axes or self.axes, self.shape
+        assert own is not None
+        parts = {name: getattr(self, name) for name in _OBJECTS}
+        parts = {name: part and part.spread(names, own) for name, part in parts.items()}
+        numbers = {name: spread_array(getattr(self, name), own, names, shape) for name in quantities.BODY}
+        diameters = tuple(spread_array(each, own, names, shape) for each in self.diameters)
+        return replace(self, **parts, **numbers, diameters=diameters)
+
+    def take(self, places: NDArray[np.intp], *, alike: bool = False) -> Impact:
+        """Return rows of the raveled impact in the shape of the places.
+
+        Numbers that all rows of the impact share stay single. Rows that are `alike` belong to one batch, and what they
+        must share to do so becomes single.
+        """
+        shape = self.shape
+        first = places[:1].reshape(()) if alike and self.contact.is_split else places
+        material, counter = (None if each is None else each.take(shape, first)
+                             for each in (self.material, self.counter_material))  # fmt: skip
+        assert material is not None
+        numbers: dict[str, Any] = {name: _rows(getattr(self, name), shape, places) for name in quantities.BODY}
+        diameters = tuple(_rows(each, shape, places) for each in self.diameters)
+        profile = self.profile.take(shape, places, self.profile.apart if alike else ())
+        return replace(
+            self, material=material, profile=profile, counter_material=counter, diameters=diameters, **numbers
+        )
 
     @property
     def reduced_modulus(self) -> PronySeries:
@@ -153,8 +239,13 @@ class Impact:
         if self.profile.separable:
             return self.contact.reduced_modulus
         if self.reduced_moduli.size > 1:
-            raise InputError("impact", wanted="must be a single one: those of this array have moduli of their own")
-        return self.reduced_moduli.row(0)
+            raise InputError("impact", rule="must be a single one: those of this array have moduli of their own")
+        return self.reduced_moduli.row()
+
+
+def _rows(value: Numeric, shape: tuple[int, ...], places: NDArray[np.intp]) -> Numeric:
+    """Numbers of some rows of an array."""
+    return np.broadcast_to(value, shape).reshape(-1)[places][()] if np.ndim(value) else value
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,21 +282,41 @@ class Body:
     radius: Numeric = math.inf
     mass: Numeric | None = None
 
+    axes: ClassVar[Axes | None] = None
+    """Names of the axes of an array of bodies; None where they have no names."""
+
     def __post_init__(self) -> None:
         if self.material is not None and not isinstance(self.material, Material):
             raise InputTypeError("material", self.material, "must be a Material, or None for a rigid body")
+        values, axes = aligned({"material": self.material, "radius": self.radius, "mass": self.mass})
+        if axes is not None:
+            vars(self).update(values, axes=axes)
         radius = positive_or_infinite("radius", self.radius, "m")
         object.__setattr__(self, "radius", radius)
         mass = self.mass
         if mass is None and not np.all(np.isfinite(radius)):
             if np.ndim(radius):
-                raise InputError("mass", wanted="must be given where some of the bodies are walls")
+                raise InputError("mass", rule="must be given where some of the bodies are walls")
             mass = math.inf
         elif mass is None:
             if self.material is None or self.material.density is None:
-                raise InputError("mass", wanted="must be given for a ball whose material has no density")
+                raise InputError("mass", rule="must be given for a ball whose material has no density")
             mass = sphere_mass(self.material.density, radius)
         object.__setattr__(self, "mass", positive_or_infinite("mass", mass, "kg"))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of an array of bodies; () for one."""
+        material = () if self.material is None else self.material.shape
+        numbers: dict[str, Any] = {"radius": self.radius, "mass": self.mass}
+        return common_shape({"material": material} | {name: np.shape(value) for name, value in numbers.items()})
+
+    def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Body:
+        """Return the bodies of an array over axes of other names; their own are `axes`."""
+        own = axes or self.axes
+        assert own is not None
+        numbers = (spread_array(value, own, names, self.shape) for value in (self.radius, self.mass))
+        return Body(self.material and self.material.spread(names, own), *numbers)
 
 
 def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any = 0.0) -> Impact:
@@ -247,16 +358,26 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
     for name, body in (("body_1", body_1), ("body_2", body_2)):
         if not isinstance(body, Body):
             raise InputTypeError(name, body, "must be a Body")
+    numbers = {"body_1": body_1, "body_2": body_2, "velocity": velocity, "external_force": external_force}
+    numbers, axes = aligned(numbers)
+    return named(_collision(**numbers), axes)
+
+
+def _collision(body_1: Body, body_2: Body, velocity: Any, external_force: Any) -> Impact:
+    """Central impact of two bodies, of arrays over the same axes."""
     radius = _reduced("radius", "m", "both bodies are flat, but one must be curved", body_1.radius, body_2.radius)
     mass = _reduced("mass", "kg", "both bodies are immovable", body_1.mass, body_2.mass)
     material, counter = body_1.material or body_2.material, body_2.material if body_1.material else None
     if material is None:
-        raise InputError("material", wanted="both bodies are rigid, but one must deform")
+        raise InputError("material", rule="both bodies are rigid, but one must deform")
     with np.errstate(all="ignore"):  # a radius that underflows is refused below
         first, second = (2.0 * (np.asarray(body.radius) / radius) for body in (body_1, body_2))
     diameters = (first, second) if body_1.material else (second, first)
-    options: dict[str, Any] = {"external_force": external_force, "diameters": diameters}
-    return Impact(material, Parabola(radius), mass, velocity, counter_material=counter, **options)
+    # The axes of these numbers are those of the bodies now.
+    speed, force = (quantities.check(name, value)
+                    for name, value in (("velocity", velocity), ("external_force", external_force)))  # fmt: skip
+    options: dict[str, Any] = {"external_force": force, "diameters": diameters}
+    return Impact(material, Parabola(radius), mass, speed, counter_material=counter, **options)
 
 
 def two_bodies(problem: Any) -> tuple[Body, Body]:
@@ -317,16 +438,22 @@ def drop(
     >>> print(round(impact.velocity, 6), round(impact.external_force, 6))
     3.132092 0.04931
     """
+    for name, each in (("body", body), ("ground", ground)):
+        if not isinstance(each, Body):
+            raise InputTypeError(name, each, "must be a Body")
+    values, axes = aligned({"body": body, "ground": ground, "height": height, "gravity": gravity})
+    body, ground, height, gravity = values.values()
     fall = np.asarray(quantities.check("drop_height", height, "height"))
     acceleration = np.asarray(quantities.check("gravity", gravity))
-    if isinstance(body, Body) and not np.all(np.isfinite(np.asarray(body.mass, dtype=np.float64))):
+    if not np.all(np.isfinite(np.asarray(body.mass, dtype=np.float64))):
         raise InputError("body.mass", body.mass, "must be finite for a body that falls", "kg")
-    if isinstance(ground, Body) and np.any(np.isfinite(np.asarray(ground.mass, dtype=np.float64))):
+    if np.any(np.isfinite(np.asarray(ground.mass, dtype=np.float64))):
         raise InputError("ground.mass", ground.mass, "must be infinite for ground that does not move", "kg")
     with np.errstate(over="ignore"):  # an infinite velocity or weight is refused
-        impact = collision(body, ground, fall_velocity(fall, acceleration))
+        impact = _collision(body, ground, fall_velocity(fall, acceleration), 0.0)
         weight = impact.mass * acceleration
-    return replace(impact, external_force=weight) if truth("with_weight", with_weight) else impact
+    impact = replace(impact, external_force=weight) if truth("with_weight", with_weight) else impact
+    return named(impact, axes)
 
 
 def window_around(contact_time: ArrayLike, longest: float = 0.0) -> Window:
@@ -392,18 +519,18 @@ def for_contact(build: Callable[[Window], Impact], *, longest: float = 0.0) -> I
     for _ in range(_ROUNDS):
         window = window_around(touches, longest)
         impact, touches = _solved(build, window)
-        wanted = window_around(touches)
-        if window.low <= wanted.low / _MARGIN and window.high >= 0.5 * wanted.high:
+        needed = window_around(touches)
+        if window.low <= needed.low / _MARGIN and window.high >= 0.5 * needed.high:
             break
     return impact
 
 
-def _solved(build: Callable[[Window], Impact], window: Window) -> tuple[Impact, NDArray[np.float64]]:
+def _solved(build: Callable[[Window], Impact], window: Window) -> tuple[Impact, Array]:
     """Return the impact of materials that hold within a window, and its contact times [s]."""
     # The solver takes 0.3 s to import.
-    from restitution.impact.batch import Batch
+    from restitution.impact.batch import solve_columns
 
     impact: Any = build(window)
     if not isinstance(impact, Impact):
         raise InputTypeError("build", impact, "must return an Impact")
-    return impact, Batch.from_impact(impact).solve(1e-6)["contact_time"]
+    return impact, solve_columns(impact, 1e-6)["contact_time"]

@@ -3,38 +3,79 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
-from restitution.checks import Numeric
-from restitution.display import Shown, Summary, in_words
-from restitution.doubts import Tally
+from restitution.axes import unnamed
+from restitution.checks import Array, Numeric
 from restitution.errors import InputError
 from restitution.impact.batch import Batch, shaped, solve_columns
-from restitution.impact.energy_budget import EnergyBudget
 from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
-from restitution.pictures import draw
-from restitution.quantities import BODY, BUDGET, ENERGIES, HISTORY, OUTPUTS, dataset, derived
-from restitution.validity import COLUMNS, Validity, numbers, report
+from restitution.quantities import (
+    BODY,
+    BUDGET,
+    DEFAULT_OUTPUTS,
+    ENERGIES,
+    HISTORY,
+    INPUTS,
+    OUTPUTS,
+    STATUS,
+    checked_outputs,
+    dataset,
+    derived,
+    needs,
+)
+from restitution.result import Result, Summary, Table, draw, of_values, plain, plain_symbol
+from restitution.units import MASS, VELOCITY, in_words, scaled_unit
+from restitution.validity import COLUMNS, Tally, Validity, numbers, report, together
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from restitution.impact.bounces import Bounces
     from restitution.impact.fields import ImpactFields
     from restitution.impact.problem import Impact
 
 
+# Energy budget of an impact.
+
+
+class EnergyBudget(NamedTuple):
+    """Energy budget; the last four are NaN where the body does not separate.
+
+    Attributes
+    ----------
+    kinetic_in, kinetic_out : float or array
+        Kinetic energy before and after the impact [J].
+    dissipated : float or array
+        Energy that the dashpots of the foundation dissipate in contact [J].
+    stored : float or array
+        Energy that the elements of the foundation still store when they leave contact [J].
+    radiated : float or array
+        Energy that a target with an impedance carries away [J].
+    residual : float or array
+        `(kinetic_out + dissipated + stored + radiated - kinetic_in - work of the external force)/kinetic_in` [-].
+    """
+
+    kinetic_in: Numeric
+    kinetic_out: Numeric
+    dissipated: Numeric
+    stored: Numeric
+    radiated: Numeric
+    residual: Numeric
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class ImpactResult(Shown):
+class ImpactResult(Result):
     """Result of one impact or of several, in SI units.
 
     Attributes
@@ -71,6 +112,8 @@ class ImpactResult(Shown):
     the energy balance stays below 10 rtol.
     """
 
+    _numbers = ("max_semi_axes", "zero_overlap_time", "energy", "status", "method", "rtol", "warnings", "validity")
+
     restitution_coefficient: Numeric
     contact_time: Numeric
     max_indentation_depth: Numeric
@@ -83,21 +126,23 @@ class ImpactResult(Shown):
     rtol: float | None
     notes: tuple[str, ...] = ()
     _solution: Solution | Sampled | None = field(default=None, repr=False)
+    # Solves some of the impacts in the same way.
+    _again: Callable[[Impact], ImpactResult] | None = field(default=None, repr=False)
 
     @property
     def velocity(self) -> Numeric:
         """Impact velocity v0 [m/s], in the shape of the results."""
-        return self._column("velocity")
+        return self._named("velocity", self._column("velocity"))
 
     @property
     def mass(self) -> Numeric:
         """Mass m [kg], in the shape of the results."""
-        return self._column("mass")
+        return self._named("mass", self._column("mass"))
 
     @property
     def rebound_velocity(self) -> Numeric:
         """Speed of the rebound e v0 [m/s]."""
-        return self._derived()["rebound_velocity"]
+        return self._named("rebound_velocity", self._derived()["rebound_velocity"])
 
     @property
     def turning_time(self) -> float:
@@ -111,10 +156,21 @@ class ImpactResult(Shown):
         energies = {name: one for name, one in zip(BUDGET, self.energy, strict=True) if name in ENERGIES}
         found = self._derived(energies | {"max_pressure": self.max_pressure})
         shape = np.shape(self.status)
-        return {name: shaped(np.broadcast_to(found[name], shape), shape) for name in OUTPUTS}
+        return {name: self._named(name, shaped(np.broadcast_to(found[name], shape), shape)) for name in OUTPUTS}
+
+    def _named(self, name: str, values: Any) -> Any:
+        """Give an output the names of the axes of the impact, if there are any."""
+        axes = getattr(self.impact, "axes", None)
+        quantity = OUTPUTS.get(name) or INPUTS[name]
+        return values if axes is None else axes.array(np.broadcast_to(values, axes.shape), name, quantity.attributes)
+
+    def _plain(self, name: str) -> Any:
+        """Return an output without the names of its axes."""
+        value = getattr(self, name)
+        return np.asarray(value) if np.ndim(value) else value
 
     def _derived(self, energies: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
-        own = {name: getattr(self, name) for name in OUTPUTS if name in self.__dataclass_fields__}
+        own = {name: self._plain(name) for name in OUTPUTS if name in self.__dataclass_fields__}
         return derived(own | {name: self._column(name) for name in BODY} | dict(energies))
 
     @cached_property
@@ -138,11 +194,19 @@ class ImpactResult(Shown):
         >>> print(result.validity_on(body_size=0.02)["half_space"].exceeded)
         True
         """
-        found = {name: getattr(self, name) for name in COLUMNS}
-        found |= {"velocity": self.velocity, "mass": self._column("mass"), "body_size": body_size}
+        found = {name: self._plain(name) for name in COLUMNS}
+        found |= {"velocity": self._column("velocity"), "mass": self._column("mass"), "body_size": body_size}
         found["impedance"] = self._column("impedance")
-        contact = [one.contact for one in self.impact] if isinstance(self.impact, list) else self.impact.contact
-        compared = numbers(contact, **found)
+        if isinstance(self.impact, list):
+            compared = numbers([one.contact for one in self.impact], **found)
+        elif not self.impact.is_split:
+            compared = numbers(self.impact.contact, **found)
+        else:
+            columns = {name: np.broadcast_to(one, np.shape(self.status)).reshape(-1) for name, one in found.items()}
+            compared = together(
+                numbers(part.contact, **{name: one[places] for name, one in columns.items()})
+                for places, part in self.impact.parts()
+            )
         if not np.shape(self.status):
             return report(compared)
         tally = Tally()
@@ -161,16 +225,16 @@ class ImpactResult(Shown):
         After separation the body flies freely, or under the constant force, from the residual depth with the rebound
         velocity. The surface may still be indented then; see `surface_displacement`.
         """
-        depth = np.maximum(self.residual_indentation_depth, 0.0)
-        speed = np.asarray(self.rebound_velocity)
+        depth = np.maximum(self._plain("residual_indentation_depth"), 0.0)
+        speed = np.asarray(self._plain("rebound_velocity"))
         push = 2.0 * self._column("external_force") * depth / self._column("mass")
         # The squares of extreme velocities overflow or vanish.
         with np.errstate(all="ignore"):
             arrives = np.sqrt(speed**2 - push)
             flight = np.where(speed > 0.0, 2.0 * depth / (speed + arrives), np.inf)
-            time = self.contact_time + np.where(speed**2 >= push, flight, np.inf)
-        time = np.where(np.isnan(self.restitution_coefficient), np.nan, time)
-        return time if time.ndim else float(time)
+            time = self._plain("contact_time") + np.where(speed**2 >= push, flight, np.inf)
+        time = np.where(np.isnan(self._plain("restitution_coefficient")), np.nan, time)
+        return self._named("contact_time", time) if time.ndim else float(time)
 
     @cached_property
     def max_pressure(self) -> Numeric:
@@ -190,16 +254,16 @@ class ImpactResult(Shown):
             finite = batch.has_pressure and not batch.singular[0]
             return float(batch.pressures(self._solution.max_pressure if finite else math.nan)[0])
         found = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
-        return shaped(found, np.shape(self.status))
+        return self._named("max_pressure", shaped(found, np.shape(self.status)))
 
     @property
-    def max_semi_axes(self) -> NDArray[np.float64]:
+    def max_semi_axes(self) -> Array:
         """Semi-axes a >= b [m] of the largest contact area, shape (2, ...); NaN where it is no ellipse.
 
         With the axis ratio k of the geometry, 1 for a disc, they are ``a_max/sqrt(k)`` and ``a_max sqrt(k)``.
         """
         if not isinstance(self.impact, list):
-            return self.impact.profile.semi_axes(self.max_contact_radius)
+            return self.impact.profile.semi_axes(self._plain("max_contact_radius"))
         radii = zip(self.impact, np.atleast_1d(self.max_contact_radius), strict=True)
         return np.stack([one.profile.semi_axes(radius) for one, radius in radii], axis=-1)
 
@@ -216,15 +280,15 @@ class ImpactResult(Shown):
             elif solution is not None:
                 energies = solution.dissipated, solution.stored, solution.radiated
             columns = self._derived(dict(zip(ENERGIES, energies, strict=True)))
-        return EnergyBudget(*(shaped(columns[name], shape) for name in BUDGET))
+        return EnergyBudget(*(self._named(name, shaped(columns[name], shape)) for name in BUDGET))
 
     @cached_property
     def _fields(self) -> ImpactFields:
         from restitution.impact.fields import ImpactFields
 
         if self.method != "exact":
-            wanted = f"must be 'exact' for pressure and surface displacement, and this result is of {self.method!r}"
-            raise InputError("method", wanted=wanted)
+            rule = f"must be 'exact' for pressure and surface displacement, and this result is of {self.method!r}"
+            raise InputError("method", rule=rule)
         solution = self._single("pressure and surface displacement are")
         assert isinstance(solution, Solution)
         assert not isinstance(self.impact, list)
@@ -236,9 +300,9 @@ class ImpactResult(Shown):
             return self._solution
         if not isinstance(self.status, Status):
             many = "a list" if isinstance(self.impact, list) else f"an array of shape {self.status.shape}"
-            raise InputError("impact", wanted=f"must be a single one: {what} of one impact, this result is of {many}")
-        wanted = f"must end: {what} of a contact that ends, and this one does not ({self.status.message})"
-        raise InputError("contact_time", np.inf, wanted, "s")
+            raise InputError("impact", rule=f"must be a single one: {what} of one impact, this result is of {many}")
+        rule = f"must end: {what} of a contact that ends, and this one does not ({self.status.message})"
+        raise InputError("contact_time", np.inf, rule, "s")
 
     @cached_property
     def history(self) -> xarray.Dataset:
@@ -280,7 +344,7 @@ class ImpactResult(Shown):
         columns = {name: (one, HISTORY[name]) for name, one in self._columns(times, n_points=n_points).items()}
         return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})
 
-    def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, NDArray[np.float64]]:
+    def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, Array]:
         """Columns of `sample` by name, which are quicker than a Dataset."""
         checks.whole("n_points", n_points, 2, 10_000_000)
         solution = self._single("a history is")
@@ -385,14 +449,12 @@ class ImpactResult(Shown):
         """
         if np.shape(self.status):
             if times is not None:
-                raise InputError("times", wanted="must be left out for several impacts, which have no common time")
+                raise InputError("times", rule="must be left out for several impacts, which have no common time")
             return draw("impact.of_several", self)
         return draw("impact.overview", self, times)
 
     def summary(self, title: str = "") -> Summary:
         """Table of the impact and its warnings, which `print` and notebooks show; of several impacts their ranges."""
-        from restitution.impact.summary import of_impact, of_impacts
-
         return of_impacts(self, title) if np.shape(self.status) else of_impact(self, title)
 
     @property
@@ -404,13 +466,133 @@ class ImpactResult(Shown):
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers by name, in SI, with the energy budget and the validity report."""
-        return {name: value for name, value in self.outputs.items() if name not in BUDGET} | {
-            "max_semi_axes": self.max_semi_axes.tolist(),
-            "zero_overlap_time": self.zero_overlap_time,
-            "energy": self.energy._asdict(),
-            "status": self.status,
-            "method": self.method,
-            "rtol": self.rtol,
-            "warnings": self.warnings,
-            "validity": self.validity.to_dict(),
-        }
+        outputs = {name: plain(np.asarray(value)) for name, value in self.outputs.items() if name not in BUDGET}
+        return outputs | super().to_dict()
+
+    def to_dataset(self, outputs: Iterable[str] = DEFAULT_OUTPUTS) -> xarray.Dataset:
+        """Return outputs and the status as a Dataset over the named axes of the impacts, or over dim_0 and so on.
+
+        Parameters
+        ----------
+        outputs : sequence of str
+            Names of `restitution.quantities.OUTPUTS`; energies and pressures take a second solve of several impacts.
+
+        Examples
+        --------
+        >>> import restitution as rs, xarray as xr
+        >>> v = xr.DataArray([0.25, 0.5], dims="velocity", coords={"velocity": [0.25, 0.5]})
+        >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+        >>> result = rs.solve(rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=v))
+        >>> table = result.to_dataset(["contact_time"])
+        >>> dict(table.sizes), table.contact_time.attrs["units"]
+        ({'velocity': 2}, 's')
+        """
+        names = [name for name in checked_outputs(outputs) if name in OUTPUTS]
+        columns = self.outputs if needs(names, {*ENERGIES, "max_pressure"}) else self._derived()
+        axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
+        variables = {name: (columns[name], OUTPUTS[name].attributes) for name in names}
+        variables[STATUS] = self.status, Status.attributes()
+        return axes.dataset(variables, {"method": self.method, "rtol": self.rtol or np.nan})
+
+    def sel(self, indexers: Mapping[Any, Any] | None = None, method: str | None = None, **names: Any) -> ImpactResult:
+        """Solve the impacts at some coordinates of the named axes once more; see `Impact.sel`.
+
+        The result of a single impact has its history, its fields and its energies.
+
+        Examples
+        --------
+        >>> import restitution as rs, xarray as xr
+        >>> v = xr.DataArray([0.25, 0.5], dims="velocity", coords={"velocity": [0.25, 0.5]})
+        >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+        >>> result = rs.solve(rs.Impact(rubber, rs.Parabola(radius=0.01), mass=0.005, velocity=v))
+        >>> float(result.sel(velocity=0.4, method="nearest").history.indentation_velocity[0])
+        0.5
+        """
+        if isinstance(self.impact, list) or self._again is None:
+            raise InputError("impact", rule="must have named axes, which numbers that are DataArrays give it")
+        return self._again(self.impact.sel(indexers, method, **names))
+
+
+# Summaries of impacts and of bounces: the tables that results show.
+
+
+# Bounces that a screen holds; of more, the first and the last are shown.
+_SHOWN, _LAST = 24, 4
+
+
+def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = False) -> Summary:
+    """Table of one impact: outputs, semi-axes, the return to the surface; method and balance below."""
+    # A number below the tolerance times the largest of its kind is rounding.
+    tolerance = 1e-9 if result.rtol is None else float(result.rtol)
+    noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
+    found = [(OUTPUTS[name], float(value)) for name, value in result.outputs.items() if name != "energy_residual"]
+    values = [
+        (one.words, plain_symbol(one.symbol), 0.0 if abs(value) < noise.get(one.unit, 0.0) else value, one.unit)
+        for one, value in found
+    ]
+    long, short = result.max_semi_axes
+    if short < long:
+        words = "semi-axis of the largest contact"
+        values += [(f"long {words}", "a", float(long), "m"), (f"short {words}", "b", float(short), "m")]
+    values.append(("back at the undeformed surface", "t_0", float(result.zero_overlap_time), "s"))
+    stated = "" if result.rtol is None else f", rtol {result.rtol:g}"
+    residual = float(result.energy.residual)
+    balance = f", energy residual {residual:.1e}" if math.isfinite(residual) else ""
+    status = Status(int(result.status))
+    return Summary(
+        title
+        or f"Impact of {in_words(float(result.mass), MASS.unit)} at {in_words(float(result.velocity), VELOCITY.unit)}",
+        of_values(values, units=not dimensionless),
+        (f"method {result.method}{stated}{balance}",),
+        warnings=(*result.warnings, *([] if status == Status.SEPARATED else [status.message])),
+    )
+
+
+def of_impacts(result: ImpactResult, title: str = "") -> Summary:
+    """Table of several impacts: the lowest and the highest of each output that is stored; their ends below."""
+    statuses = np.asarray(result.status)
+    rows: list[tuple[str, ...]] = []
+    for name in ("velocity", *(name for name in OUTPUTS if name in result.__dataclass_fields__)):
+        quantity = OUTPUTS.get(name) or INPUTS[name]
+        values = np.asarray(getattr(result, name), dtype=np.float64)
+        values = values[np.isfinite(values)]
+        factor, prefixed = scaled_unit(values, quantity.unit)
+        ends = [f"{factor * end:.6g}" for end in (values.min(), values.max())] if values.size else ["-", "-"]
+        rows.append((quantity.words, plain_symbol(quantity.symbol), *ends, prefixed))
+    counts = [(one, int(np.count_nonzero(statuses == one))) for one in Status]
+    shape = f"a list of {statuses.size}" if isinstance(result.impact, list) else f"shape {statuses.shape}"
+    stated = "" if result.rtol is None else f", rtol {result.rtol:g}"
+    return Summary(
+        title or f"{statuses.size} impacts, {shape}",
+        Table(("quantity", "symbol", "lowest", "highest", "unit"), rows),
+        (", ".join(f"{n} {one.name}" for one, n in counts if n), f"method {result.method}{stated}"),
+        warnings=result.warnings,
+    )
+
+
+def of_bounces(found: Bounces, title: str = "") -> Summary:
+    """Table with a row for each bounce; the end below."""
+    heights, times = scaled_unit(found.drop_height, "m"), scaled_unit(found.contact_time, "s")
+    titles = (
+        "bounce", "touch at [s]", "velocity [m/s]", "restitution e", f"contact time [{times.unit}]",
+        "tan delta", f"rises to [{heights.unit}]",
+    )  # fmt: skip
+
+    def row(n: int) -> tuple[str, ...]:
+        duration = found.contact_time[n] * times.factor
+        touch = f"{found.touch_time[n]:.6g}", f"{found.velocity[n]:.4g}", f"{found.restitution_coefficient[n]:.6g}"
+        lasts = f"{duration:.4g}" if math.isfinite(duration) else "stays"
+        tangent = f"{found.loss_tangent[n]:.4g}" if math.isfinite(found.loss_tangent[n]) else "-"
+        return str(n + 1), *touch, lasts, tangent, f"{found.height[n] * heights.factor:.4g}"
+
+    count = found.n_bounces
+    rows = [row(n) for n in range(count) if count <= _SHOWN or not _SHOWN - _LAST <= n < count - _LAST]
+    if count > _SHOWN:
+        rows.insert(_SHOWN - _LAST, ("…",) * len(titles))
+    end = f"{found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}"
+    return Summary(
+        f"{title or 'Bounces'}, from {found.drop_height * heights.factor:.6g} {heights.unit}",
+        Table(titles, rows),
+        (f"{count} bounce{'s' * (count != 1)} in {end}",),
+        warnings=found.warnings,
+    )

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Numeric, instance
-from restitution.contact.rows import Rows, Samples, Tables
+from restitution.checks import Array, Numeric, instance
+from restitution.contact.table import Rows, Samples, Tables
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import single_material
 
 if TYPE_CHECKING:
     from restitution.contact.geometry import Geometry
-    from restitution.contact.path import PathTable
+    from restitution.contact.table import PathTable
 
-Array = NDArray[np.float64]
 
 # Smaller units lose digits, or vanish in products.
 _SMALLEST = 1e-300
@@ -53,14 +53,14 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
 
     Examples
     --------
-    >>> from restitution.contact.profile import Parabola
+    >>> from restitution.contact.profiles import Parabola
     >>> from restitution.material.classical import standard_solid
     >>> solid = standard_solid(1.0, 10.0, 2.0, poisson_ratio=0.3)
     >>> groups = dimensionless_groups(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0))
     >>> print(round(groups.p1, 12), groups.p2, groups.p3)
     0.3 0.1 2.0
     """
-    material = instance("impact", impact, Impact, "must be an Impact").material
+    material = single_material("impact.material", instance("impact", impact, Impact, "must be an Impact").material)
     shear, bulk = material.shear.simplified(), material.bulk
     reasons = [
         (impact.counter_material is not None, "both bodies deform"),
@@ -74,8 +74,8 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
     ]
     for wrong, reason in reasons:
         if wrong:
-            wanted = f"must be of a rigid parabola on a standard solid, which has p1, p2, p3: here {reason}"
-            raise InputError("impact", wanted=wanted)
+            rule = f"must be of a rigid parabola on a standard solid, which has p1, p2, p3: here {reason}"
+            raise InputError("impact", rule=rule)
     modulus, branch = shear.equilibrium_modulus, float(shear.branch_moduli[0])
     viscosity = branch * float(shear.relaxation_times[0])
     radius = np.asarray(impact.profile.path_coefficient) ** 2
@@ -226,13 +226,16 @@ _DEPTH_TOLERANCE, _MOST_STEPS = 1e-4, 40
 def table_block(
     profile: Geometry, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
     masses: Array, velocities: Array, forces: Array, impedances: Array, depth_factors: Array, rtol: float = 0.0,
-    units: tuple[Any, Any] = (1.0, 1.0),
+    units: tuple[Any, Any] = (1.0, 1.0), smooth: bool = False,
 ) -> ScaledBlock:  # fmt: skip
     """Scale impacts of geometries without a power law, by tables that suffice for the tolerance `rtol` of e.
 
     The table of a row reaches to its factor of `depth_factors` times the estimated largest depth, or further. The end
-    is the length L of the row, in `units` of the depth and the radius that each row may have of its own.
+    is the length L of the row, in `units` of the depth and the radius that each row may have of its own. The
+    profile counts as one without bends, also at first touch, if it is `smooth`.
     """
+    from restitution.kernel.path import SMOOTH_TABLE, TABLE
+
     # A row whose depth and radius are multiples obeys the same equations with other numbers of the body.
     depth_unit, radius_unit = units
     with np.errstate(all="ignore"):  # a row that overflows here fails in the kernel
@@ -267,14 +270,14 @@ def table_block(
         return ScaledBlock(
             np.sqrt(depths / lengths), equilibria * factor, viscosities * factor / time,
             forces / (masses * velocities / time), masses / time / impedances,
-            *_modes(moduli * factor[:, None], times / time[:, None]), -1.0, tables, which,
+            *_modes(moduli * factor[:, None], times / time[:, None]), SMOOTH_TABLE if smooth else TABLE, tables, which,
             lengths * depth_unit, time, radii * radius_unit,
         )  # fmt: skip
 
 
 def _tables_of_levels(profile: Geometry, levels: list[complex], rtol: float) -> Tables:
     """Tables for depths of some levels; the imaginary part is the factor by which they reach further."""
-    from restitution.contact.path import joined
+    from restitution.contact.table import joined
 
     most, found = float(profile.max_depth), list[Tables]()
     for level in levels:
@@ -298,7 +301,7 @@ def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
 @lru_cache(maxsize=128)
 def _path_table(profile: Geometry, depth_max: float, depth_min: float, rtol: float) -> Tables:
     """Return the table as one of several."""
-    from restitution.contact.path import path_table, scaled
+    from restitution.contact.table import path_table, scaled
 
     radius = float(profile.stiffness_radius(depth_max))
     table = scaled(path_table(profile, depth_max, rtol, depth_min=depth_min), depth_max, radius)

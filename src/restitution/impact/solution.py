@@ -2,7 +2,7 @@
 
 An element of the foundation that is touched at t0(x) has in branch k the elongation
 `w_k = H_k(t) - exp(-(t - t0)/tau_k) H_k(t0)`, `H_k = int_0^t exp(-(t - t')/tau_k) d' dt'`. The memory H_k and the
-energies are integrated once, in `restitution.kernel.energy`, for the budget, the history and the fields.
+energies are integrated once, in `restitution.kernel.stored`, for the budget, the history and the fields.
 """
 
 from __future__ import annotations
@@ -11,23 +11,248 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from threading import Lock, local
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from restitution.checks import finite
-from restitution.contact.path import evaluate
+from restitution.checks import Array, Places, finite
+from restitution.contact.table import evaluate
 from restitution.errors import InputError
-from restitution.impact.exact import STAGES, Stored
 from restitution.impact.scaling import ScaledBlock, ScaledImpact
 from restitution.impact.status import Status
+from restitution.kernel.outcome import OUTCOME, STATUS
+from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
-    from restitution.kernel.radau import Scheme
+    from restitution.impact.scaling import ScaledBlock
+    from restitution.kernel.collocation import Scheme
+    from restitution.kernel.path import Path
+    from restitution.kernel.stored import Ledger
+    from restitution.kernel.workspace import Problem, Problems, Work
 
-Array = NDArray[np.float64]
-Places = NDArray[np.intp]
+
+# The exact method: blocks of scaled impacts in the compiled kernel, on a pool of threads.
+
+Progress = Callable[[int, int], None]
+
+STAGES = 8
+# Impacts in a task: about 10 ms, so that Ctrl-C and progress are prompt and the overhead of the pool is negligible.
+_CHUNK = 512
+_KEPT = local()
+
+# Measured tolerances of an element that keep the error of e below rtol max(e, 1e-3): the error at the end of an
+# element falls faster than the error inside it.
+_RTOL = (-14.0, -12.0, -11.0, -10.0, -9.0, -8.0, -6.0, -4.0, -2.0)
+_ELEMENT_TOLERANCE = (-12.0, -9.2, -8.3, -7.75, -7.1, -6.4, -5.3, -4.6, -4.4)
+# Tolerances of an element and of Newton's method over that of the radius of an approach, by measurement: the radius is
+# far more accurate than the inside of an element.
+_TAIL, _NEWTON = 1e3, 10.0
+
+
+def element_tolerance(rtol: float) -> float:
+    """Return the tolerance of one element that keeps the error of e below rtol max(e, 1e-3); see validation/."""
+    return float(10.0 ** np.interp(math.log10(rtol), _RTOL, _ELEMENT_TOLERANCE))
+
+
+def newton_tolerance(rtol: float) -> float:
+    """Return the largest accepted relative error of the Newton iteration; below 2e-14 there is only rounding."""
+    return min(max(5e-2 * rtol, 2e-14), 1e-7)
+
+
+def kernel_paths(block: ScaledBlock) -> Path:
+    """Return the geometries of a block for the kernel; row n has the geometry which[n]."""
+    from restitution.kernel.path import power_path, several_paths, table_path
+
+    if block.tables is None:
+        return several_paths(power_path(block.exponent))
+    return table_path(block.tables, block.exponent)
+
+
+def solve_scaled(
+    block: ScaledBlock, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
+    budget: bool = False, pressure: bool = False, approaches: bool = False,
+) -> Array:  # fmt: skip
+    """Solve a block of impacts, or their approaches; return columns `restitution.kernel.outcome.OUTCOME`, scaled.
+
+    On request, further columns are the energies dissipated, stored and radiated, in units of m v0^2, and the largest
+    pressure; see `restitution.kernel.stored`. Approaches have the columns of `restitution.kernel.turning`. The other
+    options are those of `restitution.solve`.
+    """
+    paths = kernel_paths(block)
+    outcomes = np.empty((block.size, len(OUTCOME)))
+    further = np.full((block.size, 3 * budget + pressure), np.nan)
+
+    done, lock = 0, Lock()
+
+    def run(chunk: tuple[int, int]) -> None:
+        nonlocal done
+        start, stop = chunk
+        part = block.part(start, stop)
+        work = _kept_work(part.most_modes)
+        if further.shape[1]:
+            _solve_each(part, paths, rtol, work, outcomes[start:stop], further[start:stop], budget, pressure)
+        else:
+            (_turn_part if approaches else _solve_part)(part, paths, rtol, work, outcomes[start:stop])
+        with lock:
+            done += stop - start
+
+    def report() -> None:
+        if progress is not None:
+            progress(done, block.size)
+
+    chunks = ((start, min(start + _CHUNK, block.size)) for start in range(0, block.size, _CHUNK))
+    if block.size <= _CHUNK or workers == 1:
+        for chunk in chunks:
+            run(chunk)
+            report()
+    else:
+        # The first chunk compiles alone; threads that start together would each compile.
+        run(next(chunks))
+        report()
+        on_threads(run, chunks, workers, report)
+    return np.hstack([outcomes, further])
+
+
+def _kept_work(modes: int) -> Work:
+    """Scratch space that this thread keeps for the next block; new memory costs as much as ten impacts."""
+    from restitution.kernel.impact import MAX_ELEMENTS
+    from restitution.kernel.workspace import allocate
+
+    work: Work | None = getattr(_KEPT, "work", None)
+    if work is None or work.inverses.shape[0] != modes:
+        work = _KEPT.work = allocate(modes, MAX_ELEMENTS)
+    return work
+
+
+def _turn_part(block: ScaledBlock, paths: Path, rtol: float, work: Work, outcomes: Array) -> None:
+    """Solve the approaches of a block in one call of the kernel, and whole impacts where there is no turning point."""
+    from restitution.kernel.collocation import radau
+    from restitution.kernel.turning import turning_block
+
+    turning_block(radau(STAGES), _TAIL * rtol, _NEWTON * rtol, _problems(block, paths), work, outcomes)
+    for n in np.flatnonzero(outcomes[:, STATUS] != Status.SEPARATED).tolist():
+        _solve_part(block.part(n, n + 1), paths, rtol, work, outcomes[n : n + 1])
+
+
+def _solve_part(block: ScaledBlock, paths: Path, rtol: float, work: Work, outcomes: Array) -> None:
+    """Solve a block in one call of the kernel."""
+    from restitution.kernel.collocation import radau
+    from restitution.kernel.impact import solve_block
+
+    problems = _problems(block, paths)
+    solve_block(radau(STAGES), element_tolerance(rtol), newton_tolerance(rtol), problems, work, outcomes)
+    outcomes[np.isnan(block.equilibria), STATUS] = Status.NOT_FINITE
+
+
+def _solve_each(
+    block: ScaledBlock, paths: Path, rtol: float, work: Work, outcomes: Array, further: Array,
+    budget: bool, pressure: bool,
+) -> None:  # fmt: skip
+    """Solve a block one by one, with the energies in units of m v0^2 and the largest pressure."""
+    from restitution.kernel.collocation import radau
+    from restitution.kernel.impact import MAX_ELEMENTS
+    from restitution.kernel.stored import allocate_ledger, energy_budget, graded_rule, peak_pressure
+
+    rules = graded_rule(4), graded_rule(8)
+    ledger = allocate_ledger(block.most_modes, MAX_ELEMENTS) if budget else None
+    for n in range(block.size):
+        _solve_part(block.part(n, n + 1), paths, rtol, work, outcomes[n : n + 1])
+        status = outcomes[n, STATUS]
+        if budget and status == Status.SEPARATED:
+            further[n, :3] = energy_budget(_problem(block, n, paths), radau(STAGES), work, ledger)
+        if pressure and status in (Status.SEPARATED, Status.CAPTURED):
+            further[n, -1] = peak_pressure(_problem(block, n, paths), radau(STAGES), work, *rules)
+
+
+@dataclass(frozen=True, eq=False)
+class Stored:
+    """Problem and stored halves, approach and rebound, of one impact that ended in separation."""
+
+    problem: Problem
+    work: Work
+
+    @cached_property
+    def ledger(self) -> Ledger:
+        """Memory of the foundation, and energies, along both halves."""
+        from restitution.kernel.collocation import radau
+        from restitution.kernel.stored import allocate_ledger, energy_budget
+
+        approach, rebound = len(self.work.approach), len(self.work.rebound)
+        ledger = allocate_ledger(self.problem.moduli.size, max(approach, rebound))
+        energy_budget(self.problem, radau(STAGES), self.work, ledger)
+        return ledger._replace(approach=ledger.approach[:approach], rebound=ledger.rebound[:rebound])
+
+    @property
+    def energies(self) -> tuple[float, float, float]:
+        """Energies dissipated, stored in elements when they leave, and radiated, in units of m v0^2."""
+        end = self.ledger.rebound[-1, :, -1]
+        return float(end[-4]), float(end[-1]), float(end[-3])
+
+    @property
+    def peak_pressure(self) -> float:
+        """Largest pressure, scaled; see `restitution.kernel.stored`."""
+        from restitution.kernel.collocation import radau
+        from restitution.kernel.stored import graded_rule, peak_pressure
+
+        return float(peak_pressure(self.problem, radau(STAGES), self.work, graded_rule(4), graded_rule(8)))
+
+
+def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]:
+    """Solve a block of one impact; return its outcome, and the stored halves if it ends in separation."""
+    from restitution.kernel.impact import MAX_ELEMENTS
+    from restitution.kernel.workspace import N_APPROACH, N_REBOUND, allocate
+
+    outcomes, paths = np.empty((1, len(OUTCOME))), kernel_paths(block)
+    work = allocate(block.most_modes, MAX_ELEMENTS)
+    _solve_part(block, paths, rtol, work, outcomes)
+    if outcomes[0, STATUS] != Status.SEPARATED:
+        return outcomes, None
+    approach, rebound = work.counts[N_APPROACH] + 1, work.counts[N_REBOUND] + 1
+    kept = work._replace(
+        approach=work.approach[:approach].copy(), rebound=work.rebound[:rebound].copy(),
+        places=work.places[:, : max(approach, rebound)].copy(), slopes=work.slopes[:rebound].copy(),
+    )  # fmt: skip
+    return outcomes, Stored(_problem(block, 0, paths), kept)
+
+
+def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, Array]:
+    """Solve a block; return its outcomes, and the scaled forces at ascending times, both of shape (n, n_time).
+
+    The forces are 0 outside the contact, and NaN where the body does not separate.
+    """
+    from restitution.kernel.collocation import radau
+    from restitution.kernel.stored import sample_forces
+
+    outcomes, forces = np.empty((block.size, len(OUTCOME))), np.full(times.shape, np.nan)
+    paths, work = kernel_paths(block), _kept_work(block.most_modes)
+    for n in range(block.size):
+        _solve_part(block.part(n, n + 1), paths, rtol, work, outcomes[n : n + 1])
+        if outcomes[n, STATUS] == Status.SEPARATED:
+            sample_forces(radau(STAGES), work, times[n], forces[n])
+    return outcomes, forces
+
+
+def _problems(block: ScaledBlock, paths: Path) -> Problems:
+    from restitution.kernel.workspace import Problems
+
+    return Problems(
+        block.firsts, block.equilibria, block.viscosities, block.external_forces, block.admittances, block.offsets,
+        block.moduli, block.times, paths, block.which,
+    )  # fmt: skip
+
+
+def _problem(block: ScaledBlock, n: int, paths: Path) -> Problem:
+    from restitution.kernel.path import single_path
+    from restitution.kernel.workspace import Problem
+
+    modes, path = slice(block.offsets[n], block.offsets[n + 1]), single_path(paths, int(block.which[n]))
+    return Problem(
+        block.equilibria[n], block.moduli[modes], block.times[modes], block.viscosities[n], block.external_forces[n],
+        block.admittances[n], path,
+    )  # fmt: skip
+
 
 # Columns of a half: s, v, t, F, then the memory H_k; the first of these, without decay, is the depth.
 S_, V_, T_, F_, D_ = 0, 1, 2, 3, 4
@@ -114,7 +339,7 @@ class Solution:
     @cached_property
     def scheme(self) -> Scheme:
         """Collocation scheme of the kernel."""
-        from restitution.kernel.radau import radau
+        from restitution.kernel.collocation import radau
 
         return radau(STAGES)
 
@@ -239,7 +464,7 @@ class Solution:
 
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
         """Return the elements, and the places in them, where a rising column takes the given values."""
-        from restitution.kernel.sampling import find_rising
+        from restitution.kernel.stored import find_rising
 
         order = np.argsort(values)
         elements, places = np.empty(values.size, dtype=np.intp), np.empty(values.size)
@@ -272,9 +497,8 @@ class Solution:
 class SampledSolution(NamedTuple):
     """History, arrays of shape (n_time,), and results of one impact by a method in steps.
 
-    The elements give SI units, the reference the units of `ScaledImpact`. The history of a body that does not separate
-    ends when its status is decided. `stored` is the energy in elements when they leave, `restitution_error`
-    an estimate of the error of e.
+    In SI units. The history of a body that does not separate ends when its status is decided. `stored` is the energy
+    in elements when they leave, `restitution_error` an estimate of the error of e.
     """
 
     time: Array
@@ -322,9 +546,9 @@ def within_contact(times: ArrayLike, contact_time: float) -> Array:
     """Return times [s], shape (n,); refuse times outside the contact."""
     moments = np.atleast_1d(np.asarray(finite("times", times, "s"), dtype=np.float64))
     if moments.ndim != 1:
-        raise InputError("times", wanted=f"must be one column, not of shape {moments.shape}")
+        raise InputError("times", rule=f"must be one column, not of shape {moments.shape}")
     outside = (moments < 0.0) | (moments > contact_time * (1.0 + 1e-12))
     if np.any(outside):
-        wanted = f"must be in [0, {contact_time:g}] s, the duration of contact"
-        raise InputError("times", float(moments[outside][0]), wanted, "s")
+        rule = f"must be in [0, {contact_time:g}] s, the duration of contact"
+        raise InputError("times", float(moments[outside][0]), rule, "s")
     return moments

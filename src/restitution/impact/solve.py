@@ -1,31 +1,34 @@
-"""Solution of impacts by one of three methods."""
+"""Solution of impacts, exactly or by the elements of the paper."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from os import PathLike
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from restitution.checks import function, items, one_of, single, whole
-from restitution.contact.profile import Profile
-from restitution.doubts import warn
+from restitution.axes import Axes, aligned
+from restitution.checks import Array, function, items, one_of, single, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, flat, shaped, solve_columns
-from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
-from restitution.impact.solution import Sampled, SampledSolution, Solution, Trajectory
+from restitution.impact.solution import Progress, Sampled, Solution, Trajectory
 from restitution.impact.status import SolverError, Status, failures
-from restitution.material.columns import reduced_standard_solid
+from restitution.material.conversion import reduced_standard_solid
 from restitution.quantities import OUTPUTS, SOLVER_RTOL, STATUS, check
+from restitution.validity import warn
 
-Array = NDArray[np.float64]
-Method = Literal["exact", "elements", "reference"]
+Method = Literal["exact", "elements"]
 Errors = Literal["raise", "warn"]
+_SAMPLED = (
+    "restitution_coefficient", "contact_time", "max_indentation_depth", "max_force", "max_contact_radius",
+    "residual_indentation_depth", "status",
+)  # fmt: skip
 
 
 def solve(
@@ -45,9 +48,9 @@ def solve(
     ----------
     impact : Impact, or sequence of Impact
         One impact, an array of impacts (an `Impact` with arrays), or a list of single ones.
-    method : {"exact", "elements", "reference"}
+    method : {"exact", "elements"}
         "exact": collocation of the reduced equations, of any accuracy. "elements": the elements and the explicit Euler
-        scheme of the paper, of first order. "reference": the reduced equations by SciPy, slow and independent.
+        scheme of the paper, of first order.
     rtol : float
         The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of about 1e-12; in [1e-12, 1e-2]. The
         other results have no tolerance of their own; the page Validation has their measured errors.
@@ -89,13 +92,13 @@ def solve(
     """
     _check_options(method, rtol, errors, workers, progress)
     if method != "elements" and not (n_elements is None and time_step is None):
-        raise InputError("n_elements, time_step", wanted=f"belong to method 'elements', not to {method!r}")
+        raise InputError("n_elements, time_step", rule=f"belong to method 'elements', not to {method!r}")
     if isinstance(impact, Impact):
         if not impact.shape:
             impact.contact.warn_if_approximate()
         if method == "exact":
             return solve_exact(impact, rtol, errors, workers, progress)
-        return _solve_by_sampling(impact, method, rtol, n_elements, time_step)
+        return _solve_by_elements(impact, n_elements, time_step)
     impacts = _as_list(impact)
     if method != "exact":
         raise InputError("method", method, "must be 'exact' for a list; other methods take one impact at a time")
@@ -108,17 +111,17 @@ def _as_list(impact: Any) -> list[Impact]:
         raise InputTypeError("impact", impact, "must be an Impact; solve(read_case(path).impact) solves a case file")
     if isinstance(getattr(impact, "impact", None), Impact):
         kind = type(impact).__name__
-        raise InputTypeError("impact", wanted=f"must be an Impact, not a {kind}; take its attribute impact")
+        raise InputTypeError("impact", rule=f"must be an Impact, not a {kind}; take its attribute impact")
     if isinstance(impact, Mapping):
-        raise InputTypeError("impact", wanted="must be an Impact, not a dict; write Impact(**numbers)")
+        raise InputTypeError("impact", rule="must be an Impact, not a dict; write Impact(**numbers)")
     impacts = items("impact", impact, "must be an Impact or a list of them")
     for n, one in enumerate(impacts):
         if not isinstance(one, Impact):
             raise InputTypeError("impact", one, "must be an Impact", index=(n,))
         if one.shape:
-            raise InputError("impact", wanted=f"has shape {one.shape}; a list takes single impacts", index=(n,))
+            raise InputError("impact", rule=f"has shape {one.shape}; a list takes single impacts", index=(n,))
     if not impacts:
-        raise InputError("impact", wanted="must hold at least one impact")
+        raise InputError("impact", rule="must hold at least one impact")
     return impacts
 
 
@@ -161,39 +164,46 @@ def standard_solid_restitution(
     >>> print(round(standard_solid_restitution(0.49, 1e-3, 10.0), 6))
     0.219706
     """
+    numbers, axes = aligned({"nu": nu, "p2": p2, "p3": p3})
+    nu, p2, p3 = numbers.values()
     groups = check("poisson_ratio", nu, "nu"), check("p2", p2), check("p3", p3)
     _check_options(method, rtol, errors, workers, progress)
     shapes = [np.shape(x) for x in groups]
     try:
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
-        wanted = f"have shapes that do not broadcast against each other: {shapes}"
-        raise InputError("nu, p2, p3", wanted=wanted) from None
+        rule = f"have shapes that do not broadcast against each other: {shapes}"
+        raise InputError("nu, p2, p3", rule=rule) from None
     p1, p2, p3 = (flat(x, shape) for x in groups)
     if method != "exact":
         triples = zip(p1, p2, p3, strict=True)
-        return shaped([_standard_solid_impact(*triple, method, rtol) for triple in triples], shape)
+        return _named(shaped([_standard_solid_by_elements(*triple) for triple in triples], shape), axes)
     one = np.ones(p1.size)
     with np.errstate(over="ignore", under="ignore"):
         reduced = reduced_standard_solid(p1, one, 1.0 / p2, p2 * p3)
-    batch = Batch(*reduced, one, one, 0.0 * one, one, 1.0)
+    batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
     found = batch.solve(rtol, workers=workers, progress=progress)
     _judge(found["status"], errors or ("warn" if shape else "raise"))
-    return shaped(found["restitution_coefficient"], shape)
+    return _named(shaped(found["restitution_coefficient"], shape), axes)
 
 
-def _standard_solid_impact(nu: float, p2: float, p3: float, method: Method, rtol: float) -> float:
-    from restitution.contact.profile import Parabola
+def _named(e: Any, axes: Axes | None) -> Any:
+    name = "restitution_coefficient"
+    return e if axes is None else axes.array(e, name, OUTPUTS[name].attributes)
+
+
+def _standard_solid_by_elements(nu: float, p2: float, p3: float) -> float:
+    from restitution.contact.profiles import Parabola
     from restitution.material.classical import standard_solid
 
     material = standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
-    result = solve(Impact(material, Parabola(radius=1.0), mass=1.0, velocity=1.0), method, rtol=rtol)
+    result = solve(Impact(material, Parabola(radius=1.0), mass=1.0, velocity=1.0), "elements")
     return float(result.restitution_coefficient)
 
 
 def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: Any) -> None:
     single("rtol", SOLVER_RTOL.check(rtol))
-    one_of("method", method, ("exact", "elements", "reference"))
+    one_of("method", method, ("exact", "elements"))
     if errors is not None:
         one_of("errors", errors, ("raise", "warn"))
     if workers is not None:
@@ -226,8 +236,8 @@ def solve_exact(
         columns, solution = Batch.from_impact(impact).solve_stored(rtol)
         most = float(impact.profile.max_depth)
         if columns["status"][0] == Status.TOO_DEEP and math.isfinite(most):
-            wanted = f"is described to a depth of {most:.3g} m, {impact.profile.end}, and the body goes deeper"
-            raise InputError("profile", wanted=wanted)
+            rule = f"is described to a depth of {most:.3g} m, {impact.profile.end}, and the body goes deeper"
+            raise InputError("profile", rule=rule)
         if progress is not None:
             progress(1, 1)
     _judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)
@@ -243,76 +253,36 @@ def _result(
     solution: Solution | Sampled | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
 ) -> ImpactResult:  # fmt: skip
     numbers: dict[str, Any] = {name: shaped(values, shape) for name, values in fields.items()}
-    status = numbers.pop("status")
+    status: Any = numbers.pop("status")
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
+    axes = None if isinstance(impact, list) else impact.axes
+    if axes is not None:
+        numbers = {name: axes.array(values, name, OUTPUTS[name].attributes) for name, values in numbers.items()}
+        status = axes.array(status, STATUS, Status.attributes())
+    again = None if axes is None or rtol is None else partial(solve_exact, rtol=rtol)
     return ImpactResult(
-        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes, _solution=solution
-    )
+        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes, _solution=solution,
+        _again=again,
+    )  # fmt: skip
 
 
-def _solve_by_sampling(
-    impact: Impact, method: Method, rtol: float, n_elements: int | None, time_step: float | None
-) -> ImpactResult:
-    """Solve one impact by the element method or the reference."""
+def _solve_by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> ImpactResult:
+    """Solve one impact by the element method."""
+    from restitution.impact.elements import solve_elements
+
     if impact.shape:
-        wanted = f"must be 'exact' for an array of shape {impact.shape}; other methods take one impact at a time"
-        raise InputError("method", method, wanted)
-    if method == "elements":
-        from restitution.impact.elements import solve_elements
-
-        found = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
-        fields, trajectory = _in_si(found, (1.0, 1.0, 1.0, 1.0, 1.0))
-        samples = Sampled(trajectory, found.dissipated, found.stored, found.radiated)
-        finer, notes = "more elements", list[str]()
-    else:
-        if np.isfinite(impact.impedance):
-            raise InputError("method", method, "must be 'exact' or 'elements': its target, with an impedance, moves")
-        fields, trajectory = _by_reference(impact, rtol)
-        samples, finer = Sampled(trajectory), "a smaller rtol"
-        notes = ["energy: this method computes neither the dissipated nor the stored energy (NaN)"]
-    e, mass, velocity = fields["restitution_coefficient"], float(impact.mass), float(impact.velocity)
-    work = float(impact.external_force) * np.nan_to_num(fields["residual_indentation_depth"], posinf=0.0)
-    given = 0.5 * mass * velocity**2 + work
-    if 0.5 * mass * (e * velocity) ** 2 > given * (1.0 + (3.0 * rtol if method == "reference" else 1e-9)):
-        notes.append(f"accuracy: e = {e:.6g} gains energy; take {finer}")
-    return _result(impact, method, rtol if method == "reference" else None, fields, samples, notes=tuple(notes))
-
-
-def _by_reference(impact: Impact, rtol: float) -> tuple[dict[str, Any], Trajectory]:
-    """Solve one impact by the reference; return outputs by name and the motion."""
-    from restitution.impact.reference import solve_reference
-
-    row, profile, velocity = Batch.from_impact(impact).scaled().row(0), impact.profile, float(impact.velocity)
-
-    def radius(s: Any) -> Any:
-        return profile.stiffness_radius(np.asarray(s) ** 2 * row.length) / row.radius
-
-    def edge(s: Any) -> Any:
-        return profile.contact_radius(np.asarray(s) ** 2 * row.length) / row.radius
-
-    solution = solve_reference(
-        row, rtol=rtol, stiffness_radius=None if row.table is None else radius,
-        contact_radius=None if isinstance(profile, Profile) else edge,
-    )  # fmt: skip
-    force = float(impact.mass) * velocity / row.time
-    return _in_si(solution, (row.time, row.length, velocity, force, row.radius))
-
-
-def _in_si(
-    solution: SampledSolution, units: tuple[float, float, float, float, float]
-) -> tuple[dict[str, Any], Trajectory]:
-    """Return outputs and motion in SI, from units of time, length, velocity, force and contact radius."""
-    time, length, velocity, force, radius = units
+        rule = f"must be 'exact' for an array of shape {impact.shape}; other methods take one impact at a time"
+        raise InputError("method", "elements", rule)
+    solution = solve_elements(impact, n_elements=800 if n_elements is None else n_elements, time_step=time_step)
+    e, mass, velocity = solution.restitution_coefficient, float(impact.mass), float(impact.velocity)
+    work = float(impact.external_force) * np.nan_to_num(solution.residual_indentation_depth, posinf=0.0)
+    notes = []
+    if 0.5 * mass * (e * velocity) ** 2 > (0.5 * mass * velocity**2 + work) * (1.0 + 1e-9):
+        notes.append(f"accuracy: e = {e:.6g} gains energy; take more elements")
     trajectory = Trajectory(
-        solution.time * time, solution.indentation_depth * length, solution.indentation_velocity * velocity,
-        solution.force * force, solution.contact_radius * radius,
+        solution.time, solution.indentation_depth, solution.indentation_velocity, solution.force,
+        solution.contact_radius,
     )  # fmt: skip
-    return {
-        "restitution_coefficient": solution.restitution_coefficient,
-        "contact_time": solution.contact_time * time,
-        "max_indentation_depth": solution.max_indentation_depth * length,
-        "max_force": solution.max_force * force,
-        "max_contact_radius": solution.max_contact_radius * radius,
-        "residual_indentation_depth": solution.residual_indentation_depth * length,
-        "status": int(solution.status),
-    }, trajectory
+    samples = Sampled(trajectory, solution.dissipated, solution.stored, solution.radiated)
+    fields = {name: value for name, value in solution._asdict().items() if name in _SAMPLED}
+    return _result(impact, "elements", None, fields, samples, notes=tuple(notes))

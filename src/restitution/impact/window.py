@@ -7,16 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from restitution import validity
-from restitution.checks import truth
+from restitution.checks import Array, truth
 from restitution.errors import ABSENT, InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
+from restitution.units import VELOCITY
 from restitution.validity import Check, Numbers, Validity
-
-Array = NDArray[np.float64]
 
 WAY_OUT = "--extrapolate (in Python extrapolate=True) goes beyond"
 
@@ -40,9 +39,9 @@ def require_known(impact: Impact, velocity: ArrayLike | None = None, *, extrapol
     if not check.exceeded:
         return
     found = admissible_velocities(impact, given)
-    wanted = "must be another, but no velocity is admissible" if found is None else f"must be {_range(*found)} m/s"
+    rule = "must be another, but no velocity is admissible" if found is None else f"must be {_range(*found)} m/s"
     ends = [float(f"{end:.6g}") for end in (given[0], given[-1])]
-    raise _error(check, "velocity", ends if given.size > 1 else ends[0], f"{wanted}; ", "m/s")
+    raise _error(check, "velocity", ends if given.size > 1 else ends[0], f"{rule}; ", VELOCITY.unit)
 
 
 def validity_of(impact: Impact) -> Validity:
@@ -56,8 +55,8 @@ def require_known_times(check: Check, *, extrapolate: bool = False) -> None:
         raise _error(check, "window", ABSENT, "")
 
 
-def _error(check: Check, field: str, value: Any, wanted: str, unit: str = "") -> InputError:
-    return InputError(field, value, f"{wanted}{check.message.removeprefix('window: ')}; {WAY_OUT}", unit)
+def _error(check: Check, field: str, value: Any, rule: str, unit: str = "") -> InputError:
+    return InputError(field, value, f"{rule}{check.message.removeprefix('window: ')}; {WAY_OUT}", unit)
 
 
 def admissible_velocities(impact: Impact, near: ArrayLike) -> tuple[float, float] | None:

@@ -13,11 +13,9 @@ from numpy.polynomial.polynomial import polyder, polyroots, polyval, polyvander
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
-from restitution.checks import finite, single_nonnegative, single_positive
+from restitution.checks import Array, finite, single_nonnegative, single_positive
 from restitution.errors import InputError
 from restitution.quantities import HISTORY
-
-Array = NDArray[np.float64]
 
 UNITS = {"depth": HISTORY["indentation_depth"].unit, "force": HISTORY["force"].unit}
 
@@ -62,8 +60,8 @@ class History:
         knots, coefficients = finite("knots", self.knots, "s"), finite("coefficients", self.coefficients)
         m, n = np.shape(coefficients) if np.ndim(coefficients) == 2 else (0, 0)
         if m < 1 or n < 2 or np.shape(knots) != (m + 1,) or np.any(np.diff(knots) < 0.0):
-            wanted = "must be m + 1 ascending times and a row of two or more numbers for each of the m pieces"
-            raise InputError("knots, coefficients", wanted=wanted)
+            rule = "must be m + 1 ascending times and a row of two or more numbers for each of the m pieces"
+            raise InputError("knots, coefficients", rule=rule)
         object.__setattr__(self, "knots", knots)
         object.__setattr__(self, "coefficients", coefficients)
 
@@ -89,8 +87,8 @@ class History:
         checks.instance("name", name, str, "must be the name of the values")
         v = np.atleast_1d(finite(name, values, UNITS.get(name, "")))
         if t.ndim != 1 or t.shape != v.shape or t.size < 2:
-            wanted = f"must be two columns of equal length >= 2, not of shapes {t.shape}, {v.shape}"
-            raise InputError(f"time, {name}", wanted=wanted)
+            rule = f"must be two columns of equal length >= 2, not of shapes {t.shape}, {v.shape}"
+            raise InputError(f"time, {name}", rule=rule)
         steps = np.diff(t)
         if np.any(steps < 0.0):
             n = int(np.argmax(steps < 0.0)) + 1
@@ -126,7 +124,7 @@ class History:
         checks.function("function", function, "must be a function of time [s]", 1)
         checks.instance("name", name, str, "must be the name of the values")
         if t.size < 2:
-            raise InputError("time", wanted="must hold at least two times, between which the history is given")
+            raise InputError("time", rule="must hold at least two times, between which the history is given")
         try:
             takes_arrays = np.shape(function(t[:2])) == (2,)
         except (TypeError, ValueError):
@@ -138,9 +136,9 @@ class History:
 
         edges, at_times = _first_pieces(t), values_at(t)
         if np.any(edges[1:] <= edges[:-1]):
-            raise InputError("time", wanted="must not be so close together that no number lies between them")
+            raise InputError("time", rule="must not be so close together that no number lies between them")
         lows, highs = edges[:-1], edges[1:]
-        found: list[tuple[Array, Array]] = []
+        fitted: list[tuple[Array, Array]] = []
         scale, pieces = float(np.max(np.abs(at_times))), 0
         while lows.size:
             width, ends = (highs - lows)[:, None], highs[:, None]
@@ -152,20 +150,20 @@ class History:
             error = np.max(np.abs(polyval(_BETWEEN, fit.T) - exact), axis=1)
             np.maximum.at(error, *_errors_at(t, at_times, lows, highs, fit))
             good = error <= _FIT * scale
-            found.append((lows[good], fit[good]))
+            fitted.append((lows[good], fit[good]))
             pieces += int(good.sum())
             lows, highs = lows[~good], highs[~good]
             short = highs - lows <= _SHORTEST * (t[-1] - t[0])
             if np.any(short):
-                raise InputError(name, wanted=f"jumps near time = {lows[short][0]:.9g} s; {_JUMP_ADVICE}")
+                raise InputError(name, rule=f"jumps near time = {lows[short][0]:.9g} s; {_JUMP_ADVICE}")
             if pieces + 2 * lows.size > _MOST_PIECES:
-                wanted = f"must be smooth between the given times, not so near time = {lows[0]:g} s"
-                raise InputError(name, wanted=wanted)
+                rule = f"must be smooth between the given times, not so near time = {lows[0]:g} s"
+                raise InputError(name, rule=rule)
             middles = _middles(t, lows, highs)
             lows, highs = np.concatenate([lows, middles]), np.concatenate([middles, highs])
-        starts = np.concatenate([piece[0] for piece in found])
+        starts = np.concatenate([piece[0] for piece in fitted])
         order = np.argsort(starts)
-        coefficients = np.concatenate([piece[1] for piece in found])[order]
+        coefficients = np.concatenate([piece[1] for piece in fitted])[order]
         coefficients[np.abs(coefficients) < 1e-15 * scale] = 0.0
         return cls(np.append(starts[order], t[-1]), coefficients)
 
@@ -193,8 +191,8 @@ class History:
     def _place(self, time: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
         t = np.asarray(finite("time", time, "s"))
         if np.any((t < self.start) | (t > self.stop)):
-            wanted = f"must be in [{self.start:g}, {self.stop:g}] s, where the history is given"
-            raise InputError("time", float(t.min() if t.min() < self.start else t.max()), wanted, "s")
+            rule = f"must be in [{self.start:g}, {self.stop:g}] s, where the history is given"
+            raise InputError("time", float(t.min() if t.min() < self.start else t.max()), rule, "s")
         piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.coefficients) - 1)
         width = self.knots[piece + 1] - self.knots[piece]
         return piece, (t - self.knots[piece]) / width, width
@@ -234,8 +232,8 @@ def contact_part(history: History, name: str) -> History:
     first = float(history.coefficients[0, 0])
     if first > 0.0:
         advice = "a curve that begins in contact needs its contact point: " if name == "depth" else ""
-        wanted = f"must be <= 0 at the start; {advice}subtract an offset, or begin with a step, two points at one time"
-        raise InputError(name, first, wanted, UNITS[name])
+        rule = f"must be <= 0 at the start; {advice}subtract an offset, or begin with a step, two points at one time"
+        raise InputError(name, first, rule, UNITS[name])
     if not touching.size:
         raise InputError(name, float(ends.max()), "must rise above 0; the bodies do not touch", UNITS[name])
     start = int(touching[0])
@@ -244,8 +242,8 @@ def contact_part(history: History, name: str) -> History:
         negative = least < -NO_FORCE * ends.max()
         if np.any(negative):
             n = int(np.argmax(negative))
-            wanted = f"must be >= 0, as there is no adhesion; it is not at time = {history.knots[n + 1]:g} s"
-            raise InputError("force", float(least[n]), wanted, "N")
+            rule = f"must be >= 0, as there is no adhesion; it is not at time = {history.knots[n + 1]:g} s"
+            raise InputError("force", float(least[n]), rule, "N")
     coefficients = history.coefficients[start:].copy()
     coefficients[0, 1] += coefficients[0, 0] if history.knots[start + 1] == history.knots[start] else 0.0
     coefficients[0, 0] = 0.0

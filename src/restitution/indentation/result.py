@@ -5,43 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from restitution.checks import finite, whole
-from restitution.contact.contact import Contact
-from restitution.contact.geometry import Geometry
-from restitution.display import Shown, Summary, in_words, of_values
+from restitution.checks import Array, finite, whole
+from restitution.contact.geometry import Contact, Geometry
 from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
-from restitution.pictures import draw
-from restitution.quantities import HISTORY, dataset
+from restitution.quantities import HISTORY, INDENTATION, dataset
+from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
+from restitution.units import in_words
 from restitution.validity import Validity, validity
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.figure import Figure
 
     from restitution.indentation.history import History
     from restitution.indentation.solve import Solution
 
-Array = NDArray[np.float64]
 
 COLUMNS = ("indentation_depth", "indentation_velocity", "force", "contact_radius")
-
-_ROWS = (
-    ("largest force", "max_force", "F_max", "N"),
-    ("largest indentation depth", "max_indentation_depth", "d_max", "m"),
-    ("largest contact radius", "max_contact_radius", "a_max", "m"),
-    ("contact grows until", "turning_time", "t_m", "s"),
-    ("contact ends at", "contact_end_time", "t_end", "s"),
-    ("depth at the end of contact", "residual_indentation_depth", "d_end", "m"),
-    ("work of the indenter", "work", "W", "J"),
-)
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _MOST_PANELS = 4000
@@ -49,23 +35,21 @@ _MOST_PANELS = 4000
 _SHARES = np.linspace(0.0, 1.0, 9)
 
 
-class IndentationStatus(IntEnum):
+class IndentationStatus(Outcome):
     """How an indentation ended, with a `message` for each member."""
 
-    SEPARATED = outcome.SEPARATED
-    IN_CONTACT = outcome.IN_CONTACT
-    NO_TOUCH = outcome.NO_TOUCH
-    TOUCHES_AT_START = outcome.TOUCHES_AT_START
-    BEYOND_PROFILE = outcome.BEYOND_PROFILE
-    GROWS_AGAIN = outcome.GROWS_AGAIN
-    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN
-    NOT_RESOLVED = outcome.NOT_RESOLVED
-    OVERFLOW = outcome.OVERFLOW
-
-    @property
-    def message(self) -> str:
-        """What happened, in words."""
-        return _MESSAGES[self]
+    SEPARATED = outcome.SEPARATED, "the contact ended within the prescribed history"
+    IN_CONTACT = outcome.IN_CONTACT, "the bodies were still in contact when the prescribed history ended"
+    NO_TOUCH = outcome.NO_TOUCH, "the bodies do not touch"
+    TOUCHES_AT_START = outcome.TOUCHES_AT_START, "the bodies touch at the start already"
+    BEYOND_PROFILE = outcome.BEYOND_PROFILE, "the indentation is deeper than the profile"
+    GROWS_AGAIN = outcome.GROWS_AGAIN, "the contact grows again before it has ended, which is outside the theory"
+    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN, "the surface may reach the indenter again after the contact"
+    NOT_RESOLVED = (
+        outcome.NOT_RESOLVED,
+        "the history has too many kinks, or rises too fast for the digits of its times",
+    )
+    OVERFLOW = outcome.OVERFLOW, "a modulus, time or force is not finite, or beyond the range of numbers"
 
     @property
     def failed(self) -> bool:
@@ -73,22 +57,11 @@ class IndentationStatus(IntEnum):
         return self > IndentationStatus.IN_CONTACT
 
 
-_MESSAGES = {
-    IndentationStatus.SEPARATED: "the contact ended within the prescribed history",
-    IndentationStatus.IN_CONTACT: "the bodies were still in contact when the prescribed history ended",
-    IndentationStatus.NO_TOUCH: "the bodies do not touch",
-    IndentationStatus.TOUCHES_AT_START: "the bodies touch at the start already",
-    IndentationStatus.BEYOND_PROFILE: "the indentation is deeper than the profile",
-    IndentationStatus.GROWS_AGAIN: "the contact grows again before it has ended, which is outside the theory",
-    IndentationStatus.TOUCHES_AGAIN: "the surface may reach the indenter again after the contact",
-    IndentationStatus.NOT_RESOLVED: "the history has too many kinks, or rises too fast for the digits of its times",
-    IndentationStatus.OVERFLOW: "a modulus, time or force is not finite, or beyond the range of numbers",
-}
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class IndentationResult(Shown):
+class IndentationResult(Result):
     """Indentation under a prescribed depth or force; SI units.
+
+    `plot` shows force, depth and contact radius over time, and force over depth.
 
     Attributes
     ----------
@@ -97,7 +70,7 @@ class IndentationResult(Shown):
     indentation_depth, indentation_velocity, force, contact_radius : array, shape (n,)
         Depth d of the tip below the undeformed surface [m], its rate [m/s], normal force F [N], contact radius a [m].
         At a jump or a kink of the history: the values behind it. After the contact F = a = 0; under a prescribed force
-        d is then the depth of the recovering imprint.
+        d is then the depth of the recovering imprint. The first velocity under a force may be infinite.
     contact_end_time : float
         Time [s] at which the contact ends; infinite if it outlasts the history.
     turning_time : float
@@ -113,6 +86,13 @@ class IndentationResult(Shown):
     error : float
         Stated error of the same: the tolerance, and the error of the table of the profile if it needs one.
     """
+
+    _numbers = (
+        "contact_end_time", "turning_time", "max_force", "max_indentation_depth", "max_contact_radius",
+        "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error", "warnings",
+        "validity",
+    )  # fmt: skip
+    _picture = "history.overview"
 
     time: Array = field(repr=False)
     indentation_depth: Array = field(repr=False)
@@ -237,9 +217,10 @@ class IndentationResult(Shown):
     def summary(self, title: str = "") -> Summary:
         """Table of the indentation and its warnings, which `print` and notebooks show."""
         values: list[tuple[str, str, float, str]] = []
-        for words, name, symbol, unit in _ROWS:
+        for name, quantity in INDENTATION.items():
             value = float(getattr(self, name))
-            values.append((words, symbol, value if math.isfinite(value) else math.nan, unit))
+            value = value if math.isfinite(value) else math.nan
+            values.append((quantity.words, plain_symbol(quantity.symbol), value, quantity.unit))
         lines = (f"prescribed {self.prescribed}, {self.status.message}, rtol {self.rtol:g}",)
         return Summary(title or "Indentation", of_values(values), lines, warnings=self.warnings)
 
@@ -248,27 +229,14 @@ class IndentationResult(Shown):
         depth = in_words(self.max_indentation_depth, "m")
         return f"F_max = {in_words(self.max_force, 'N')}, d_max = {depth}, {self.status.name}"
 
-    def plot(self) -> Figure:
-        """Figure of the indentation: force, depth and contact radius over time, force over depth."""
-        return draw("history.overview", self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers by name, SI."""
-        names = (
-            "contact_end_time", "turning_time", "max_force", "max_indentation_depth", "max_contact_radius",
-            "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error",
-            "warnings",
-        )  # fmt: skip
-        return {name: getattr(self, name) for name in names} | {"validity": self.validity.to_dict()}
-
     def _dataset(self, times: Array, columns: tuple[Array, ...]) -> xarray.Dataset:
         values = {"time": times} | dict(zip(COLUMNS, columns, strict=True))
-        found = dataset(
-            "time", {name: (one, HISTORY[name]) for name, one in values.items()},
+        history = dataset(
+            "time", {name: (column, HISTORY[name]) for name, column in values.items()},
             {"prescribed": self.prescribed, "rtol": self.rtol},
         )  # fmt: skip
-        found["time"].attrs["long_name"] = "time"
-        return found
+        history["time"].attrs["long_name"] = "time"
+        return history
 
 
 def _largest(solution: Solution, column: int) -> float:

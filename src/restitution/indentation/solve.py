@@ -3,42 +3,264 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextvars import ContextVar
 from functools import lru_cache
+from threading import local
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import finite, single, single_positive, within
-from restitution.contact.contact import Contact, of_type
-from restitution.contact.geometry import Geometry
-from restitution.contact.path import path_table, scaled
-from restitution.contact.profile import Profile
+from restitution.checks import Array, finite, single, single_positive, within
+from restitution.contact.geometry import Contact, Geometry, of_type
+from restitution.contact.profiles import Profile
+from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
-from restitution.indentation.evolution import (
-    Reloading,
-    check_recontact,
-    grown_contact,
-    recover_depth,
-    scratch,
-    shrink_contact,
-)
-from restitution.indentation.history import UNITS, History, contact_part, graded
+from restitution.indentation.history import NO_FORCE, UNITS, History, contact_part, graded, without_collinear
 from restitution.indentation.result import IndentationResult, IndentationStatus
-from restitution.kernel.growing import depth_rounding
-from restitution.kernel.indentation import sample, through_jump
-from restitution.kernel.indentation_rows import ELEMENT_SHARE, LARGEST, SMALLEST
-from restitution.kernel.memory import DEPTH, FORCE, ScaledContact, allocate
+from restitution.kernel.growing import BEYOND_PROFILE, TOO_STEEP, Elements, Past, depth_rounding, grow_contact
+from restitution.kernel.indentation import (
+    ELEMENT_SHARE,
+    LARGEST,
+    SMALLEST,
+    Histories,
+    Indenter,
+    Recovery,
+    Room,
+    Rows,
+    indent_rows,
+    recover,
+    sample,
+    through_jump,
+)
+from restitution.kernel.memory import (
+    DEPTH,
+    FORCE,
+    TERMS,
+    ScaledContact,
+    Scratch,
+    Segments,
+    allocate,
+    quadrature,
+    remember,
+)
 from restitution.kernel.path import Path, power_path, table_path
+from restitution.kernel.shrinking import (
+    Checks,
+    check_points,
+    end_of_contact,
+    innermost_load_rises,
+    largest_rate,
+    load_rounding,
+    regrowth,
+    write_depth_memory,
+)
 from restitution.material.prony import PronySeries, Retardation
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, single_material
+from restitution.parallel import on_threads
 
-Array = NDArray[np.float64]
+# Evolution of the contact: growth (Lee and Radok), shrinkage and end (Ting), recovery of the surface.
+
+
+# Memory of 1 GB; a caller may allow less.
+MOST_ELEMENTS = ContextVar("most_elements", default=1 << 20)
+
+
+class Reloading(InputError):
+    """The contact grows again, which the theory excludes; `value` is the time, in units of the duration or in s."""
+
+
+def scratch(modes: int) -> Scratch:
+    """Scratch space of a contact with this number of modes, for one call at a time."""
+    return Scratch(np.empty(TERMS), np.empty(TERMS), np.empty((2, TERMS)), np.empty(modes), np.empty((2, TERMS + 1)))
+
+
+def room_for(rates: Array, segments: int, elements: int) -> tuple[Segments, Past]:
+    """Arrays for a history of `segments` and a growing contact of `elements`, with modes of these rates."""
+    grown = Elements(
+        np.empty(elements), np.empty(elements), np.empty(elements, dtype=np.int64), np.zeros(elements + 1),
+        np.zeros(elements + 1), np.empty((elements, TERMS)), np.empty((elements, TERMS)),
+    )  # fmt: skip
+    depth, integral = allocate(rates, elements + segments), allocate(rates, elements)
+    pieces = Segments(np.empty(segments), np.empty((segments, TERMS)), np.empty((segments, TERMS)))
+    return pieces, Past(grown, 0, depth, integral, segments, 1.0, math.inf)
+
+
+def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, profile: Geometry) -> Past:
+    """Growing contact and its memory, without the end of contact.
+
+    The tolerance of depth and force is relative to the largest; the depth is at most that of the profile.
+    """
+    m = contact.values.shape[0]
+    room = 0
+    while room < MOST_ELEMENTS.get():
+        room = min(max(4 * room, 16 * m + 1008), MOST_ELEMENTS.get())
+        segments, past = room_for(contact.rates, m, room)
+        total, first, turning = grow_contact(contact, quadrature(), work, tolerance, segments, past)
+        if total == BEYOND_PROFILE:
+            deepest = float(np.min(profile.max_depth))
+            rule = f"must not press the tip deeper than {deepest:g} m, {profile.end}"
+            raise InputError("force", rule=rule)
+        if total == TOO_STEEP:
+            raise InputError("history", rule="rises too steeply for the digits of its times; smooth it")
+        if total >= 0:
+            elements = Elements(*(a[: total + 1] if a.shape == (room + 1,) else a[:total] for a in past.elements))
+            return past._replace(elements=elements, total=total, first=first, turning=turning)
+    raise InputError("history", rule=f"needs over {MOST_ELEMENTS.get()} elements; smooth or thin it, or loosen rtol")
+
+
+def room_for_checks(segments: int, modes: int) -> Checks:
+    """Arrays for the checks of a contact that shrinks over a number of segments."""
+    room = segments * (9 + 2 * modes)
+    return Checks(np.empty(room, dtype=np.int64), np.empty(room))
+
+
+def checks_of(contact: ScaledContact, past: Past) -> Checks:
+    """Instants at which the shrinking contact is checked."""
+    room = room_for_checks(max(contact.values.shape[0] - past.first, 0), contact.rates.size)
+    count = check_points(contact, past, room)
+    return Checks(room.segments[:count], room.times[:count])
+
+
+def end_of_force(contact: ScaledContact) -> float:
+    """Time at which a prescribed force has fallen to zero; infinite if it does not."""
+    ends = contact.values.sum(axis=1)
+    falls = np.cumsum(ends < contact.values[:, 0]) > 0
+    zero = np.flatnonzero(falls & (ends <= NO_FORCE * ends.max()))
+    if not zero.size:
+        return math.inf
+    n = int(zero[0])
+    later = np.flatnonzero(ends[n + 1 :] > NO_FORCE * ends.max())
+    if later.size:
+        rule = "the contact is over and is loaded again, which is outside the theory"
+        raise Reloading("time", float(contact.knots[n + 1 + later[0]]), rule)
+    return float(contact.knots[n + 1])
+
+
+def shrink_contact(contact: ScaledContact, past: Past, work: Scratch, tolerance: float) -> tuple[Past, Checks]:
+    """Contact with its end, and its checks; refuse a contact that grows again before."""
+    checks = checks_of(contact, past)
+    if contact.control == DEPTH:
+        past = past._replace(end=end_of_contact(contact, past, work, checks))
+    else:
+        past = past._replace(end=end_of_force(contact))
+    if contact.path.exponent != 0.0 and checks.times.size:
+        rounding_allowance = load_rounding(contact, past)
+        tolerance += 10.0 * depth_rounding(past)[0]
+        n = regrowth(contact, past, work, checks, tolerance, rounding_allowance)
+        if n >= 0:
+            low, high = float(checks.times[max(n - 1, 0)]), float(checks.times[n])
+            for _ in range(3):
+                finer = Checks(np.full(33, checks.segments[n]), np.linspace(low, high, 33))
+                place = regrowth(contact, past, work, finer, 0.1 * tolerance, rounding_allowance)
+                if place < 0:
+                    break
+                low, high = float(finer.times[max(place - 1, 0)]), float(finer.times[place])
+            rule = "the contact grows again before it has ended; the theory holds for one loading and one unloading. "
+            raise Reloading("time", high, rule + "Fit a smooth curve to measured data first")
+    return past, checks
+
+
+def check_recontact(
+    contact: ScaledContact, past: Past, work: Scratch, checks: Checks, tolerance: float, creep: Retardation
+) -> None:
+    """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
+    if not innermost_load_rises(contact, past, work, checks, tolerance, load_rounding(contact, past)):
+        return
+    # The rounding of the times moves a steep history.
+    rounding_allowance = tolerance + 1e-15 * largest_rate(contact, past)
+
+    def caught(segments: NDArray[np.int64], moments: Array) -> NDArray[np.intp]:
+        surface = recovering_surface(contact, past, work, creep, moments)
+        return np.flatnonzero(_prescribed(contact, segments, moments) > surface + rounding_allowance)
+
+    share = np.linspace(0.0, 1.0, 65)
+    for i in range(past.first, contact.values.shape[0]):
+        low, high = max(float(contact.knots[i]), past.end), float(contact.knots[i + 1])
+        if high <= low:
+            continue
+        moments = low + (high - low) * share
+        places = caught(np.full(share.size, i), moments)
+        if not places.size:
+            continue
+        for _ in range(3):
+            n = int(places[0])
+            if n == 0:
+                break
+            moments = moments[n - 1] + (moments[n] - moments[n - 1]) * share
+            places = caught(np.full(share.size, i), moments)
+        rule = "the contact is over and the recovering surface reaches the indenter again, which is outside the theory"
+        raise Reloading("time", float(moments[places[0]]), rule)
+
+
+def _prescribed(contact: ScaledContact, places: NDArray[np.int64], times: Array) -> Array:
+    width = contact.knots[places + 1] - contact.knots[places]
+    u = np.divide(times - contact.knots[places], width, out=np.ones_like(times), where=width > 0.0)
+    return polyval(u, contact.values[places].T, tensor=False)
+
+
+def recovering_surface(contact: ScaledContact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
+    """Depth of the surface under the tip after the contact, which ended under a prescribed depth.
+
+    Without load it is a sum of exponentials at the retardation times.
+    """
+    n = int(np.searchsorted(contact.knots, past.end, side="left"))
+    jumps = n + 1 < contact.knots.size and contact.knots[n] == contact.knots[n + 1] == past.end
+    i = n if jumps else max(n - 1, past.first)
+    depth = float(contact.values[i, 0] if jumps else _prescribed(contact, np.array([i]), np.array([past.end]))[0])
+    write_depth_memory(contact, past, work, i, past.end)
+    loads = np.append(contact.moduli * work.now, contact.equilibrium * depth)
+    rates = np.append(contact.rates, 0.0)
+    surface = np.full(times.size, depth if contact.equilibrium == 0.0 else 0.0)
+    elapsed = times - past.end
+    for compliance, time in zip(creep.branch_compliances, creep.retardation_times, strict=True):
+        amplitude = compliance * float(np.sum(loads / (1.0 - rates * time)))
+        surface += amplitude * np.exp(-elapsed / time)
+    if creep.fluidity > 0.0:
+        surface -= creep.fluidity * float(np.sum(loads[:-1] / contact.rates))
+    return surface
+
+
+def recover_depth(contact: ScaledContact, past: Past, work: Scratch, tolerance: float) -> Recovery:
+    """Depth of the shrinking contact under a prescribed force; empty if the contact does not shrink."""
+    count, room = 0, min(512, MOST_ELEMENTS.get())
+    recovery = _room_for_recovery(0)
+    if contact.control != DEPTH and past.turning < 1.0 and contact.path.exponent != 0.0:
+        compliance = contact.glass + float(
+            np.sum(np.where(contact.recoveries > 0.0, 1.0, 0.0) * contact.compliances
+                   * -np.expm1(-contact.recoveries) / np.maximum(contact.recoveries, 1e-300))
+            + np.sum(contact.compliances[contact.recoveries == 0.0])
+        )  # fmt: skip
+        allowed = tolerance * float(past.elements.depths[past.total]) / compliance
+        allowed += (contact.equilibrium + float(contact.moduli.sum())) * depth_rounding(past)[0]
+        while True:
+            recovery = _room_for_recovery(room)
+            count = recover(contact, past, quadrature(), work, allowed, recovery)
+            if count >= 0:
+                break
+            room *= 4
+            if room > MOST_ELEMENTS.get():
+                raise InputError("force", rule="needs too many elements; smooth or thin the history, or loosen rtol")
+    level = allocate(contact.recoveries, count)
+    recovery = Recovery(recovery.starts[:count], recovery.lengths[:count], recovery.q[:count], level)
+    remember(recovery.lengths, recovery.q, level, work.sweep)
+    return recovery
+
+
+def _room_for_recovery(elements: int) -> Recovery:
+    """Arrays for a recovery of a number of elements, without its memory."""
+    return Recovery(np.empty(elements), np.empty(elements), np.empty((elements, TERMS)), allocate(np.empty(0), 0))
+
+
 Prescribed = History | ArrayLike | Callable[[Any], Any]
 
 # Number of even times of a result if no times are given.
 _POINTS = 401
+# Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
+# to about 1e-14.
+_SAME_TIME = 1e-12
 
 
 def indent(
@@ -95,7 +317,7 @@ def indent(
     --------
     A gel under an AFM tip, pressed in and pulled back at 1 um/s:
 
-    >>> from restitution.contact.profile import Parabola
+    >>> from restitution.contact.profiles import Parabola
     >>> from restitution.indentation.history import triangle
     >>> from restitution.material.prony import PronySeries
     >>> gel = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), bulk=math.inf)
@@ -106,14 +328,16 @@ def indent(
     # The store of contacts takes hashable arguments only.
     of_type("material", material, Material)
     of_type("profile", profile, Geometry)
+    single_material("material", material)
     if counter_material is not None:
         of_type("counter_material", counter_material, Material)
+        single_material("counter_material", counter_material)
     contact = _contact(material, profile, counter_material)
     profile = contact.profile
     if np.ndim(profile.stiffness_radius(0.0)):
-        raise InputError("profile", wanted="must have single numbers as parameters: an indentation has one profile")
+        raise InputError("profile", rule="must have single numbers as parameters: an indentation has one profile")
     if (depth is None) == (force is None):
-        raise InputError("depth, force", wanted="exactly one of the two must be given: depth= or force=")
+        raise InputError("depth, force", rule="exactly one of the two must be given: depth= or force=")
     rtol = single("rtol", within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
@@ -149,7 +373,7 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
     if isinstance(prescribed, (int, float)) and not isinstance(prescribed, bool):
         return _step(name, prescribed, time)
     if time is None:
-        raise InputError("time", wanted=f"must be given with {name} as an array or a function")
+        raise InputError("time", rule=f"must be given with {name} as an array or a function")
     if callable(prescribed):
         return History.from_function(prescribed, time, name=name)
     return History.from_points(time, prescribed, name=name)
@@ -159,7 +383,7 @@ def _step(name: str, value: float, time: ArrayLike | None) -> History:
     """One value, from the first time on."""
     value = single_positive(name, value, UNITS[name])
     if time is None:
-        raise InputError("time", wanted=f"must be given with {name} as a number, which is held from first to last")
+        raise InputError("time", rule=f"must be given with {name} as a number, which is held from first to last")
     times = np.atleast_1d(finite("time", time, "s"))
     first, last = float(times.min()), float(times.max())
     return History.from_points([first, first, last], [0.0, value, value], name=name)
@@ -191,18 +415,19 @@ class Solution:
         past = grown_contact(self._contact, work, tolerance, contact.profile)
         rounding, moment = depth_rounding(past)
         if rounding > rtol * past.elements.depths[-1]:
-            wanted = f"the {name} rises too fast there for the digits of its times at rtol = {rtol:g}; "
-            wanted += "make it a step, two points at the same time"
-            raise InputError("time", self._time(moment), wanted, "s")
+            rule = f"the {name} rises too fast there for the digits of its times at rtol = {rtol:g}; "
+            rule += "make it a step, two points at the same time"
+            raise InputError("time", self._time(moment), rule, "s")
         try:
-            past, places, times = shrink_contact(self._contact, past, work, rtol)
+            past, checks = shrink_contact(self._contact, past, work, rtol)
             if self.by_depth and past.end < 1.0:
                 creep = _scaled_retardation(series, self.units)
-                check_recontact(self._contact, past, work, places, times, rtol, creep)
+                check_recontact(self._contact, past, work, checks, rtol, creep)
         except Reloading as error:
-            raise Reloading("time", float(self._time(error.value)), error.wanted, "s") from None
+            raise Reloading("time", float(self._time(error.value)), error.rule, "s") from None
         self._past = past
         self._recovery = recover_depth(self._contact, past, work, tolerance)
+        self._first_rate = None if self.by_depth else _rate_at_touch(self._contact, contact.profile, part, self.units)
 
     @property
     def turning_time(self) -> float:
@@ -224,9 +449,15 @@ class Solution:
     def times(self, n_points: int) -> Array:
         """Even times [s], and the knots of the history, the turning and the end of the contact."""
         start, stop = self.history.start, self.history.stop
-        special = np.array([self.turning_time, self.end_time])
-        even = np.linspace(start, stop, n_points)
-        return np.unique(np.concatenate([even, self.history.knots, special[special <= stop]]))
+        times = np.unique(np.append(self.history.knots, min(self.end_time, stop)))
+        # Two times that differ by rounding alone would be two rows of one instant.
+        same = max(_SAME_TIME * (stop - start), 4.0 * float(np.spacing(max(abs(start), abs(stop)))))
+        for further in (np.array([self.turning_time]), np.linspace(start, stop, n_points)):
+            place = np.searchsorted(times, further)
+            before, behind = times[np.maximum(place - 1, 0)], times[np.minimum(place, times.size - 1)]
+            alone = np.minimum(np.abs(further - before), np.abs(behind - further)) > same
+            times = np.unique(np.concatenate([times, further[alone]]))
+        return times
 
     @property
     def breaks(self) -> Array:
@@ -260,8 +491,8 @@ class Solution:
         start, stop = self.history.start, self.history.stop
         if t.size and (t.min() < start or t.max() > stop):
             worst = float(t.min() if t.min() < start else t.max())
-            wanted = f"must be in [{start:g}, {stop:g}] s, where the history is given"
-            raise InputError("time", worst, wanted, "s")
+            rule = f"must be in [{start:g}, {stop:g}] s, where the history is given"
+            raise InputError("time", worst, rule, "s")
         order = np.argsort(t, kind="stable")
         t, units = t[order], self.units
         early = int(np.searchsorted(t, units.touch, side="right" if before else "left"))
@@ -270,6 +501,8 @@ class Solution:
         if before:
             inside = np.nextafter(inside, -math.inf)
         sample(self._contact, self._past, self._recovery, scratch(self._contact.moduli.size), inside, sampled)
+        if self._first_rate is not None and not before:
+            sampled[1, t[early:] == units.touch] = self._first_rate
         sampled *= np.array([[units.length], [units.length / units.time], [units.force], [units.radius], [1.0]])
         # A force near zero may have either sign by rounding; the theory has no adhesion.
         np.maximum(sampled[2], 0.0, out=sampled[2])
@@ -304,8 +537,8 @@ def _check_depth(part: History, profile: Geometry, dashpot: float) -> None:
         raise InputError("depth", most, f"must be <= {deepest:g} m, {profile.end}", "m")
     jumps = part.knots[:-1][np.diff(part.knots) == 0.0]
     if dashpot > 0.0 and jumps.size:
-        wanted = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"
-        raise InputError("depth", wanted=wanted)
+        rule = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"
+        raise InputError("depth", rule=rule)
 
 
 def _largest_depth(series: PronySeries, profile: Geometry, force: float, duration: float) -> float:
@@ -333,8 +566,8 @@ def _scaled(series: PronySeries, profile: Geometry, history: History, name: str)
     by_depth = name == "depth"
     touch, duration = history.start, history.stop - history.start
     if not SMALLEST < duration < LARGEST:
-        wanted = f"must last between {SMALLEST:g} and {LARGEST:g} s from first touch on"
-        raise InputError("time", duration, wanted, "s")
+        rule = f"must last between {SMALLEST:g} and {LARGEST:g} s from first touch on"
+        raise InputError("time", duration, rule, "s")
     peak = float(history.coefficients.sum(axis=1).max())
     depth = peak if by_depth else _largest_depth(series, profile, peak, duration)
     path, radius, error = _path(profile, depth)
@@ -344,9 +577,9 @@ def _scaled(series: PronySeries, profile: Geometry, history: History, name: str)
     with np.errstate(over="ignore", under="ignore"):
         force = 2.0 * typical * radius * depth
     if not all(SMALLEST < value < LARGEST for value in (depth, radius, force)):
-        wanted = f"leads to a depth of {depth:.3g} m, a contact radius of {radius:.3g} m and a force of "
-        wanted += f"{force:.3g} N; each must be in [{SMALLEST:g}, {LARGEST:g}]"
-        raise InputError(name, peak, wanted, UNITS[name])
+        rule = f"leads to a depth of {depth:.3g} m, a contact radius of {radius:.3g} m and a force of "
+        rule += f"{force:.3g} N; each must be in [{SMALLEST:g}, {LARGEST:g}]"
+        raise InputError(name, peak, rule, UNITS[name])
     units = Units(touch, duration, depth, radius, force, error)
     rates = duration / times
     glass, compliances, recoveries = 0.0, np.empty(0), np.empty(0)
@@ -358,7 +591,9 @@ def _scaled(series: PronySeries, profile: Geometry, history: History, name: str)
         if creep.fluidity > 0.0:
             recoveries = np.append(recoveries, 0.0)
             compliances = np.append(compliances, creep.fluidity)
-        history = graded(history)
+        # Times since first touch: others have too few digits for knots so close to it.
+        history = graded(History(history.knots - touch, history.coefficients))
+        touch = 0.0
     knots = (history.knots - touch) / duration
     segments = 0 if by_depth else knots.size - 1
     contact = ScaledContact(
@@ -368,6 +603,31 @@ def _scaled(series: PronySeries, profile: Geometry, history: History, name: str)
         allocate(recoveries, segments), allocate(recoveries, segments), path,
     )  # fmt: skip
     return contact, units
+
+
+def _rate_at_touch(contact: ScaledContact, profile: Geometry, part: History, units: Units) -> float | None:
+    """Rate of the depth just after first touch under a force; None if the kernel has it, as the radius is not zero.
+
+    With `F = f t^m` and `J = j t^n` there, n = 0 or 1, `Pi = j f t^(m + n)/(m + n)^n`. With a = A s^p and d = s^2 for
+    the depth, `d = ((p + 2) Pi/(2 A))^(2/(p + 2))`: its rate is infinite, finite or zero.
+    """
+    width, coefficients = np.diff(part.knots[:2])[0] / units.time, part.coefficients[0] / units.force
+    if width == 0.0:
+        m, f = 0, coefficients.sum()
+    else:
+        # A fitted function has rounding in coefficients that should be zero.
+        m = int(np.argmax(np.abs(coefficients) > NO_FORCE * np.abs(coefficients).max()))
+        f = coefficients[m] / width**m
+    n, j = (0, contact.glass) if contact.glass > 0.0 else (1, float(contact.compliances.sum()))
+    order = m + n
+    # At s = 1e-8 and 2e-8 in units of the largest depth.
+    radii = np.asarray(profile.stiffness_radius(units.length * np.array([1e-16, 4e-16]))) / units.radius
+    p = round(float(np.log2(radii[1] / radii[0])), 3)
+    if order == 0 or p == 0.0:
+        return None
+    if 2.0 * order != p + 2.0:
+        return math.inf if 2.0 * order < p + 2.0 else 0.0
+    return float((0.5 * (p + 2.0) * j * f / order**n / (radii[0] / 1e-8**p)) ** (2.0 / (p + 2.0)))
 
 
 def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
@@ -389,3 +649,116 @@ def _path(profile: Geometry, depth: float) -> tuple[Path, float, float]:
         return power_path(float(profile.path_exponent)), radius, 0.0
     table = path_table(profile, depth)
     return table_path(scaled(table, depth, radius)), radius, table.error
+
+
+# Many indentations at once: a material, a prescribed depth and a contact point in each row.
+
+# Rows in a task of a thread: about 10 ms.
+_CHUNK = 64
+# Elements of a growing contact for which a thread has room, beside four in each segment.
+_ELEMENTS = 1024
+
+
+class IndentationBlock:
+    """Prescribed depths of one profile, for which the forces of many materials and contact points are computed.
+
+    Parameters
+    ----------
+    profile : Geometry
+        Profile of the indenter, with scalar parameters.
+    histories : sequence of (time, depth, samples)
+        For each curve: times [s] and depths [m] of points joined by straight lines, and the ascending times [s] of the
+        samples within them.
+    deepest : float
+        Largest depth [m] below a contact point that a table of the profile must cover.
+    """
+
+    def __init__(self, profile: Geometry, histories: Sequence[tuple[Array, Array, Array]], deepest: float) -> None:
+        points = [without_collinear(time, depth) for time, depth, _ in histories]
+        samples = [times for _, _, times in histories]
+        self.n_samples = np.array([times.size for times in samples])
+        self._histories = Histories(
+            _offsets([time.size for time, _ in points]), np.concatenate([time for time, _ in points]),
+            np.concatenate([depth for _, depth in points]), _offsets(self.n_samples), np.concatenate(samples),
+        )  # fmt: skip
+        self._segments = max(time.size for time, _ in points) - 1
+        end = float(np.min(profile.max_depth))
+        if profile.path_exponent is not None and profile.path_coefficient is not None:
+            self._path = power_path(float(profile.path_exponent))
+            self._indenter = Indenter(end, 1.0, float(profile.path_coefficient))
+        else:
+            unit = min(deepest, end)
+            table, radius = path_table(profile, unit), float(profile.stiffness_radius(unit))
+            self._path = table_path(scaled(table, unit, radius))
+            self._indenter = Indenter(unit, unit, radius)
+
+    def forces(
+        self, reduced: PronySeries, contact_points: Array, curves: NDArray[np.int64] | None = None, *,
+        rtol: float = 1e-6, workers: int | None = 1,
+    ) -> tuple[Array, NDArray[np.int64]]:  # fmt: skip
+        """Forces of rows of materials at the samples.
+
+        Parameters
+        ----------
+        reduced : PronySeries
+            Reduced moduli E*(t) of n materials.
+        contact_points : array, shape (n,)
+            Depth readings [m] at first touch.
+        curves : array of int, shape (n,)
+            Index of the history of each row; the first history by default.
+        rtol : float
+            Error of forces over the largest one.
+        workers : int, optional
+            Number of threads; the number of cores for None.
+
+        Returns
+        -------
+        forces : array, shape (n, n_samples)
+            Forces [N]; NaN in a row without a result, and after the last sample of its curve.
+        statuses : array of int, shape (n,)
+            `restitution.indentation.result.IndentationStatus`.
+        """
+        n = contact_points.size
+        places = np.zeros(n, dtype=np.int64) if curves is None else np.asarray(curves, dtype=np.int64)
+        forces = np.full((n, int(self.n_samples.max())), np.nan)
+        statuses = np.empty(n, dtype=np.int64)
+        columns = (
+            *map(np.ascontiguousarray, reduced.columns),
+            np.ascontiguousarray(contact_points, dtype=np.float64),
+            places,
+        )
+        # Arrays of each thread, for all its chunks of rows.
+        kept = local()
+
+        def run(start: int) -> None:
+            if not hasattr(kept, "room"):
+                kept.room = self._room(reduced.n_branches)
+            part = slice(start, start + _CHUNK)
+            rows = Rows(*(column[part] for column in columns))
+            indent_rows(rtol, rows, self._histories, self._indenter, kept.room, forces[part], statuses[part])
+
+        starts = range(0, n, _CHUNK)
+        if len(starts) == 1 or workers == 1:
+            for start in starts:
+                run(start)
+        else:
+            on_threads(run, starts, workers, lambda: None)
+        return forces, statuses
+
+    def _room(self, modes: int) -> Room:
+        """Arrays for the indentations of one thread."""
+        m, nothing, samples = self._segments, np.empty(0), int(self.n_samples.max())
+        rates, none = np.empty(modes), allocate(np.empty(0), 0)
+        contact = ScaledContact(
+            DEPTH, np.empty(m + 1), np.empty((m, 2)), 0.0, np.empty(modes), rates, 0.0, 1.0, 0.0, nothing, nothing,
+            none, none, self._path,
+        )  # fmt: skip
+        segments, past = room_for(rates, m, _ELEMENTS + 4 * m)
+        return Room(
+            quadrature(), contact, segments, past, _room_for_recovery(0), scratch(modes), room_for_checks(m, modes),
+            np.empty(samples), np.empty((5, samples)),
+        )  # fmt: skip
+
+
+def _offsets(sizes: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)

@@ -13,11 +13,34 @@ unknown. Stored elements contain s, v, t, F and, for each mode, Y_k and W_k.
 import math
 from typing import Any
 
+from restitution.kernel.collocation import (
+    Scheme,
+    combine,
+    crossing,
+    interpolate,
+    invert,
+    lagrange_lanes,
+    matvec,
+    product,
+    tail,
+)
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dashpot import add_dashpot, dashpot_coupling
-from restitution.kernel.dense import combine, crossing, interpolate, invert, lagrange_lanes, matvec, product, tail
-from restitution.kernel.impedance import target_jacobian
+from restitution.kernel.element import (
+    CONVERGED,
+    DIVERGED,
+    FACTOR,
+    LAG,
+    ON_FAILURE,
+    add_dashpot,
+    dashpot_coupling,
+    factor_modes,
+    first_round,
+    grown,
+    next_round,
+    refined,
+    shrunk,
+    target_jacobian,
+)
 from restitution.kernel.kinks import (
     SPACING,
     kink_effect,
@@ -28,7 +51,6 @@ from restitution.kernel.kinks import (
     passed,
 )
 from restitution.kernel.lanes import WIDTH, absolute, broadcast, largest, read8, smallest, write8
-from restitution.kernel.modes import LAG, factor_modes, refined
 from restitution.kernel.outcome import (
     CAPTURED,
     LEAST_RESTITUTION,
@@ -38,8 +60,7 @@ from restitution.kernel.outcome import (
     TOO_DEEP,
     TOO_MANY_STEPS,
 )
-from restitution.kernel.path import radii_and_integrals, radius_and_integral
-from restitution.kernel.radau import Scheme
+from restitution.kernel.path import SMOOTH_TABLE, radii_and_integrals, radius_and_integral
 from restitution.kernel.workspace import (
     AT_KINK,
     COUPLING,
@@ -76,7 +97,7 @@ _LEAST_GUESS = 0.2  # smallest accepted guess over s at the start
 _SLOW_GUESS = 0.1  # velocity of the last resort over that at the start
 # Length of an element.
 FIRST = 0.35  # first element over the scale of s
-_ROUGH_START = 0.1  # factor of the first element if a(s) is not smooth at s = 0
+ROUGH_START = 0.1  # factor of the first element if a(s) is not smooth at s = 0
 _SHORTEST = 1e-15  # over sigma
 _SHORTEST_FIRST = 1e-150
 _PAST_TURNING = 1.35  # longest element over the length to the turning point at constant deceleration
@@ -106,6 +127,7 @@ _BALANCED = 1e-7  # net force over the constant force below which a body is in b
 _CREEPING = 1e-4  # the same below which it creeps
 _CREPT = 0.01  # smallest share of s that a creeping body covers within an element
 _AT_REST = 1e-6  # velocity below which a body in balance is at rest
+_GOES_ON = -1
 
 
 @inlined
@@ -122,21 +144,24 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
     )  # fmt: skip
     eta, external_force, equilibrium = problem.viscosity, problem.external_force, problem.equilibrium
     z = problem.admittance
+    # Without both, v = v0 - h A g is eliminated from s = s0 + h A v.
     implicit = eta > 0.0 or z > 0.0
     s0, v0, F0 = table[S_, 0], table[V_, 0], table[F_, 0]
     Pi0 = radius_and_integral(problem.path, s0)[1]
     straight = s0 + (h * v0) * read8(scheme.c, 1)
-    previous, drift, iterations = math.inf, 0.0, 0
-    refactor, renewed, final_round = True, False, False
+    newton, iterations = first_round(), 0
     s = read8(vectors, UNKNOWN, 0)
     v = broadcast(v0)
     while True:
         iterations += 1
+        # s <= 0 has no contact radius. The negation also catches NaN.
         if iterations > _MOST_ITERATIONS or not smallest(s) > 0.0:
             return -1
+        refactor, final_round = newton.verdict == FACTOR, newton.verdict == CONVERGED
         r = 2.0 * s
         a, Pi = radii_and_integrals(problem.path, s, vectors[VALUES:])
         F = equilibrium * Pi
+        # dF/ds at the nodes: dPi/ds = a dd/ds = 2 s a.
         slope = (equilibrium * a) * r
         if refactor:
             factor_modes(problem, scheme, work, r, h)
@@ -144,6 +169,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
                 write8(G, j, 0, broadcast(0.0))
         for k in range(N):
             E = problem.moduli[k]
+            # B_k Y_k = Pi - Pi_0 + Y_k0.
             start = Pi + (table[MODES_ + 2 * k, 0] - Pi0)
             if refactor:
                 Yk = matvec(B[k], start)
@@ -168,10 +194,13 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
             add_dashpot(problem, scheme, work, v0, F0, h)
             F, v = read8(vectors, FORCE, 0), read8(vectors, SPEED, 0)
         g = r * (F - external_force)
+        # The modes now belong to the accepted s. Another residual would only measure rounding.
         if final_round:
             break
+        # An explicit v is exact for these s, so that A^2 acts on g at once. Otherwise `add_dashpot` solved for v.
         residual = s - s0 - h * matvec(A, v) if implicit else s - straight + (h * h) * matvec(scheme.square, g)
         if refactor:
+            # dg/ds of g = 2 s (F - F0), without the coupling of the nodes by the modes, which is G.
             diagonal = r * slope + 2.0 * (F - external_force)
             if implicit:
                 dashpot_coupling(problem, scheme, work)
@@ -188,20 +217,14 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
         step = matvec(J, residual)
         s = s - step
         size = largest(absolute(step)) / max(s0, largest(s))
+        # A step as large as s itself starts far from the root; a shorter element starts nearer. Catches NaN too.
         if not size < 1.0:
             return -1
-        drift = size if refactor else drift
-        verdict = newton_verdict(size, previous, drift, refactor, renewed, ROUNDING, accept)
-        if verdict == DIVERGED:
+        # After convergence one more round refines the modes with the final unknowns; without it e has errors of 2e-8.
+        newton = next_round(newton, size, ROUNDING, accept)
+        if newton.verdict == DIVERGED:
             return -1
-        if verdict == CONVERGED:
-            # One more round refines the modes with the final unknowns. Without it the error of e is 2e-8.
-            final_round = True
-            refactor = False
-            continue
-        refactor = verdict == FACTOR
-        renewed = renewed or (refactor and size < ROUNDING)
-        previous = size
+    # v + z F is the velocity of the body, with the rate -(F - F0).
     gained = -h * matvec(A, g) - z * (F - F0)
     v = v0 + gained
     write8(table, S_, 1, s)
@@ -210,9 +233,9 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
     write8(table, F_, 1, F)
     # The inverses belong to an earlier s: each refinement multiplies the error by the drift since then.
     rounds = 1
-    power = drift * drift
+    power = newton.drift * newton.drift
     while power > _REFINEMENT * accept and rounds < _MOST_REFINEMENTS:
-        power *= drift
+        power *= newton.drift
         rounds += 1
     for k in range(N):
         # W_k of a fast mode is far smaller than v: from v - v0 it would be rounding.
@@ -244,9 +267,11 @@ def _predict(scheme: Scheme, work: Work, element: int, slope: float, h: float) -
     ratio = 0.0 if element == 0 else h / work.places[LENGTH, element - 1]
     x = h * read8(scheme.c, 1)
     s = broadcast(0.0)
+    # There is nothing to continue before the first element.
     if 0.0 < ratio <= _FARTHEST:
         lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, 1.0 + ratio * read8(scheme.c, 1), work.basis)
         s = combine(work.basis, WIDTH + 1, work.approach[element - 1, S_])
+    # The continued polynomial may fall to zero: then a parabola with the known velocity and its rate.
     if not smallest(s) > _LEAST_GUESS * s0:
         s = s0 + x * (v0 + (0.5 * slope) * x)
     if not smallest(s) > _LEAST_GUESS * s0:
@@ -260,6 +285,7 @@ def _length_to(scheme: Scheme, work: Work, element: int, end: float, slope: floa
     table = work.approach[element]
     s0, v0 = table[S_, 0], table[V_, 0]
     inside = v0 * v0 + 2.0 * slope * (end - s0)
+    # Root of s0 + v0 x + slope x^2/2 = end, in the form without cancellation.
     length = min(2.0 * (end - s0) / (v0 + math.sqrt(max(inside, 0.0))), h)
     for _ in range(2):
         _predict(scheme, work, element, slope, length)
@@ -267,6 +293,49 @@ def _length_to(scheme: Scheme, work: Work, element: int, end: float, slope: floa
         if reached > 0.0:
             length = min(length * min(max((end - s0) / reached, _CORRECTION[0]), _CORRECTION[1]), h)
     return length
+
+
+@inlined
+def _write_touch(problem: Problem, table: Any) -> None:
+    """Write the state at first touch to the first column of `table`."""
+    rows = table.shape[0]
+    for n in range(rows):
+        table[n, 0] = 0.0
+    # A dashpot under a flat face has a force at once, which moves the target at once.
+    drag = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
+    table[V_, 0] = 1.0 / (1.0 + problem.admittance * drag)
+    for n in range(MODES_ + 1, rows, 2):
+        table[n, 0] = table[V_, 0]
+    table[F_, 0] = drag * table[V_, 0]
+
+
+@inlined
+def _stiff_share(problem: Problem, table: Any, h: float) -> float:
+    """Share of the force at the end of an element that modes faster than the element carry."""
+    force = 0.0
+    for k in range(problem.moduli.shape[0]):
+        z = 2.0 * h * table[S_, WIDTH] / problem.times[k]
+        force += problem.moduli[k] * table[MODES_ + 2 * k, WIDTH] * z / (z + _HALF_STIFF)
+    return min(abs(force) / max(table[F_, WIDTH], 1e-300), 1.0)
+
+
+@inlined
+def _end_without_turning(problem: Problem, table: Any) -> int:
+    """Judge whether a body comes to rest in an element: SINKS_IN, CAPTURED, or `_GOES_ON`.
+
+    If the foundation balances the constant force along the whole element, the body creeps and never turns. An
+    oscillation that seems balanced over a hundredth of the depth has more kinetic energy than the work of the force.
+    """
+    S, force = WIDTH, problem.external_force
+    unbalanced = max(abs(table[F_, 0] - force), abs(table[F_, S] - force))
+    balanced = unbalanced < _BALANCED * force
+    creeps = unbalanced < _CREEPING * force and table[S_, S] - table[S_, 0] > _CREPT * table[S_, S]
+    creeps = creeps and table[V_, S] ** 2 < force * table[S_, S] ** 2
+    held = is_held(problem, table[V_, S], table[F_, S], table[S_, S])
+    # Without a spring nothing brings the body back, and it sinks in. A spring holds it.
+    if problem.equilibrium == 0.0 and (balanced or creeps or held):
+        return SINKS_IN
+    return CAPTURED if held or creeps or (balanced and table[V_, S] < _AT_REST) else _GOES_ON
 
 
 @compiled
@@ -280,24 +349,16 @@ def approach(
     S, rows = WIDTH, work.turning.shape[0]
     exponent = -1.0 / (S + 1.0)
     h = first
-    # a(s) of parabola, cone and flat punch is smooth at s = 0. For other profiles the end of the first element is only
-    # as accurate as its inside.
-    exact_start = problem.path.exponent in (0.0, 1.0, 2.0)
+    # a(s) of parabola, cone and flat punch is smooth at s = 0, on a layer too. For other profiles the end of the first
+    # element is only as accurate as its inside.
+    exact_start = problem.path.exponent in (0.0, 1.0, 2.0, SMOOTH_TABLE)
     force_scale = FORCE_WEIGHT * (first / FIRST) ** 2
     if not exact_start:
-        h *= _ROUGH_START
+        h *= ROUGH_START
     # Read back from the array: for a constant 0 numba would compile the loop a second time.
     work.counts[N_APPROACH] = 0
     element = work.counts[N_APPROACH]
-    table = work.approach[0]
-    for n in range(rows):
-        table[n, 0] = 0.0
-    # A dashpot under a flat face has a force at once, which moves the target at once.
-    drag = problem.viscosity * radius_and_integral(problem.path, 0.0)[0]
-    table[V_, 0] = 1.0 / (1.0 + problem.admittance * drag)
-    for n in range(MODES_ + 1, rows, 2):
-        table[n, 0] = table[V_, 0]
-    table[F_, 0] = drag * table[V_, 0]
+    _write_touch(problem, work.approach[0])
     sigma, attempts = 0.0, 0
     glass = problem.equilibrium
     for k in range(problem.moduli.shape[0]):
@@ -312,12 +373,15 @@ def approach(
         attempts += 1
         if element >= work.approach.shape[0] - 1 or attempts > ATTEMPTS * work.approach.shape[0]:
             return TOO_MANY_STEPS
+        # A shorter element would not change sigma. The negation also catches a length that is NaN.
         if not h > _SHORTEST * sigma + _SHORTEST_FIRST:
             return STEP_TOO_SMALL
         table = work.approach[element]
         slope = -2.0 * table[S_, 0] * (table[F_, 0] - problem.external_force)
+        # dv/dsigma then contains z dF/dsigma, which is not stored: take the slope at the end of the last element.
         if problem.admittance > 0.0 and element > 0:
             slope = product(scheme.derivative[S], work.approach[element - 1, V_]) / work.places[LENGTH, element - 1]
+        # The element need not reach far beyond the turning point.
         if element > 0 and slope < 0.0:
             h = min(h, _PAST_TURNING * table[V_, 0] / -slope)
         if problem.path.exponent < 0.0:
@@ -326,6 +390,7 @@ def approach(
             if table[S_, 0] > end:
                 return TOO_DEEP
             h = min(h, _PAST_TABLE * end + (end - table[S_, 0]) / table[V_, 0])
+            # After a miss, `h` and `target` are those of the correction, which a new search would undo.
             if missed == 0:
                 if behind >= 0:
                     h = length_beyond(problem, glass, behind, table[V_, 0], h, KINK_TAIL * accept)
@@ -345,18 +410,15 @@ def approach(
         allowed = max(tolerance * amplitude, min(_LEAST_ALLOWED * accept, _ROUNDED))
         # Where modes faster than the step carry the force, the order falls to that of the stages, and the error at the
         # end of the element is as large as inside: about ten times the tail, by measurement.
-        stiff = 0.0
-        for k in range(problem.moduli.shape[0]):
-            z = 2.0 * h * table[S_, S] / problem.times[k]
-            stiff += problem.moduli[k] * table[MODES_ + 2 * k, S] * z / (z + _HALF_STIFF)
-        stiff = min(abs(stiff) / max(table[F_, S], 1e-300), 1.0)
-        error = (1.0 + STIFF * stiff) * tail(scheme, table[V_]) / allowed
+        error = (1.0 + STIFF * _stiff_share(problem, table, h)) * tail(scheme, table[V_]) / allowed
+        # a(s) is no polynomial there, so the end of the element is only as accurate as its inside.
         if element == 0 and not exact_start:
             error *= _NO_GAIN * tolerance / accept
         if behind >= 0:
             error *= max(tolerance / (KINK_TAIL * accept), 1.0)
         # The velocity alone does not show a rough force between the nodes, as at the edge of a flat end.
         roughness = force_scale * tail(scheme, table[F_]) / tolerance
+        # Remember the first trial that was too rough, to see whether shorter ones become smoother.
         if roughness > 1.0 and first_rough == 0.0:
             first_rough, rough_length = roughness, h
         elif (
@@ -371,6 +433,7 @@ def approach(
         if problem.path.exponent < 0.0:
             rough = missed_approach(problem, scheme, work, table, h, TABLE_NOISE * accept + LEAST_NOISE)
             error = max(error, rough / (ROUGH * accept * amplitude))
+        # The negation rejects NaN as well.
         if not error <= 1.0:
             h *= shrunk(error, exponent)
             missed = 0
@@ -388,6 +451,7 @@ def approach(
         work.places[AT_KINK, element] = 1.0 if behind >= 0 else 0.0
         work.places[START, element] = sigma
         work.places[LENGTH, element] = h
+        # The turning point lies within this element, which is therefore the last.
         if table[V_, S] <= 0.0:
             break
         first_rough, rough_length = 0.0, 0.0
@@ -395,22 +459,13 @@ def approach(
         element += 1
         for n in range(rows):
             work.approach[element, n, 0] = table[n, S]
-        # If the foundation balances the constant force along the whole element, the body creeps and never turns. An
-        # oscillation that seems balanced over a hundredth of the depth has more kinetic energy than the work of the
-        # force.
-        external_force = problem.external_force
-        unbalanced = max(abs(table[F_, 0] - external_force), abs(table[F_, S] - external_force))
-        balanced = unbalanced < _BALANCED * external_force
-        creeps = unbalanced < _CREEPING * external_force and table[S_, S] - table[S_, 0] > _CREPT * table[S_, S]
-        creeps = creeps and table[V_, S] ** 2 < external_force * table[S_, S] ** 2
-        held = is_held(problem, table[V_, S], table[F_, S], table[S_, S])
-        stops = problem.equilibrium == 0.0 and (balanced or creeps or held)
-        if stops or held or creeps or (balanced and table[V_, S] < _AT_REST):
+        ending = _end_without_turning(problem, table)
+        if ending != _GOES_ON:
             for n in range(rows):
                 work.turning[n] = table[n, S]
             work.counts[N_APPROACH] = element - 1
             work.turning_place[0] = sigma
-            return SINKS_IN if stops else CAPTURED
+            return ending
         h *= grown(error, exponent)
         behind = target
         if target >= 0:
@@ -423,6 +478,7 @@ def approach(
             z = table[S_, S] - kinks[ahead - 1] + h * table[V_, S]
             if kink_effect(problem, glass, ahead - 1, table[V_, S], SPACING * z, h) > KINK_EFFECT * accept:
                 behind = ahead - 1
+    # The turning point is the zero of the polynomial of the velocity.
     x = crossing(scheme, work, table[V_], 0.0, 1.0)
     sigma += x * h
     interpolate(scheme, work, table, x, work.turning)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import caching, config, event
+from numba.core import caching, config, event, types
 
 from restitution.errors import RestitutionWarning
 from restitution.files import user_cache
@@ -175,7 +175,17 @@ def compiled(function: Callable[..., Any]) -> Any:
     One large function takes twice as long to compile, and so do wrappers for calls from Python.
     """
     # Stated, since numba hands `forceinline` down from a caller to what it compiles for it.
-    return cached(numba.njit(forceinline=False, **_INNER, **_FLAGS)(function), function)
+    dispatcher = cached(numba.njit(forceinline=False, **_INNER, **_FLAGS)(function), function)
+    return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)
+
+
+def _without_literals(dispatcher: Any) -> Any:
+    """Compile a function once for all integers and booleans; numba has a signature of its own for each constant."""
+    template = dispatcher.get_call_template
+    dispatcher.get_call_template = lambda arguments, named: template(
+        tuple(types.unliteral(kind) for kind in arguments), {key: types.unliteral(kind) for key, kind in named.items()}
+    )
+    return dispatcher
 
 
 def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
@@ -190,4 +200,5 @@ def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a piece of the kernel into its callers, where the sizes that they pass are constants."""
-    return numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
+    dispatcher = numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
+    return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)

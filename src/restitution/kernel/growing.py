@@ -43,7 +43,7 @@ RATE_ROUNDING = 1e-13
 # Largest number of coarse elements in a segment: with more of them, the rounding of the times hides the contact.
 _MOST_COARSE = 1000
 # An element that would cover this share of the rest of its segment covers all of it.
-MOST_OF_REST = 0.75
+_MOST_OF_REST = 0.75
 # Search for a turning point in a segment: number of even steps, and of all places.
 _EVEN_STEPS = 16.0
 _PLACES = 64
@@ -90,6 +90,7 @@ def root_of_depth(path: Path, integral: float) -> float:
     p = path.exponent
     if p == 1.0:
         return (1.5 * integral) ** (1.0 / 3.0)
+    # Pi = int a 2 s ds = 2 s^(p + 2)/(p + 2).
     if p >= 0.0:
         return (0.5 * (p + 2.0) * integral) ** (1.0 / (p + 2.0))
     low, high = 0.0, path.end
@@ -104,6 +105,7 @@ def root_of_depth(path: Path, integral: float) -> float:
         step = math.exp((integral - value) / integral) if value <= 0.0 else integral / value
         power = 2.0 * s * s * a / value if value > 0.0 else 2.0
         trial = s * step ** (1.0 / power) if power > 0.0 else 0.0
+        # A table may have parts in which Pi is far from a power; there bisection goes on.
         if not low <= trial <= high:
             trial = 0.5 * (low + high)
         if abs(trial - s) <= NEWTON_ROUNDING * s:
@@ -138,6 +140,7 @@ def _growing_contact_by_force(
         integral_rate += contact.compliances[j] * recall(contact.slope, i, j, elapsed, work.basis)
     s = root_of_depth(contact.path, integral)
     a = radius_and_integral(contact.path, s)[0]
+    # dPi = a dd.
     if a > 0.0:
         return s * s, integral_rate / a, integral, integral_rate
     return s * s, math.inf if integral_rate > 0.0 else 0.0, integral, integral_rate
@@ -154,6 +157,7 @@ def _turning_segment(contact: ScaledContact, tolerance: float) -> int:
             end += contact.values[i, n]
         if end > highest:
             first, highest = i, end
+        # A fitted function may ripple by its own error at a hold.
         elif highest - end > tolerance:
             return first + 1
     return m
@@ -177,6 +181,8 @@ def turning_point(contact: ScaledContact, work: Scratch, segments: int) -> tuple
         unloading = unloading or step < 0.0
         if not unloading:
             continue
+        # A material with glassy compliance yields at once, so a drop of the force ends the growth; a dashpot delays
+        # it.
         if h == 0.0:
             if step < 0.0 and (contact.glass > 0.0 or _rate(contact, work, i + 1, b) < 0.0):
                 return i, b
@@ -190,6 +196,7 @@ def turning_point(contact: ScaledContact, work: Scratch, segments: int) -> tuple
             if t > b + h or t > last:
                 t = b + h
             if _rate(contact, work, i, t) < 0.0:
+                # Pi falls from the start of the segment on: the kink itself is the turning point.
                 if offset == 0.0:
                     return i, b
                 high = t
@@ -215,6 +222,46 @@ def _rate(contact: ScaledContact, work: Scratch, i: int, t: float) -> float:
     return integral_rate + RATE_ROUNDING * (integral / t + contact.glass * abs(rate))
 
 
+@inlined
+def length_within(h: float, rest: float) -> float:
+    """Length of the next element of a segment: h, or all of the rest, of which no sliver must be left."""
+    return rest if h > _MOST_OF_REST * rest else h
+
+
+@inlined
+def _write_jump(
+    contact: ScaledContact, work: Scratch, elements: Elements, e: int, i: int, depth: float, integral: float
+) -> tuple[float, float]:
+    """Write element e, the jump that is segment i, from this depth and Pi; return those behind it."""
+    b = contact.knots[i]
+    elements.starts[e], elements.lengths[e], elements.segments[e] = b, 0.0, i
+    elements.depths[e], elements.integrals[e] = depth, integral
+    for n in range(TERMS):
+        elements.depth_rates[e, n] = 0.0
+        elements.integral_rates[e, n] = 0.0
+    depth, _, integral, _ = growing_contact_at(contact, work, i, b)
+    elements.depth_rates[e, 0] = depth - elements.depths[e]
+    elements.integral_rates[e, 0] = integral - elements.integrals[e]
+    return depth, integral
+
+
+@inlined
+def _sample_rates(contact: ScaledContact, quadrature: Quadrature, work: Scratch, i: int, b: float, h: float) -> None:
+    """Write the rates of d and Pi at the nodes of an element from b on to `work.samples`."""
+    for j in range(TERMS):
+        t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
+        _, work.samples[0, j], _, work.samples[1, j] = growing_contact(contact, work, i, t)
+
+
+@inlined
+def _largest_integral(path: Path) -> float:
+    """Pi at the end of a table: the sum of the coefficients of its last cell."""
+    largest = 0.0
+    for n in range(path.integral.shape[1]):
+        largest += path.integral[path.integral.shape[0] - 1, n]
+    return largest
+
+
 @compiled
 def grow(
     contact: ScaledContact,
@@ -234,27 +281,18 @@ def grow(
     room = elements.starts.shape[0]
     e, depth, integral = 0, 0.0, 0.0
     _, _, most, _ = growing_contact_at(contact, work, segments - 1, end)
-    if contact.control == FORCE and contact.path.exponent < 0.0:
-        largest_integral = 0.0
-        for n in range(contact.path.integral.shape[1]):
-            largest_integral += contact.path.integral[contact.path.integral.shape[0] - 1, n]
-        if most > largest_integral:
-            return BEYOND_PROFILE
+    # Creep decides how deep a force presses; a power law has no end, a table has.
+    if contact.control == FORCE and contact.path.exponent < 0.0 and most > _largest_integral(contact.path):
+        return BEYOND_PROFILE
     largest = root_of_depth(contact.path, most) ** 2
     for i in range(segments):
         b = contact.knots[i]
         stop = min(contact.knots[i + 1], end)
+        # A jump is an element of no length, whose first coefficients are the steps of d and Pi.
         if contact.knots[i + 1] == b:
             if e == room:
                 return NO_ROOM
-            elements.starts[e], elements.lengths[e], elements.segments[e] = b, 0.0, i
-            elements.depths[e], elements.integrals[e] = depth, integral
-            for n in range(TERMS):
-                elements.depth_rates[e, n] = 0.0
-                elements.integral_rates[e, n] = 0.0
-            depth, _, integral, _ = growing_contact_at(contact, work, i, b)
-            elements.depth_rates[e, 0] = depth - elements.depths[e]
-            elements.integral_rates[e, 0] = integral - elements.integrals[e]
+            depth, integral = _write_jump(contact, work, elements, e, i, depth, integral)
             e += 1
             elements.depths[e], elements.integrals[e] = depth, integral
             continue
@@ -264,12 +302,8 @@ def grow(
                 return NO_ROOM
             if n_coarse > _MOST_COARSE:
                 return TOO_STEEP
-            h = min(h, stop - b)
-            if h > MOST_OF_REST * (stop - b):
-                h = stop - b
-            for j in range(TERMS):
-                t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
-                _, work.samples[0, j], _, work.samples[1, j] = growing_contact(contact, work, i, t)
+            h = length_within(h, stop - b)
+            _sample_rates(contact, quadrature, work, i, b, h)
             expand(quadrature, work.samples[0], elements.depth_rates[e])
             expand(quadrature, work.samples[1], elements.integral_rates[e])
             end_depth, _, end_integral, _ = growing_contact(contact, work, i, stop if h == stop - b else b + h)
@@ -279,6 +313,7 @@ def grow(
             rounded = TIME_ROUNDING * (b + h) / most * variation(work.samples[1])
             mean_error = abs(elements.integral_rates[e, 0] - integral_rate) * h / most - rounded
             truncation = truncation_error(elements.integral_rates[e]) / most - rounded / h
+            # Under a prescribed depth the depth itself is a polynomial, and exact.
             if contact.control == FORCE:
                 rounded = TIME_ROUNDING * (b + h) / largest * variation(work.samples[0])
                 mean_error = max(mean_error, abs(elements.depth_rates[e, 0] - rate) * h / largest - rounded)
@@ -291,6 +326,7 @@ def grow(
             elements.starts[e], elements.lengths[e], elements.segments[e] = b, h, i
             elements.depths[e], elements.integrals[e] = depth, integral
             b = stop if h == stop - b else b + h
+            # The mean of the rate: its sum over elements then gives d and Pi without an error that adds up.
             elements.depth_rates[e, 0] = rate
             elements.integral_rates[e, 0] = integral_rate
             depth, integral = end_depth, end_integral

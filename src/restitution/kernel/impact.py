@@ -4,8 +4,8 @@ import math
 from typing import Any
 
 from restitution.kernel.approach import FIRST, approach
+from restitution.kernel.collocation import Scheme, combine, lagrange_lanes
 from restitution.kernel.compile import compiled, entry_point, inlined
-from restitution.kernel.dense import combine, lagrange_lanes
 from restitution.kernel.lanes import WIDTH, read8, total
 from restitution.kernel.outcome import (
     CAPTURED,
@@ -23,8 +23,7 @@ from restitution.kernel.outcome import (
     TOO_DEEP,
     TOO_MANY_STEPS,
 )
-from restitution.kernel.path import Path, path_inside, radius_and_integral
-from restitution.kernel.radau import Scheme
+from restitution.kernel.path import TABLE, radius_and_integral
 from restitution.kernel.rebound import first_length, rebound
 from restitution.kernel.workspace import (
     BACK_LENGTH,
@@ -38,7 +37,9 @@ from restitution.kernel.workspace import (
     T_,
     V_,
     Problem,
+    Problems,
     Work,
+    problem_inside,
 )
 
 MAX_ELEMENTS = 2000
@@ -73,11 +74,13 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
     node = 0
     for element in range(last + 1):
         for j in range(S + 1):
+            # Beyond the turning point the last element is a continuation of the approach, not a part of it.
             inside = element < last or work.approach[element, V_, j] >= 0.0
             if inside and work.approach[element, F_, j] > best:
                 best, where, node = work.approach[element, F_, j], element, j
     best = max(best, work.turning[F_])
     for element in range(max(where - 1, 0), min(where + 1, last) + 1):
+        # A largest value at the end of an element may rise further in its neighbour.
         if element != where and not ((node == 0 and element < where) or (node == S and element > where)):
             continue
         row = work.approach[element, F_]
@@ -142,46 +145,87 @@ def _enlarged(problem: Problem, e: float, depth: float, peak: float) -> float:
     return math.sqrt(peak * depth) / max(e, _LEAST_E)
 
 
+@inlined
+def _first_tolerance(problem: Problem, tolerance: float, accept: float) -> float:
+    """Tolerance of the elements where they do not lose their order, or the lower one where they do."""
+    finer = tolerance * (_WITH_TABLE if problem.path.exponent == TABLE else 1.0)
+    modes = problem.moduli.shape[0]
+    if modes > 0 and problem.viscosity > 0.0:
+        finer = min(finer, max(_WITH_DASHPOT[0] * accept, _WITH_DASHPOT[1]))
+    elif modes > 0 and radius_and_integral(problem.path, 0.0)[0] > 0.0:
+        finer = min(finer, max(_WITH_FLAT_FACE[0] * accept, _WITH_FLAT_FACE[1]))
+    return finer
+
+
+@inlined
+def _there(problem: Problem, scheme: Scheme, work: Work, status: int, outcome: Any) -> int:
+    """Write the largest values of an approach that ended with this status; return it, or TOO_DEEP."""
+    s = work.turning[S_]
+    outcome[MAX_FORCE] = _peak_force(scheme, work)
+    if status == CAPTURED:
+        s = _resting_place(problem, s)
+        if not s > 0.0:
+            status = TOO_DEEP
+        outcome[MAX_FORCE] = max(outcome[MAX_FORCE], problem.external_force)
+    outcome[MAX_DEPTH] = s * s
+    outcome[MAX_RADIUS] = radius_and_integral(problem.path, s)[0]
+    if status != SEPARATED:
+        outcome[RESIDUAL_DEPTH] = s * s
+    return status
+
+
+@inlined
+def _back(problem: Problem, scheme: Scheme, work: Work, finer: float, sharper: float, outcome: Any) -> int:
+    """Solve the rebound and write the depth that is left; return the status."""
+    status = rebound(problem, scheme, work, finer, sharper, math.inf)
+    if status == SEPARATED:
+        # A body that loses much on its way back shows only now how small an error matters.
+        e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
+        if first_length(problem, work, sharper, e) < work.places[BACK_LENGTH, 0]:
+            status = rebound(problem, scheme, work, finer, sharper, e)
+    if status in (SEPARATED, SINKS_IN):
+        outcome[RESIDUAL_DEPTH] = _depth_left(scheme, work, outcome[MAX_DEPTH])
+    return status
+
+
+@inlined
+def _write_end(problem: Problem, work: Work, status: int, outcome: Any) -> None:
+    """Write how an impact ended, its contact time and e."""
+    if status == SEPARATED:
+        last = work.counts[N_REBOUND]
+        force, e = problem.external_force, -work.rebound[last, V_, WIDTH]
+        outcome[CONTACT_TIME] = work.rebound[last, T_, WIDTH]
+        if force == 0.0 and e < LEAST_RESTITUTION and (problem.admittance > 0.0 or problem.equilibrium == 0.0):
+            status = SINKS_IN if problem.equilibrium == 0.0 else CAPTURED
+        # More than the velocity of an elastic body under this force is a numerical error.
+        outcome[RESTITUTION] = min(e, math.sqrt(max(1.0 + 2.0 * force * outcome[RESIDUAL_DEPTH], 0.0)))
+    if status in (SINKS_IN, CAPTURED):
+        outcome[RESTITUTION] = 0.0
+    outcome[STATUS] = status
+
+
 @entry_point
 def solve_block(
-    scheme: Scheme,
-    tolerance: float,
-    accept: float,
-    firsts: Any,
-    equilibria: Any,
-    viscosities: Any,
-    external_forces: Any,
-    admittances: Any,
-    offsets: Any,
-    moduli: Any,
-    times: Any,
-    paths: Path,
-    which: Any,
-    work: Work,
-    outcomes: Any,
+    scheme: Scheme, tolerance: float, accept: float, problems: Problems, work: Work, outcomes: Any
 ) -> None:
-    """Solve a block of impacts; row n has the path which[n] of several, and the modes offsets[n] to offsets[n + 1].
+    """Solve impacts.
 
-    `tolerance` limits the tail of an element and `accept` the last step of Newton's method; `firsts` contains the
-    scale of s of each impact. Row n of `outcomes` receives the columns `outcome.OUTCOME`, with NaN if there is no
-    result. `work` has room for the largest number of modes; afterwards it contains the last impact.
+    `tolerance` limits the tail of an element and `accept` the last step of Newton's method. Row n of `outcomes`
+    receives the columns `outcome.OUTCOME`, with NaN if there is no result. `work` has room for the largest number of
+    modes; afterwards it contains the last impact.
     """
-    for n in range(offsets.shape[0] - 1):
-        low, high = offsets[n], offsets[n + 1]
-        path = path_inside(paths, which[n])
-        viscosity, force, admittance = viscosities[n], external_forces[n], admittances[n]
-        problem = Problem(equilibria[n], moduli[low:high], times[low:high], viscosity, force, admittance, path)
+    for n in range(problems.firsts.shape[0]):
+        problem = problem_inside(problems, n)
+        force, admittance = problem.external_force, problem.admittance
         outcome = outcomes[n]
         for column in range(outcome.shape[0]):
             outcome[column] = math.nan
         work.counts[N_FACTOR] = 0
         status = TOO_MANY_STEPS
-        finer, sharper = tolerance * (_WITH_TABLE if path.exponent < 0.0 else 1.0), accept
-        if high > low and viscosities[n] > 0.0:
-            finer = min(finer, max(_WITH_DASHPOT[0] * accept, _WITH_DASHPOT[1]))
-        elif high > low and radius_and_integral(path, 0.0)[0] > 0.0:
-            finer = min(finer, max(_WITH_FLAT_FACE[0] * accept, _WITH_FLAT_FACE[1]))
-        refined, wanted = force == 0.0 and admittance == 0.0, finer
+        least = _first_tolerance(problem, tolerance, accept)
+        finer, sharper = least, accept
+        refined = force == 0.0 and admittance == 0.0
+        # The first solve only shows by how much the target enlarges errors; the second has the accuracy.
         if admittance > 0.0:
             finer = max(finer, _FIRST_ON_TARGET)
         trial, begin = 0, finer
@@ -189,29 +233,12 @@ def solve_block(
             trial += 1
             patient = trial == _TRIALS
             finer = begin if patient else finer
-            status = approach(problem, scheme, work, finer, sharper, FIRST * firsts[n], patient)
+            status = approach(problem, scheme, work, finer, sharper, FIRST * problems.firsts[n], patient)
             # In a liquid a constant force moves the body for ever; without a force it comes to rest.
-            if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and external_forces[n] == 0.0):
-                s = work.turning[S_]
-                outcome[MAX_FORCE] = _peak_force(scheme, work)
-                if status == CAPTURED:
-                    s = _resting_place(problem, s)
-                    if not s > 0.0:
-                        status = TOO_DEEP
-                    outcome[MAX_FORCE] = max(outcome[MAX_FORCE], external_forces[n])
-                outcome[MAX_DEPTH] = s * s
-                outcome[MAX_RADIUS] = radius_and_integral(problem.path, s)[0]
-                if status != SEPARATED:
-                    outcome[RESIDUAL_DEPTH] = s * s
+            if status in (SEPARATED, CAPTURED) or (status == SINKS_IN and force == 0.0):
+                status = _there(problem, scheme, work, status, outcome)
             if status == SEPARATED:
-                status = rebound(problem, scheme, work, finer, sharper, math.inf)
-                if status == SEPARATED:
-                    # A body that loses much on its way back shows only now how small an error matters.
-                    e = max(-work.rebound[work.counts[N_REBOUND], V_, WIDTH], _LEAST_E)
-                    if first_length(problem, work, sharper, e) < work.places[BACK_LENGTH, 0]:
-                        status = rebound(problem, scheme, work, finer, sharper, e)
-                if status in (SEPARATED, SINKS_IN):
-                    outcome[RESIDUAL_DEPTH] = _depth_left(scheme, work, outcome[MAX_DEPTH])
+                status = _back(problem, scheme, work, finer, sharper, outcome)
             if status == SEPARATED and not refined:
                 refined = True
                 e = -work.rebound[work.counts[N_REBOUND], V_, WIDTH]
@@ -219,25 +246,16 @@ def solve_block(
                 enlarged = enlarged if enlarged > _MOST_ENLARGED else 1.0
                 if admittance > 0.0 and e < _LEAST_E:
                     enlarged *= _NEARLY_HELD
-                needed = max(wanted / enlarged, _LEAST_TOLERANCES[0])
+                needed = max(least / enlarged, _LEAST_TOLERANCES[0])
                 if needed < finer and not (admittance > 0.0 and e < _SURELY_HELD * LEAST_RESTITUTION):
                     finer = begin = needed
                     sharper = max(accept / enlarged, _LEAST_TOLERANCES[1])
                     trial = 0
                     continue
+            # These are results: another tolerance would not change them.
             if status < TOO_MANY_STEPS or status == TOO_DEEP:
                 break
             # From a turning point of coarse elements a rebound may fail to start; finer ones succeed.
             finer *= _COARSER if trial == 1 and finer < _NEAR_ROUNDING * accept else _FINER
-        if status == SEPARATED:
-            last = work.counts[N_REBOUND]
-            e = -work.rebound[last, V_, WIDTH]
-            outcome[CONTACT_TIME] = work.rebound[last, T_, WIDTH]
-            if force == 0.0 and e < LEAST_RESTITUTION and (admittance > 0.0 or equilibria[n] == 0.0):
-                status = SINKS_IN if equilibria[n] == 0.0 else CAPTURED
-            # More than the velocity of an elastic body under this force is a numerical error.
-            outcome[RESTITUTION] = min(e, math.sqrt(max(1.0 + 2.0 * force * outcome[RESIDUAL_DEPTH], 0.0)))
-        if status in (SINKS_IN, CAPTURED):
-            outcome[RESTITUTION] = 0.0
-        outcome[STATUS] = status
+        _write_end(problem, work, status, outcome)
         outcome[FACTORISATIONS] = work.counts[N_FACTOR]

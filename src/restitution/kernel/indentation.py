@@ -12,7 +12,14 @@ import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
-from restitution.kernel.growing import MOST_OF_REST, Past, growing_contact, root_of_depth
+from restitution.kernel.growing import (
+    Past,
+    depth_rounding,
+    grow_contact,
+    growing_contact,
+    length_within,
+    root_of_depth,
+)
 from restitution.kernel.memory import (
     DEPTH,
     SHORTEST_ELEMENT,
@@ -22,6 +29,7 @@ from restitution.kernel.memory import (
     Quadrature,
     ScaledContact,
     Scratch,
+    Segments,
     expand,
     legendre_slopes,
     legendre_values,
@@ -31,8 +39,30 @@ from restitution.kernel.memory import (
     truncation_error,
     variation,
 )
+from restitution.kernel.outcome import (
+    BEYOND_PROFILE,
+    GROWS_AGAIN,
+    IN_CONTACT,
+    NO_TOUCH,
+    NOT_RESOLVED,
+    OVERFLOW,
+    SEPARATED,
+    TOUCHES_AGAIN,
+    TOUCHES_AT_START,
+)
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.shrinking import equal_contact, innermost_load, remaining, shrinking_contact
+from restitution.kernel.shrinking import (
+    Checks,
+    check_points,
+    end_of_contact,
+    equal_contact,
+    innermost_load,
+    innermost_load_rises,
+    load_rounding,
+    regrowth,
+    remaining,
+    shrinking_contact,
+)
 
 
 class Recovery(NamedTuple):
@@ -46,16 +76,13 @@ class Recovery(NamedTuple):
 
 @entry_point
 def recover(
-    contact: ScaledContact,
-    past: Past,
-    quadrature: Quadrature,
-    work: Scratch,
-    tolerance: float,
-    starts: Any,
-    lengths: Any,
-    q: Any,
+    contact: ScaledContact, past: Past, quadrature: Quadrature, work: Scratch, tolerance: float, recovery: Recovery
 ) -> int:
-    """Cut q of the shrinking contact under a prescribed force into elements; return their number, -1 without room."""
+    """Cut q of the shrinking contact under a prescribed force into elements, without their memory.
+
+    Returns the number of elements, or -1 without room.
+    """
+    starts, lengths, q = recovery.starts, recovery.lengths, recovery.q
     room = starts.shape[0]
     m = contact.values.shape[0]
     r = 0
@@ -67,9 +94,7 @@ def recover(
         while b < stop:
             if r == room:
                 return -1
-            h = min(h, stop - b)
-            if h > MOST_OF_REST * (stop - b):
-                h = stop - b
+            h = length_within(h, stop - b)
             e_next, t1_next = e, t1
             for j in range(TERMS):
                 t = b + 0.5 * h * (1.0 + quadrature.nodes[j])
@@ -86,6 +111,7 @@ def recover(
             truncation = max(truncation_error(q[r]), abs(first), abs(last))
             # The times are rounded, and the values of a steep q scatter by that.
             allowed = tolerance * max(1.0, contact.shortest / h) + TIME_ROUNDING * b / h * variation(work.samples[0])
+            # Shorter elements have no distinct nodes.
             if truncation > allowed and h > SHORTEST_ELEMENT * b:
                 h *= 0.5
                 continue
@@ -110,16 +136,26 @@ def _load_after_contact(contact: ScaledContact, past: Past, t: float) -> tuple[f
     return q, rate
 
 
+@inlined
+def _load_before(
+    contact: ScaledContact, past: Past, work: Scratch, t: float, e: int, t1: float, depth: float
+) -> tuple[float, float]:
+    """Load at time t from before t1 in element e, E d1 + sum E_k X_k H_k; and the rate at which the modes lose it."""
+    load, fading = remaining(contact, past, work, past.depth, t, e, t1, depth - past.elements.depths[e])
+    return contact.equilibrium * depth + load, fading
+
+
 @compiled
 def _load_since_turning(
     contact: ScaledContact, past: Past, work: Scratch, t: float, force: float, e: int, t1: float
 ) -> tuple[int, float, float]:
     """Element and instant t1 of equal contact, and q, at time t under this force; the search starts at t1 in e."""
     q, _ = _load_after_contact(contact, past, t)
+    # Without force d1 = H_k(t1) = 0.
     if force > 0.0:
-        e, t1, depth, _, _, _ = equal_contact(contact, past, work, t, force, e, t1)
-        step = depth - past.elements.depths[e]
-        q += contact.equilibrium * depth + remaining(contact, past, work, past.depth, t, e, t1, step)[0]
+        equal = equal_contact(contact, past, work, t, force, e, t1)
+        e, t1 = equal.element, equal.time
+        q += _load_before(contact, past, work, t, e, t1, equal.depth)[0]
     return e, t1, q
 
 
@@ -167,6 +203,7 @@ def sample(contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch
         value, rate, _ = prescribed(contact, i, t)
         depth, force, s1 = value, 0.0, 0.0
         depth_1, growth = 0.0, 0.0
+        # The contact radius never changes: the equations of the growing contact hold throughout.
         if punch:
             if by_depth:
                 force = innermost_load(contact, past, work, i, t)[0]
@@ -185,23 +222,24 @@ def sample(contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch
         else:
             if t < past.end:
                 guess = t1 + t1_rate * (t - before)
-                place, t1, depth_1, force, growth, _, slope = shrinking_contact(
-                    contact, past, work, i, t, place, guess
-                )
+                now = shrinking_contact(contact, past, work, i, t, place, guess)
+                place, t1, depth_1 = now.equal.element, now.equal.time, now.equal.depth
+                force, growth, slope = now.force, now.growth, now.equal.slope
                 before = t
+                # dt1/dt, which predicts t1 of the next time.
                 t1_rate = growth / slope if slope > 0.0 and growth < 0.0 else 0.0
                 s1 = math.sqrt(max(depth_1, 0.0))
             if not by_depth:
-                q, q_rate = _load_after_contact(contact, past, t)
-                if t < past.end:
-                    step = depth_1 - past.elements.depths[place]
-                    load, fading = remaining(contact, past, work, past.depth, t, place, t1, step)
-                    q += contact.equilibrium * depth_1 + load
-                    a = radius_and_integral(contact.path, s1)[0]
-                    q_rate += growth / a - fading if a > 0.0 else 0.0
                 while r + 1 < recovery.starts.shape[0] and t >= recovery.starts[r + 1]:
                     r += 1
                 depth, rate = _creep(contact, past, recovery, work, r, t)
+                q, q_rate = _load_after_contact(contact, past, t)
+                if t < past.end:
+                    before_t1, fading = _load_before(contact, past, work, t, place, t1, depth_1)
+                    q += before_t1
+                    a = radius_and_integral(contact.path, s1)[0]
+                    # d/dt of E d1 + sum E_k X_k H_k: phi d1' = (phi Pi1')/a, less what the modes lose.
+                    q_rate += growth / a - fading if a > 0.0 else 0.0
                 depth += contact.glass * q
                 rate += contact.glass * q_rate
         columns[0, n] = depth
@@ -210,6 +248,42 @@ def sample(contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch
         columns[2, n] = 0.0 if separated else force
         columns[3, n] = 0.0 if separated else radius_and_integral(contact.path, s1)[0]
         columns[4, n] = s1
+
+
+@inlined
+def _through_growing_jump(
+    contact: ScaledContact, past: Past, i: int, load: float, glass: float, fractions: Any, columns: Any
+) -> None:
+    """Write depth and force in a jump of the growing contact; `load` is the load of the spring before it."""
+    by_depth = contact.control == DEPTH
+    start, jump = contact.values[i, 0], contact.values[i, 1]
+    e = 0
+    depth, integral, force = 0.0, 0.0, 0.0
+    if contact.path.exponent == 0.0:
+        for k in range(contact.moduli.shape[0]):
+            load += contact.moduli[k] * (past.depth.begin[i, k] if by_depth else 0.0)
+        integral = start
+        if not by_depth:
+            integral = contact.glass * start
+            for j in range(contact.compliances.shape[0]):
+                integral += contact.compliances[j] * contact.level.begin[i, j]
+        force = load
+    else:
+        while past.elements.segments[e] != i:
+            e += 1
+        integral = past.elements.integrals[e]
+        force = contact.equilibrium * integral
+        for k in range(contact.moduli.shape[0]):
+            force += contact.moduli[k] * past.integral.begin[e, k]
+    for n in range(fractions.shape[0]):
+        if by_depth:
+            depth = start + fractions[n] * jump
+            now = radius_and_integral(contact.path, math.sqrt(max(depth, 0.0)))[1]
+            columns[0, n], columns[1, n] = depth, max(force + glass * (now - integral), 0.0)
+        else:
+            now = integral + contact.glass * fractions[n] * jump
+            columns[0, n] = root_of_depth(contact.path, now) ** 2
+            columns[1, n] = start + fractions[n] * jump
 
 
 @entry_point
@@ -227,44 +301,19 @@ def through_jump(
         glass += contact.moduli[k]
     place, t1 = past.total - 1, past.turning
     if contact.path.exponent == 0.0 or i < past.first:
-        e = 0
-        depth, integral, force = 0.0, 0.0, 0.0
-        if contact.path.exponent == 0.0:
-            for k in range(K):
-                load += contact.moduli[k] * (past.depth.begin[i, k] if by_depth else 0.0)
-            integral = start
-            if not by_depth:
-                integral = contact.glass * start
-                for j in range(contact.compliances.shape[0]):
-                    integral += contact.compliances[j] * contact.level.begin[i, j]
-            force = load
-        else:
-            while past.elements.segments[e] != i:
-                e += 1
-            integral = past.elements.integrals[e]
-            force = contact.equilibrium * integral
-            for k in range(K):
-                force += contact.moduli[k] * past.integral.begin[e, k]
-        for n in range(fractions.shape[0]):
-            if by_depth:
-                depth = start + fractions[n] * jump
-                now = radius_and_integral(contact.path, math.sqrt(max(depth, 0.0)))[1]
-                columns[0, n], columns[1, n] = depth, max(force + glass * (now - integral), 0.0)
-            else:
-                now = integral + contact.glass * fractions[n] * jump
-                columns[0, n] = root_of_depth(contact.path, now) ** 2
-                columns[1, n] = start + fractions[n] * jump
+        _through_growing_jump(contact, past, i, load, glass, fractions, columns)
         return
     if by_depth:
         for k in range(K):
             load += contact.moduli[k] * past.depth.begin[past.total + i - past.first, k]
         for n in range(fractions.shape[0]):
             target = load + glass * fractions[n] * jump
-            place, t1, _, integral, _, _ = equal_contact(contact, past, work, t, target, place, t1)
-            step = integral - past.elements.integrals[place]
+            equal = equal_contact(contact, past, work, t, target, place, t1)
+            place, t1 = equal.element, equal.time
+            step = equal.integral - past.elements.integrals[place]
             left, _ = remaining(contact, past, work, past.integral, t, place, t1, step)
             columns[0, n] = start + fractions[n] * jump
-            columns[1, n] = contact.equilibrium * integral + left if target > 0.0 else 0.0
+            columns[1, n] = contact.equilibrium * equal.integral + left if target > 0.0 else 0.0
         return
     r = 0
     while r + 1 < recovery.starts.shape[0] and t >= recovery.starts[r + 1]:
@@ -275,3 +324,209 @@ def through_jump(
         place, t1, q = _load_since_turning(contact, past, work, t, force, place, t1)
         columns[0, n] = creep + contact.glass * q
         columns[1, n] = force
+
+
+# Many indentations under prescribed depths, one after another: a material, a history and a contact point each.
+
+# Share of the tolerance for the elements, as errors of the past add up.
+ELEMENT_SHARE = 0.05
+# Range of depths, radii and forces: their squares must be normal numbers.
+SMALLEST, LARGEST = 1e-150, 1e150
+
+
+class Indenter(NamedTuple):
+    """Range and units of the profile `room.contact.path`."""
+
+    deepest: float  # Depth at which it ends
+    depth: float  # Depth and contact radius that are 1 in a table; of a power law 1 and its coefficient
+    radius: float
+
+
+class Room(NamedTuple):
+    """Arrays for the longest history and the most modes of many indentations, which are computed one by one."""
+
+    quadrature: Quadrature
+    contact: ScaledContact
+    segments: Segments
+    past: Past
+    recovery: Recovery  # Empty: a prescribed depth needs none
+    work: Scratch
+    checks: Checks
+    moments: Any  # (N,): scaled times of the samples
+    columns: Any  # (5, N)
+
+
+class Rows(NamedTuple):
+    """Many indentations: one material, history and contact point in each row; in SI."""
+
+    equilibria: Any  # (n,): E*(t) = equilibrium + viscosity delta(t) + sum moduli_k exp(-t/times_k)
+    viscosities: Any  # (n,)
+    moduli: Any  # (n, K): 0 if a row has fewer modes
+    times: Any  # (n, K)
+    contact_points: Any  # (n,): depth reading at touch, which is subtracted
+    curves: Any  # (n,): index of the history
+
+
+class Histories(NamedTuple):
+    """Prescribed depths as straight lines between points, and the times of the samples; c histories one by one."""
+
+    points: Any  # (c + 1,): index of the first point of each history, and the number of points
+    knots: Any  # (P,): times, and depths there; the same time twice is a jump
+    depths: Any
+    samples: Any  # (c + 1,): index of the first sample of each history, and the number of samples
+    times: Any  # (S,): ascending
+
+
+@compiled
+def _indent(
+    rtol: float, rows: Rows, row: int, histories: Histories, indenter: Indenter, room: Room, force: Any
+) -> int:
+    """Write the force of one row at the samples of its history; return how the indentation ended."""
+    curve = rows.curves[row]
+    begin, end = histories.points[curve], histories.points[curve + 1]
+    first, touch, peak = _first_touch(histories, begin, end, rows.contact_points[row])
+    if first == begin:
+        return TOUCHES_AT_START
+    if first == end:
+        return NO_TOUCH
+    if peak > indenter.deepest:
+        return BEYOND_PROFILE
+    duration = histories.knots[end - 1] - touch
+    length = indenter.depth if room.contact.path.exponent < 0.0 else peak
+    contact, load = _scaled(rows, row, indenter, room, duration, length, end - first)
+    # Comparisons with NaN are false.
+    if not load > 0.0:
+        return OVERFLOW
+    if (
+        _write_history(histories, first, touch, rows.contact_points[row], length, contact)
+        and rows.viscosities[row] > 0.0
+    ):
+        return OVERFLOW
+    past, status = _evolved(contact, room, rtol)
+    if status != SEPARATED:
+        return status
+    _sample_forces(contact, past, room, histories, curve, touch, load, force)
+    return SEPARATED if past.end <= 1.0 else IN_CONTACT
+
+
+@inlined
+def _first_touch(histories: Histories, begin: int, end: int, contact_point: float) -> tuple[int, float, float]:
+    """First point in contact, or `end`; time of first touch on the line to this point; largest depth from there on."""
+    knots, depths = histories.knots, histories.depths
+    j = begin
+    while j < end and depths[j] <= contact_point:
+        j += 1
+    if j in (begin, end):
+        return j, 0.0, 0.0
+    peak = 0.0
+    for i in range(j, end):
+        peak = max(peak, depths[i] - contact_point)
+    low = contact_point - depths[j - 1]
+    return j, knots[j - 1] + low / (low + depths[j] - contact_point) * (knots[j] - knots[j - 1]), peak
+
+
+@inlined
+def _scaled(
+    rows: Rows, row: int, indenter: Indenter, room: Room, duration: float, length: float, segments: int
+) -> tuple[ScaledContact, float]:
+    """Scaled contact of a row, whose history is not written yet, and the unit of force; 0 if a number overflows."""
+    contact, path = room.contact, room.contact.path
+    typical = rows.equilibria[row] + rows.viscosities[row] / duration
+    for k in range(rows.moduli.shape[1]):
+        typical += rows.moduli[row, k] * min(1.0, rows.times[row, k] / duration)
+    radius = indenter.radius
+    if path.exponent >= 0.0:
+        radius *= length ** (0.5 * path.exponent)
+    load = 2.0 * typical * radius * length
+    if not (SMALLEST < length < LARGEST and SMALLEST < radius < LARGEST and SMALLEST < load < LARGEST):
+        load = 0.0
+    K, shortest = 0, 1.0
+    for k in range(rows.moduli.shape[1]):
+        # Rows with fewer modes are padded with modes without a modulus.
+        if rows.moduli[row, k] > 0.0:
+            contact.moduli[K] = rows.moduli[row, k] / typical
+            contact.rates[K] = duration / rows.times[row, k]
+            if not contact.moduli[K] * contact.rates[K] < LARGEST:
+                load = 0.0
+            shortest = min(shortest, rows.times[row, k] / duration)
+            K += 1
+    return ScaledContact(
+        contact.control, contact.knots[: segments + 1], contact.values[:segments], rows.equilibria[row] / typical,
+        contact.moduli[:K], contact.rates[:K], rows.viscosities[row] / typical / duration, shortest,
+        contact.glass, contact.compliances, contact.recoveries, contact.level, contact.slope, path,
+    ), load  # fmt: skip
+
+
+@inlined
+def _write_history(
+    histories: Histories, first: int, touch: float, contact_point: float, length: float, contact: ScaledContact
+) -> bool:
+    """Write the scaled history from first touch on; return whether it jumps."""
+    knots, depths = histories.knots, histories.depths
+    m = contact.values.shape[0]
+    duration = knots[first + m - 1] - touch
+    jumps = False
+    contact.knots[0] = 0.0
+    for i in range(m):
+        contact.knots[i + 1] = (knots[first + i] - touch) / duration
+        start = depths[first + i - 1] - contact_point if i > 0 else 0.0
+        contact.values[i, 0] = start / length
+        contact.values[i, 1] = (depths[first + i] - contact_point - start) / length
+        jumps = jumps or contact.knots[i + 1] == contact.knots[i]
+    return jumps
+
+
+@inlined
+def _evolved(contact: ScaledContact, room: Room, rtol: float) -> tuple[Past, int]:
+    """Growing contact with its memory and the end of contact; and SEPARATED, or why there is no result."""
+    rates, work, past = contact.rates, room.work, room.past
+    depth = Memory(rates, past.depth.begin, past.depth.polynomial, past.depth.transient)
+    integral = Memory(rates, past.integral.begin, past.integral.polynomial, past.integral.transient)
+    past = Past(past.elements, past.total, depth, integral, past.first, past.turning, past.end)
+    total, first, turning = grow_contact(contact, room.quadrature, work, ELEMENT_SHARE * rtol, room.segments, past)
+    if total < 0:
+        return past, NOT_RESOLVED
+    past = Past(past.elements, total, depth, integral, first, turning, past.end)
+    rounding, _ = depth_rounding(past)
+    if rounding > rtol:
+        return past, NOT_RESOLVED
+    count = check_points(contact, past, room.checks)
+    checks = Checks(room.checks.segments[:count], room.checks.times[:count])
+    separation = end_of_contact(contact, past, work, checks)
+    past = Past(past.elements, total, depth, integral, first, turning, separation)
+    allowed, growth = rtol + 10.0 * rounding, load_rounding(contact, past)
+    if contact.path.exponent != 0.0 and regrowth(contact, past, work, checks, allowed, growth) >= 0:
+        return past, GROWS_AGAIN
+    if past.end < 1.0 and innermost_load_rises(contact, past, work, checks, rtol, growth):
+        return past, TOUCHES_AGAIN
+    return past, SEPARATED
+
+
+@inlined
+def _sample_forces(
+    contact: ScaledContact, past: Past, room: Room, histories: Histories, curve: int, touch: float, load: float,
+    force: Any,
+) -> None:  # fmt: skip
+    """Write the forces at the samples of a history; `load` is the unit of force."""
+    first, last = histories.samples[curve], histories.samples[curve + 1]
+    duration = histories.knots[histories.points[curve + 1] - 1] - touch
+    n = first
+    while n < last and histories.times[n] < touch:
+        force[n - first] = 0.0
+        n += 1
+    early = n
+    for n in range(early, last):
+        room.moments[n - early] = min((histories.times[n] - touch) / duration, 1.0)
+    sample(contact, past, room.recovery, room.work, room.moments[: last - early], room.columns)
+    for n in range(early, last):
+        # A force near zero may have either sign by rounding; there is no adhesion.
+        force[n - first] = max(room.columns[2, n - early], 0.0) * load
+
+
+@entry_point
+def indent_rows(
+    rtol: float, rows: Rows, histories: Histories, indenter: Indenter, room: Room, forces: Any, statuses: Any
+) -> None:
+    """Write the forces of each row at the samples of its history, and how the indentation ended."""
+    for row in range(rows.curves.shape[0]):
+        statuses[row] = _indent(rtol, rows, row, histories, indenter, room, forces[row])

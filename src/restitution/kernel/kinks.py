@@ -7,11 +7,10 @@ kink loses its order. The end of an element that begins there is only as accurat
 
 from typing import Any
 
+from restitution.kernel.collocation import Scheme, combine, crossing, interpolate_lanes, value
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.dense import combine, crossing, interpolate_lanes, value
 from restitution.kernel.lanes import WIDTH, absolute, largest, read8, total
 from restitution.kernel.path import cells_between, table_radii_and_integrals
-from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import INTEGRAL, MODES_, S_, UNKNOWN, V_, VALUES, Problem, Work
 
 # Approximate distance between nodes over the length of an element, which does not resolve a kink within it.
@@ -30,6 +29,7 @@ def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h
     path = problem.path
     s, p = path.kinks[kink], path.power
     radius = abs(path.strengths[kink]) * z**p
+    # Pi changes by int strength z^p 2 s dz; the modes add at most the glassy modulus, the dashpot eta a v.
     force = (glass * 2.0 * s * z / (p + 1.0) + problem.viscosity * v) * radius
     return (2.0 * s + problem.admittance) * force * min(z / v, h)
 
@@ -41,6 +41,7 @@ def next_kink(
     """First kink, from `first` on, that matters to an element of length h from s; -1 if there is none."""
     kinks = problem.path.kinks
     reach = h * v + max(_MEAN * slope, 0.0) * h * h
+    # A body that slows down does not reach further than its turning point.
     if slope < 0.0:
         reach = min(reach, _TURNING * v * v / -slope)
     kink = first
@@ -85,6 +86,7 @@ def length_correction(
     end = problem.path.kinks[target]
     s, v = table[S_, WIDTH], table[V_, WIDTH]
     top = 1.0
+    # Only the part up to the turning point belongs to the approach.
     if v <= 0.0:
         top = crossing(scheme, work, table[V_], 0.0, 1.0)
         s = value(scheme, work, table[S_], top)

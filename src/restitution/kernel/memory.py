@@ -14,12 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from restitution.checks import Array
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.path import Path
-
-Array = NDArray[np.float64]
 
 DEPTH, FORCE = 0, 1
 # Rounding of a time over the time itself, and of Legendre coefficients over the largest of an element: a few units in
@@ -94,13 +92,13 @@ def remember(lengths: Any, f: Any, memory: Memory, sweep: Any) -> None:
     rest is written; `sweep` is scratch space.
     """
     begin, polynomial, transient = memory.begin, memory.polynomial, memory.transient
-    up, shift = sweep[0], sweep[1]
     for e in range(lengths.shape[0]):
         h = lengths[e]
         terms = TERMS
         while terms > 1 and f[e, terms - 1] == 0.0:
             terms -= 1
         for k in range(memory.rates.shape[0]):
+            # A jump passes undiminished into the memory, as no time goes by.
             if h == 0.0:
                 transient[e, k] = 0.0
                 begin[e + 1, k] = begin[e, k] + f[e, 0]
@@ -108,52 +106,69 @@ def remember(lengths: Any, f: Any, memory: Memory, sweep: Any) -> None:
                     polynomial[e, k, n] = 0.0
                 continue
             z = 0.5 * h * memory.rates[k]
+            # A fast mode follows the polynomial and forgets its start; the recurrence downwards is stable for it.
             if 2.0 * z > _STIFF:
-                derivative_2, derivative_1, value_1 = 0.0, 0.0, 0.0
-                start, end = 0.0, 0.0
-                for n in range(TERMS - 1, -1, -1):
-                    if n >= terms:
-                        polynomial[e, k, n] = 0.0
-                        continue
-                    # Coefficients of the derivative: y'_n/(2n + 1) = y_(n+1) + y'_(n+2)/(2n + 5).
-                    derivative = value_1 + derivative_2
-                    value = (0.5 * h * f[e, n] - (2 * n + 1) * derivative) / z
-                    polynomial[e, k, n] = value
-                    end += value
-                    start += value if n % 2 == 0 else -value
-                    derivative_2, derivative_1, value_1 = derivative_1, derivative, value
+                start, end = _fast_series(f[e], 0.5 * h, z, terms, polynomial[e, k])
                 c = begin[e, k] - start
                 transient[e, k] = c
                 begin[e + 1, k] = end + c * math.exp(-2.0 * z)
                 continue
             transient[e, k] = 0.0
-            # y_n = shift_n + up_n y_(n-1) from the top down; then y(-1) gives y_0.
-            up[TERMS], shift[TERMS] = 0.0, 0.0
-            for n in range(TERMS - 1, 0, -1):
-                above = 1.0 / (2 * n + 3)
-                below = 1.0 / (2 * n - 1)
-                source = f[e, n - 1] * below
-                if n + 1 < TERMS:
-                    source -= f[e, n + 1] * above
-                pivot = 1.0 / (1.0 - z * above * up[n + 1])
-                shift[n] = (0.5 * h * source + z * above * shift[n + 1]) * pivot
-                up[n] = -z * below * pivot
-            factor, rest = 1.0, 0.0
-            sum_factor, sum_rest = 1.0, 0.0
-            for n in range(1, TERMS):
-                rest = shift[n] + up[n] * rest
-                factor *= up[n]
-                sign = 1.0 if n % 2 == 0 else -1.0
-                sum_factor += sign * factor
-                sum_rest += sign * rest
-            value = (begin[e, k] - sum_rest) / sum_factor
-            end = value
-            polynomial[e, k, 0] = value
-            for n in range(1, TERMS):
-                value = shift[n] + up[n] * value
-                polynomial[e, k, n] = value
-                end += value
-            begin[e + 1, k] = end
+            begin[e + 1, k] = _slow_series(f[e], 0.5 * h, z, begin[e, k], polynomial[e, k], sweep)
+
+
+@inlined
+def _fast_series(f: Any, half: float, z: float, terms: int, y: Any) -> tuple[float, float]:
+    """Write the polynomial y that solves y' = half f - z y; return its values at the ends of the element."""
+    derivative_2, derivative_1, value_1 = 0.0, 0.0, 0.0
+    start, end = 0.0, 0.0
+    for n in range(TERMS - 1, -1, -1):
+        if n >= terms:
+            y[n] = 0.0
+            continue
+        # Coefficients of the derivative: y'_n/(2n + 1) = y_(n+1) + y'_(n+2)/(2n + 5).
+        derivative = value_1 + derivative_2
+        value = (half * f[n] - (2 * n + 1) * derivative) / z
+        y[n] = value
+        end += value
+        start += value if n % 2 == 0 else -value
+        derivative_2, derivative_1, value_1 = derivative_1, derivative, value
+    return start, end
+
+
+@inlined
+def _slow_series(f: Any, half: float, z: float, start: float, y: Any, sweep: Any) -> float:
+    """Write the polynomial y of y' = half f - z y that begins at `start`; return its value at the end.
+
+    y_n = shift_n + up_n y_(n-1) from the top down; then y(-1) gives y_0.
+    """
+    up, shift = sweep[0], sweep[1]
+    up[TERMS], shift[TERMS] = 0.0, 0.0
+    for n in range(TERMS - 1, 0, -1):
+        above = 1.0 / (2 * n + 3)
+        below = 1.0 / (2 * n - 1)
+        source = f[n - 1] * below
+        if n + 1 < TERMS:
+            source -= f[n + 1] * above
+        pivot = 1.0 / (1.0 - z * above * up[n + 1])
+        shift[n] = (half * source + z * above * shift[n + 1]) * pivot
+        up[n] = -z * below * pivot
+    factor, rest = 1.0, 0.0
+    sum_factor, sum_rest = 1.0, 0.0
+    for n in range(1, TERMS):
+        rest = shift[n] + up[n] * rest
+        factor *= up[n]
+        sign = 1.0 if n % 2 == 0 else -1.0
+        sum_factor += sign * factor
+        sum_rest += sign * rest
+    value = (start - sum_rest) / sum_factor
+    end = value
+    y[0] = value
+    for n in range(1, TERMS):
+        value = shift[n] + up[n] * value
+        y[n] = value
+        end += value
+    return end
 
 
 @inlined
@@ -163,6 +178,7 @@ def recall(memory: Memory, e: int, k: int, elapsed: float, basis: Any) -> float:
     for n in range(TERMS):
         value += basis[n] * memory.polynomial[e, k, n]
     c = memory.transient[e, k]
+    # Slow modes have no transient, and exp is the dearest operation here.
     if c != 0.0:
         value += c * math.exp(-elapsed * memory.rates[k])
     return value

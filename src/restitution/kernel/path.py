@@ -22,6 +22,8 @@ from restitution.kernel.lanes import (
 # Places in one cell from which a calculation of all eight lanes is faster than one after another.
 _FEW = 2
 
+# Exponents that stand for a table, and for one without bends, whose a(s) is smooth at s = 0 as well.
+TABLE, SMOOTH_TABLE = -1.0, -2.0
 # Smallest rho over the width of a cell for which da/ds is the slope over rho; closer to a kink both vanish.
 _AT_KINK = 1e-6
 
@@ -32,7 +34,7 @@ class Path(NamedTuple):
     Of several profiles the arrays have one more axis in front, and `end` is an array.
     """
 
-    exponent: float  # p of a = s^p; negative where the table below holds instead
+    exponent: float  # p of a = s^p; or `TABLE` or `SMOOTH_TABLE`, < 0, where the table below holds instead
     end: Any  # End of the table in s
     edges: Any  # (n_cells + 1,): ends of the table's cells in s, rising from 0
     finder: Any  # (n_bins + 1,): the cells that hold the ends of equal bins in s
@@ -56,8 +58,8 @@ def power_path(exponent: float) -> Path:
     return Path(float(exponent), 1e30, np.zeros(1), finder, none, none, none, nothing, nothing, 1.5)
 
 
-def table_path(table: Any) -> Path:
-    """Return the path of a `restitution.contact.path.PathTable`, or of several in one."""
+def table_path(table: Any, exponent: float = TABLE) -> Path:
+    """Return the path of a `restitution.contact.table.PathTable`, or of several in one."""
     edges, end = table.edges, table.edges[..., -1]
     (*several, count), bins = edges[..., 1:].shape, 2 * (edges.shape[-1] - 1) + 1
     # The first bin that begins in each cell.
@@ -68,7 +70,7 @@ def table_path(table: Any) -> Path:
     # Cells without a width have one value, at the end.
     cells = np.stack([table.origin, low, np.where(high > low, high - low, 1.0)], axis=-1)
     return Path(
-        -1.0, end if several else float(end), edges, finder.astype(np.int64), cells, table.radius,
+        exponent, end if several else float(end), edges, finder.astype(np.int64), cells, table.radius,
         table.force_integral, table.kinks, table.strengths, float(table.power),
     )  # fmt: skip
 
@@ -144,6 +146,7 @@ def _cell_values(path: Path, cell: int, s: float) -> tuple[float, float, float]:
 def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
     """Contact radius a and Pi at s."""
     p = path.exponent
+    # The common case, without a power.
     if p == 1.0:
         return s, (2.0 / 3.0) * s * s * s
     if p >= 0.0:
@@ -177,6 +180,7 @@ def table_radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
     while lane < WIDTH:
         first, cell = lane, _cell(path, s[lane])
         lane += 1
+        # Neighbouring nodes mostly lie in one cell.
         while lane < WIDTH and path.edges[cell] <= s[lane] < path.edges[cell + 1]:
             lane += 1
         if lane - first < _FEW:

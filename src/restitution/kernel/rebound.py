@@ -16,15 +16,35 @@ import math
 from typing import Any
 
 from restitution.kernel.approach import ATTEMPTS, KINK_TAIL, LEAST_NOISE, ROUGH, TABLE_NOISE, is_held
+from restitution.kernel.collocation import (
+    Scheme,
+    combine,
+    interpolate_lanes,
+    invert,
+    lagrange_lanes,
+    matvec,
+    product,
+    tail,
+    value,
+)
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.control import CONVERGED, DIVERGED, FACTOR, ON_FAILURE, grown, newton_verdict, shrunk
-from restitution.kernel.dense import combine, interpolate_lanes, invert, lagrange_lanes, matvec, product, tail, value
+from restitution.kernel.element import (
+    CONVERGED,
+    DIVERGED,
+    FACTOR,
+    LAG,
+    ON_FAILURE,
+    factor_modes,
+    first_round,
+    grown,
+    next_round,
+    refined,
+    shrunk,
+)
 from restitution.kernel.kinks import missed_rebound
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, root, smallest, write8
-from restitution.kernel.modes import LAG, factor_modes, refined
 from restitution.kernel.outcome import CAPTURED, SEPARATED, SINKS_IN, STEP_TOO_SMALL, TOO_MANY_STEPS
 from restitution.kernel.path import radii_and_integrals
-from restitution.kernel.radau import Scheme
 from restitution.kernel.workspace import (
     AT_KINK,
     BACK_LENGTH,
@@ -107,6 +127,7 @@ def rebound_element(
     z = problem.admittance
     brake = eta * z
     v1, r1 = read8(past, V_, 0), 2.0 * read8(past, S_, 0)
+    # 2 s1 v1 (1 + eta z a1).
     past_depth_slope = r1 * v1 * (1.0 + brake * read8(work.vectors, RADIUS, 0))
     # The delay is integrated: a difference of times would lose digits that matter for fast modes.
     elapsed = delay + h * matvec(A, r1)
@@ -115,17 +136,14 @@ def rebound_element(
     # The velocity that a moving target takes has the rounding of the force.
     rounding = ROUNDING + NOISE / max(v1[WIDTH - 1], _LEAST_VELOCITY)
     rounding += _FORCE_NOISE * z * table[F_, 0] / max(abs(v0), _LEAST_SPEED)
-    previous = math.inf
     largest_u = 0.0
-    drift = 0.0
-    refactor = True
-    renewed = False
-    final_round = False
-    iterations = 0
+    newton, iterations = first_round(), 0
     while True:
         iterations += 1
         if iterations > _MOST_ITERATIONS:
             return -1
+        refactor, final_round = newton.verdict == FACTOR, newton.verdict == CONVERGED
+        # dt/dlambda = u.
         duration = h * matvec(A, u)
         F = equilibrium * Pi
         phi = broadcast(equilibrium)
@@ -135,6 +153,7 @@ def rebound_element(
         psi_t = broadcast(0.0)
         for k in range(N):
             inverse = 1.0 / problem.times[k]
+            # Below exp(-700) the share is zero to rounding, and exp would underflow.
             x = exp(at_least((elapsed + duration) * -inverse, -700.0))
             write8(X, k, 0, x)
             x = problem.moduli[k] * x
@@ -143,12 +162,14 @@ def rebound_element(
             F = F + force_k
             phi = phi + x
             memory = memory + memory_k
+            # The rates serve the Jacobian, and psi itself has F_t only with a dashpot on a target that moves.
             if refactor or brake > 0.0:
                 F_t = F_t - force_k * inverse
                 phi_t = phi_t - x * inverse
                 psi_t = psi_t - (memory_k + (brake * inverse) * force_k) * inverse
         gained = -h * matvec(A, (F - external_force) * u) - z * (F - table[F_, 0])
         v = v0 + gained
+        # eta dv/dt = -eta (F - F0) - eta z dF/dt; the part of dF/dt through lambda stands in `past_depth_slope`.
         psi = equilibrium * v - eta * (F - external_force) + memory - brake * F_t
         mode_slope = broadcast(0.0)
         if refactor:
@@ -178,6 +199,7 @@ def rebound_element(
             psi = psi + E * Wk
         if final_round:
             break
+        # Multiplied by psi, which vanishes at the turning point and where the contact may grow again.
         residual = u * psi + past_depth_slope * phi
         if refactor:
             # C = dv/du; the modes' share of psi follows v through their inverses, G, and u itself, M.
@@ -192,22 +214,16 @@ def rebound_element(
             invert(work.matrices, JACOBIAN)
         step = matvec(J, residual)
         largest_u = largest(absolute(u - step))
+        # Time never runs backwards, and the Jacobian divides by u.
         u = at_least(u - step, _LEAST_PACE * largest_u)
         size = largest(absolute(step)) / largest_u
+        # The negation catches NaN as well.
         if not size < _LARGEST_STEP:
             return -1
-        drift = size if refactor else drift
-        verdict = newton_verdict(size, previous, drift, refactor, renewed, rounding, accept)
-        if verdict == DIVERGED:
+        # After convergence one more round refines the modes with the final unknowns; without it e has errors of 2e-8.
+        newton = next_round(newton, size, rounding, accept)
+        if newton.verdict == DIVERGED:
             return -1
-        if verdict == CONVERGED:
-            # One more round refines the modes with the final unknowns. Without it the error of e is 2e-8.
-            final_round = True
-            refactor = False
-            continue
-        refactor = verdict == FACTOR
-        renewed = renewed or (refactor and size < rounding)
-        previous = size
     write8(work.vectors, UNKNOWN, 0, u)
     write8(table, S_, 1, read8(past, S_, 0))
     write8(table, V_, 1, v)
@@ -236,6 +252,7 @@ def first_layer(problem: Problem, least: float) -> float:
             for j in range(N):
                 if problem.times[j] >= tau:
                     springs += problem.moduli[j]
+            # The delay is E_k tau_k over the springs that have not relaxed at tau_k.
             if problem.moduli[k] * tau > least * springs:
                 shortest = tau
     return shortest
@@ -286,6 +303,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     table = work.rebound[0]
     for n in range(rows):
         table[n, 0] = work.turning[n]
+    # The interpolated velocity at the turning point is rounding.
     table[V_, 0] = 0.0
     s_m = work.turning[S_]
     h = min(work.places[LENGTH, max(hint - 1, 0)], sigma_m)
@@ -309,6 +327,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         if problem.external_force > 0.0 and paused and h < _PAUSE_LENGTH * sigma_m:
             return CAPTURED
         table = work.rebound[element]
+        # Under a constant force even a body without energy is driven on.
         if problem.external_force == 0.0 and is_held(problem, table[V_, 0], table[F_, 0], s_m):
             work.counts[N_REBOUND] = element - 1
             return SINKS_IN if problem.equilibrium == 0.0 else CAPTURED
@@ -330,6 +349,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         elif h > _HALVED * ahead and kink == 0:
             h = 0.5 * ahead
         sigma = left - h * read8(scheme.c, 1)
+        # Rounding of the last place must not lie before first touch.
         if final:
             sigma = at_least(sigma, 0.0)
         place = interpolate_lanes(scheme, work, work.approach, sigma, hint, work.past)
@@ -375,11 +395,13 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
         previous = h
         hint = place
         delay = work.vectors[DELAY, S - 1]
+        # The body turns inwards before the contact has ended.
         if problem.external_force > 0.0 and table[V_, S] >= 0.0:
             return CAPTURED
         if final:
             break
         position += h
+        # The exact place of the kink: a sum of lengths would miss it by rounding.
         if ends:
             position = sigma_m - work.places[START, kink]
             kink -= 1
@@ -399,11 +421,13 @@ def _relaxed_share(problem: Problem, ahead: float) -> float:
     for _ in range(_SHARES):
         springs, dashpot = problem.equilibrium, problem.viscosity
         for k in range(problem.moduli.shape[0]):
+            # A mode that is slower than the way back is a spring, a faster one a dashpot.
             if problem.times[k] > t:
                 springs += problem.moduli[k]
             else:
                 dashpot += problem.moduli[k] * problem.times[k]
         ratio = dashpot / max(springs, _LEAST_SPRING)
+        # The time back to equal contact, from dt/dt1 = t1/(t1^2 + ratio^2)^(1/2).
         t = ahead * (ahead / (ratio + math.sqrt(ratio * ratio + ahead * ahead)))
     return ratio
 
@@ -420,6 +444,7 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
         v1 = at_least(read8(work.past, V_, 0), 0.0)
         late = _relaxed_share(problem, 2.0 * work.turning[S_] * h) * (work.turning[F_] - problem.external_force)
         pace = 2.0 * s1
+        # Without dashpots the edge returns as it came, u = 2 s1.
         if late > 0.0:
             pace = pace * v1 / root(v1 * v1 + late * late)
         write8(work.vectors, UNKNOWN, 0, pace)
@@ -438,6 +463,7 @@ def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: floa
         first = (ratios[middle] - ratios[0]) / (x1 - x0)
         second = ((end - ratios[middle]) / (1.0 - x1) - first) / (1.0 - x0)
         ratio = ratios[0] + (x - x0) * (first + (x - x1) * second)
+    # u/s1 is nearly constant over neighbouring elements; a polynomial that leaves this range is no guess.
     if not (smallest(ratio) > end / _MOST_CHANGE and largest(ratio) < _MOST_CHANGE * end):
         ratio = broadcast(end)
     write8(work.vectors, UNKNOWN, 0, ratio * s1)

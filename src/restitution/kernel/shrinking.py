@@ -10,7 +10,7 @@ one equation for t1, whose left-hand side rises with t1. In the first case the o
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.growing import (
@@ -47,14 +47,41 @@ _QUICK = 1e-4
 _LOAD_ROUNDING = 1e-14
 
 
+class Equal(NamedTuple):
+    """Instant t1 at which the growing contact had the same radius as at t, and values there."""
+
+    element: int
+    time: float  # t1
+    depth: float
+    integral: float  # Pi
+    modulus: float  # E(t - t1)
+    slope: float  # Derivative of the left-hand side of the equation for t1
+
+
+class Shrunk(NamedTuple):
+    """Shrinking contact at an instant."""
+
+    equal: Equal
+    force: float
+    # Rate of the right-hand side of the equation for t1 less that of the left at constant t1, not positive. Over the
+    # modulus it is the rate of d1, over the slope that of t1.
+    growth: float
+
+
+class Checks(NamedTuple):
+    """Instants at which the shrinking contact is checked."""
+
+    segments: Any  # (n,): of the history
+    times: Any  # (n,): ascending
+
+
 @inlined
 def equal_contact(
     contact: ScaledContact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
-) -> tuple[int, float, float, float, float, float]:
+) -> Equal:
     """Find the instant t1 at which the growing contact had the same radius as at t; start from t1 in element e.
 
-    `target` is the right-hand side of the equation for t1. Returns the element, t1, depth and Pi there, the modulus
-    E(t - t1), and the derivative of the left-hand side with respect to t1.
+    `target` is the right-hand side of the equation for t1.
     """
     elements = past.elements
     direction = 0
@@ -62,10 +89,11 @@ def equal_contact(
         e -= 1
     while True:
         if elements.lengths[e] == 0.0:
-            t1, slope = elements.starts[e], math.inf
-            side, depth, integral, modulus = _equal_in_jump(contact, past, t, target, e)
+            side, equal = _equal_in_jump(contact, past, t, target, e)
         else:
-            side, t1, depth, integral, modulus, slope = _equal_in_element(contact, past, work, t, target, e, t1)
+            side, equal = _equal_in_element(contact, past, work, t, target, e, t1)
+        # The left-hand side rises with t1, so the side shows the way. A search that would turn back has t1 at the
+        # border of two elements.
         if side < 0 and e > 0 and direction <= 0:
             e -= 1
             t1 = elements.starts[e] + elements.lengths[e]
@@ -75,14 +103,12 @@ def equal_contact(
             t1 = elements.starts[e]
             direction = 1
         else:
-            return e, t1, depth, integral, modulus, slope
+            return equal
 
 
 @compiled
-def _equal_in_jump(
-    contact: ScaledContact, past: Past, t: float, target: float, e: int
-) -> tuple[int, float, float, float]:
-    """Side of the jump e on which t1 lies, or 0 within it; depth and Pi in the jump, and the modulus E(t - t1)."""
+def _equal_in_jump(contact: ScaledContact, past: Past, t: float, target: float, e: int) -> tuple[int, Equal]:
+    """Side of the jump e on which t1 lies, or 0 within it; equal contact in the jump."""
     elements = past.elements
     by_depth = contact.control == DEPTH
     memory = past.depth if by_depth else past.integral
@@ -94,23 +120,25 @@ def _equal_in_jump(
         X = math.exp(-(t - elements.starts[e]) * contact.rates[k])
         base += contact.moduli[k] * X * memory.begin[e, k]
         modulus += contact.moduli[k] * X
+    # In a jump no mode relaxes: the left-hand side rises in proportion to the share of the jump.
     x = (target - base) / (modulus * jump)
     side = 1 if x > 1.0 else (0 if x >= 0.0 else -1)
     x = min(max(x, 0.0), 1.0)
     depth = elements.depths[e] + x * (elements.depths[e + 1] - elements.depths[e])
     integral = elements.integrals[e] + x * (elements.integrals[e + 1] - elements.integrals[e])
+    # Depth and Pi do not rise in proportion: the one that the equation determines gives the other.
     if by_depth:
         integral = radius_and_integral(contact.path, math.sqrt(max(depth, 0.0)))[1]
     else:
         depth = root_of_depth(contact.path, integral) ** 2
-    return side, depth, integral, modulus
+    return side, Equal(e, elements.starts[e], depth, integral, modulus, math.inf)
 
 
 @inlined
 def _equal_in_element(
     contact: ScaledContact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
-) -> tuple[int, float, float, float, float, float]:
-    """Side of element e on which t1 lies, or 0 within it; t1 in the element, and there the results of `equal_contact`.
+) -> tuple[int, Equal]:
+    """Side of element e on which t1 lies, or 0 within it; equal contact in the element.
 
     Newton's method from t1, kept inside a bracket.
     """
@@ -138,6 +166,7 @@ def _equal_in_element(
         residual = value - target
         if residual == 0.0:
             break
+        # The left-hand side is too large already at the start of the element: t1 lies before it.
         if residual > 0.0:
             if t1 <= b:
                 side = -1
@@ -166,7 +195,7 @@ def _equal_in_element(
             break
         previous = step
     depth, _, integral, _ = growing_contact(contact, work, segment, t1)
-    return side, t1, depth, integral, modulus, slope
+    return side, Equal(e, t1, depth, integral, modulus, slope)
 
 
 @inlined
@@ -200,6 +229,7 @@ def innermost_load(contact: ScaledContact, past: Past, work: Scratch, i: int, t:
     e = past.total + i - past.first
     b = contact.knots[i]
     h = contact.knots[i + 1] - b
+    # Behind the jump.
     if h == 0.0:
         for k in range(contact.moduli.shape[0]):
             work.now[k] = past.depth.begin[e + 1, k]
@@ -228,35 +258,32 @@ def write_depth_memory(contact: ScaledContact, past: Past, work: Scratch, i: int
 @inlined
 def shrinking_contact(
     contact: ScaledContact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
-) -> tuple[int, float, float, float, float, float, float]:
-    """Shrinking contact at time t in segment i; the search begins at t1 in element e.
-
-    Returns the element, t1, the depth there, the force, the growth, E(t - t1), and the derivative of the left-hand
-    side with respect to t1. The growth is the rate of the right-hand side less that of the left at constant t1. It
-    must not be positive. Over the last two numbers it is the rate of d1 and of t1.
-    """
+) -> Shrunk:
+    """Shrinking contact at time t in segment i; the search begins at t1 in element e."""
     value, rate, _ = prescribed(contact, i, t)
+    # Depth prescribed: the equation of the displacement gives t1. Force prescribed: that of the force (see above).
     if contact.control == DEPTH:
         target, growth = innermost_load(contact, past, work, i, t)
     else:
         target, growth = value, rate
-    e, t1, depth, integral, modulus, slope = equal_contact(contact, past, work, t, target, e, t1)
-    step = integral - past.elements.integrals[e]
+    equal = equal_contact(contact, past, work, t, target, e, t1)
+    e, t1 = equal.element, equal.time
+    step = equal.integral - past.elements.integrals[e]
     load, fading = remaining(contact, past, work, past.integral, t, e, t1, step)
     force = value
     if contact.control == DEPTH:
-        force = contact.equilibrium * integral + load
-        _, fading = remaining(contact, past, work, past.depth, t, e, t1, depth - past.elements.depths[e])
-    growth += fading
-    return e, t1, depth, force, growth, modulus, slope
+        force = contact.equilibrium * equal.integral + load
+        _, fading = remaining(contact, past, work, past.depth, t, e, t1, equal.depth - past.elements.depths[e])
+    return Shrunk(equal, force, growth + fading)
 
 
 @entry_point
-def check_points(contact: ScaledContact, past: Past, places: Any, times: Any) -> int:
-    """Write ascending times at which the shrinking contact is checked, and their segments; return their number.
+def check_points(contact: ScaledContact, past: Past, checks: Checks) -> int:
+    """Write the checks; return their number.
 
     A segment has room for `_SHARES` times and two of each mode.
     """
+    places, times = checks.segments, checks.times
     count = 0
     for i in range(past.first, contact.values.shape[0]):
         low, high = max(contact.knots[i], past.turning), contact.knots[i + 1]
@@ -307,11 +334,9 @@ def largest_rate(contact: ScaledContact, past: Past) -> float:
 
 
 @entry_point
-def end_of_contact(contact: ScaledContact, past: Past, work: Scratch, places: Any, times: Any) -> float:
-    """Time at which the load of the innermost element falls to zero under a prescribed depth, or infinity.
-
-    `times` are ascending, and `places` are their segments; they begin where the contact starts to shrink.
-    """
+def end_of_contact(contact: ScaledContact, past: Past, work: Scratch, checks: Checks) -> float:
+    """Time at which the load of the innermost element falls to zero under a prescribed depth, or infinity."""
+    places, times = checks.segments, checks.times
     low = 0.0
     for n in range(times.shape[0]):
         i, t = places[n], times[n]
@@ -339,30 +364,34 @@ def end_of_contact(contact: ScaledContact, past: Past, work: Scratch, places: An
 
 @entry_point
 def regrowth(
-    contact: ScaledContact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
+    contact: ScaledContact, past: Past, work: Scratch, checks: Checks, tolerance: float, rounding: float
 ) -> int:
-    """Index of the first of the times at which the shrinking contact grows again, or -1.
+    """Index of the first check at which the shrinking contact grows again, or -1.
 
     `tolerance` is a harmless growth of the depth at equal contact, `rounding` the rounding of the rate of the load.
     """
+    times = checks.times
     e, t1 = past.total - 1, past.turning
     least = math.inf
     for n in range(times.shape[0]):
         if times[n] >= past.end:
             break
-        e, t1, depth, _, growth, modulus, _ = shrinking_contact(contact, past, work, places[n], times[n], e, t1)
+        now = shrinking_contact(contact, past, work, checks.segments[n], times[n], e, t1)
+        e, t1 = now.equal.element, now.equal.time
         ahead = times[n + 1] - times[n] if n + 1 < times.shape[0] else 0.0
-        if depth > least + tolerance:
+        # Between two checks the contact may have grown and shrunk; the depth at equal contact shows it.
+        if now.equal.depth > least + tolerance:
             return n
-        if growth > rounding and growth * ahead > tolerance * modulus:
+        # phi d1' = growth: a small rate matters only if it lasts up to the next check.
+        if now.growth > rounding and now.growth * ahead > tolerance * now.equal.modulus:
             return n
-        least = min(least, depth)
+        least = min(least, now.equal.depth)
     return -1
 
 
 @entry_point
 def innermost_load_rises(
-    contact: ScaledContact, past: Past, work: Scratch, places: Any, times: Any, tolerance: float, rounding: float
+    contact: ScaledContact, past: Past, work: Scratch, checks: Checks, tolerance: float, rounding: float
 ) -> bool:
     """Whether the innermost element would be loaded again after the contact if it stuck to the indenter.
 
@@ -370,11 +399,13 @@ def innermost_load_rises(
     either.
     """
     least = 0.0
-    for n in range(times.shape[0]):
-        if times[n] <= past.end:
+    for n in range(checks.times.shape[0]):
+        i, t = checks.segments[n], checks.times[n]
+        if t <= past.end:
             continue
-        load, rate = innermost_load(contact, past, work, places[n], times[n])
-        above = prescribed(contact, places[n], times[n])[0] <= 0.0
+        load, rate = innermost_load(contact, past, work, i, t)
+        above = prescribed(contact, i, t)[0] <= 0.0
+        # An indenter above the undeformed surface is out of reach, whatever the load of a glued element would be.
         if above:
             least = min(least, load)
         elif load > least + tolerance or rate > tolerance + rounding:

@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from restitution.kernel.compile import inlined
 from restitution.kernel.lanes import WIDTH
-from restitution.kernel.path import Path
+from restitution.kernel.path import Path, path_inside
 
 # Rows of a stored element: s, v, t, F, then two rows per mode (see `approach` and `rebound`).
 S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
@@ -36,6 +37,31 @@ class Problem(NamedTuple):
     external_force: float
     admittance: float  # velocity of the target over the force; 0 for a target that does not move
     path: Path
+
+
+class Problems(NamedTuple):
+    """Many impacts; row n has the path which[n] of several, and the modes offsets[n] to offsets[n + 1]."""
+
+    firsts: Any  # (n,): scale of s, for the length of the first element
+    equilibria: Any  # (n,)
+    viscosities: Any  # (n,)
+    external_forces: Any  # (n,)
+    admittances: Any  # (n,)
+    offsets: Any  # (n + 1,)
+    moduli: Any  # (modes of all rows,)
+    times: Any
+    paths: Path
+    which: Any  # (n,)
+
+
+@inlined
+def problem_inside(problems: Problems, n: int) -> Problem:
+    """Return impact n of several."""
+    low, high = problems.offsets[n], problems.offsets[n + 1]
+    return Problem(
+        problems.equilibria[n], problems.moduli[low:high], problems.times[low:high], problems.viscosities[n],
+        problems.external_forces[n], problems.admittances[n], path_inside(problems.paths, problems.which[n]),
+    )  # fmt: skip
 
 
 class Work(NamedTuple):

@@ -1,4 +1,4 @@
-"""The contact law as a C99 header: the statements of `radius` and `step`, translated, and the constants of one law.
+"""The contact law as a C99 header: the compiled functions of `step`, translated, and the constants of one law.
 
 Only what the step needs is translated: numbers, conditions, loops over a range, and parts of arrays, which become
 pointers.
@@ -9,10 +9,12 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Sequence
+from importlib.resources import files
 from itertools import groupby
+from string import Template
 from textwrap import indent, wrap
 
-from restitution.law import nodes, radius, step
+from restitution.law import step
 
 _TYPES = {"float": "double", "int": "int", "bool": "int", "None": "void"}
 _WORDS: dict[type[ast.AST], str] = {ast.And: " && ", ast.Or: " || "}
@@ -20,52 +22,9 @@ _NAMES = {"max": "fmax", "min": "fmin", "abs": "fabs", "step": "advance"}
 _VALUES = {"nan": "NAN", "inf": "INFINITY", "True": "1", "False": "0"}
 _WIDTH = 110
 
-_HEADER = """\
-/*
-{text}
-*/
-
-#ifndef {guard}
-#define {guard}
-
-#include <math.h>
-
-/* Numbers in the state of one contact. */
-#define {upper}_SIZE {size}
-
-/* Places in the constants of the law and in a state; see the module restitution.law.nodes. */
-enum {{
-{places}
-}};
-
-{numbers}
-
-static const double {name}_constants[{count}] = {{
-{constants}
-}};
-
-{functions}
-
-/* Begin a contact at a depth <= 0 [m]: the gap between the bodies before the first step, with a minus sign. */
-static inline void {name}_start(double *state, double depth)
-{{
-    for (int n = 0; n < {upper}_SIZE; n++)
-        state[n] = 0.0;
-    state[{upper}_DEPTH] = depth;
-}}
-
-/* Advance a contact by a time step dt > 0 [s] to a depth [m]; return the force [N]. */
-static inline double {name}_step(double *state, double depth, double dt)
-{{
-    return {name}_advance({name}_constants, state, depth, dt);
-}}
-
-#endif
-"""
-
 
 def header(name: str, paragraphs: Sequence[str], constants: Sequence[tuple[float, str]], size: int) -> str:
-    """Text of a header.
+    """Return the text of a header.
 
     Parameters
     ----------
@@ -77,14 +36,16 @@ def header(name: str, paragraphs: Sequence[str], constants: Sequence[tuple[float
         The constants, each with its meaning, and the length of a state.
     """
     upper = name.upper()
-    places = {key: value for key, value in vars(nodes).items() if isinstance(value, int)}
+    places = {key: value for key, value in vars(step).items() if isinstance(value, int)}
     numbers = {key: value for key, value in vars(step).items() if isinstance(value, float)}
     entries = [f"{_VALUES.get(repr(value), repr(value))}, /* {_safe(meaning)} */" for value, meaning in constants]
-    parsed = ast.parse(inspect.getsource(radius) + inspect.getsource(step))
-    functions = [node for node in parsed.body if isinstance(node, ast.FunctionDef)]
+    # Compiled functions have a decorator; the others are Python's.
+    parsed = ast.parse(inspect.getsource(step)).body
+    functions = [node for node in parsed if isinstance(node, ast.FunctionDef) and node.decorator_list]
     returned = {node.name: _TYPES[ast.unparse(node.returns)] for node in functions if node.returns}
     translated = [_Function(node, returned, name).text() for node in functions if node.name != "step_all"]
-    return _HEADER.format(
+    template = files("restitution.law").joinpath("contact_law.h.template").read_text(encoding="utf-8")
+    return Template(template).substitute(
         text="\n".join(line for text in paragraphs for line in wrap(_safe(text), _WIDTH) or [""]),
         guard=f"{upper}_H", upper=upper, name=name, size=size, count=len(constants),
         places=indent(",\n".join(f"{upper}_{key} = {value}" for key, value in places.items()), "    "),
@@ -119,10 +80,8 @@ class _Function(ast.NodeTransformer):
             for kind, names in groupby(local, key=lambda pair: pair[0])
         ]
         comment = wrap(f"/* {' '.join((ast.get_docstring(source) or '').split())} */", _WIDTH, subsequent_indent="   ")
-        given = ", ".join(
-            f"{kind}{name}" if kind.endswith("*") else f"{kind} {name}" for name, kind in arguments.items()
-        )
-        head = f"static inline {self.returned[source.name]} {self.function(source.name)}({given})"
+        named = (f"{kind}{' ' * (not kind.endswith('*'))}{name}" for name, kind in arguments.items())
+        head = f"static inline {self.returned[source.name]} {self.function(source.name)}({', '.join(named)})"
         body = "".join(f"    {line};\n" for line in variables) + statements
         return "\n".join(comment) + f"\n{head}\n{{\n{body}}}\n"
 
@@ -136,6 +95,9 @@ class _Function(ast.NodeTransformer):
 
     def statement(self, node: ast.stmt) -> str:
         match node:
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Tuple(elts=values)):
+                pairs = zip(targets, values, strict=True)
+                return "".join(self.statement(ast.Assign([target], value)) for target, value in pairs)
             case ast.Assign(targets=[target]):
                 self.declare(target, self.type_of(node.value))
                 return f"{self.expression(target)} = {self.expression(node.value)};\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from dataclasses import dataclass, field, replace
@@ -13,18 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Numeric, finite, single_positive, whole
-from restitution.contact.path import PathTable, path_table
+from restitution.checks import Array, Numeric, finite, single_positive, whole
+from restitution.contact.table import PathTable, path_table
 from restitution.errors import InputError, InputTypeError
-from restitution.files import path_of, whole_file
+from restitution.files import path_of, write_text
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Body, Impact, collision, two_bodies
 from restitution.impact.window import require_known
-from restitution.law.nodes import DEPTH, labels, state_size
+from restitution.law.step import DEPTH, labels, state_size
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
-
-Array = NDArray[np.float64]
+from restitution.material.viscoelastic import Material, single_material
 
 # Fewest nodes: after thinning, which keeps half and two, there is room for new ones.
 _FEWEST = 8
@@ -69,7 +68,7 @@ class ContactLaw:
     restitution_error: float = 0.0
 
     def start(self, contacts: int | None = None, *, depth: ArrayLike = 0.0) -> Array:
-        """State of contacts before first touch.
+        """Return the state of contacts before first touch.
 
         Parameters
         ----------
@@ -99,7 +98,7 @@ class ContactLaw:
         return state
 
     def step(self, state: Array, depth: ArrayLike, dt: float) -> Numeric:
-        """Force [N] after a time step; the state is changed in place.
+        """Return the force [N] after a time step; the state is changed in place.
 
         Parameters
         ----------
@@ -121,10 +120,10 @@ class ContactLaw:
             If a number is out of range; the state is then unchanged.
         """
         if not isinstance(state, np.ndarray) or state.dtype != np.float64 or not state.flags.c_contiguous:
-            raise InputTypeError("state", wanted="must be an array that `start` returned")
+            raise InputTypeError("state", rule="must be an array that `start` returned")
         if state.ndim not in (1, 2) or state.shape[-1] != self.state_size:
-            wanted = f"must be ({self.state_size},) or (contacts, {self.state_size}), as `start` returns"
-            raise InputError("state.shape", state.shape, wanted)
+            rule = f"must be ({self.state_size},) or (contacts, {self.state_size}), as `start` returns"
+            raise InputError("state.shape", state.shape, rule)
         depths = np.ascontiguousarray(_like("depth", finite("depth", depth, "m"), state.shape[:-1]))
         if np.any(depths > self.max_depth):
             raise InputError("depth", float(depths.max()), f"must be <= {self.max_depth:g} m", "m")
@@ -162,7 +161,7 @@ class ContactLaw:
         return advance
 
     def reduced(self, terms: int = 2, *, extrapolate: bool = False) -> ContactLaw:
-        """Law with fewer terms, which takes less time and memory.
+        """Return the law with fewer terms, which takes less time and memory.
 
         Parameters
         ----------
@@ -203,7 +202,6 @@ class ContactLaw:
         require_known(self.impact, extrapolate=extrapolate)
         if len(self._branches) <= terms:
             return self
-        from restitution.law.reduction import reduced_series
 
         modulus, error = reduced_series(self.impact, self.modulus, terms)
         return replace(self, modulus=modulus, restitution_error=error)
@@ -251,9 +249,7 @@ class ContactLaw:
         values, meanings = self.constants.tolist(), labels(len(self._branches))
         meanings += ["table of the profile"] * (len(values) - len(meanings))
         text = header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size)
-        with whole_file(target) as partial:
-            partial.write_text(text, encoding="utf-8")
-        return target
+        return write_text(target, text)
 
     @property
     def _branches(self) -> list[tuple[float, float]]:
@@ -264,7 +260,7 @@ class ContactLaw:
 
     @cached_property
     def constants(self) -> Array:
-        """Constants of the law in the order that the module `restitution.law.nodes` describes."""
+        """Constants of the law in the order that the module `restitution.law.step` describes."""
         table, described, exponent, coefficient, cells = self._table, np.zeros(0), -1.0, 0.0, 0
         if table is None:
             profile = self.impact.profile
@@ -285,7 +281,7 @@ class ContactLaw:
 def contact_law(
     problem: Impact | tuple[Body, Body], *, max_nodes: int = 32, max_depth: float | None = None
 ) -> ContactLaw:
-    """Contact law with memory for codes that step in time, such as discrete-element and multibody codes.
+    """Return the contact law with memory for codes that step in time, such as discrete-element and multibody codes.
 
     Parameters
     ----------
@@ -350,20 +346,23 @@ def contact_law(
     >>> law = rs.contact_law((ball, ball))
     """
     impact = problem if isinstance(problem, Impact) else collision(*two_bodies(problem), velocity=1.0)
+    for name in ("material", "counter_material"):
+        if getattr(impact, name) is not None:
+            single_material(name, getattr(impact, name))
     impact.contact.warn_if_approximate("contact law")
     profile, nodes = impact.profile, whole("max_nodes", max_nodes, _FEWEST)
-    limit, given = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
+    limit, largest = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
     exponent, coefficient = profile.path_exponent, profile.path_coefficient
     if np.ndim(limit) or np.ndim(profile.stiffness_radius(0.0)):
         raise InputError("profile", profile, "must have single numbers as parameters: a law describes one profile")
-    if given is not None and given > limit:
-        raise InputError("max_depth", given, f"must be <= {limit:g} m, {profile.end}", "m")
+    if largest is not None and largest > limit:
+        raise InputError("max_depth", largest, f"must be <= {limit:g} m, {profile.end}", "m")
     if exponent is not None and coefficient is not None:
-        return ContactLaw(impact, impact.reduced_modulus, nodes, float(limit if given is None else given), None)
-    if given is None:
+        return ContactLaw(impact, impact.reduced_modulus, nodes, float(limit if largest is None else largest), None)
+    if largest is None:
         deepest = np.nanmax(Batch.from_impact(impact).solve(1e-6)["max_indentation_depth"])
-        given = min(float(limit), _DEEPER * float(deepest))
-    return ContactLaw(impact, impact.reduced_modulus, nodes, given, path_table(profile, given, _TABLE_RTOL))
+        largest = min(float(limit), _DEEPER * float(deepest))
+    return ContactLaw(impact, impact.reduced_modulus, nodes, largest, path_table(profile, largest, _TABLE_RTOL))
 
 
 def _like(name: str, values: Numeric, shape: tuple[int, ...]) -> Array:
@@ -381,3 +380,81 @@ def _provenance(material: Material) -> str:
     if material.window is None:
         return stated
     return f"{stated}; known for times from {material.window[0]:.4g} to {material.window[1]:.4g} s"
+
+
+# A Prony series with few terms for the impacts of a longer one: first its modulus, then the impacts themselves.
+
+# Band of the fit over pi/T, number of frequencies, and distance in log(frequency) at which their weight falls.
+_LOW, _HIGH, _COUNT, _WIDTH = 0.3, 10.0, 60, 0.7
+# Times are within the band times this and its reciprocal: beyond, a term is a spring or a dashpot.
+_BEYOND = 1e-2
+# Ratio of the last to the first time of each start, whose middle is this share of the contact time.
+_SPANS, _MIDDLE = (1.0, 10.0, 100.0, 1e4), 0.3
+# Cost of a change of a constant by a factor e, beside errors of the impacts.
+_STIFFNESS = 1e-3
+
+
+def reduced_series(impact: Impact, series: PronySeries, terms: int) -> tuple[PronySeries, float]:
+    """Return a series of at most `terms` branches, with the dashpot, and its largest error of e at the impacts."""
+    # SciPy takes 0.2 s to import.
+    from scipy.optimize import least_squares
+
+    exact = Batch.from_impact(impact).solve(1e-8)
+    if not np.all(np.isfinite(exact["contact_time"])):
+        raise InputError("impact", rule="must separate: the contact time is the scale of the reduced terms")
+    start = _of_modulus(series, exact["contact_time"], terms)
+    count = start.n_branches
+
+    def changed(logarithms: Array) -> PronySeries:
+        factors = np.exp(logarithms)
+        moduli, times = start.branch_moduli * factors[2 : 2 + count], start.relaxation_times * factors[2 + count :]
+        viscosity = start.parallel_viscosity * factors[1]
+        return PronySeries(start.equilibrium_modulus * factors[0], moduli, times, parallel_viscosity=viscosity)
+
+    def errors(logarithms: Array) -> dict[str, Array]:
+        outputs = Batch.from_impact(impact, changed(logarithms)).solve(1e-8)
+        names = ("restitution_coefficient", "contact_time", "max_force")
+        return {name: outputs[name] - exact[name] for name in names}
+
+    def residuals(logarithms: Array) -> Array:
+        of_impacts = errors(logarithms)
+        relative = [of_impacts[name] / exact[name] for name in ("contact_time", "max_force")]
+        return np.concatenate([of_impacts["restitution_coefficient"], *relative, _STIFFNESS * logarithms])
+
+    best = least_squares(residuals, np.zeros(2 + 2 * count), diff_step=1e-4, max_nfev=20).x
+    return changed(best), float(np.abs(errors(best)["restitution_coefficient"]).max())
+
+
+def _of_modulus(series: PronySeries, contact_time: Array, terms: int) -> PronySeries:
+    """Return the series whose complex modulus is nearest at the frequencies pi/T, and near at those around them."""
+    from scipy.optimize import least_squares, nnls
+
+    first, last = math.pi / contact_time.max(), math.pi / contact_time.min()
+    omega = np.geomspace(_LOW * first, _HIGH * last, _COUNT)
+    modulus = series.carson_transform(1j * omega)
+    outside = np.log(omega / np.clip(omega, first, last)) / _WIDTH
+    weights = 1.0 / (np.abs(modulus) * np.sqrt(1.0 + outside**2))
+    fixed = [np.ones(_COUNT)] + [1j * omega / last] * (series.parallel_viscosity > 0.0)
+    data = _parts(weights * modulus)
+
+    def columns(logarithms: Array) -> Array:
+        s = 1j * omega[:, None] * np.exp(logarithms)
+        return _parts(weights[:, None] * np.column_stack([*fixed, s / (1.0 + s)]))
+
+    def residuals(logarithms: Array) -> Array:
+        matrix = columns(logarithms)
+        return matrix @ nnls(matrix, data)[0] - data
+
+    free, middle = terms - len(fixed) + 1, _MIDDLE * math.sqrt(contact_time.min() * contact_time.max())
+    starts = [np.log(middle) + np.linspace(-0.5, 0.5, free + 2)[1:-1] * math.log(span) for span in _SPANS]
+    bounds = np.log(_BEYOND / omega[-1]), -np.log(_BEYOND * omega[0])
+    fits = [least_squares(residuals, start, diff_step=1e-4, bounds=bounds) for start in starts] if free else []
+    logarithms = min(fits, key=lambda fit: fit.cost).x if fits else np.zeros(0)
+    spring, *others = nnls(columns(logarithms), data)[0]
+    viscosity = others.pop(0) / last if len(fixed) > 1 else 0.0
+    return PronySeries(spring, others, np.exp(logarithms), parallel_viscosity=viscosity).simplified()
+
+
+def _parts(values: NDArray[np.complex128]) -> Array:
+    """Return real and imaginary parts, one below the other."""
+    return np.concatenate([values.real, values.imag])

@@ -9,37 +9,124 @@ import math
 from numpy.typing import NDArray
 
 from restitution.kernel.compile import compiled, entry_point
-from restitution.law.nodes import (
-    BEND,
-    BEYOND,
-    BORN,
-    BRANCH,
-    BRANCHES,
-    BULGE,
-    CLOCK,
-    CONSTANTS,
-    CONTACT,
-    COUNT,
-    DECAY,
-    DEPTH,
-    DISPLACEMENT,
-    EDGE,
-    ELAPSED,
-    EQUILIBRIUM,
-    GAIN,
-    INTEGRAL,
-    MAX_DEPTH,
-    NODES,
-    NUMBERS,
-    PLACE,
-    RADIUS,
-    RATE,
-    ROWS,
-    STEP,
-    STIFFNESS,
-    TRIAL,
-)
-from restitution.law.radius import integral_at, radius_at
+
+# Places of the numbers in the two arrays of the contact law: the constants of the law, and the state of a contact.
+#
+# `law` holds the entries below, then the moduli and the times of the branches, then the table of a profile that is no
+# power law. A branch with time 0 is a dashpot, and its modulus a viscosity. The table holds the ends of its cells over
+# s = sqrt(depth), the origin, start and width of each cell, and the polynomials of a and of its integral.
+#
+# `state` holds the entries below, then five numbers for each branch, then the rows of the nodes. A node is a place of
+# the foundation. It lies where the surface was touched when the depth first reached `PLACE`.
+
+# Constants of the law.
+BRANCHES, NODES, EQUILIBRIUM, EXPONENT, COEFFICIENT, MAX_DEPTH, CELLS, CONSTANTS = range(8)
+
+# State of a contact.
+COUNT = 0  # nodes
+CONTACT = 1  # nodes in contact: all up to the edge of the contact
+DEPTH, RATE, STEP = 2, 3, 4  # depth, mean rate and length of the last step; length 0 before the first one
+CLOCK = 5  # time
+ELAPSED = 6  # length of step to which the decay, gain and bend of the branches belong
+STIFFNESS = 7  # line load of all branches at the end of a step in which the displacement grows by 1
+RADIUS = 8  # contact radius at the last node
+# Of the cell at the edge: if its outer node was released, the growth of the contact radius over the cell; if the body
+# touches the cell again, the gap at the outer node when the edge was at the inner one, with a minus sign.
+EDGE = 9
+NUMBERS = 10
+
+# Five numbers for each branch: three that depend on the length of the step alone, and two of the cell at the edge.
+DECAY = 0  # share of the line load that is left after the step
+GAIN = 1  # line load at the end, if the displacement grows by 1 at a constant rate
+BEND = 2  # further line load at the end, if the acceleration is 1 over the square of the step
+BULGE = 3  # line load at the middle of the cell beyond the mean of its ends
+BEYOND = 4  # line load at the outer end of the cell as if it still followed the body
+BRANCH = 5
+
+# Rows of the nodes; those of the line loads of the branches follow, and those of their inner forces: the integrals of
+# the line load over x up to the node, less the line load of the node times x.
+PLACE, BORN, INTEGRAL, DISPLACEMENT, TRIAL, ROWS = range(6)
+
+# Number of coefficients of the contact radius and of its integral in each cell of a table.
+RADIUS_TERMS, INTEGRAL_TERMS = 8, 12
+
+_MEANINGS = {
+    BRANCHES: "number of branches",
+    NODES: "largest number of nodes",
+    EQUILIBRIUM: "equilibrium modulus [Pa]",
+    EXPONENT: "exponent p of the contact radius a = c s^p, s = sqrt(depth); -1 for a table",
+    COEFFICIENT: "coefficient c [m^(1-p/2)]",
+    MAX_DEPTH: "largest depth [m]",
+    CELLS: "number of cells of the table of the profile",
+}
+
+
+def labels(branches: int) -> list[str]:
+    """Meaning of each constant of a law that has no table."""
+    of_branches = (
+        "modulus of branch {} [Pa]; of a dashpot its viscosity [Pa s]",
+        "time of branch {} [s]; of a dashpot 0",
+    )
+    return [*_MEANINGS.values(), *(text.format(k + 1) for text in of_branches for k in range(branches))]
+
+
+def state_size(branches: int, nodes: int) -> int:
+    """Length of the state of a contact."""
+    return NUMBERS + BRANCH * branches + nodes * (ROWS + 2 * branches)
+
+
+# Contact radius of the first approach over the depth, and its integral, from the constants of a law.
+
+
+@compiled
+def table_value(law: NDArray, depth: float, terms: int, before: int) -> float:
+    """Value of the piecewise polynomials of `terms` coefficients that follow those of `before` coefficients."""
+    branches = int(law[BRANCHES])
+    cells = int(law[CELLS])
+    ends = law[CONSTANTS + 2 * branches :]
+    place = math.sqrt(depth)
+    low = 0
+    high = cells
+    while high - low > 1:
+        middle = (low + high) // 2
+        if place < ends[middle]:
+            high = middle
+        else:
+            low = middle
+    cell = ends[cells + 1 + 3 * low :]
+    if cell[0] >= 0.0:
+        place = math.sqrt(max(place - cell[0], 0.0))
+    place = (place - cell[1]) / cell[2]
+    coefficients = ends[cells + 1 + (3 + before) * cells + terms * low :]
+    value = 0.0
+    for n in range(terms):
+        value = value * place + coefficients[terms - 1 - n]
+    return value
+
+
+@compiled
+def radius_at(law: NDArray, depth: float) -> float:
+    """Contact radius of the first approach at a depth >= 0."""
+    exponent = law[EXPONENT]
+    if exponent == 1.0:
+        return law[COEFFICIENT] * math.sqrt(depth)
+    if exponent == 0.0:
+        return law[COEFFICIENT]
+    if exponent == 2.0:
+        return law[COEFFICIENT] * depth
+    if exponent > 0.0:
+        return law[COEFFICIENT] * math.pow(depth, 0.5 * exponent)
+    return table_value(law, depth, RADIUS_TERMS, 0)
+
+
+@compiled
+def integral_at(law: NDArray, depth: float) -> float:
+    """Integral of the contact radius over the depth, from 0 to a depth >= 0."""
+    exponent = law[EXPONENT]
+    if exponent >= 0.0:
+        return 2.0 / (exponent + 2.0) * depth * radius_at(law, depth)
+    return table_value(law, depth, INTEGRAL_TERMS, RADIUS_TERMS)
+
 
 # Share of the largest depth below which an imprint is forgotten.
 FORGOTTEN = 1e-9
@@ -51,10 +138,8 @@ TINY = 1e-200
 def set_elapsed(law: NDArray, state: NDArray, elapsed: float) -> None:
     """Store the numbers of the branches for a length of step."""
     branches = int(law[BRANCHES])
-    moduli = law[CONSTANTS:]
-    times = law[CONSTANTS + branches :]
-    decay = state[NUMBERS + DECAY * branches :]
-    gain = state[NUMBERS + GAIN * branches :]
+    moduli, times = law[CONSTANTS:], law[CONSTANTS + branches :]
+    decay, gain = state[NUMBERS + DECAY * branches :], state[NUMBERS + GAIN * branches :]
     bend = state[NUMBERS + BEND * branches :]
     stiffness = law[EQUILIBRIUM]
     for k in range(branches):
@@ -84,11 +169,9 @@ def thin_out(law: NDArray, state: NDArray, count: int) -> int:
 
     In a contact that grows the force does not change, because the inner forces are those of the whole contact.
     """
-    branches = int(law[BRANCHES])
-    room = int(law[NODES])
+    branches, room = int(law[BRANCHES]), int(law[NODES])
     nodes = state[NUMBERS + BRANCH * branches :]
-    place = nodes[PLACE * room :]
-    born = nodes[BORN * room :]
+    place, born = nodes[PLACE * room :], nodes[BORN * room :]
     last = count - 1
     per_depth = 0.25 * room / place[last]
     per_time = 0.25 * room / (born[last] - born[0])
@@ -109,18 +192,12 @@ def touch_again(
     law: NDArray, state: NDArray, count: int, contact: int, depth: float, stiffness: float, lag: float
 ) -> int:
     """Advance the free nodes; return the number of nodes in contact, which grows if the body touches some again."""
-    branches = int(law[BRANCHES])
-    room = int(law[NODES])
-    decay = state[NUMBERS + DECAY * branches :]
-    gain = state[NUMBERS + GAIN * branches :]
-    bulge = state[NUMBERS + BULGE * branches :]
-    beyond = state[NUMBERS + BEYOND * branches :]
+    branches, room = int(law[BRANCHES]), int(law[NODES])
+    decay, gain = state[NUMBERS + DECAY * branches :], state[NUMBERS + GAIN * branches :]
+    bulge, beyond = state[NUMBERS + BULGE * branches :], state[NUMBERS + BEYOND * branches :]
     nodes = state[NUMBERS + BRANCH * branches :]
-    place = nodes[PLACE * room :]
-    integral = nodes[INTEGRAL * room :]
-    displacement = nodes[DISPLACEMENT * room :]
-    trial = nodes[TRIAL * room :]
-    loads = nodes[ROWS * room :]
+    place, integral, displacement = nodes[PLACE * room :], nodes[INTEGRAL * room :], nodes[DISPLACEMENT * room :]
+    trial, loads = nodes[TRIAL * room :], nodes[ROWS * room :]
     touched = contact
     for n in range(contact, count):
         total = law[EQUILIBRIUM] * displacement[n] + stiffness * (depth - place[n] - displacement[n])
@@ -153,8 +230,7 @@ def touch_again(
                 loads[k * room + n] = beyond[k]
     if touched > contact:
         for k in range(branches):
-            load = loads[k * room :]
-            inner = loads[(branches + k) * room :]
+            load, inner = loads[k * room :], loads[(branches + k) * room :]
             for n in range(contact, touched):
                 if n == 0:
                     inner[0] = 0.0
@@ -169,18 +245,12 @@ def touch_again(
 @compiled
 def release(law: NDArray, state: NDArray, contact: int, depth: float, risen: float, stiffness: float) -> int:
     """Let go of the nodes at the edge that would pull; return the number of nodes in contact."""
-    branches = int(law[BRANCHES])
-    room = int(law[NODES])
-    decay = state[NUMBERS + DECAY * branches :]
-    gain = state[NUMBERS + GAIN * branches :]
-    bulge = state[NUMBERS + BULGE * branches :]
-    beyond = state[NUMBERS + BEYOND * branches :]
+    branches, room = int(law[BRANCHES]), int(law[NODES])
+    decay, gain = state[NUMBERS + DECAY * branches :], state[NUMBERS + GAIN * branches :]
+    bulge, beyond = state[NUMBERS + BULGE * branches :], state[NUMBERS + BEYOND * branches :]
     nodes = state[NUMBERS + BRANCH * branches :]
-    place = nodes[PLACE * room :]
-    integral = nodes[INTEGRAL * room :]
-    displacement = nodes[DISPLACEMENT * room :]
-    trial = nodes[TRIAL * room :]
-    loads = nodes[ROWS * room :]
+    place, integral, displacement = nodes[PLACE * room :], nodes[INTEGRAL * room :], nodes[DISPLACEMENT * room :]
+    trial, loads = nodes[TRIAL * room :], nodes[ROWS * room :]
     left = contact
     while left > 0:
         n = left - 1
@@ -198,8 +268,7 @@ def release(law: NDArray, state: NDArray, contact: int, depth: float, risen: flo
         change = total / stiffness
         displacement[n] = depth - place[n] - change
         for k in range(branches):
-            load = loads[k * room :]
-            inner = loads[(branches + k) * room :]
+            load, inner = loads[k * room :], loads[(branches + k) * room :]
             beyond[k] = load[n]
             bulge[k] = 0.0
             if growth > 0.0:
@@ -215,13 +284,9 @@ def release(law: NDArray, state: NDArray, contact: int, depth: float, risen: flo
 @compiled
 def grow(law: NDArray, state: NDArray, count: int, depth: float, growth: float) -> float:
     """Put a node at the edge of a contact that grows; return half of the force."""
-    branches = int(law[BRANCHES])
-    room = int(law[NODES])
-    bend = state[NUMBERS + BEND * branches :]
-    nodes = state[NUMBERS + BRANCH * branches :]
-    place = nodes[PLACE * room :]
-    integral = nodes[INTEGRAL * room :]
-    loads = nodes[ROWS * room :]
+    branches, room = int(law[BRANCHES]), int(law[NODES])
+    bend, nodes = state[NUMBERS + BEND * branches :], state[NUMBERS + BRANCH * branches :]
+    place, integral, loads = nodes[PLACE * room :], nodes[INTEGRAL * room :], nodes[ROWS * room :]
     last = count - 1
     edge = radius_at(law, depth)
     total = integral_at(law, depth)
@@ -249,15 +314,10 @@ def force_within(
     The edge lies in the cell behind the last node in contact. There q is a parabola, with which the cell has the force
     that it had before its outer node was released.
     """
-    branches = int(law[BRANCHES])
-    room = int(law[NODES])
-    bend = state[NUMBERS + BEND * branches :]
-    bulge = state[NUMBERS + BULGE * branches :]
-    beyond = state[NUMBERS + BEYOND * branches :]
-    nodes = state[NUMBERS + BRANCH * branches :]
-    place = nodes[PLACE * room :]
-    integral = nodes[INTEGRAL * room :]
-    trial = nodes[TRIAL * room :]
+    branches, room = int(law[BRANCHES]), int(law[NODES])
+    bend, bulge = state[NUMBERS + BEND * branches :], state[NUMBERS + BULGE * branches :]
+    beyond, nodes = state[NUMBERS + BEYOND * branches :], state[NUMBERS + BRANCH * branches :]
+    place, integral, trial = nodes[PLACE * room :], nodes[INTEGRAL * room :], nodes[TRIAL * room :]
     loads = nodes[ROWS * room :]
     n = contact - 1
     force = law[EQUILIBRIUM] * integral[n]
@@ -294,8 +354,7 @@ def force_within(
 @compiled
 def is_forgotten(law: NDArray, state: NDArray, count: int) -> bool:
     """Whether the nodes, all of them free, have returned to where they were before the contact."""
-    branches = int(law[BRANCHES])
-    room = int(law[NODES])
+    branches, room = int(law[BRANCHES]), int(law[NODES])
     nodes = state[NUMBERS + BRANCH * branches :]
     limit = FORGOTTEN * nodes[PLACE * room + count - 1]
     for n in range(count):
@@ -312,8 +371,7 @@ def step(law: NDArray, state: NDArray, depth: float, dt: float) -> float:
     """Advance a contact by a time step to a depth; return its force, NaN beyond the largest depth of the law."""
     if not depth <= law[MAX_DEPTH]:
         return math.nan
-    branches = int(law[BRANCHES])
-    room = int(law[NODES])
+    branches, room = int(law[BRANCHES]), int(law[NODES])
     nodes = state[NUMBERS + BRANCH * branches :]
     count = int(state[COUNT])
     before = int(state[CONTACT])
@@ -345,10 +403,8 @@ def step(law: NDArray, state: NDArray, depth: float, dt: float) -> float:
         return 0.0
     if elapsed != state[ELAPSED]:
         set_elapsed(law, state, elapsed)
-    decay = state[NUMBERS + DECAY * branches :]
-    gain = state[NUMBERS + GAIN * branches :]
-    bend = state[NUMBERS + BEND * branches :]
-    bulge = state[NUMBERS + BULGE * branches :]
+    decay, gain = state[NUMBERS + DECAY * branches :], state[NUMBERS + GAIN * branches :]
+    bend, bulge = state[NUMBERS + BEND * branches :], state[NUMBERS + BULGE * branches :]
     beyond = state[NUMBERS + BEYOND * branches :]
     # A free dashpot has the velocity that follows from the mean ones of this step and of the last one.
     stiffness = state[STIFFNESS]
@@ -357,8 +413,7 @@ def step(law: NDArray, state: NDArray, depth: float, dt: float) -> float:
             stiffness += lag * gain[k]
         left = decay[k]
         gained = gain[k] * growth + bend[k] * acceleration * elapsed * elapsed + TINY
-        load = nodes[(ROWS + k) * room :]
-        inner = nodes[(ROWS + branches + k) * room :]
+        load, inner = nodes[(ROWS + k) * room :], nodes[(ROWS + branches + k) * room :]
         bulge[k] = left * bulge[k] + TINY
         beyond[k] = left * beyond[k] + gained
         for n in range(before):

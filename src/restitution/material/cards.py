@@ -1,30 +1,394 @@
-"""Material cards of finite-element codes: Abaqus (*VISCOELASTIC, *TRS) and ANSYS (TB,PRON and TB,SHIFT)."""
+"""Prony terms of files, and the material cards of finite-element codes, read and written.
+
+The cards are those of ANSYS (TB,PRON and TB,SHIFT) and Abaqus (*VISCOELASTIC and *TRS).
+"""
 
 from __future__ import annotations
 
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from restitution.checks import Array
 from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, whole_file
-from restitution.material.conversion import on_common_times, poisson_ratio, tension_factor
+from restitution.material.conversion import Deformation, bulk_factor, on_common_times, poisson_ratio, tension_factor
 from restitution.material.prony import PronySeries
+from restitution.material.sheet import FileError, Line, split_lines
 from restitution.material.shift import GAS_CONSTANT, WLF, Arrhenius
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, single_material
+from restitution.quantities import check_single
 
-Array = NDArray[np.float64]
-
+# Printed relative moduli add up to one apart from rounding: four decimals, some thirty terms.
+_SUM_TOLERANCE = 2e-3
+_EPS = float(np.finfo(np.float64).eps)
 # Characters of a number in the data lines of Abaqus.
 _WIDEST = 20
 # Share of the equilibrium in the glass modulus, below which the shares of double numbers do not fix it to 1e-6.
 _SMALLEST_EQUILIBRIUM = 1e-10
 _HEAD = "Isotropic linear-viscoelastic material, written by restitution. SI units: Pa, s, kg/m3."
+
+
+@dataclass(frozen=True, eq=False)
+class PronyTerms:
+    """Terms of a Prony series, absolute or relative to the instantaneous modulus."""
+
+    relaxation_times: Array  # tau_k [s], shape (n_branch,)
+    moduli: Array  # R_k [Pa], or R_k/R_0 [-] if `relative`, shape (n_branch,)
+    relative: bool  # whether the moduli are shares of the instantaneous modulus
+    deformation: Deformation | None = None  # None where the file does not state it
+    instantaneous_modulus: float | None = None  # R_0 [Pa], None where the file does not state it
+    equilibrium_modulus: float | None = None  # R_inf [Pa], None where the file does not state it
+    source: str = ""  # name of the file
+    notes: tuple[str, ...] = ()  # remarks of the reader: units that were assumed, columns that are not used
+
+    @property
+    def window(self) -> tuple[float, float] | None:
+        """Shortest and longest relaxation time [s], None for a single one."""
+        return _span(self.relaxation_times)
+
+    def series(
+        self, *, instantaneous_modulus: float | None = None, equilibrium_modulus: float | None = None
+    ) -> PronySeries:
+        """Prony series, with the end modulus from the file unless R_0 or R_inf [Pa] is given here.
+
+        Absolute terms need no end modulus; without one they are those of a liquid. Relative terms are shares of the
+        instantaneous modulus, or of the difference where both end moduli are given. If they add up to one, they are
+        those of a liquid. An end modulus that is missing or contradicts the terms is refused.
+
+        Examples
+        --------
+        >>> terms = PronyTerms(np.array([1.0, 10.0]), np.array([0.5, 0.25]), relative=True)
+        >>> terms.series(instantaneous_modulus=8.0)
+        PronySeries(2.0, [4.0, 2.0], [1.0, 10.0])
+        """
+        high, low = instantaneous_modulus, equilibrium_modulus
+        if high is None and low is None:
+            high, low = self.instantaneous_modulus, self.equilibrium_modulus
+        high = None if high is None else check_single("instantaneous_modulus", high)
+        low = None if low is None else check_single("equilibrium_modulus", low)
+        if self.relative:
+            low, moduli = self._from_shares(high, low)
+            return PronySeries(low, moduli, self.relaxation_times)
+        total = float(self.moduli.sum())
+        if high is not None and low is not None and abs(high - low - total) > _SUM_TOLERANCE * high:
+            raise InputError("instantaneous_modulus", high, f"must be {low + total:g} Pa, the sum of all", "Pa")
+        if low is None:
+            low = 0.0 if high is None else high - total
+            if low < -_SUM_TOLERANCE * total:
+                raise InputError("instantaneous_modulus", high, f"must be >= {total:g} Pa, the sum of the terms", "Pa")
+        return PronySeries(max(low, 0.0), self.moduli, self.relaxation_times)
+
+    def _from_shares(self, high: float | None, low: float | None) -> tuple[float, Array]:
+        """Equilibrium modulus and branch moduli of relative terms."""
+        total = float(self.moduli.sum())
+        rule = ""
+        if total > 1.0 + _SUM_TOLERANCE:
+            rule = "must be at most 1"
+        elif high is not None:
+            if low is None:
+                # Shares that add up to one but for rounding are those of a liquid.
+                rest = 1.0 - total
+                return high * rest if rest > _EPS * self.moduli.size else 0.0, self.moduli * high
+            if low > high:
+                raise InputError("equilibrium_modulus", low, f"must be <= {high:g} Pa, the instantaneous", "Pa")
+            share = 1.0 - low / high
+            if min(abs(total - 1.0), abs(total - share)) <= _SUM_TOLERANCE:
+                return low, self.moduli * ((high - low) / total)
+            rule = f"must be 1 (shares of the difference) or {share:.6g} (shares of the instantaneous modulus)"
+        elif low is not None:
+            if total < 1.0 - 1e-12:
+                return low, self.moduli * (low / (1.0 - total))
+            rule = "must be below 1"
+        else:
+            names = "instantaneous_modulus or equilibrium_modulus"
+            raise InputError(names, rule="one must be given, as the terms are relative")
+        raise InputError("moduli", rule=f"the relative moduli add up to {total:.6g}: {rule}")
+
+
+def beyond_one(shares: Array) -> int | None:
+    """Index of the relative modulus with which their sum passes one, None where it does not."""
+    beyond = np.flatnonzero(shares.cumsum() > 1.0 + _SUM_TOLERANCE)
+    return int(beyond[0]) if beyond.size else None
+
+
+def _span(times: Array) -> tuple[float, float] | None:
+    return (float(times.min()), float(times.max())) if times.size > 1 else None
+
+
+@dataclass(frozen=True, eq=False)
+class ViscoelasticDeck:
+    """Material of a solver deck, in SI: relative Prony terms and elastic constants; what it lacks is None."""
+
+    shear: PronyTerms | None
+    bulk: PronyTerms | None
+    youngs_modulus: float | None  # E [Pa]
+    poisson_ratio: float | None  # nu [-]
+    long_term: bool  # whether E and nu are those of long times (and not instantaneous)
+    density: float | None  # [kg/m3]
+    name: str | None  # name of the material in the deck
+    source: str = ""  # name of the file
+    shift: WLF | Arrhenius | None = None  # time-temperature shift
+
+    def material(self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None) -> Material:
+        """Material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
+
+        A missing constant is refused, and so are constants of long times where the terms add up to one.
+
+        Examples
+        --------
+        >>> terms = PronyTerms(np.array([2.0]), np.array([0.5]), relative=True)
+        >>> ViscoelasticDeck(terms, None, 9.0, 0.5, long_term=False, density=None, name=None).material().shear
+        PronySeries(1.5, [1.5], [2.0])
+        """
+        modulus = self.youngs_modulus if youngs_modulus is None else youngs_modulus
+        ratio = self.poisson_ratio if poisson_ratio is None else poisson_ratio
+        if modulus is None or ratio is None:
+            name = "youngs_modulus" if modulus is None else "poisson_ratio"
+            raise InputError(name, rule="must be given, as the deck lacks it", where=self.source)
+        shear = check_single("youngs_modulus", modulus) / tension_factor(ratio)
+        with np.errstate(over="ignore"):
+            bulk = shear * bulk_factor(ratio)
+        if math.isinf(bulk) and ratio < 0.5:
+            rule = f"must be smaller: the bulk modulus overflows with a Poisson ratio of {ratio:g}"
+            raise InputError("youngs_modulus", modulus, rule, "Pa", where=self.source)
+        key = "equilibrium_modulus" if self.long_term else "instantaneous_modulus"
+        times = [one.relaxation_times for one in (self.shear, self.bulk) if one is not None]
+        return Material(
+            shear if self.shear is None else self.shear.series(**{key: shear}),
+            bulk if self.bulk is None or math.isinf(bulk) else self.bulk.series(**{key: bulk}),
+            density=self.density,
+            name=self.name,
+            source=self.source or None,
+            shift=self.shift,
+            window=_span(np.unique(np.concatenate(times))) if times else None,
+        )
+
+
+class _Entry(NamedTuple):
+    """Number of a deck and the line where it stands."""
+
+    value: float
+    line: int
+
+
+_Constants = dict[str, _Entry]
+_PROPERTIES = {"EX": "youngs_modulus", "PRXY": "poisson_ratio", "NUXY": "poisson_ratio", "DENS": "density"}
+_SHIFTS = {"WLF", "TN"}  # of ANSYS
+_KINDS: dict[str, Deformation] = {"SHEA": "shear", "": "shear", "BULK": "bulk"}
+
+
+def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
+    """Material of an ANSYS deck: TB,PRON in shear and bulk, MP,EX, PRXY or NUXY (instantaneous), and DENS.
+
+    TB,SHIFT of the kinds WLF and TN are read too, with the offset of TOFFST.
+    """
+    tables: dict[tuple[str, str], tuple[_Entry, dict[int, _Entry]]] = {}
+    constants: dict[str, _Constants] = {}
+    active: tuple[str, str] | None = None
+    offset = 0.0
+    for line in split_lines(text):
+        cells = [cell.strip() for cell in line.text.split("!")[0].split(",")]
+        command, cells = cells[0].upper(), [*cells[1:], *[""] * 6]
+        if command == "TB":
+            active = None
+            if cells[0].upper().startswith("PRON"):
+                kind = _KINDS.get(cells[4].upper()[:4])
+                if kind is None:
+                    raise FileError(source, line.number, f"TB,PRON for {cells[4]!r}: must be SHEAR or BULK")
+                active = cells[1] or "1", kind
+                if active in tables:
+                    raise FileError(source, line.number, f"second TB,PRON table in {kind}: must be one")
+                if cells[2] and _number(source, line, cells[2]) != 1:
+                    raise FileError(source, line.number, f"{cells[2]} temperatures: must be 1")
+                count = _number(source, line, cells[3]) if cells[3] else 0
+                tables[active] = _Entry(count, line.number), {}
+            elif cells[0].upper() == "SHIFT" and cells[4].upper() in _SHIFTS:
+                active = cells[1] or "1", cells[4].upper()
+                tables[active] = _Entry(0, line.number), {}
+        elif command == "TOFFST":
+            offset = _number(source, line, cells[0])
+        elif command == "TBDATA" and active is not None:
+            place = _number(source, line, cells[0]) if cells[0] else 1.0
+            if place < 1.0 or place % 1.0:
+                raise FileError(source, line.number, f"TBDATA from place {cells[0]}: must be a whole number >= 1")
+            first = int(place)
+            for i, cell in enumerate(cells[1:]):
+                if cell:
+                    tables[active][1][first + i] = _Entry(_number(source, line, cell), line.number)
+        elif command == "MP" and cells[0].upper() in _PROPERTIES:
+            entry = _Entry(_number(source, line, cells[2]), line.number)
+            constants.setdefault(cells[1] or "1", {})[_PROPERTIES[cells[0].upper()]] = entry
+    # Without a name, elastic materials beside a viscoelastic one are its surroundings.
+    relaxing = [material for material, kind in tables if kind not in _SHIFTS]
+    chosen = _chosen(source, relaxing if relaxing and name is None else [*relaxing, *constants], name)
+    found = {kind: table for (one, kind), table in tables.items() if one == chosen}
+    own = {kind: _ansys_terms(source, kind, *found[kind]) for kind in _KINDS.values() if kind in found}
+    deck = _deck(source, chosen, own, constants.get(chosen, {}), long_term=False)
+    for kind in _SHIFTS & found.keys():
+        values = [entry.value for _, entry in sorted(found[kind][1].items())]
+        deck = replace(deck, shift=_shift(source, kind, found[kind][0].line, values, -offset))
+    return deck
+
+
+def _ansys_terms(source: str, kind: Deformation, count: _Entry, data: dict[int, _Entry]) -> PronyTerms:
+    needed = 2 * (int(count.value) or len(data) // 2)
+    if len(data) != needed or sorted(data) != list(range(1, needed + 1)):
+        last = max((entry.line for entry in data.values()), default=count.line)
+        should = f"must be {needed}, numbered from 1, for {needed // 2} terms (line {count.line})"
+        raise FileError(source, last, f"{len(data)} constants in TBDATA: {should}")
+    entries = [data[i] for i in range(1, needed + 1)]
+    return _terms(source, kind, entries[0::2], entries[1::2])
+
+
+def _shift(source: str, kind: str, line: int, values: Sequence[float], zero: float) -> WLF | Arrhenius:
+    """Shift of a kind of the two codes; `zero` is the temperature of absolute zero in the deck."""
+    needed = 3 if kind == "WLF" else 2
+    if len(values) != needed:
+        raise FileError(source, line, f"{len(values)} constants of the shift: must be {needed}")
+    try:
+        if kind == "WLF":
+            return WLF(values[0] - zero, values[1], values[2])
+        return Arrhenius(values[0] - zero, values[1] * (GAS_CONSTANT if kind == "TN" else 1.0))
+    except InputError as error:
+        raise FileError(source, line, str(error)) from None
+
+
+class _Block(NamedTuple):
+    """Keyword of an Abaqus deck, its options, its line, and the lines of data below."""
+
+    keyword: str
+    options: dict[str, str]
+    line: int
+    data: list[Line]
+
+
+def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
+    """Material of an Abaqus deck: *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i), *ELASTIC (E, nu) and *DENSITY.
+
+    E and nu are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS. *TRS is read too, with the
+    ABSOLUTE ZERO of *PHYSICAL CONSTANTS, unless a user subroutine defines it.
+    """
+    materials: dict[str, list[_Block]] = {"": []}
+    current, zero, shift = "", 0.0, None
+    for block in _abaqus_blocks(source, text):
+        if block.keyword == "*PHYSICAL CONSTANTS" and "ABSOLUTE ZERO" in block.options:
+            zero = _number(source, Line(block.line, ""), block.options["ABSOLUTE ZERO"])
+        if block.keyword == "*MATERIAL":
+            current = block.options.get("NAME", "").strip('"')
+            if any(earlier.keyword == "*MATERIAL" for earlier in materials.setdefault(current, [])):
+                what = f"of the name {current}" if current else "without a name"
+                raise FileError(source, block.line, f"second *MATERIAL {what}: must be one")
+        materials[current].append(block)
+    named = [key for key in materials if key]
+    chosen = _chosen(source, named, name) if named or name is not None else ""
+    constants: _Constants = {}
+    terms: dict[str, PronyTerms] = {}
+    long_term = True
+    for keyword, options, line, data in materials[chosen]:
+        if keyword in ("*ELASTIC", "*DENSITY"):
+            if len(data) != 1:
+                raise FileError(source, line, f"{len(data)} lines of data: must be 1, for one temperature")
+            names = ("youngs_modulus", "poisson_ratio") if keyword == "*ELASTIC" else ("density",)
+            constants |= zip(names, _row(source, data[0], len(names)), strict=True)
+            if keyword == "*ELASTIC":
+                long_term = not options.get("MODULI", "").upper().startswith("INST")
+        elif keyword == "*VISCOELASTIC":
+            if options.get("TIME", "").upper() != "PRONY":
+                raise FileError(source, line, "*VISCOELASTIC: must have TIME=PRONY")
+            if not data:
+                raise FileError(source, line, "*VISCOELASTIC is followed by no terms")
+            g, k, tau = zip(*(_row(source, row, 3) for row in data), strict=True)
+            both: dict[Deformation, tuple[_Entry, ...]] = {"shear": g, "bulk": k}
+            terms = {x: _terms(source, x, own, tau) for x, own in both.items() if any(one.value for one in own)}
+        elif keyword == "*TRS" and (kind := options.get("DEFINITION", "WLF").upper()) in ("WLF", "ARRHENIUS"):
+            row = _row(source, data[0], 3 if kind == "WLF" else 2) if data else []
+            shift = _shift(source, kind, line, [entry.value for entry in row], zero)
+    deck = _deck(source, chosen or None, terms, constants, long_term=long_term)
+    return deck if shift is None else replace(deck, shift=shift)
+
+
+def _abaqus_blocks(source: str, text: str) -> list[_Block]:
+    blocks: list[_Block] = []
+    goes_on = False
+    for line in split_lines(text):
+        if line.text.startswith("**"):
+            continue
+        if line.text.startswith("*") or goes_on:
+            cells = [cell.strip() for cell in line.text.split(",")]
+            if not goes_on:
+                blocks.append(_Block(re.sub(r"\s+", " ", cells.pop(0)).upper(), {}, line.number, []))
+            for cell in filter(None, cells):
+                key, _, value = cell.partition("=")
+                blocks[-1].options[key.strip().upper()] = value.strip()
+            goes_on = line.text.endswith(",")
+        elif blocks:
+            blocks[-1].data.append(line)
+        else:
+            raise FileError(source, line.number, f"{line.text!r}: must stand below a keyword")
+    return blocks
+
+
+def _row(source: str, line: Line, count: int) -> list[_Entry]:
+    cells = [cell.strip() for cell in line.text.rstrip(",").split(",")]
+    if len(cells) < count:
+        raise FileError(source, line.number, f"{len(cells)} values: must be {count}")
+    return [_Entry(_number(source, line, cell) if cell else 0.0, line.number) for cell in cells[:count]]
+
+
+def _number(source: str, line: Line, cell: str) -> float:
+    try:
+        # Fortran's exponent, which decks may have.
+        value = float(cell.replace("D", "E").replace("d", "e"))
+    except ValueError:
+        raise FileError(source, line.number, f"{cell!r}: must be a number") from None
+    if not math.isfinite(value):
+        raise FileError(source, line.number, f"{cell!r}: must be finite")
+    return value
+
+
+def _chosen(source: str, names: list[str], name: str | None) -> str:
+    """Name of the only material, or of the chosen one."""
+    known = list(dict.fromkeys(names))
+    if name is None and len(known) == 1:
+        return known[0]
+    found = [one for one in known if name is not None and one.upper() == name.strip().upper()]
+    if not found:
+        what = f"has {len(known)} materials" if name is None else f"has no material {name!r}"
+        advice = f"choose one by its name, {' or '.join(known)}" if known else "its material has no name"
+        raise FileError(source, 0, f"{what}: {advice}")
+    return found[0]
+
+
+def _terms(source: str, kind: Deformation, moduli: Sequence[_Entry], times: Sequence[_Entry]) -> PronyTerms:
+    for modulus, time in zip(moduli, times, strict=True):
+        if modulus.value < 0:
+            raise FileError(source, modulus.line, f"relative modulus in {kind} = {modulus.value:g}: must be >= 0")
+        if time.value <= 0:
+            raise FileError(source, time.line, f"relaxation time in {kind} = {time.value:g}: must be > 0")
+    shares = np.array([entry.value for entry in moduli])
+    if (beyond := beyond_one(shares)) is not None:
+        message = f"relative moduli in {kind} add up to {shares.sum():.6g}: must be at most 1"
+        raise FileError(source, moduli[beyond].line, message)
+    return PronyTerms(np.array([entry.value for entry in times]), shares, True, kind, source=source)
+
+
+def _deck(
+    source: str, name: str | None, terms: dict[str, PronyTerms], constants: _Constants, *, long_term: bool
+) -> ViscoelasticDeck:
+    for key, (value, line) in constants.items():
+        try:
+            _ = tension_factor(value) if key == "poisson_ratio" else check_single(key, value)
+        except InputError as error:
+            raise FileError(source, line, str(error)) from None
+    numbers = {key: entry.value for key, entry in constants.items()}
+    modulus, ratio, density = map(numbers.get, ("youngs_modulus", "poisson_ratio", "density"))
+    return ViscoelasticDeck(terms.get("shear"), terms.get("bulk"), modulus, ratio, long_term, density, name, source)
 
 
 def write_material(material: Material | Sequence[Material], path: str | Path) -> Path:
@@ -78,6 +442,8 @@ def write_material(material: Material | Sequence[Material], path: str | Path) ->
     several: list[Any] = list(material) if isinstance(material, list | tuple) else [material]
     if not several or not all(isinstance(one, Material) for one in several):
         raise InputTypeError("material", material, "must be a Material or several (of a fractional model: within)")
+    for place, one in enumerate(several):
+        single_material(f"material[{place}]" if len(several) > 1 else "material", one)
     lines = [line for number, one in enumerate(several, 1) for line in code(_Card.of(one, number))]
     with whole_file(path) as partial:
         partial.write_bytes("".join(f"{line}\n" for line in lines).encode("ascii", "replace"))
@@ -98,10 +464,8 @@ class _Card(NamedTuple):
         series = {"shear": shear} | ({"bulk": bulk} if isinstance(bulk, PronySeries) else {})
         for name, one in series.items():
             if one.parallel_viscosity > 0:
-                wanted = (
-                    "must be 0: the cards have branches but no dashpot in parallel; give it a short relaxation time"
-                )
-                raise InputError(f"{name}.parallel_viscosity", one.parallel_viscosity, wanted, "Pa s")
+                rule = "must be 0: the cards have branches but no dashpot in parallel; give it a short relaxation time"
+                raise InputError(f"{name}.parallel_viscosity", one.parallel_viscosity, rule, "Pa s")
         if isinstance(material.shift, WLF | Arrhenius):
             material = material.at(material.shift.reference_temperature)
             shear, bulk = material.shear, material.bulk
@@ -168,25 +532,21 @@ def _glass(series: PronySeries) -> float:
 def _abaqus(card: _Card) -> Iterator[str]:
     for name, series in (("shear", card.shear), ("bulk", card.bulk)):
         if series is not None and series.equilibrium_modulus < _SMALLEST_EQUILIBRIUM * _glass(series):
-            wanted = (
-                f"must be >= {_SMALLEST_EQUILIBRIUM:g} of the instantaneous modulus: a card with MODULI=LONG TERM "
-            )
-            raise InputError(
-                f"{name}.equilibrium_modulus", series.equilibrium_modulus, f"{wanted}holds no liquid", "Pa"
-            )
+            rule = f"must be >= {_SMALLEST_EQUILIBRIUM:g} of the instantaneous modulus: a card with MODULI=LONG TERM "
+            raise InputError(f"{name}.equilibrium_modulus", series.equilibrium_modulus, f"{rule}holds no liquid", "Pa")
     yield f"*MATERIAL, NAME={card.name}"
     yield from (f"** {line}" for line in card.remarks("those of long times (MODULI=LONG TERM)"))
     if card.material.density is not None:
         yield from ("*DENSITY", f"{_text(card.material.density)},")
     young, ratio = card.constants(lambda series: series.equilibrium_modulus)
     yield from ("*ELASTIC, MODULI=LONG TERM", f"{_text(young)}, {_text(ratio)}")
-    times, shear, bulk = on_common_times(card.shear, card.bulk or PronySeries(1.0))
+    ((_, (times,), shear, bulk),) = on_common_times(card.shear, card.bulk or PronySeries(1.0))
     if times.size:
         yield from ("*VISCOELASTIC, TIME=PRONY", "** g_i [-], k_i [-], tau_i [s]")
     # Short times first.
     shares = (
-        shear.weights / _glass(card.shear),
-        bulk.weights / (1.0 if card.bulk is None else _glass(card.bulk)),
+        shear.weights[0] / _glass(card.shear),
+        bulk.weights[0] / (1.0 if card.bulk is None else _glass(card.bulk)),
         times,
     )
     yield from (", ".join(map(_text, row)) for row in zip(*(one[::-1] for one in shares), strict=True))

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated
 
+import numpy as np
+
+from restitution.checks import Numeric
 from restitution.material import models
 from restitution.material.conversion import series_connection, shear_from_tension, static_bulk_modulus
 from restitution.material.models import ONE_BULK, material_model
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, bulk_series
 from restitution.quantities import CONSTANTS
+
+
+def one_branch(equilibrium_modulus: Numeric, branch_modulus: Numeric, viscosity: Numeric) -> PronySeries:
+    """Return a spring beside one Maxwell branch, given by its spring and its dashpot."""
+    modulus, dashpot = np.asarray(branch_modulus), np.asarray(viscosity)
+    # The series refuses a time that overflows.
+    with np.errstate(over="ignore"):
+        time = dashpot / modulus
+    # A quotient of positive numbers may underflow.
+    build = PronySeries.of_positive if np.all(time > 0.0) else PronySeries
+    return build(equilibrium_modulus, modulus[..., None], time[..., None])
+
 
 YoungsModulus = Annotated[float, CONSTANTS["youngs_modulus"]]
 
@@ -58,7 +72,7 @@ def standard_solid(
     >>> print(round(solid.poisson_ratio, 12))
     0.45
     """
-    shear = PronySeries(equilibrium_modulus, [branch_modulus], [viscosity / branch_modulus])
+    shear = one_branch(equilibrium_modulus, branch_modulus, viscosity)
     bulk = static_bulk_modulus(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
     return Material(shear, bulk, density=density, name=name)
 
@@ -124,7 +138,7 @@ def maxwell(
     >>> maxwell(2.0, 6.0, bulk_modulus=10.0).shear
     PronySeries(0.0, [2.0], [3.0])
     """
-    shear = PronySeries(0.0, [shear_modulus], [viscosity / shear_modulus])
+    shear = one_branch(0.0, shear_modulus, viscosity)
     return Material(shear, bulk_modulus, density=density, name=name)
 
 
@@ -159,9 +173,7 @@ def kelvin_voigt(
     """
     shear = PronySeries(shear_modulus, parallel_viscosity=viscosity)
     bulk = static_bulk_modulus(shear_modulus, poisson_ratio, bulk_modulus)
-    if bulk < math.inf:
-        bulk = PronySeries(bulk, parallel_viscosity=bulk_viscosity)
-    return Material(shear, bulk, density=density, name=name)
+    return Material(shear, bulk_series(bulk, bulk_viscosity), density=density, name=name)
 
 
 @material_model()
@@ -198,7 +210,7 @@ def burgers(
     >>> print(ice.shear.n_branches, round(float(ice.shear.creep_compliance(3.0)), 6))
     2 1.950213
     """
-    maxwell_part = PronySeries(0.0, [maxwell_modulus], [maxwell_viscosity / maxwell_modulus])
+    maxwell_part = one_branch(0.0, maxwell_modulus, maxwell_viscosity)
     kelvin_part = PronySeries(kelvin_modulus, parallel_viscosity=kelvin_viscosity)
     shear = series_connection(maxwell_part, kelvin_part)
     return Material(shear, bulk_modulus, density=density, name=name)

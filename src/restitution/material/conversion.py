@@ -3,42 +3,47 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.checks import finite, instance, single, single_positive
+from restitution.checks import Array, Numeric, finite, instance, positive_or_infinite
 from restitution.errors import InputError
 from restitution.material.models import exactly_one
-from restitution.material.prony import PronySeries
-from restitution.material.secular import secular_roots
+from restitution.material.prony import PronySeries, merged, refuse_far_apart, secular_roots
 
-Array = NDArray[np.float64]
 Deformation = Literal["tension", "shear", "bulk"]
 
 _EPS = float(np.finfo(np.float64).eps)
 
 
-def poisson_ratio(shear_modulus: float, bulk_modulus: float) -> float:
+def poisson_ratio(shear_modulus: ArrayLike, bulk_modulus: ArrayLike) -> Any:
     """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa]; one may be infinite."""
-    if bulk_modulus > shear_modulus:
-        ratio = shear_modulus / bulk_modulus
-        return (3.0 - 2.0 * ratio) / (6.0 + 2.0 * ratio)
-    ratio = bulk_modulus / shear_modulus
-    return (3.0 * ratio - 2.0) / (6.0 * ratio + 2.0)
+    shear, bulk = np.asarray(shear_modulus, dtype=np.float64), np.asarray(bulk_modulus, dtype=np.float64)
+    stiff = bulk > shear
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(stiff, shear / bulk, bulk / shear)
+    own = np.where(stiff, 3.0 - 2.0 * ratio, 3.0 * ratio - 2.0)
+    return (own / np.where(stiff, 6.0 + 2.0 * ratio, 6.0 * ratio + 2.0))[()]
 
 
-def bulk_from_poisson_ratio(shear_modulus: float, ratio: float) -> float:
+def bulk_from_poisson_ratio(shear_modulus: Numeric, ratio: ArrayLike) -> Any:
     """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa] of G >= 0 [Pa] and nu in [-1, 0.5]; infinite for nu = 1/2."""
-    number = quantities.check_single("poisson_ratio", ratio)
-    if shear_modulus == 0 and number < 0.5:
-        raise InputError("poisson_ratio", number, "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)")
-    return float(shear_modulus * bulk_factor(number)) if number < 0.5 else math.inf
+    number = quantities.check("poisson_ratio", ratio)
+    if np.ndim(number) == 0 and number == 0.5:
+        return math.inf
+    liquid = (np.asarray(shear_modulus) == 0.0) & (np.asarray(number) < 0.5)
+    if liquid.any():
+        value = float(np.broadcast_to(number, liquid.shape)[liquid][0])
+        raise InputError("poisson_ratio", value, "must be 0.5 for a liquid (its equilibrium modulus is 0 Pa)")
+    with np.errstate(invalid="ignore"):
+        return np.where(np.asarray(number) < 0.5, shear_modulus * bulk_factor(number), math.inf)[()]
 
 
-def static_bulk_modulus(shear_modulus: float, poisson_ratio: float | None, bulk_modulus: float | None) -> float:
+def static_bulk_modulus(shear_modulus: Numeric, poisson_ratio: Numeric | None, bulk_modulus: Numeric | None) -> Any:
     """Bulk modulus [Pa] of a static Poisson ratio, or as it is given."""
     if poisson_ratio is not None:
         return bulk_from_poisson_ratio(shear_modulus, poisson_ratio)
@@ -53,16 +58,17 @@ def bulk_factor(ratio: ArrayLike) -> Any:
         return 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
 
 
-def tension_factor(poisson_ratio: float) -> float:
+def tension_factor(poisson_ratio: ArrayLike) -> Any:
     """Ratio E/G = 2(1 + nu) [-] of a Poisson ratio nu in (-1, 0.5]."""
-    number = single("poisson_ratio", finite("poisson_ratio", poisson_ratio))
-    if not -1.0 < number <= 0.5:
-        raise InputError("poisson_ratio", number, "must be in (-1, 0.5]")
+    number = finite("poisson_ratio", poisson_ratio)
+    bad = ~((np.asarray(number) > -1.0) & (np.asarray(number) <= 0.5))
+    if bad.any():
+        raise InputError("poisson_ratio", float(np.asarray(number)[bad][0]), "must be in (-1, 0.5]")
     return 2.0 * (1.0 + number)
 
 
 def shear_from_tension(
-    tension: PronySeries, *, bulk_modulus: float | None = None, poisson_ratio: float | None = None
+    tension: PronySeries, *, bulk_modulus: Numeric | None = None, poisson_ratio: Numeric | None = None
 ) -> PronySeries:
     """Relaxation modulus in shear G(t) [Pa] from that in tension E(t), simplified.
 
@@ -94,23 +100,45 @@ def shear_from_tension(
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is not None:
         return tension.scaled(1.0 / tension_factor(poisson_ratio)).simplified()
-    bulk = _constant_bulk(bulk_modulus)
-    if math.isinf(bulk):
-        return tension.scaled(1.0 / 3.0).simplified()
+    bulk = np.asarray(_constant_bulk(bulk_modulus))
     own = tension.simplified()
+    if np.isinf(bulk).all():
+        return own.scaled(np.full(bulk.shape, 1.0 / 3.0)[()])
     highest = own.instantaneous_modulus
-    if not highest < 9.0 * bulk:
-        wanted = f"must be > {highest / 9.0:g} Pa, a ninth of the instantaneous modulus in tension"
-        raise InputError("bulk_modulus", bulk, wanted, "Pa")
-    equilibrium = own.equilibrium_modulus
-    roots = secular_roots(equilibrium - 9.0 * bulk, 0.0, own.branch_moduli[::-1], own.relaxation_times[::-1])
-    moduli = 27.0 * bulk * (bulk / roots.slopes)
-    lowest = 3.0 * bulk * equilibrium / (9.0 * bulk - equilibrium)
-    return PronySeries(lowest, moduli[::-1], roots.times[::-1]).simplified().known_within(tension.window)
+    poor = ~(np.asarray(highest) < 9.0 * bulk) & ~np.isinf(bulk)
+    if poor.any():
+        least, value = (float(np.broadcast_to(part, poor.shape)[poor][0]) for part in (highest / 9.0, bulk))
+        rule = f"must be > {least:g} Pa, a ninth of the instantaneous modulus in tension"
+        raise InputError("bulk_modulus", value, rule, "Pa")
+    return _without_bulk(own, bulk).known_within(tension.window)
+
+
+def _without_bulk(tension: PronySeries, bulk: Array) -> PronySeries:
+    """Relaxation in shear of simplified series in tension, with constant bulk moduli that may be infinite."""
+    shape = np.broadcast_shapes(tension.shape, bulk.shape)
+    tension, bulk = tension.broadcast_to(shape), np.broadcast_to(bulk, shape).ravel()
+    rigid = np.isinf(bulk)
+    lowest, viscosities = np.empty(bulk.size), np.where(rigid, tension.columns[1] * (1.0 / 3.0), 0.0)
+    moduli, times = np.zeros((bulk.size, tension.n_branches + 1)), np.ones((bulk.size, tension.n_branches + 1))
+    for rows, part in tension.groups():
+        equilibrium, _, own, own_times = part.columns
+        count, stiff = own.shape[1], np.where(rigid[rows], equilibrium + own.sum(axis=1), bulk[rows])
+        roots = secular_roots(equilibrium - 9.0 * stiff, 0.0 * stiff, own[:, ::-1], own_times[:, ::-1])
+        soft = ~rigid[rows, None]
+        more = 27.0 * stiff[:, None] * (stiff[:, None] / roots.slopes)
+        moduli[rows, :count] = np.where(soft, more[:, ::-1], own * (1.0 / 3.0))
+        times[rows, :count] = np.where(soft, roots.times[:, ::-1], own_times)
+        quotient = 3.0 * stiff * equilibrium / (9.0 * stiff - equilibrium)
+        lowest[rows] = np.where(rigid[rows], equilibrium * (1.0 / 3.0), quotient)
+    branches = (*shape, moduli.shape[1])
+    return PronySeries(
+        lowest.reshape(shape), *merged(moduli.reshape(branches), times.reshape(branches)),
+        parallel_viscosity=viscosities.reshape(shape),
+    ).simplified()  # fmt: skip
 
 
 def tension_from_shear(
-    shear: PronySeries, *, bulk_modulus: PronySeries | float | None = None, poisson_ratio: float | None = None
+    shear: PronySeries, *, bulk_modulus: PronySeries | Numeric | None = None, poisson_ratio: Numeric | None = None
 ) -> PronySeries:
     """Relaxation modulus in tension E(t) [Pa] from that in shear, simplified.
 
@@ -139,12 +167,9 @@ def tension_from_shear(
     exactly_one(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio)
     if poisson_ratio is not None:
         return shear.scaled(tension_factor(poisson_ratio)).simplified()
-    if isinstance(bulk_modulus, PronySeries):
-        return series_connection(shear.scaled(3.0), bulk_modulus.scaled(9.0))
-    bulk = _constant_bulk(bulk_modulus)
-    if math.isinf(bulk):
-        return shear.scaled(3.0).simplified()
-    return series_connection(shear.scaled(3.0), PronySeries(9.0 * bulk))
+    if not isinstance(bulk_modulus, PronySeries):
+        bulk_modulus = PronySeries.springs(np.asarray(_constant_bulk(bulk_modulus)))
+    return connected(shear, bulk_modulus, ((3.0, 0.0), (0.0, 9.0)))
 
 
 def shear_and_bulk(
@@ -166,83 +191,138 @@ def shear_and_bulk(
     if poisson_ratio is None:
         return shear, _constant_bulk(bulk_modulus)
     factor = bulk_factor(quantities.check("poisson_ratio", poisson_ratio))
-    return shear, math.inf if math.isinf(factor) else shear.scaled(factor)
+    return shear, math.inf if np.isinf(factor).all() else shear.scaled(factor)
 
 
-def _constant_bulk(value: float | None) -> float:
-    if isinstance(value, float) and np.isposinf(value):
-        return value
-    return single_positive("bulk_modulus", value, quantities.MODULUS.unit)
+def _constant_bulk(value: Any) -> Any:
+    return positive_or_infinite("bulk_modulus", value, quantities.MODULUS.unit)
 
 
 def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
-    """Series connection C of two Prony series A and B, simplified: 1/C = 1/A + 1/B in Carson transforms.
+    """Series connection C of Prony series A and B, simplified: 1/C = 1/A + 1/B in Carson transforms.
 
     Its rates are those shared by A and B, where the branch modulus is that of two springs in series, and the roots
-    lambda of A + B = 0 at s = -lambda, where it is A(-lambda)^2/(lambda (A + B)'(-lambda)) > 0.
+    lambda of A + B = 0 at s = -lambda, where it is A(-lambda)^2/(lambda (A + B)'(-lambda)) > 0. A spring may be
+    infinitely stiff. Arrays broadcast; a row of an array has the bits of a single connection.
     """
-    return connect(*on_common_times(first.simplified(), second.simplified()))
+    return connected(first, second, ((1.0, 0.0), (0.0, 1.0)))
+
+
+def reduced(shear: PronySeries, bulk: PronySeries, *, strict: bool = True) -> PronySeries:
+    """Reduced modulus E* = 4G(3K + G)/(3K + 4G), in Carson transforms, of the contact with a rigid body."""
+    # Where 4G + 4K + 4G/3 = 0, also 4G = -3K, which is exact where G itself cancels.
+    return connected(shear, bulk, ((4.0, 0.0), (4.0 / 3.0, 4.0), (0.0, 3.0)), strict=strict)
+
+
+def reduced_standard_solid(
+    poisson_ratio: Array, equilibrium_modulus: Array, branch_modulus: Array, relaxation_time: Array
+) -> PronySeries:
+    """Reduced moduli of standard solids in shear with the bulk modulus of a static Poisson ratio; arrays (n,)."""
+    # Numbers are not checked: beyond their range an impact fails with NOT_FINITE.
+    with np.errstate(all="ignore"):
+        factor = bulk_factor(poisson_ratio)
+        bulk = equilibrium_modulus * factor
+        bulk = PronySeries.springs(np.where(np.isinf(bulk) & np.isfinite(factor), math.nan, bulk))
+        shear = PronySeries.from_checked(equilibrium_modulus, branch_modulus[:, None], relaxation_time[:, None])
+        return reduced(shear, bulk, strict=False)
 
 
 class Part(NamedTuple):
-    """Prony series whose branches lie on relaxation times that it shares with other series."""
+    """Rows of Prony series whose branches lie on relaxation times that they share with other series."""
 
-    constant: float
-    viscosity: float
-    weights: Array
-
-    def plus(self, other: Part, factor: float) -> Part:
-        """Parallel connection with the other part, the latter times a factor."""
-        pairs: Any = zip(self, other, strict=True)
-        return Part(*(own + factor * added for own, added in pairs))
-
-    def at(self, times: Array, terms: Array, sizes: Array) -> tuple[Array, Array]:
-        """Value at s = -1/times, and the sum of the magnitudes of its terms."""
-        steady, flowing = self.constant, self.viscosity / times
-        return steady - flowing + terms @ self.weights, steady + flowing + sizes @ self.weights
+    constant: Array  # shape (n,)
+    viscosity: Array  # shape (n,)
+    weights: Array  # shape (n, n_time)
 
 
-NOTHING = Part(0.0, 0.0, np.zeros(1))
-
-
-def on_common_times(first: PronySeries, second: PronySeries) -> tuple[Array, Part, Part]:
-    """Descending times of two simplified series, and each series on them."""
-    both = np.concatenate((first.relaxation_times, second.relaxation_times))
-    times, where = np.unique(both, return_inverse=True)
-    where = times.size - 1 - where
-    weights = np.zeros((2, times.size))
-    weights[0, where[: first.n_branches]] = first.branch_moduli
-    weights[1, where[first.n_branches :]] = second.branch_moduli
-    one, other = (
-        Part(series.equilibrium_modulus, series.parallel_viscosity, own)
-        for series, own in zip((first, second), weights, strict=True)
+def on_common_times(first: PronySeries, second: PronySeries) -> Iterator[tuple[NDArray[np.intp], Array, Part, Part]]:
+    """Yield rows of two arrays of simplified series, their descending common times, and each series on them."""
+    shape = np.broadcast_shapes(first.shape, second.shape)
+    (*ends, moduli, times), (*other_ends, other_moduli, other_times) = (
+        series.broadcast_to(shape).columns for series in (first, second)
     )
-    return times[::-1], one, other
+    if other_moduli.shape[1]:
+        moduli, other_moduli, times = _together(moduli, other_moduli, times, other_times)
+    else:
+        moduli, times = moduli[:, ::-1], np.where(moduli > 0.0, times, -np.inf)[:, ::-1]
+        other_moduli = np.zeros(moduli.shape)
+        absent = times == -np.inf
+        if absent.any():
+            # Absent branches come first in reversed rows.
+            order = np.argsort(absent, axis=1, kind="stable")
+            rows = np.arange(len(order))[:, None]
+            moduli, times = moduli[rows, order], times[rows, order]
+    sizes = (times > -np.inf).sum(axis=1)
+    for size in {*sizes.tolist()}:
+        rows = np.flatnonzero(sizes == size)
+        one, other = (
+            Part(a[rows], b[rows], own[rows, :size]) for (a, b), own in ((ends, moduli), (other_ends, other_moduli))
+        )
+        yield rows, times[rows, :size], one, other
 
 
-def connect(times: Array, first: Part, second: Part, *others: Part) -> PronySeries:
-    """Series connection on common times; `others` equal the first up to sign wherever first + second = 0."""
-    total = first.plus(second, 1.0)
-    roots = secular_roots(total.constant, total.viscosity, total.weights, times)
-    both = (first.weights > 0) & (second.weights > 0)
-    shared = first.weights[both] * (second.weights[both] / total.weights[both])
-    sizes = np.abs(roots.terms)
-    at_root, size = first.at(roots.times, roots.terms, sizes)
-    for part in (second, *others):
-        # The part of the smallest terms has the smallest error.
-        value, other = part.at(roots.times, roots.terms, sizes)
-        at_root, size = np.where(other < size, value, at_root), np.minimum(size, other)
-    moduli = np.concatenate((shared, at_root * (at_root / roots.slopes)))
-    relaxation_times = np.concatenate((times[both], roots.times))
-    order = np.argsort(relaxation_times)
-    equilibrium = _in_series(first.constant, second.constant)
-    viscosity = _in_series(first.viscosity, second.viscosity)
-    connected = PronySeries.from_checked(equilibrium, moduli[order], relaxation_times[order], viscosity).simplified()
-    # A branch that changes the series nowhere by more than rounding is dropped.
-    moduli, times = connected.branch_moduli, connected.relaxation_times
-    keep = moduli * moduli.size > 0.25 * _EPS * connected.carson_transform(1.0 / times)
-    return PronySeries.from_checked(equilibrium, moduli[keep], times[keep], viscosity)
+def _together(moduli: Array, other_moduli: Array, times: Array, other_times: Array) -> tuple[Array, Array, Array]:
+    """Moduli of both series on their common times, and these, descending; -inf where a row has fewer times."""
+    count = moduli.shape[1]
+    times = np.concatenate([times, other_times], axis=1)
+    both = np.zeros((2, *times.shape))
+    both[0, :, :count], both[1, :, count:] = moduli, other_moduli
+    times = np.where(both.any(axis=0), times, -np.inf)
+    rows, order = np.arange(len(times))[:, None], np.argsort(-times, axis=1, kind="stable")
+    times, both = times[rows, order], both[:, rows, order]
+    repeated = np.zeros(times.shape, dtype=bool)
+    repeated[:, 1:] = (times[:, 1:] > -np.inf) & (times[:, 1:] == times[:, :-1])
+    if repeated.any():
+        # No series has a time twice, so that a time occurs at most twice.
+        both[:, :, :-1] += np.where(repeated[:, 1:], both[:, :, 1:], 0.0)
+        times = np.where(repeated, -np.inf, times)
+        order = np.argsort(-times, axis=1, kind="stable")
+        times, both = times[rows, order], both[:, rows, order]
+    return both[0], both[1], times
 
 
-def _in_series(x: float, y: float) -> float:
-    return x * (y / (x + y)) if x > 0 and y > 0 else 0.0
+def connected(
+    first: PronySeries, second: PronySeries, sums: Sequence[tuple[float, float]], *, strict: bool = True
+) -> PronySeries:
+    """Series connection of the first two sums p A + q B of series A and B, simplified; `sums` has their (p, q).
+
+    All further sums equal the first up to sign wherever both sums of the connection cancel. The first one has no B,
+    and is the connection where B is infinitely stiff. With `strict`, roots that are not found raise an error.
+    """
+    shape = np.broadcast_shapes(first.shape, second.shape)
+    n, factor = math.prod(shape), sums[0][0]
+    known, a = _is_finite(first, shape), first.simplified().broadcast_to(shape).columns
+    if np.isinf(second.equilibrium_modulus).all():
+        return _series(a[0] * factor, a[1] * factor, a[2] * factor, a[3], known, shape)
+    known, b = known & _is_finite(second, shape), second.simplified().broadcast_to(shape).columns
+    # Numba takes half a second to import.
+    from restitution.material.secular import connect_rows, scratch
+
+    most = max(a[2].shape[1], b[2].shape[1])
+    branches = np.zeros((2, n, most)), np.ones((2, n, most))
+    for place, (_, _, moduli, times) in enumerate((a, b)):
+        branches[0][place, :, : moduli.shape[1]], branches[1][place, :, : moduli.shape[1]] = moduli, times
+    ends, moduli, times = np.empty((2, n)), np.zeros((n, 4 * most + 1)), np.ones((n, 4 * most + 1))
+    springs, dashpots = np.stack([a[0], b[0]]), np.stack([a[1], b[1]])
+    connect_rows(springs, dashpots, *branches, np.array(sums), ends, moduli, times, scratch(2 * most, len(sums)))
+    if strict and not (known <= np.isfinite(ends[0])).all():
+        refuse_far_apart(ends)
+    count = int((moduli > 0.0).sum(axis=1).max(initial=0))
+    return _series(ends[0], ends[1], moduli[:, :count], times[:, :count], known, shape)
+
+
+def _series(
+    equilibrium: Array, viscosity: Array, moduli: Array, times: Array, known: NDArray[np.bool_], shape: tuple[int, ...]
+) -> PronySeries:
+    """Rows as an array of series; NaN where the numbers are not known, which must not look like absent branches."""
+    if not known.all():
+        equilibrium = np.where(known, equilibrium, math.nan)
+    branches = (*shape, moduli.shape[1])
+    ends = equilibrium.reshape(shape), viscosity.reshape(shape)
+    return PronySeries.from_checked(ends[0], moduli.reshape(branches), times.reshape(branches), ends[1])
+
+
+def _is_finite(series: PronySeries, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Whether the branches of the rows have finite numbers."""
+    finite = (np.isfinite(series.branch_moduli) & np.isfinite(series.relaxation_times)).all(axis=-1)
+    return np.broadcast_to(finite, shape).reshape(-1) if series.shape != shape else finite.reshape(-1)

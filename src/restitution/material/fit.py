@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import number, single_nonnegative, single_positive, truth, within
+from restitution.checks import Array, number, single_nonnegative, single_positive, truth, within
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
 from restitution.material.prony import EXTREME, PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.pictures import draw
+from restitution.result import draw
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 _DENSITIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 6.0)
 # One per cent more misfit than that of the densest grid: far within the scatter of any data.
@@ -107,7 +106,7 @@ def _set_columns(table: RelaxationTable | DynamicTable, **units: str) -> None:
     columns = [np.atleast_1d(number(name, getattr(table, name), unit)) for name, unit in units.items()]
     if columns[0].ndim != 1 or len({one.shape for one in columns}) > 1:
         shapes = ", ".join(f"{name} {one.shape}" for name, one in zip(units, columns, strict=True))
-        raise InputError(", ".join(units), wanted=f"must be columns of one length: {shapes}", where=table.source)
+        raise InputError(", ".join(units), rule=f"must be columns of one length: {shapes}", where=table.source)
     for name, one in zip(units, columns, strict=True):
         object.__setattr__(table, name, one)
 
@@ -136,7 +135,7 @@ class PronyFit:
         density: float | None = None,
         name: str | None = None,
     ) -> Material:
-        """Material of the fit, with the window of the data.
+        """Return the material of the fit, with the window of the data.
 
         Parameters
         ----------
@@ -167,7 +166,7 @@ class PronyFit:
         return replace(found, assumptions=assumptions, derivation="fit")
 
     def plot(self) -> Figure:
-        """Figure of the moduli over time and over frequency with the data."""
+        """Return a figure of the moduli over time and over frequency with the data."""
         return draw("material.overview", {self.data.deformation or "fit": self.series}, self.window, self.data)
 
 
@@ -179,7 +178,7 @@ def fit_prony(
     loss_weight: float = 0.8,
     smoothing: float = 1e-3,
 ) -> PronyFit:
-    """Prony series with few terms that fits relaxation or dynamic data.
+    """Return prony series with few terms that fits relaxation or dynamic data.
 
     Non-negative least squares of the relative residuals with a penalty on jumps of the spectrum. The relaxation
     times are evenly spaced in log time; they reach half a decade beyond the data at both ends. The densest grid (6 a
@@ -272,32 +271,32 @@ class _Problem:
             what, unit = "times", "s"
             self.points, values = data.time, data.modulus
         if not np.all(np.diff(self.points) > 0.0):
-            raise InputError(what, wanted="must be strictly ascending", where=data.source)
+            raise InputError(what, rule="must be strictly ascending", where=data.source)
         if not np.all(np.isfinite(values) & (np.real(values) > 0.0)):
-            raise InputError("modulus", wanted="must be finite and > 0 Pa in each row", where=data.source)
+            raise InputError("modulus", rule="must be finite and > 0 Pa in each row", where=data.source)
         self.size = np.abs(values)
         self.target = values / self.size
         inside = self.points > 0
         points = self.points[inside]
         if self.points.size < 4 or points[-1] < points[0] * math.sqrt(10.0):
-            wanted = f"must be at least 4 {what} over half a decade or more"
-            raise InputError(what, self.points.size, wanted, where=data.source)
+            rule = f"must be at least 4 {what} over half a decade or more"
+            raise InputError(what, self.points.size, rule, where=data.source)
         low, high = float(points[0]), float(points[-1])
         if low < 1.0 / EXTREME or high > EXTREME:
-            wanted = f"must be in [{1.0 / EXTREME:g}, {EXTREME:g}] {unit}"
-            raise InputError(what, low if high <= EXTREME else high, wanted, unit, where=data.source)
+            rule = f"must be in [{1.0 / EXTREME:g}, {EXTREME:g}] {unit}"
+            raise InputError(what, low if high <= EXTREME else high, rule, unit, where=data.source)
         self.window = (1.0 / high, 1.0 / low) if self.dynamic else (low, high)
         # Magnitude of the modulus over the logarithm of time.
         logs, size = np.log(points), self.size[inside]
         self.level = (-logs[::-1], size[::-1]) if self.dynamic else (logs, size)
 
     def grid(self, density: float) -> Array:
-        """Relaxation times, so many a decade."""
+        """Return relaxation times, so many a decade."""
         low, high = self.window[0] / _BEYOND, self.window[1] * _BEYOND
         return np.geomspace(low, high, max(math.ceil(density * math.log10(high / low)), 1) + 1)
 
     def columns(self, times: Array) -> NDArray[Any]:
-        """Relative share of a unit equilibrium modulus and of unit branches, shape (n, 1 + n_branch)."""
+        """Return relative share of a unit equilibrium modulus and of unit branches, shape (n, 1 + n_branch)."""
         if self.dynamic:
             x = 1j * self.points[:, None] * times
             branches = x / (1.0 + x)
@@ -307,7 +306,7 @@ class _Problem:
         return np.hstack((constant, branches)) / self.size[:, None]
 
     def solve(self, times: Array) -> Array:
-        """Non-negative moduli of least weighted relative residuals, the equilibrium modulus first."""
+        """Return non-negative moduli of least weighted relative residuals, the equilibrium modulus first."""
         from scipy.optimize import nnls
 
         matrix: Any = self.columns(times)
@@ -330,15 +329,15 @@ class _Problem:
         return solution / scale
 
     def residuals(self, times: Array, moduli: Array) -> NDArray[Any]:
-        """Relative residuals."""
+        """Return relative residuals."""
         return self.columns(times) @ moduli - self.target
 
     def misfit(self, times: Array, moduli: Array) -> float:
-        """Root mean square of the relative residuals."""
+        """Return root mean square of the relative residuals."""
         return float(np.sqrt(np.mean(np.abs(self.residuals(times, moduli)) ** 2)))
 
     def reduced(self, times: Array, moduli: Array, allowed: float) -> tuple[Array, Array]:
-        """Times and moduli with as few terms as the misfit allows."""
+        """Return times and moduli with as few terms as the misfit allows."""
         keep = moduli[1:] > 0
         times, moduli = times[keep], np.concatenate((moduli[:1], moduli[1:][keep]))
         while times.size > 1:

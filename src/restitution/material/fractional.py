@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple, ParamSpec
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from restitution.checks import items, nonnegative, positive, single, single_nonnegative
+from restitution.checks import Array, items, nonnegative, positive, single, single_nonnegative
 from restitution.errors import InputError
 from restitution.material import models
 from restitution.material.conversion import static_bulk_modulus
@@ -18,13 +18,15 @@ from restitution.material.prony import PronySeries, in_range
 from restitution.material.viscoelastic import Material, time_window
 from restitution.quantities import CONSTANTS, check
 
-Array = NDArray[np.float64]
 _P = ParamSpec("_P")
 
 # ln(eps) = -37: what is smaller than exp(-37) of the whole is left out.
 _LN_EPS = 37.0
 # Nodes of a tail, and times that share a grid of the Mittag-Leffler function.
 _TAIL_NODES, _SHARED = 3, 16
+# Step of the logarithm of time between the terms of many models, and how far they reach beyond their window. The
+# trapezoidal rule then errs by 3e-9, and the two terms that replace the rest by the square of the margin.
+_STEP, _MARGIN = 0.5, 1e3
 
 
 class Window(NamedTuple):
@@ -153,7 +155,7 @@ class FractionalModel:
         >>> springpot(1e6, 0.3).prony((1e-5, 1e-2), rtol=1e-4).series.n_branches < 20
         True
         """
-        low, high = time_window(window)
+        low, high = (single("window", end, "s") for end in time_window(window))
         for time in (low, high):
             in_range("window", time, "s")
         tolerance = single("rtol", CONSTANTS["approximation_rtol"].check(rtol, "rtol"))
@@ -190,6 +192,47 @@ class FractionalModel:
         weights = np.concatenate((viscosities / times, np.exp(logs[inside])[::-1], shares))
         times = np.concatenate((times * math.exp(-last), np.exp(-u[inside])[::-1], math.exp(-first) / rates))
         return PronySeries(self.equilibrium_modulus, modulus * weights, unit * times).simplified()
+
+
+def fractional_series(models: Sequence[FractionalModel], window: tuple[float, float]) -> PronySeries:
+    """Series of fractional models, good within a window of times [s], on relaxation times of all rows.
+
+    The spectrum is integrated by the trapezoidal rule at fixed times, so that the series are smooth functions of the
+    constants. One branch of the same first two moments stands for all that is slower, and one for all that is faster,
+    than a thousandth of the window.
+    """
+    alpha, spring, coefficient, equilibria = np.array(
+        [[model.exponent, model.series_modulus, model.coefficient, model.equilibrium_modulus] for model in models],
+        dtype=np.float64,
+    ).T
+    bounded = np.isfinite(spring)
+    unit = np.where(bounded, 1.0, window[0])
+    scale = coefficient * unit**-alpha
+    unit[bounded] = (coefficient / spring)[bounded] ** (1.0 / alpha[bounded])
+    scale[bounded] = spring[bounded]
+    # The poles of a bounded spectrum near the real axis take smaller steps.
+    delta = min((math.pi * (1.0 - a) / a for a in alpha[bounded]), default=math.pi)
+    step = _STEP * 0.5 ** max(math.ceil(math.log2(0.5 * math.pi / (1.4 * delta))), 0)
+    first, last = math.log(window[0] / _MARGIN), math.log(window[1] * _MARGIN)
+    count = math.ceil((last - first) / step)
+    before = math.ceil(_LN_EPS / (1.0 - float(alpha.max())) / step)
+    after = math.ceil(_LN_EPS / float(alpha.min()) / step)
+    places = np.arange(-before, count + after + 1)
+    logs = first + step * places
+    u: Any = np.log(unit)[:, None] - logs
+    spectrum = np.where(bounded[:, None], *(log_spectrum(alpha[:, None], kind, u) for kind in (True, False)))
+    weights = np.log(scale * step)[:, None] + spectrum
+    inside = (places >= 0) & (places <= count)
+    moduli, times = np.exp(weights[:, inside]), np.exp(logs[inside])
+    # Moments of viscosity where the time is short, and of the modulus and its rate where it is long.
+    fast, slow = logs[places < 0] - first, last - logs[places > count]
+    viscosity, square = (np.exp(weights[:, places < 0] + power * fast).sum(axis=1) for power in (1.0, 2.0))
+    modulus, rate = (np.exp(weights[:, places > count] + power * slow).sum(axis=1) for power in (0.0, 1.0))
+    ends = np.stack([viscosity * (viscosity / square), modulus], axis=1)
+    end_times = np.stack([math.exp(first) * square / viscosity, math.exp(last) * modulus / rate], axis=1)
+    moduli = np.hstack([ends[:, :1], moduli, ends[:, 1:]])
+    times = np.hstack([end_times[:, :1], np.broadcast_to(times, (alpha.size, times.size)), end_times[:, 1:]])
+    return PronySeries.from_checked(equilibria, moduli, times)
 
 
 def log_spectrum(exponent: Any, bounded: bool, log_rates: Array) -> Array:
@@ -295,10 +338,10 @@ class FractionalMaterial:
 
     def within(self, window: Window | tuple[float, float]) -> Material:
         """Material that holds within a window of time [s]; its `assumptions` contain the error."""
-        wanted = "must be the shortest and the longest time [s], and perhaps a tolerance"
-        given = items("window", window, wanted)
+        rule = "must be the shortest and the longest time [s], and perhaps a tolerance"
+        given = items("window", window, rule)
         if len(given) not in (2, 3):
-            raise InputError("window", window, wanted)
+            raise InputError("window", window, rule)
         low, high, rtol = Window(*given)
         rtol = single_nonnegative("window[2]", rtol)
         material, error, _ = self.approximation((low, high), max(rtol, self.rtol))
@@ -322,7 +365,7 @@ class FractionalMaterial:
 
 def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, FractionalModel]:
     """Register a function for the relaxation in shear as a material model with an elastic bulk."""
-    shear, one_of = models.checked(function), (models.ONE_BULK,)
+    shear, one_of = models.checked(function, single=True), (models.ONE_BULK,)
 
     def build(
         *,
@@ -339,7 +382,7 @@ def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, F
 
     constants = models.constants_of(function) | models.constants_of(build)
     build.__name__ = function.__name__
-    models.register(models.checked(build, one_of), constants, one_of, needs_window=True)
+    models.register(models.checked(build, one_of, single=True), constants, one_of, needs_window=True)
     return shear
 
 

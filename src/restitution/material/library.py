@@ -9,9 +9,9 @@ from typing import Any
 
 from restitution import quantities
 from restitution.errors import InputError
+from restitution.material.cards import PronyTerms
 from restitution.material.classical import elastic
 from restitution.material.conversion import shear_and_bulk
-from restitution.material.deck import PronyTerms
 from restitution.material.readers import MaterialFile, parse
 from restitution.material.shift import WLF, ShiftTable
 from restitution.material.viscoelastic import Material

@@ -6,12 +6,15 @@ import inspect
 from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib import import_module
+from operator import attrgetter
 from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution import checks
-from restitution.checks import Numeric
+from restitution.axes import aligned, named
+from restitution.checks import Numeric, common_shape
+from restitution.checks import single as single_number
 from restitution.errors import InputError
 from restitution.quantities import CONSTANTS, INPUTS, Quantity
 
@@ -64,7 +67,7 @@ def material_models() -> dict[str, MaterialModel]:
     for module in ("classical", "fractional"):
         import_module(f"restitution.material.{module}")  # registers its models
     # In this order whichever module was imported first.
-    return dict(sorted(_MODELS.items(), key=lambda item: item[1].needs_window))
+    return {model.name: model for model in sorted(_MODELS.values(), key=attrgetter("needs_window"))}
 
 
 def register(
@@ -107,21 +110,34 @@ def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
     return found
 
 
-def checked(function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = ()) -> Callable[_P, _T]:
-    """Function that converts its arguments to SI and checks their ranges before the call."""
+def checked(
+    function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = (), *, single: bool = False
+) -> Callable[_P, _T]:
+    """Function that converts its arguments to SI and checks their ranges before the call.
+
+    Arrays must broadcast against each other; with `single`, only lists of numbers may be arrays.
+    """
     signature, constants = inspect.signature(function), constants_of(function)
 
     @wraps(function)
     def call(*args: _P.args, **kwargs: _P.kwargs) -> _T:
         bound = signature.bind(*args, **kwargs)
+        numbers = {name: bound.arguments[name] for name in constants if name in bound.arguments}
+        numbers, axes = aligned(numbers, [name for name in numbers if constants[name].is_list])
         given = bound.arguments
+        given |= numbers
         for name, constant in constants.items():
             if given.get(name) is not None or (constant.required and name in given):
                 number = constant.quantity.check(given[name], name)
-                given[name] = number if constant.is_list else checks.single(name, number, constant.quantity.unit)
+                given[name] = number
+                if single and not constant.is_list:
+                    single_number(name, number, constant.quantity.unit)
+        common_shape({name: np.shape(given[name]) for name in constants
+                             if not constants[name].is_list and given.get(name) is not None})  # fmt: skip
         for group in one_of:
             exactly_one(**{name: given.get(name) for name in group})
-        return function(*bound.args, **bound.kwargs)
+        result = function(*bound.args, **bound.kwargs)
+        return result if axes is None else named(result, axes)
 
     return call
 
@@ -132,4 +148,4 @@ def exactly_one(**values: Any) -> None:
     if len(given) != 1:
         names = ", ".join(values)
         count = f"{' and '.join(given)} are given" if given else "none is given"
-        raise InputError(names, wanted=f"exactly one must be given; {count}")
+        raise InputError(names, rule=f"exactly one must be given; {count}")

@@ -1,21 +1,28 @@
-"""Reader of files of viscoelastic materials; the content decides the kind."""
+"""Reader of files of viscoelastic materials, among them those of rheometers; the content decides the kind."""
 
 from __future__ import annotations
 
+import json
 import re
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from importlib import import_module
+from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.files import path_of
-from restitution.material.deck import PronyTerms, ViscoelasticDeck, beyond_one, read_abaqus, read_ansys
+from restitution.material.cards import PronyTerms, ViscoelasticDeck, beyond_one, read_abaqus, read_ansys
 from restitution.material.fit import DynamicTable, RelaxationTable
-from restitution.material.formats import read_sheets, read_workbook
-from restitution.material.isotherms import Curve, Isotherms, average
-from restitution.material.roles import (
+from restitution.material.master_curve import Curve, Isotherms, average
+from restitution.material.sheet import (
     ANGULAR_FREQUENCY,
     BRANCH,
     COMPLEX,
@@ -32,18 +39,35 @@ from restitution.material.roles import (
     TEMPERATURE,
     TIME,
     Column,
+    FileError,
+    Line,
+    Sheet,
     Table,
+    decoded,
+    is_number,
+    is_workbook,
+    read_bytes,
+    read_sheet,
+    split_lines,
+    unit,
 )
-from restitution.material.sheet import FileError, Sheet, is_workbook, read_bytes, read_text, unit
 from restitution.material.shift import ShiftTable
 
-Array = NDArray[np.float64]
 MaterialFile = RelaxationTable | DynamicTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
 
+_ZERO_CELSIUS = 273.15
 # Sweeps whose temperatures [K] differ by less are at one temperature.
 _SAME_TEMPERATURE = 1.0
+# Measured files are smaller; more would only cost memory.
+_LARGEST = 200_000_000
+_MOST_ROWS = 100_000
+_MOST_CELLS = 5_000_000
 _LONGEST_COMMENT = 500
+_CELSIUS = re.compile(r"(?<![\w.,])(-?\d{1,4}(?:[.,]\d{1,6})?)\s?°C")
 _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0-9]*)", re.IGNORECASE)
+_INTERVAL = re.compile(r"^\W?Interval data:", re.IGNORECASE | re.MULTILINE)
+# Word that begins a line of RheoCompass.
+_KEY = re.compile(r'"?([A-Za-z][^\t,;:"]{0,60}):"?(?=[\t,;]|$)')
 
 
 def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
@@ -85,7 +109,7 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     if is_workbook(content):
         _refuse_name(str(path), name)
         return _content(str(path), read_workbook(str(path), content))
-    return parse(read_text(path), str(path), name=name)
+    return parse(decoded(str(path), content), str(path), name=name)
 
 
 def parse(text: str, source: str = "text", *, name: str | None = None) -> MaterialFile:
@@ -111,6 +135,255 @@ def _refuse_name(source: str, name: str | None) -> None:
         raise FileError(source, 0, f"has no material {name!r}: is no deck of a solver, whose materials have names")
 
 
+class Format(NamedTuple):
+    """Format of files: whether a text has it, and the sheets of such a text."""
+
+    name: str
+    has: Callable[[str], bool]
+    sheets: Callable[[str, str], list[Sheet]]
+
+
+def read_sheets(source: str, text: str) -> list[Sheet]:
+    """Sheets of a text in the first format that it has; `source` is its name in messages."""
+    return next(one for one in FORMATS if one.has(text)).sheets(source, text)
+
+
+def read_workbook(source: str, content: bytes) -> list[Sheet]:
+    """Sheets of a workbook (.xlsx); those without a table are left out."""
+    found: list[Sheet] = []
+    refused: list[FileError] = []
+    for name, text in _worksheets(source, content):
+        try:
+            sheets = read_sheets(source, text)
+        except FileError as error:
+            refused.append(error.moved(f"{source}, sheet {name!r}", "row"))
+            continue
+        found += [sheet._replace(source=f"{source}, sheet {name!r}", place="row", title=sheet.title or name)
+                  for sheet in sheets]  # fmt: skip
+    if not found:
+        raise refused[0] if refused else FileError(source, 0, "holds no numbers")
+    return found
+
+
+def _worksheets(source: str, content: bytes) -> Iterator[tuple[str, str]]:
+    """Names of the worksheets, and their cells as lines of text with tabs between them."""
+    if not content.startswith(b"PK"):
+        raise FileError(source, 0, "cannot be read: is a workbook of the old kind (.xls); save it as .xlsx or CSV")
+    try:
+        excel: Any = import_module("openpyxl")
+    except ImportError:
+        advice = 'save its sheet as CSV, or install openpyxl by pip install "restitution[excel]"'
+        raise FileError(source, 0, f"cannot be read: is a workbook; {advice}") from None
+    try:
+        with zipfile.ZipFile(BytesIO(content)) as archive:
+            if sum(part.file_size for part in archive.infolist()) > _LARGEST:
+                raise FileError(source, 0, f"cannot be read: must hold at most {_LARGEST // 1_000_000} MB")
+        book = excel.load_workbook(BytesIO(content), read_only=True, data_only=True)
+        for sheet in book.worksheets:
+            # The stated size may be wrong.
+            sheet.reset_dimensions()
+            rows = [[*map(_cell, row)] for row in sheet.iter_rows(max_row=_MOST_ROWS, values_only=True)]
+            width = max(map(len, rows), default=0)
+            if width * len(rows) > _MOST_CELLS:
+                raise FileError(source, 0, f"sheet {sheet.title!r}: must hold at most {_MOST_CELLS} cells")
+            # An empty row stays a line, so that the numbers of lines are those of rows.
+            yield sheet.title, "\n".join("\t".join(row + [""] * (width - len(row))) for row in rows)
+    except FileError:
+        raise
+    except Exception as error:  # a damaged workbook raises errors of many unrelated types
+        raise FileError(source, 0, f"is a damaged workbook ({type(error).__name__}): save its sheet as CSV") from None
+
+
+def _cell(value: Any) -> str:
+    """Text of a value in one cell."""
+    if value is None:
+        return ""
+    return repr(value) if isinstance(value, float) else " ".join(str(value).split())
+
+
+def _celsius(text: str) -> float | None:
+    """Temperature [K] that a title states in °C."""
+    found = _CELSIUS.search(text[:500])
+    return None if found is None else float(found[1].replace(",", ".")) + _ZERO_CELSIUS
+
+
+def _is_trios_text(text: str) -> bool:
+    return bool(re.search(r"^(\[step\]|Variables\t)", text, re.IGNORECASE | re.MULTILINE))
+
+
+def _trios_text(source: str, text: str) -> list[Sheet]:
+    """Steps of a TRIOS export to LIMS or CSV, with or without a word at the start of each line."""
+    lines = split_lines(text, " ")
+    starts = [i for i, line in enumerate(lines) if line.text[:200].strip("\t,; ").lower() == "[step]"]
+    found: list[Sheet] = []
+    for begin, end in pairwise([*starts, len(lines)] if starts else [-1, len(lines)]):
+        sheet = _trios_step(source, lines[begin + 1 : end])
+        found += [] if sheet is None else [sheet]
+    if not found:
+        raise FileError(source, lines[starts[0]].number if starts else 0, "must have a step with data points")
+    return found
+
+
+def _trios_step(source: str, lines: list[Line]) -> Sheet | None:
+    names = next((i for i, line in enumerate(lines) if line.text[:10].lower() == "variables\t"), None)
+    # Another section, such as an analysis, may follow.
+    last = next((i for i, line in enumerate(lines) if line.text.startswith("[") and i > (names or 0)), len(lines))
+    heads = (line.text.partition("\t") for line in lines[: 12 if names is None else names])
+    keyed = {key.strip().lower(): value for key, _, value in heads}
+    if names is None:
+        title, table = lines[0].text if lines else "", lines[1:last]
+    else:
+        title = keyed.get("step name", "")
+        table = [Line(n, line.partition("\t")[2]) for n, line in lines[names:last]]
+    mark = next((one for one in "\t;," if table and one in table[0].text), "")
+    if len(table) < 2 or not mark:
+        return None
+    sheet = read_sheet(source, table, mark=mark)._replace(temperature=_celsius(title))
+    return _titled(sheet, title.strip("\t,; ") or "step", keyed.get("number of points", "").strip())
+
+
+def _titled(sheet: Sheet, title: str, points: str) -> Sheet:
+    """Sheet of a step, with a remark if it has other rows than the number of points that its file states."""
+    rows = str(len(sheet.lines))
+    remarks = (f"{title}: {rows} of {points} points",) if points.isdecimal() and points != rows else ()
+    return sheet._replace(title=title, remarks=remarks)
+
+
+def _is_trios_json(text: str) -> bool:
+    return text.lstrip("\ufeff \t\r\n").startswith("{")
+
+
+def _trios_json(source: str, text: str) -> list[Sheet]:
+    """Steps of a TRIOS export to JSON: of its schema, with rows by name, or with lists of columns and values."""
+    try:
+        content = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise FileError(source, error.lineno, f"{error.msg}: must be JSON") from None
+    except (RecursionError, ValueError):  # a number of too many digits
+        raise FileError(source, 0, "cannot be read: must be JSON of a rheometer") from None
+    try:
+        return [one for part in _json_tables(content) if (one := _json_sheet(source, *part)) is not None]
+    except (AttributeError, KeyError, TypeError, IndexError):
+        rule = "must have Results with ColumnHeaders and Rows, or DataSet with columns and values"
+        raise FileError(source, 0, f"is no export of TRIOS: {rule}") from None
+
+
+_JsonTable = tuple[str, list[tuple[str, str | None]], list[list[Any]]]
+
+
+def _json_tables(content: Any) -> Iterator[_JsonTable]:
+    """Title, names and units of the columns, and rows of each step."""
+    results = content.get("Experiment", content)["Results"]
+    if isinstance(results, list):
+        for result in results:
+            for one in result["DataSet"]:
+                columns = [(str(each["name"]), each.get("unit") or None) for each in one["Data"]["columns"]]
+                title = (result.get("Properties") or {}).get("Name") or "step"
+                yield str(title), columns, one["Data"]["values"]
+        return
+    data = results.get("Processed") or next(iter(results.values()))
+    headers = data["ColumnHeaders"]
+    columns = [(str(one["DisplayName"]), (one.get("Unit") or {}).get("Name")) for one in headers.values()]
+    titles = {one["Id"]: str(one["Name"]) for one in data.get("ResultsSteps", [])}
+    steps: dict[Any, list[list[Any]]] = {}
+    for row in data["Rows"]:
+        steps.setdefault(row.get("Results Step Id"), []).append([row.get(key) for key in headers])
+    for step, rows in steps.items():
+        yield titles.get(step) or "step", columns, rows
+
+
+def _json_sheet(source: str, title: str, columns: list[tuple[str, str | None]], rows: list[list[Any]]) -> Sheet | None:
+    if not rows:
+        return None
+    if any(len(row) != len(columns) for row in rows):
+        raise FileError(source, 0, f"{title}: each row must have {len(columns)} values")
+    cells = [[_cell(row[i]) for row in rows] for i in range(len(columns))]
+    labels, units = [name for name, _ in columns], [None if one is None else str(one) for _, one in columns]
+    numbers = list(range(1, len(rows) + 1))
+    return Sheet(f"{source}, {title}", labels, units, 0, 0, cells, numbers, [], title, _celsius(title), place="row")
+
+
+def _rheocompass(source: str, text: str) -> list[Sheet]:
+    """Intervals of an export of RheoCompass; what lines with other keys state holds for those below."""
+    lines = [line for line in split_lines(text, " ") if line.text.strip(",;\t ")]
+    keys = [(i, key) for i, line in enumerate(lines) if (key := _KEY.match(line.text))]
+    sheets: list[Sheet] = []
+    title, kelvin, points = "", None, list[str]()
+    ends = [*(i for i, _ in keys), len(lines)][1:]
+    for (i, key), end in zip(keys, ends, strict=True):
+        rest = lines[i].text[key.end() :]
+        match key[1].lower():
+            case "interval data" if end > i + 1:
+                mark = rest[:1] or "\t"
+                rows = [Line(n, row.removeprefix(mark)) for n, row in lines[i + 1 : end]]
+                sheet = read_sheet(source, [Line(lines[i].number, rest[1:]), *rows], mark=mark)
+                number, count = points or (str(len(sheets) + 1), "")
+                sheets.append(_titled(sheet._replace(temperature=kelvin), f"{title or 'interval'} {number}", count))
+            case "result":
+                title, kelvin = rest[1:].strip('\t,; "'), _celsius(rest)
+            case "project" | "test":
+                title, kelvin = "", _celsius(rest)
+            case "temperature":
+                kelvin = _celsius(rest)
+            case "interval and data points":
+                points = [*(cell.strip(' "') for cell in re.split(r"[\t,;]", rest[1:])), ""][:2]
+            case _:
+                pass
+    if not sheets:
+        raise FileError(source, 0, "must have an interval with data")
+    return sheets
+
+
+def _is_reptate(text: str) -> bool:
+    first = text.lstrip().partition("\n")[0].strip()
+    parts = [part for part in first[:2000].split(";") if part.strip()]
+    return ";" in first and all(re.match(r"\s*[A-Za-z]\w*\s*=", part) for part in parts) and bool(parts)
+
+
+def _reptate(source: str, text: str) -> list[Sheet]:
+    """Table of RepTate: a line of parameters, perhaps names and units, then rows of omega, G', G'' or of t, G."""
+    header, *lines = split_lines(text)
+    parameters = {key.strip(): value.strip() for key, _, value in (p.partition("=") for p in header.text.split(";"))}
+    rows = [(line.number, line.text.split()) for line in lines if not line.text.startswith("#")]
+    units: list[str | None] = ["rad/s", "Pa", "Pa"]
+    while rows and not is_number(rows[0][1][0]):
+        # A column without a unit is a blank between tabs, but not among the first three.
+        if len(rows[0][1]) > 2 and None not in map(unit, rows[0][1][:2]):
+            units = [*rows[0][1][:3]]
+        rows = rows[1:]
+    if not rows:
+        raise FileError(source, header.number, "is followed by no numbers")
+    relaxation = source.lower().endswith(".gt") or len(rows[0][1]) == 2
+    labels = ["t", "G(t)"] if relaxation else ["omega", "G'", "G''"]
+    if relaxation:
+        units = [None if name == "rad/s" else name for name in units[:2]]
+    for number, cells in rows:
+        if len(cells) < len(labels):
+            raise FileError(source, number, f"{len(cells)} values: must be {len(labels)}, {', '.join(labels)}")
+    cells = [[row[i] for _, row in rows] for i in range(len(labels))]
+    kelvin = None
+    if "T" in parameters:
+        if not is_number(parameters["T"]):
+            raise FileError(source, header.number, f"T = {parameters['T'][:40]!r}: must be a temperature in °C")
+        kelvin = float(parameters["T"]) + _ZERO_CELSIUS
+    numbers = [number for number, _ in rows]
+    return [Sheet(source, labels, units, header.number, header.number, cells, numbers, [], temperature=kelvin,
+                  scattered=True)]  # fmt: skip
+
+
+def _plain(source: str, text: str) -> list[Sheet]:
+    return [read_sheet(source, split_lines(text, " "))]
+
+
+FORMATS: Iterable[Format] = (
+    Format("TRIOS, JSON", _is_trios_json, _trios_json),
+    Format("TRIOS, text", _is_trios_text, _trios_text),
+    Format("RheoCompass", lambda text: bool(_INTERVAL.search(text)), _rheocompass),
+    Format("RepTate", _is_reptate, _reptate),
+    Format("table of named columns", lambda text: True, _plain),
+)
+
+
 def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
     """Material data of sheets: that of the only one, or the sweeps of several."""
     tables = [Table.of(sheet) for sheet in sheets]
@@ -132,8 +405,8 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
         message += "frequency, storage and loss modulus; relaxation time and modulus; or temperature and shift factor"
         raise tables[0].error(message, sheet.header_line)
     titles = ", ".join(unused)[:200]
-    wanted = "one must have several frequencies with storage and loss modulus, or times with the relaxation modulus"
-    raise FileError(source, 0, f"{titles or 'no step'}: {wanted}")
+    rule = "one must have several frequencies with storage and loss modulus, or times with the relaxation modulus"
+    raise FileError(source, 0, f"{titles or 'no step'}: {rule}")
 
 
 def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isotherms:
@@ -162,7 +435,8 @@ def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isot
 
 def _curves(table: Table) -> list[Curve]:
     """Sweeps of one table: a single one, or one at each temperature; none if it has not the columns."""
-    read, columns = _dynamic, table.columns((ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), (LOSS, TANGENT))
+    loss = (LOSS, TANGENT) if STORAGE in table.roles else (TANGENT, LOSS)
+    read, columns = _dynamic, table.columns((ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), loss)
     if not columns:
         read, columns = _relaxation, table.columns((TIME,), (MODULUS,))
         # Steps of creep and flow have times and a "modulus" as well.
@@ -172,9 +446,13 @@ def _curves(table: Table) -> list[Curve]:
     x = columns[0].values
     if table.sheet.title and (not x.size or np.ptp(x) <= 1e-3 * x.max()):
         return []  # a sweep of amplitudes or temperatures
-    rows = _sweeps(table, x)
-    parts = [table] if len(rows) == 1 else [table.part(some) for some in rows]
-    return [read(part, several=len(rows) > 1) for part in parts]
+    sweeps = _sweeps(table, x)
+    if len(sweeps) == 1:
+        return [read(table, columns, several=False)]
+    return [
+        read(table.part(rows), [one._replace(values=one.values[rows]) for one in columns], several=True)
+        for rows in sweeps
+    ]
 
 
 def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
@@ -220,13 +498,8 @@ def _temperature(table: Table, several: bool) -> tuple[float | None, list[Column
     return float(column.values.mean()), [column, *numbers]
 
 
-def _dynamic(table: Table, *, several: bool = False) -> DynamicTable:
-    complex_first = STORAGE not in table.roles
-    columns = table.columns(
-        (ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), (TANGENT, LOSS) if complex_first else (LOSS, TANGENT)
-    )
-    omega, first, second = columns
-    order = slice(None) if table.sheet.scattered else table.order(omega)
+def _dynamic(table: Table, columns: list[Column], *, several: bool) -> Curve:
+    _, first, second = columns
     storage, loss = first.values, second.values
     # What overflows is refused below.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -239,25 +512,31 @@ def _dynamic(table: Table, *, several: bool = False) -> DynamicTable:
             loss = storage * loss
     good = np.isfinite(loss) & (storage > 0.0)
     if not good.all():
-        wanted = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
-        raise table.error(wanted, row=int(np.argmin(good)))
-    if not table.sheet.scattered:
-        table.refuse_growth(first, 1.0 / np.maximum(storage, 1e-300), order, "rise over frequency")
-    kelvin, others = _temperature(table, several)
-    about = table.about(omega, first, second, *others)
-    found = DynamicTable(omega.values[order], storage[order], loss[order], *about, temperature=kelvin)
-    return average([found]) if table.sheet.scattered else found
+        rule = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
+        raise table.error(rule, row=int(np.argmin(good)))
+    softness = 1.0 / np.maximum(storage, 1e-300)
+    return _curve(DynamicTable, table, columns, (storage, loss), softness, "rise over frequency", several)
 
 
-def _relaxation(table: Table, *, several: bool = False) -> RelaxationTable:
-    time, modulus = table.columns((TIME,), (MODULUS,))
-    order = slice(None) if table.sheet.scattered else table.order(time)
+def _relaxation(table: Table, columns: list[Column], *, several: bool) -> Curve:
+    modulus = columns[1].values
+    return _curve(RelaxationTable, table, columns, (modulus,), modulus, "fall over time", several)
+
+
+def _curve(
+    kind: type[Any], table: Table, columns: list[Column], moduli: Sequence[Array], falling: Array, rule: str,
+    several: bool,
+) -> Curve:  # fmt: skip
+    """Sweep of a kind in ascending order; its second column must not let `falling` grow."""
+    order = slice(None)
     if not table.sheet.scattered:
-        table.refuse_growth(modulus, modulus.values, order, "fall over time")
+        order = table.order(columns[0])
+        table.refuse_growth(columns[1], falling, order, rule)
     kelvin, others = _temperature(table, several)
-    about = table.about(time, modulus, *others)
-    found = RelaxationTable(time.values[order], modulus.values[order], *about, temperature=kelvin)
-    return average([found]) if table.sheet.scattered else found
+    about = table.about(*columns, *others)
+    values = (one[order] for one in (columns[0].values, *moduli))
+    curve: Curve = kind(*values, *about, temperature=kelvin)
+    return average([curve]) if table.sheet.scattered else curve
 
 
 def _prony_terms(table: Table) -> PronyTerms | None:
@@ -281,8 +560,8 @@ def _prony_terms(table: Table) -> PronyTerms | None:
         deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")
     relative, moduli = terms.role is SHARE, terms.values
     if relative and (beyond := beyond_one(moduli)) is not None:
-        wanted = f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1"
-        raise table.error(wanted, row=beyond)
+        rule = f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1"
+        raise table.error(rule, row=beyond)
     found = PronyTerms(times.values, moduli, relative, deformation, ends.get("high"), ends.get("low"), source, notes)
     if ends:
         try:

@@ -1,29 +1,32 @@
-"""Tables in text files of instruments and spreadsheets: named columns with units."""
+"""Tables in text files of instruments and spreadsheets: named columns with units, and what each of them holds."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
-from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import unit_registry
+from restitution.checks import Array
 from restitution.errors import ABSENT, InputError
+from restitution.material.conversion import Deformation
+from restitution.units import PLAIN_UNITS, unit
 
 _Test = Callable[[str], bool]
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(\s])")
 _ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 # The names of the columns must stand within this number of lines.
 _HEADER_LINES = 300
 # Longest file [byte] and line. A cell of a table takes about ten times its length in memory.
 _LARGEST, _LONGEST_LINE = 20_000_000, 1_000_000
+# Data that scatter by half of their size cannot be fitted.
+_NOISE = 1.5
 
 
 class FileError(InputError):
@@ -35,7 +38,7 @@ class FileError(InputError):
 
     def within(self, section: str = "", *, where: str = "") -> InputError:
         """Return the same error for the field that names the file."""
-        return InputError(section, ABSENT, self.wanted, where=where or self.where)
+        return InputError(section, ABSENT, self.rule, where=where or self.where)
 
     def moved(self, source: str, place: str) -> FileError:
         """Return the same error for another name of the file, and another word for its lines."""
@@ -69,15 +72,23 @@ class Sheet(NamedTuple):
     place: str = "line"  # what the numbers of lines count
     scattered: bool = False  # whether the rows are in any order, such as those of a master curve
 
-    def numbers(self, column: int) -> NDArray[np.float64]:
+    def numbers(self, column: int) -> Array:
         """Numbers of a column; other cells are refused."""
         cells = self.cells[column]
         try:
             return np.array(list(map(float, cells)))
         except ValueError:
-            row = next(i for i, cell in enumerate(cells) if not is_number(cell))
-            shown = cells[row] if len(cells[row]) <= 40 else f"{cells[row][:39]}…"
-            raise self.error(f"{shown!r}: must be a number", self.lines[row]) from None
+            self.require(np.array(list(map(is_number, cells))), column, "must be a number")
+            raise
+
+    def require(self, good: NDArray[np.bool_], column: int, rule: str, name: str = "") -> None:
+        """Refuse the first cell of a column that is not good, with its line; `name` is that of its quantity."""
+        if not good.all():
+            row = int(np.argmin(good))
+            cell = self.cells[column][row]
+            shown = cell if len(cell) <= 40 else f"{cell[:39]}…"
+            shown = shown if is_number(cell) else repr(shown)
+            raise self.error(f"{name or self.labels[column]} = {shown}: {rule}", self.lines[row])
 
     def error(self, message: str, line: int = 0) -> FileError:
         """Error for one of its lines."""
@@ -99,8 +110,7 @@ def read_bytes(path: Path) -> bytes:
     except OSError as error:
         raise FileError(str(path), 0, f"cannot be read: {error.strerror}") from None
     if len(content) > _LARGEST:
-        wanted = f"is too long: must have at most {_LARGEST // 1_000_000} MB"
-        raise FileError(str(path), 0, wanted)
+        raise FileError(str(path), 0, f"is too long: must have at most {_LARGEST // 1_000_000} MB")
     return content
 
 
@@ -109,17 +119,17 @@ def is_workbook(content: bytes) -> bool:
     return content.startswith(_ARCHIVES)
 
 
-def read_text(path: Path) -> str:
-    """Text of a file in UTF-8, UTF-16 or Latin-1."""
-    content = read_bytes(path)
+def decoded(source: str, content: bytes) -> str:
+    """Text of a content in UTF-8, UTF-16 or Latin-1; `source` is the name of its file in messages."""
     if is_workbook(content):
-        raise FileError(str(path), 0, "cannot be read: is a workbook; save its sheet as CSV")
-    encoding = next((name for mark, name in _MARKS.items() if content.startswith(mark)), "utf-8")
-    if encoding == "utf-8":
-        # The zeros of most letters are the second byte of each pair, or the first one.
-        low, high = content[1::2].count(0), content[::2].count(0)
-        if max(low, high) > 0.4 * len(content) and min(low, high) < 0.1 * len(content):
-            encoding = "utf-16-le" if low > high else "utf-16-be"
+        raise FileError(source, 0, "cannot be read: is a workbook; save its sheet as CSV")
+    # Without a mark, the zeros of most letters are the second byte of each pair, or the first one.
+    low, high = content[1::2].count(0), content[::2].count(0)
+    encoding = "utf-8-sig"
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encoding = "utf-16"
+    elif max(low, high) > 0.4 * len(content) and min(low, high) < 0.1 * len(content):
+        encoding = "utf-16-le" if low > high else "utf-16-be"
     for name in (encoding, "cp1252", "latin-1"):
         try:
             text = content.decode(name)
@@ -127,7 +137,7 @@ def read_text(path: Path) -> str:
             continue
         if "\0" not in text:
             return text
-    raise FileError(str(path), 0, "cannot be read: must be text in UTF-8, UTF-16 or Latin-1")
+    raise FileError(source, 0, "cannot be read: must be text in UTF-8, UTF-16 or Latin-1")
 
 
 def split_lines(text: str, ends: str | None = None) -> list[Line]:
@@ -136,18 +146,20 @@ def split_lines(text: str, ends: str | None = None) -> list[Line]:
     return [Line(i, line.strip(ends)) for i, line in lines if line and not line.isspace()]
 
 
-def read_sheet(source: str, text: str, is_unit: _Test, is_name: _Test = lambda name: False) -> Sheet:
-    """Table of named columns in a text; `source` is its name in messages.
+def read_sheet(
+    source: str,
+    lines: Sequence[Line],
+    *,
+    is_unit: _Test = lambda text: unit(text) is not None,
+    is_name: _Test = lambda text: role_of(text) is not None,
+    mark: str = "",
+) -> Sheet:
+    """Table of named columns in some lines; `source` is the name of their file in messages.
 
     The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
     comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
-    in a second line of units.
+    in a second line of units. The `mark` separates the cells; without it the line of the names shows which one does.
     """
-    return read_lines(source, split_lines(text, " "), is_unit, is_name)
-
-
-def read_lines(source: str, lines: Sequence[Line], is_unit: _Test, is_name: _Test, mark: str = "") -> Sheet:
-    """Table of named columns in some lines, as `read_sheet` finds it; an instrument's has a known separator."""
     for n, line in lines:
         if len(line) > _LONGEST_LINE:
             raise FileError(source, n, f"has {len(line)} characters: must have at most {_LONGEST_LINE}")
@@ -232,42 +244,198 @@ def _name_and_unit(cell: str, is_unit: _Test, is_name: _Test) -> tuple[str, str 
     return cell, None
 
 
-class Unit(NamedTuple):
-    """Unit of a column: SI value = factor * (value + offset)."""
+class Role(NamedTuple):
+    """Quantity of a column."""
 
-    dimension: str
-    factor: float
-    offset: float = 0.0
+    name: str
+    dimensions: tuple[str, ...]  # admissible dimensions of its unit
+    assumed: str = ""  # unit that is assumed where none is given
+    least: float | None = 0.0  # bound of its values, None for none
+    open_bound: bool = True  # whether the bound itself is excluded
 
 
-# The common units, without the import of pint, which takes 0.4 s; pint would take C for coulomb.
-PLAIN_UNITS = {
-    **{name: Unit("time", factor) for name, factor in {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}.items()},
-    **{name: Unit("time", factor) for name, factor in {"sec": 1.0, "min": 60.0, "h": 3600.0}.items()},
-    **{name: Unit("modulus", factor) for name, factor in {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}.items()},
-    **{name: Unit("frequency", factor) for name, factor in {"Hz": 1.0, "1/s": 1.0, "kHz": 1e3, "MHz": 1e6}.items()},
-    **{name: Unit("temperature", 1.0, 273.15) for name in ("°C", "degC", "C", "ºC")},
-    **{name: Unit("number", factor) for name, factor in {"-": 1.0, "1": 1.0, "": 1.0, "%": 0.01}.items()},
-    "rad/s": Unit("angular frequency", 1.0),
-    "K": Unit("temperature", 1.0),
+TIME = Role("time", ("time",), "s", open_bound=False)
+FREQUENCY = Role("frequency", ("frequency", "angular frequency"), "Hz")
+ANGULAR_FREQUENCY = Role("angular frequency", ("angular frequency", "frequency"), "rad/s")
+MODULUS = Role("relaxation modulus", ("modulus",), "Pa")
+STORAGE = Role("storage modulus", ("modulus",), "Pa")
+LOSS = Role("loss modulus", ("modulus",), "Pa", open_bound=False)
+COMPLEX = Role("magnitude of the complex modulus", ("modulus",), "Pa")
+TANGENT = Role("loss tangent", ("number",), open_bound=False)
+RELAXATION_TIME = Role("relaxation time", ("time",), "s")
+BRANCH = Role("branch modulus", ("modulus",), "Pa", open_bound=False)
+SHARE = Role("relative modulus", ("number",), open_bound=False)
+TEMPERATURE = Role("temperature", ("temperature",), "K")
+LOG_SHIFT = Role("log10 of the shift factor", ("number",), least=None)
+SHIFT = Role("shift factor", ("number",))
+SWEEP = Role("number of the sweep", ("number",), least=None)
+
+_SPELLINGS: dict[Role, str] = {
+    TIME: "t time zeit",
+    FREQUENCY: "f freq frequency frequenz",
+    ANGULAR_FREQUENCY: "w omega ω angfreq angularfrequency angfrequency kreisfrequenz",
+    MODULUS: "e g er gr erelax grelax e(t) g(t) modulus relaxationmodulus tensilemodulus shearmodulus "
+    "tensilerelaxationmodulus shearrelaxationmodulus youngsmodulus relaxationsmodul",
+    STORAGE: "e' g' ep gp estor gstor estorage gstorage eprime gprime storage storagemodulus "
+    "tensilestoragemodulus shearstoragemodulus speichermodul",
+    LOSS: "e'' g'' epp gpp eloss gloss edoubleprime gdoubleprime loss lossmodulus "
+    "tensilelossmodulus shearlossmodulus verlustmodul",
+    COMPLEX: "e* g* |e*| |g*| complexmodulus complexshearmodulus dynamicmodulus",
+    TANGENT: "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor",
+    RELAXATION_TIME: "tau taui tauk τ reltime relaxationtime relaxationtimes",
+    BRANCH: "branchmodulus branchmoduli ei ek",
+    SHARE: "relmod relativemodulus relativemoduli alpha alphai gi ki",
+    TEMPERATURE: "temp temperature temperatur",
+    LOG_SHIFT: "logat log10at loga log10a logshift",
+    SHIFT: "at a shiftfactor",
+    SWEEP: "set",
 }
-_COMPOSED = re.compile(r"[A-Za-zµ]{1,12}(\^?[23])?([*/][A-Za-zµ]{1,12}(\^?[23])?){0,2}")
+_ROLES = {spelling: role for role, text in _SPELLINGS.items() for spelling in text.split()}
+_TENSION = re.compile(r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)")
+_SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear)")
+_MEASURED = (FREQUENCY, ANGULAR_FREQUENCY, STORAGE, LOSS, COMPLEX, TANGENT, TIME, MODULUS)
+_QUOTES = str.maketrans(dict.fromkeys("’‘′´`", "'") | dict.fromkeys('”″"', "''"))
 
 
-@cache
-def unit(text: str) -> Unit | None:
-    """Unit of a name; None if it is unknown or has another dimension than the quantities of the tables."""
-    name = text.strip().replace("²", "2").replace("μ", "µ")
-    if name in PLAIN_UNITS:
-        return PLAIN_UNITS[name]
-    if not _COMPOSED.fullmatch(name) or name in ("rpm", "deg"):
-        return None
-    registry = unit_registry()
+class Column(NamedTuple):
+    """Column of a table, in SI (angular frequencies in rad/s)."""
+
+    role: Role
+    label: str  # its name in the file
+    values: Array
+    note: str  # the unit that was assumed; empty where the file gives one
+
+
+class Table(NamedTuple):
+    """Sheet of known quantities; its columns are read on demand."""
+
+    sheet: Sheet
+    roles: list[Role | None]
+
+    @classmethod
+    def of(cls, sheet: Sheet) -> Table:
+        """Table of a sheet.
+
+        Instruments leave cells empty, and measure negative losses of glasses; such rows of theirs are left out.
+        """
+        roles = [role_of(label) for label in sheet.labels]
+        if RELAXATION_TIME in roles:
+            roles = [BRANCH if role is MODULUS else role for role in roles]
+        for i, role in enumerate(roles):
+            given = unit(sheet.units[i] or "")
+            if role is SHARE and given is not None and given.dimension == "modulus":
+                roles[i] = BRANCH
+        if sheet.title:
+            known = [
+                (cells, role)
+                for cells, role in zip(sheet.cells, roles, strict=True)
+                if role is not None and role in _MEASURED
+            ]
+            good = [all(_measured(cells[row], role) for cells, role in known) for row in range(len(sheet.lines))]
+            if not all(good):
+                first = f"the first is {sheet.place} {sheet.lines[good.index(False)]}"
+                remark = f"{sheet.title}: {good.count(False)} rows without positive values are not used; {first}"
+                sheet = sheet.part(np.flatnonzero(good))._replace(remarks=(*sheet.remarks, remark))
+        return cls(sheet, roles)
+
+    @property
+    def temperature(self) -> Column | None:
+        """Temperatures of the rows, None where no column holds them."""
+        if self.roles.count(TEMPERATURE) != 1:
+            return None
+        given = self.sheet.units[self.roles.index(TEMPERATURE)]
+        # The letter T may also name a torque.
+        if given is not None and getattr(unit(given), "dimension", "") != "temperature":
+            return None
+        return self._column(TEMPERATURE)
+
+    def part(self, rows: NDArray[np.intp]) -> Table:
+        """Table of some of its rows."""
+        return Table(self.sheet.part(rows), self.roles)
+
+    def columns(self, *choices: tuple[Role, ...]) -> list[Column]:
+        """Column of the first known role of each choice; empty if a choice has none."""
+        found = [next((role for role in choice if role in self.roles), None) for choice in choices]
+        return [] if None in found else [self._column(role) for role in found if role is not None]
+
+    def _column(self, role: Role) -> Column:
+        if self.roles.count(role) > 1:
+            raise self.error(f"two columns hold a {role.name}: must be one", self.sheet.header_line)
+        index = self.roles.index(role)
+        label, given = self.sheet.labels[index], self.sheet.units[index]
+        scale = unit(role.assumed if given is None else given)
+        if scale is None or scale.dimension not in role.dimensions:
+            usual = (name for name, one in PLAIN_UNITS.items() if one.dimension in role.dimensions and name)
+            rule = f"must be a unit of {role.dimensions[0]}, such as {', '.join(usual)}"
+            raise self.error(f"column {label!r}: unit {given!r}: {rule}", self.sheet.unit_line)
+        factor = scale.factor * (2.0 * math.pi if scale.dimension == "frequency" else 1.0)
+        with np.errstate(over="ignore"):
+            values = (self.sheet.numbers(index) + scale.offset) * factor
+        good, bound = np.isfinite(values), ""
+        if role.least is not None:
+            good &= values > role.least if role.open_bound else values >= role.least
+            bound = f" and {'>' if role.open_bound else '>='} {role.least:g}"
+        assumed = f" {role.assumed}, as no unit is given" if given is None and role is TEMPERATURE else ""
+        self.sheet.require(good, index, f"must be finite{bound}{assumed}")
+        note = f"unit of {label} not given: {role.assumed} assumed" if given is None and role.assumed else ""
+        return Column(role, label, values, note)
+
+    def about(self, *used: Column) -> tuple[Deformation | None, str, tuple[str, ...]]:
+        """Deformation that the columns state, source, and remarks: assumed units, columns that are not used."""
+        labels = [column.label for column in used]
+        plain = [_plain(label).lower() for label in labels]
+        tension, shear = (any(map(pattern.match, plain)) for pattern in (_TENSION, _SHEAR))
+        if tension and shear:
+            raise self.error("one modulus is in tension, the other in shear: must be of one kind")
+        notes = [*self.sheet.remarks, *(column.note for column in used if column.note)]
+        left = [label for label in self.sheet.labels if label and label not in labels]
+        # An instrument writes dozens of them.
+        if left and not self.sheet.title:
+            notes.append(f"columns not used: {', '.join(left)}")
+        return "tension" if tension else "shear" if shear else None, self.sheet.source, tuple(notes)
+
+    def order(self, column: Column) -> slice:
+        """Order in which a column ascends; the file may list it in descending order."""
+        steps = np.diff(column.values)
+        if steps.size and (steps < 0).all():
+            return slice(None, None, -1)
+        if not (steps > 0).all():
+            row = int(np.argmin(steps > 0)) + 1
+            what = "repeats" if steps[row - 1] == 0 else "is less than"
+            rule = "must be strictly ascending or descending"
+            raise self.error(f"{column.label} {what} that of line {self.sheet.lines[row - 1]}: {rule}", row=row)
+        return slice(None)
+
+    def refuse_growth(self, column: Column, values: Array, order: slice, rule: str) -> None:
+        """Refuse values that grow by more than noise; of a storage modulus, its inverse."""
+        values, moduli, lines = values[order], column.values[order], self.sheet.lines[order]
+        beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
+        if beyond.size:
+            last = int(beyond[0])
+            first = int(np.argmin(values[:last]))
+            message = f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
+            raise self.error(f"{message}: must {rule}, apart from noise", lines[last])
+
+    def error(self, message: str, line: int = 0, *, row: int | None = None) -> FileError:
+        """Error for a line of the file, or for a row of the table."""
+        return self.sheet.error(message, line if row is None else self.sheet.lines[row])
+
+
+def _measured(cell: str, role: Role) -> bool:
+    """Whether a cell holds an admissible value, or something that is to be refused."""
     try:
-        found = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])([23])", r"^\1", name))
-        for dimension, si in (("time", "s"), ("modulus", "Pa")):
-            if found.check(registry.Unit(si).dimensionality):
-                return Unit(dimension, float(found.to(si).magnitude))
-    except Exception:  # errors of pint's parser have no common class
-        return None
-    return None
+        value = float(cell)
+    except ValueError:
+        return bool(cell)
+    return not (value <= 0.0 if role.open_bound else value < 0.0)
+
+
+def _plain(label: str) -> str:
+    return re.sub(r"[\s_.]", "", label[:100]).translate(_QUOTES)
+
+
+def role_of(label: str) -> Role | None:
+    """Role of a column of this name, None where it is unknown."""
+    # Only the capital T is a temperature, and the small one a time.
+    plain = _plain(label)
+    return TEMPERATURE if plain == "T" else _ROLES.get(plain.lower())

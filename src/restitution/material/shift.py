@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from restitution.checks import pair, single_positive, within
+from restitution.checks import Array, Numeric, pair, single_positive, within
 from restitution.errors import InputError
 from restitution.quantities import check, check_single
-
-Array = NDArray[np.float64]
 
 GAS_CONSTANT = 8.31446261815324
 """Molar gas constant R [J/(mol K)], exact in the SI of 2019."""
@@ -32,8 +30,8 @@ class Shift(Protocol):
         """Temperature [K] at which a_T = 1."""
         ...
 
-    def factor(self, temperature: float) -> float:
-        """Shift factor a_T [-] at the temperature T [K]."""
+    def factor(self, temperature: ArrayLike) -> Any:
+        """Shift factor a_T [-] at the temperatures T [K]."""
         ...
 
 
@@ -54,25 +52,39 @@ class _Law(ABC):
         ends = pair("temperature_range", self.temperature_range, "must be two temperatures [K]")
         low, high = (check_single("temperature", limit, "temperature_range") for limit in ends)
         if not low <= self.reference_temperature <= high or low == high:
-            wanted = f"must ascend and hold {self.reference_temperature:g} K, the reference_temperature"
-            raise InputError("temperature_range", f"({low:g}, {high:g})", wanted, "K")
+            rule = f"must ascend and hold {self.reference_temperature:g} K, the reference_temperature"
+            raise InputError("temperature_range", f"({low:g}, {high:g})", rule, "K")
         object.__setattr__(self, "temperature_range", (low, high))
 
-    def factor(self, temperature: float) -> float:
-        """Shift factor a_T [-] at the temperature T [K]."""
-        number = check_single("temperature", temperature)
+    @classmethod
+    def from_checked(cls, **constants: Any) -> Self:
+        """Return a law of admissible constants, which are not checked and may be arrays."""
+        law = object.__new__(cls)
+        vars(law).update(temperature_range=None, **constants)
+        return law
+
+    def factor_or_nan(self, temperature: Numeric) -> Any:
+        """Shift factor a_T [-] at the temperatures T [K], NaN where it leaves the range of numbers."""
+        low, high = self._ends
+        with np.errstate(all="ignore"):
+            factor = np.power(10.0, self._decades(temperature))
+        return np.where((temperature >= np.asarray(low)) & (temperature <= np.asarray(high)), factor, np.nan)
+
+    def factor(self, temperature: ArrayLike) -> Any:
+        """Shift factor a_T [-] at the temperatures T [K]."""
+        number = check("temperature", temperature)
         if self.temperature_range is not None:
             _within(number, *self.temperature_range, "the range of the law")
         _within(number, *self._ends, f"where the shift factor is between 1e-{_DECADES:g} and 1e{_DECADES:g}")
-        return 10.0 ** self._decades(number)
+        return _power(self._decades(number))
 
     @property
     @abstractmethod
-    def _ends(self) -> tuple[float, float]:
+    def _ends(self) -> tuple[Numeric, Numeric]:
         """Temperatures where a_T is as large and as small as numbers allow."""
 
     @abstractmethod
-    def _decades(self, temperature: float) -> float:
+    def _decades(self, temperature: Numeric) -> Numeric:
         """Logarithm log10 a_T."""
 
 
@@ -115,14 +127,14 @@ class WLF(_Law):
     c2: float
 
     @property
-    def _ends(self) -> tuple[float, float]:
+    def _ends(self) -> tuple[Numeric, Numeric]:
         # Where log10 a_T is x: T = T0 - x C2/(C1 + x).
         low = self.reference_temperature - _DECADES * self.c2 / (self.c1 + _DECADES)
-        if self.c1 <= _DECADES:
-            return low, math.inf
-        return low, self.reference_temperature + _DECADES * self.c2 / (self.c1 - _DECADES)
+        with np.errstate(divide="ignore"):
+            high = self.reference_temperature + _DECADES * self.c2 / np.maximum(self.c1 - _DECADES, 0.0)
+        return low, high
 
-    def _decades(self, temperature: float) -> float:
+    def _decades(self, temperature: Numeric) -> Numeric:
         rise = temperature - self.reference_temperature
         return -self.c1 * rise / (self.c2 + rise)
 
@@ -157,11 +169,12 @@ class Arrhenius(_Law):
         return self.activation_energy / (GAS_CONSTANT * math.log(10.0))
 
     @property
-    def _ends(self) -> tuple[float, float]:
+    def _ends(self) -> tuple[Numeric, Numeric]:
         middle, reach = 1.0 / self.reference_temperature, _DECADES / self._slope
-        return 1.0 / (middle + reach), 1.0 / (middle - reach) if middle > reach else math.inf
+        with np.errstate(divide="ignore"):
+            return 1.0 / (middle + reach), 1.0 / np.maximum(middle - reach, 0.0)
 
-    def _decades(self, temperature: float) -> float:
+    def _decades(self, temperature: Numeric) -> Numeric:
         reference = self.reference_temperature
         return self._slope * (reference - temperature) / (temperature * reference)
 
@@ -213,11 +226,11 @@ class ShiftTable:
         """Temperature [K] at which a_T = 1."""
         return float(np.interp(0.0, self.log10_factors[::-1], self.temperatures[::-1]))
 
-    def factor(self, temperature: float) -> float:
-        """Shift factor a_T [-] at the temperature T [K] within the table."""
-        number = check_single("temperature", temperature)
+    def factor(self, temperature: ArrayLike) -> Any:
+        """Shift factor a_T [-] at the temperatures T [K] within the table."""
+        number = check("temperature", temperature)
         _within(number, float(self.temperatures[0]), float(self.temperatures[-1]), "the range of the table")
-        return 10.0 ** float(np.interp(number, self.temperatures, self.log10_factors))
+        return _power(np.interp(number, self.temperatures, self.log10_factors))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ShiftTable):
@@ -229,14 +242,23 @@ class ShiftTable:
         return hash((*self.temperatures.tolist(), *self.log10_factors.tolist()))
 
 
-def _ascending(name: str, values: Array, sign: float, wanted: str, unit: str = "") -> None:
+def _ascending(name: str, values: Array, sign: float, rule: str, unit: str = "") -> None:
     good = sign * np.diff(values) > 0
     if not good.all():
         row = int(np.argmin(good)) + 1
-        raise InputError(name, float(values[row]), wanted, unit, index=(row,))
+        raise InputError(name, float(values[row]), rule, unit, index=(row,))
 
 
-def _within(temperature: float, low: float, high: float, what: str) -> None:
-    if not low <= temperature <= high:
+def _power(decades: ArrayLike) -> Any:
+    """Power of ten; the loop of arrays also for one number, whose last bit may be another one."""
+    factor = np.power(10.0, np.asarray(decades))
+    return factor if factor.ndim else float(factor)
+
+
+def _within(temperature: Numeric, low: Any, high: Any, what: str) -> None:
+    values = np.asarray(temperature)
+    bad = ~((values >= low) & (values <= high))
+    if bad.any():
         end = f"in [{low:g}, {high:g}]" if math.isfinite(high) else f">= {low:g}"
-        raise InputError("temperature", temperature, f"must be {end} K, {what}", "K")
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise InputError("temperature", float(values[index]), f"must be {end} K, {what}", "K", index=index)

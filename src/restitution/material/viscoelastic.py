@@ -1,47 +1,43 @@
-"""Isotropic linear-viscoelastic material: its shear and bulk relaxation, and its reduced modulus in a contact."""
+"""Isotropic linear-viscoelastic materials: their shear and bulk relaxation, and their reduced modulus in a contact."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING, Any, Literal
+from functools import cached_property, reduce
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import instance, nonnegative, pair, single_positive
+from restitution.axes import Axes, aligned, named, spread_array
+from restitution.checks import common_shape, instance, nonnegative, number, pair, positive
 from restitution.errors import InputError, InputTypeError
-from restitution.material.conversion import (
-    NOTHING,
-    connect,
-    on_common_times,
-    poisson_ratio,
-    series_connection,
-)
-from restitution.material.prony import PronySeries
-from restitution.material.secular import secular_roots
+from restitution.material.conversion import on_common_times, poisson_ratio, reduced, series_connection
+from restitution.material.prony import PronySeries, in_range, secular_roots
 from restitution.material.shift import Shift
-from restitution.pictures import draw
-from restitution.quantities import check_single
+from restitution.quantities import check
+from restitution.result import draw
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 Derivation = Literal["fit", "fractional"]
+# Window of a material without one, beside others.
+_ALL_TIMES = 1e-100, 1e100
 
 
-@dataclass(frozen=True, init=False, repr=False)
+@dataclass(frozen=True, init=False, repr=False, eq=False)
 class Material:
-    """Isotropic linear-viscoelastic material, given by its shear and bulk relaxation moduli.
+    """Isotropic linear-viscoelastic material, given by its shear and bulk relaxation moduli, or an array of them.
 
     Parameters
     ----------
     shear
-        Relaxation modulus in shear G(t) [Pa]; a number means elastic. Not zero throughout.
+        Relaxation modulus in shear G(t) [Pa]; numbers mean elastic. Not zero throughout.
     bulk
-        Relaxation modulus in bulk K(t) [Pa]; a number means elastic, `math.inf` incompressible, 0 a Poisson
+        Relaxation modulus in bulk K(t) [Pa]; numbers mean elastic, `math.inf` incompressible, 0 a Poisson
         ratio of -1.
     density, name
         Mass density rho [kg/m3], for the check whether an impact is quasi-static, and name of the material.
@@ -66,6 +62,11 @@ class Material:
     InputTypeError
         If a modulus is neither a number nor a `PronySeries`.
 
+    Notes
+    -----
+    The shapes of moduli, density and temperature broadcast to the `shape` of an array of materials. DataArrays keep
+    their dimensions and coordinates by name, in `axes`.
+
     Examples
     --------
     >>> rubber = Material(PronySeries(1e6, [5e6], [1e-4]), bulk=2e9, density=1100.0)
@@ -75,55 +76,161 @@ class Material:
 
     shear: PronySeries
     bulk: PronySeries | float
-    density: float | None
+    density: Any
     name: str | None
     shift: Shift | None
-    temperature: float | None
+    temperature: Any
     source: str | None
-    window: tuple[float, float] | None
+    window: tuple[Any, Any] | None
     assumptions: str | None
     derivation: Derivation | None
     undetermined: tuple[str, ...] | None
 
     def __init__(
         self,
-        shear: PronySeries | float,
-        bulk: PronySeries | float,
+        shear: PronySeries | ArrayLike,
+        bulk: PronySeries | ArrayLike,
         *,
-        density: float | None = None,
+        density: ArrayLike | None = None,
         name: str | None = None,
         shift: Shift | None = None,
-        temperature: float | None = None,
+        temperature: ArrayLike | None = None,
         source: str | None = None,
-        window: tuple[float, float] | None = None,
+        window: tuple[ArrayLike, ArrayLike] | None = None,
         assumptions: str | None = None,
         derivation: Derivation | None = None,
         undetermined: Sequence[str] | None = None,
     ) -> None:
+        values, axes = aligned({"shear": shear, "bulk": bulk, "density": density, "temperature": temperature})
+        shear, bulk, density, temperature = values.values()
         shear = _series("shear", shear)
-        if shear.is_zero:
+        if (np.asarray(shear.equilibrium_modulus) == 0.0).any() and np.any(shear.is_zero):
             raise InputError("shear", 0.0, "must not be zero throughout", "Pa")
-        incompressible = isinstance(bulk, int | float) and bulk == math.inf
-        bulk = math.inf if incompressible else _series("bulk", bulk)
-        density = None if density is None else check_single("density", density)
+        bulk = _bulk(bulk)
+        density = None if density is None else check("density", density)
         if shift is not None and not (hasattr(shift, "factor") and hasattr(shift, "reference_temperature")):
             raise InputTypeError("shift", shift, "must be a shift law, such as WLF(reference_temperature, c1, c2)")
         if temperature is not None:
-            temperature = check_single("temperature", temperature)
+            temperature = check("temperature", temperature)
         elif shift is not None:
             temperature = shift.reference_temperature
-        window = _common_window(shear, bulk) if window is None else time_window(window)
+        series = [part for part in (shear, bulk) if isinstance(part, PronySeries)]
+        known = common_window(part.window for part in series) if window is None else time_window(window)
         self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name, shift=shift, temperature=temperature)
-        self.__dict__.update(source=source, window=window, assumptions=assumptions, derivation=derivation)
+        self.__dict__.update(source=source, window=known, assumptions=assumptions, derivation=derivation)
         self.__dict__.update(undetermined=_names("undetermined", undetermined))
+        shapes = {name: part.shape for name, part in zip(("shear", "bulk"), series, strict=False)}
+        numbers: dict[str, Any] = {"density": density, "temperature": temperature}
+        self.__dict__["shape"] = common_shape(shapes | {name: np.shape(value) for name, value in numbers.items()})
+        named(self, axes)
+
+    shape: ClassVar[tuple[int, ...]]
+    """Shape of an array of materials; () for one."""
+    axes: ClassVar[Axes | None] = None
+    """Names of the axes of an array of materials; None where they have no names."""
+
+    @classmethod
+    def stacked(cls, materials: Sequence[Material]) -> Material:
+        """Return an array of shape (n,) of single materials, which may be of unlike kinds.
+
+        What they do not share (name, source, shift) is left out, and so is a density that one of them lacks.
+
+        Examples
+        --------
+        >>> both = Material.stacked([Material(1e6, math.inf), Material(PronySeries(0.0, [1e7], [1e-3]), 1e9)])
+        >>> print(both.shape, both.poisson_ratio)
+        (2,) [0.5 0.5]
+        """
+        if not materials:
+            raise InputError("materials", rule="must hold at least one Material")
+        for place, material in enumerate(materials):
+            single_material(f"materials[{place}]", material)
+        shared: dict[str, Any] = {}
+        for name in ("name", "shift", "source", "assumptions", "derivation"):
+            values = [getattr(material, name) for material in materials]
+            shared[name] = values[0] if values and all(value == values[0] for value in values) else None
+        for name in ("density", "temperature"):
+            values = [getattr(material, name) for material in materials]
+            shared[name] = None if None in values else np.array(values, dtype=np.float64)
+        windows = [material.window for material in materials]
+        if any(window is not None for window in windows):
+            ends = np.array([window or _ALL_TIMES for window in windows])
+            shared["window"] = ends[:, 0], ends[:, 1]
+        unknown = {name for material in materials for name in material.undetermined or ()}
+        bulks = [each.bulk if isinstance(each.bulk, PronySeries) else RIGID for each in materials]
+        shear = PronySeries.stacked([material.shear for material in materials])
+        return cls(shear, PronySeries.stacked(bulks), undetermined=sorted(unknown) or None, **shared)
+
+    def row(self, *index: int) -> Material:
+        """Return one material of an array."""
+        shape = self.shape
+        return self._each(
+            lambda value: float(np.broadcast_to(value, shape)[index]),
+            lambda series: series.broadcast_to(shape).row(*index),
+        )
+
+    def take(self, shape: tuple[int, ...], places: NDArray[np.intp]) -> Material:
+        """Return materials of an array, raveled from a larger shape, in the shape of the places."""
+        if not self.shape:
+            return self
+        if not np.ndim(places):
+            return self.broadcast_to(shape).row(*map(int, np.unravel_index(int(places), shape)))
+        return self._each(
+            lambda value: np.broadcast_to(value, shape).reshape(-1)[places],
+            lambda series: series.broadcast_to(shape).reshaped((math.prod(shape),)).take(places),
+        )
+
+    def broadcast_to(self, shape: tuple[int, ...]) -> Material:
+        """Return views of the materials in a larger array."""
+        return self._each(lambda value: np.broadcast_to(value, shape), lambda series: series.broadcast_to(shape))
+
+    def reshaped(self, shape: tuple[int, ...]) -> Material:
+        """Return the same materials in an array of another shape."""
+        own = self.shape
+        return self._each(
+            lambda value: np.broadcast_to(value, own).reshape(shape),
+            lambda series: series.broadcast_to(own).reshaped(shape),
+        )
+
+    def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Material:
+        """Return the materials of an array over axes of other names; their own are `axes`."""
+        own, shape = axes or self.axes, self.shape
+        if not shape or own is None:
+            return self
+        return self._each(
+            lambda value: spread_array(value, own, names, shape),
+            lambda series: series.broadcast_to(shape).spread(names, own),
+        )
+
+    def _each(self, number: Callable[[Any], Any], modulus: Callable[[PronySeries], PronySeries]) -> Material:
+        """Return materials with a change of the shape of all numbers."""
+        names = [name for name in ("density", "temperature") if np.ndim(getattr(self, name))]
+        parts: dict[str, Any] = {name: number(getattr(self, name)) for name in names}
+        if self.window is not None and any(map(np.ndim, self.window)):
+            parts["window"] = tuple(map(number, self.window))
+        series = {name: getattr(self, name) for name in ("shear", "bulk")}
+        parts |= {name: modulus(each) for name, each in series.items() if isinstance(each, PronySeries)}
+        return replace(self, **parts) if self.shape or parts["shear"].shape else self
+
+    def _key(self) -> tuple[Any, ...]:
+        return tuple(_plain(getattr(self, field.name)) for field in fields(self))
+
+    def __eq__(self, other: object) -> bool:
+        return self._key() == other._key() if isinstance(other, Material) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._key())
 
     def plot(self) -> Figure:
         """Figure of the relaxation moduli over time, and of storage and loss moduli over frequency."""
+        single_material("material", self)
         series = {"shear": self.shear} | ({"bulk": self.bulk} if isinstance(self.bulk, PronySeries) else {})
         return draw("material.overview", series, self.window)
 
-    def at(self, temperature: float) -> Material:
+    def at(self, temperature: ArrayLike) -> Material:
         """Material at another temperature [K]: every time is multiplied by the ratio of the shift factors.
+
+        Temperatures of any shape broadcast against that of the materials.
 
         The moduli themselves and the density stay (thermorheologically simple, without a vertical shift).
 
@@ -139,10 +246,15 @@ class Material:
         >>> print(round(warm.at(325.0).shear.relaxation_times[0], 12))
         0.01
         """
-        if self.shift is None or self.temperature is None:
-            wanted = "must not be given without a time-temperature shift"
-            raise InputError("temperature", temperature, wanted, "K")
-        factor = self.shift.factor(temperature) / self.shift.factor(self.temperature)
+        values, axes = aligned({"material": self, "temperature": temperature})
+        if axes is not None:
+            return named(values["material"]._at(values["temperature"]), axes)
+        return self._at(temperature)
+
+    def _at(self, temperature: ArrayLike) -> Material:
+        """Material at another temperature [K], whose axes have those of the material or no names."""
+        factor = self.shift_factor(temperature)
+        temperature = check("temperature", temperature)
         bulk, window = self.bulk, self.window
         return replace(
             self,
@@ -152,34 +264,52 @@ class Material:
             window=None if window is None else (window[0] * factor, window[1] * factor),
         )
 
+    def shift_factor(self, temperature: ArrayLike) -> Any:
+        """Factor by which all times grow from the temperature of the moduli to another one [K]."""
+        if self.shift is None or self.temperature is None:
+            rule = "must not be given without a time-temperature shift"
+            raise InputError("temperature", temperature, rule, "K")
+        return self.shift.factor(temperature) / self.shift.factor(self.temperature)
+
     def __repr__(self) -> str:
         named = {field.name: getattr(self, field.name) for field in fields(self)}
         given = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
         return f"Material({given})"
 
     @property
-    def is_incompressible(self) -> bool:
+    def is_incompressible(self) -> Any:
         """Whether the bulk modulus is infinite."""
-        return not isinstance(self.bulk, PronySeries)
+        if not isinstance(self.bulk, PronySeries):
+            return True
+        rigid = np.isinf(self.bulk.equilibrium_modulus)
+        return rigid if rigid.ndim else bool(rigid)
 
     @property
-    def poisson_ratio(self) -> float:
+    def poisson_ratio(self) -> Any:
         """Static Poisson ratio nu = (3K - 2G)/(6K + 2G), that of the equilibrium moduli."""
         return self._poisson_ratio("equilibrium_modulus", "flow_viscosity")
 
     @property
-    def instantaneous_poisson_ratio(self) -> float:
+    def instantaneous_poisson_ratio(self) -> Any:
         """Poisson ratio nu = (3K - 2G)/(6K + 2G) of the instantaneous moduli."""
         return self._poisson_ratio("instantaneous_modulus", "parallel_viscosity")
 
-    def _poisson_ratio(self, modulus: str, viscosity: str) -> float:
+    def _poisson_ratio(self, modulus: str, viscosity: str) -> Any:
         """Poisson ratio of the moduli; of the viscosities if both moduli are zero or infinite."""
         if not isinstance(self.bulk, PronySeries):
-            return 0.5
+            return np.full(self.shear.shape, 0.5)[()] if self.shear.shape else 0.5
+        rigid = np.isinf(self.bulk.equilibrium_modulus)
         shear, bulk = getattr(self.shear, modulus), getattr(self.bulk, modulus)
-        if shear == bulk and shear in (0.0, math.inf):
-            shear, bulk = getattr(self.shear, viscosity), getattr(self.bulk, viscosity)
-        return poisson_ratio(shear, bulk)
+        shears, bulks = getattr(self.shear, viscosity), getattr(self.bulk, viscosity)
+        same = (shear == bulk) & ((np.asarray(shear) == 0.0) | np.isinf(shear)) & ~rigid
+        ratio = poisson_ratio(np.where(same, shears, shear), np.where(same, bulks, bulk))
+        ratio = np.where(rigid, 0.5, ratio)
+        return ratio if ratio.ndim else float(ratio)
+
+    @cached_property
+    def _reduced(self) -> PronySeries:
+        """Reduced modulus of the contact with a rigid body."""
+        return reduced(self.shear, self.bulk if isinstance(self.bulk, PronySeries) else RIGID)
 
     def relaxation_poisson_ratio(self, time: ArrayLike) -> Any:
         """Poisson ratio nu(t) [-], the lateral contraction at the times t >= 0 [s] after a unit step of axial strain.
@@ -200,13 +330,24 @@ class Material:
         """
         t = np.asarray(nonnegative("time", time, "s"))
         if not isinstance(self.bulk, PronySeries):
-            return np.full(t.shape, 0.5)[()]
-        times, shear, bulk = on_common_times(self.shear.simplified(), self.bulk.simplified())
-        total = shear.plus(shear, 1.0).plus(bulk, 6.0)
-        roots = secular_roots(total.constant, total.viscosity, total.weights, times)
-        at_roots, _ = shear.at(roots.times, roots.terms, np.abs(roots.terms))
-        transient = np.exp(-t[..., None] / roots.times) @ (3.0 * at_roots / roots.slopes)
-        return np.where(t == 0, self.instantaneous_poisson_ratio, self.poisson_ratio + transient)[()]
+            return np.full(np.broadcast_shapes(t.shape, self.shape), 0.5)[()]
+        shear, rigid = self.shear.simplified(), np.isinf(self.bulk.equilibrium_modulus)
+        soft = np.where(rigid, 1.0, self.bulk.equilibrium_modulus)[()]
+        bulk = replace(self.bulk, equilibrium_modulus=soft).simplified()
+        n = math.prod(self.shape)
+        shares, times = (np.full((n, shear.n_branches + bulk.n_branches + 1), value) for value in (0.0, 1.0))
+        for rows, common, own, other in on_common_times(shear, bulk):
+            constant, viscosity, weights = (2.0 * g + 6.0 * k for g, k in zip(own, other, strict=True))
+            roots = secular_roots(constant, viscosity, weights, common)
+            at_roots = own.constant[:, None] - own.viscosity[:, None] / roots.times
+            at_roots = at_roots + (roots.terms * own.weights[:, None, :]).sum(axis=2)
+            count = roots.times.shape[1]
+            shares[rows, :count], times[rows, :count] = 3.0 * at_roots / roots.slopes, roots.times
+        branches = (*self.shape, shares.shape[1])
+        decays = np.exp(-t[..., None] / times.reshape(branches))
+        transient = (decays * shares.reshape(branches)).sum(axis=-1)
+        ratio = np.where(t == 0, self.instantaneous_poisson_ratio, self.poisson_ratio + transient)
+        return np.where(rigid, 0.5, ratio)[()]
 
     def wave_speed(self, time: ArrayLike) -> Any:
         """Speed sqrt(G(t)/rho) [m/s] of shear waves, the slowest ones, at the modulus that acts at a time t [s].
@@ -221,6 +362,14 @@ class Material:
         return None if self.density is None else np.sqrt(self.shear.relaxation_modulus(time) / self.density)
 
 
+def single_material(field: str, material: Any) -> Material:
+    """Return a material, refusing arrays of them and everything else."""
+    instance(field, material, Material, "must be a Material")
+    if material.shape:
+        raise InputError(field, rule=f"must be a single Material, not an array of shape {material.shape}; take a row")
+    return material
+
+
 def _names(field: str, given: Any) -> tuple[str, ...] | None:
     """Names as a tuple; None if there are none."""
     if given is None:
@@ -230,27 +379,62 @@ def _names(field: str, given: Any) -> tuple[str, ...] | None:
     return tuple(given) or None
 
 
-def time_window(window: tuple[float, float]) -> tuple[float, float]:
+def time_window(window: Any) -> tuple[Any, Any]:
     """Shortest and longest time [s] of a window, which must ascend."""
-    low, high = (single_positive("window", time, "s") for time in pair("window", window, "must be two times [s]"))
-    if low >= high:
-        raise InputError("window", f"({low:g}, {high:g})", "must ascend", "s")
+    low, high = (positive("window", time, "s") for time in pair("window", window, "must be two times [s]"))
+    if np.any(low >= np.asarray(high)):
+        ends = f"({np.min(low):g}, {np.max(high):g})"
+        raise InputError("window", ends, "must ascend", "s")
     return low, high
 
 
-def _common_window(*moduli: PronySeries | float) -> tuple[float, float] | None:
-    """Times [s] for which all series that come from data are known; None without data."""
-    windows = [one.window for one in moduli if isinstance(one, PronySeries) and one.window is not None]
-    return (max(low for low, _ in windows), min(high for _, high in windows)) if windows else None
+def common_window(windows: Iterable[tuple[Any, Any] | None]) -> tuple[Any, Any] | None:
+    """Times [s] within all windows; None without one."""
+    known = [window for window in windows if window is not None]
+    if len(known) < 2:
+        return known[0] if known else None
+    lows, highs = zip(*known, strict=True)
+    return reduce(np.maximum, lows)[()], reduce(np.minimum, highs)[()]
 
 
 def _series(name: str, value: Any) -> PronySeries:
+    return value if isinstance(value, PronySeries) else PronySeries(nonnegative(name, value, "Pa"))
+
+
+def bulk_series(modulus: ArrayLike, viscosity: ArrayLike = 0.0) -> PronySeries | float:
+    """Return springs [Pa] beside dashpots [Pa s] in bulk; infinite springs are incompressible."""
+    moduli = number("bulk", modulus, "Pa")
+    moduli = np.broadcast_to(moduli, np.broadcast_shapes(moduli.shape, np.shape(viscosity)))
+    rigid = np.isposinf(moduli)
+    if rigid.all():
+        return math.inf
+    soft = np.asarray(nonnegative("bulk", np.where(rigid, 1.0, moduli), "Pa"))
+    in_range("equilibrium_modulus + sum of branch_moduli", soft, "Pa")
+    springs = PronySeries.springs(np.where(rigid, math.inf, soft))
+    if np.ndim(viscosity) == 0 and not viscosity:
+        return springs
+    dashpots = PronySeries(0.0, parallel_viscosity=np.where(rigid, 0.0, viscosity)).parallel_viscosity
+    return PronySeries.from_checked(
+        springs.equilibrium_modulus, springs.branch_moduli, springs.relaxation_times, dashpots
+    )
+
+
+def _bulk(value: Any) -> PronySeries | float:
+    """Bulk relaxation; infinite if all materials are incompressible."""
     if isinstance(value, PronySeries):
-        return value
-    modulus = nonnegative(name, value, "Pa")
-    if isinstance(modulus, np.ndarray):
-        raise InputTypeError(name, value, "must be a number or a PronySeries")
-    return PronySeries(modulus)
+        return math.inf if np.isinf(value.equilibrium_modulus).all() else value
+    return bulk_series(value)
+
+
+def _plain(value: Any) -> Any:
+    """A value that can be compared and hashed."""
+    if isinstance(value, tuple):
+        return tuple(map(_plain, value))
+    return (value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
+
+
+RIGID = PronySeries.springs(np.float64(math.inf))
+"""Bulk relaxation of an incompressible material among others."""
 
 
 def reduced_modulus(material: Material, counter_material: Material | None = None) -> PronySeries:
@@ -281,11 +465,4 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
     if counter_material is not None:
         instance("counter_material", counter_material, Material, "must be a Material")
         return series_connection(reduced_modulus(material), reduced_modulus(counter_material))
-    shear = material.shear.simplified()
-    if not isinstance(material.bulk, PronySeries):
-        return shear.scaled(4.0)
-    times, g, k = on_common_times(shear, material.bulk.simplified())
-    first = NOTHING.plus(g, 4.0)
-    second = NOTHING.plus(g, 4.0 / 3.0).plus(k, 4.0)
-    # Where 4G + 4K + 4G/3 = 0, also 4G = -3K, which is exact where G itself cancels.
-    return connect(times, first, second, NOTHING.plus(k, 3.0))
+    return material._reduced  # pyright: ignore[reportPrivateUsage]

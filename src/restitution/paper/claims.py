@@ -10,24 +10,34 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from restitution.contact.profiles import Parabola
 from restitution.impact.problem import Body, Impact, collision
 from restitution.impact.scaling import viscosity_unit
 from restitution.impact.solve import standard_solid_restitution
 from restitution.material.classical import standard_solid
-from restitution.material.viscoelastic import reduced_modulus
-from restitution.paper.computation import BODIES, LOG_P2_RANGE, LOG_P3_RANGE, instantaneous_poisson_ratio
+from restitution.material.conversion import bulk_factor
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution.paper import computation as groups
 from restitution.paper.figures import POISSON_RATIOS
-from restitution.paper.further import EXAMPLES
-from restitution.sweeps.samples import LogUniform, Samples
+from restitution.sweeps.axes import LogUniform, Samples
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from restitution.paper.computation import Computation
+EXAMPLES = ((0.49, 1e-3, 10.0), (0.499, 4.5e-3, 6.0))
+"""nu, p2, p3 of the paper's example and of one whose glass is that of a polymer, nu_0 = 0.3."""
+
+TERMS = (1, 2, 3)
+"""Numbers of relaxation times that are compared."""
+
+E_FLOOR = 1e-3
+"""Below this restitution coefficient the solver's tolerance is absolute, `rtol * E_FLOOR`."""
 
 PAIRS = 80
 """Collisions of two spheres that are compared with impacts of one."""
 
+_TERMS_P2 = 1e-2
 _BINS = (0.0, 0.1, 0.3, 0.6, 0.9, 1.0)
 _NEAR_HALF = (0.45, 0.49, 0.499, 0.4999, 0.49999)
 
@@ -57,6 +67,30 @@ class Claim:
     numbers: Mapping[str, float]
 
 
+def compute_collapse(computation: groups.Computation, n: int, draws: int) -> xr.Dataset:
+    """Return e of several random bodies and materials at each of n x n points, for nu = 0.45 and 0.5.
+
+    `spread` is the largest difference between two draws at a point, `relative_spread` the same over the tolerance.
+    """
+    ball = Impact(standard_solid(1e6, 1e6, 1e3, poisson_ratio=0.45), Parabola(0.01), mass=0.005, velocity=1.0)
+    axes = {
+        "poisson_ratio": [0.45, 0.5],
+        "p2": groups.p2_axis(n),
+        "p3": groups.p3_axis(n),
+        "draw": Samples(draws, groups.BODIES, seed=computation.seed),
+    }
+    dataset = computation.sweep("Collapse of random inputs onto p1, p2 and p3", axes, ball)
+    unit = viscosity_unit(*(dataset[name] for name in ("equilibrium_modulus", "mass", "velocity", "radius")))
+    e = dataset["restitution_coefficient"]
+    spread = e.max("draw") - e.min("draw")
+    tolerance = computation.rtol * np.maximum(e.mean("draw"), E_FLOOR)
+    return groups.described(
+        dataset.assign(viscosity=dataset["p3"] * unit, spread=spread, relative_spread=spread / tolerance),
+        spread="largest difference of e between two draws",
+        relative_spread=f"largest difference of e between two draws over its tolerance, rtol max(e, {E_FLOOR:g})",
+    )
+
+
 def three_groups(collapse: xr.Dataset) -> Claim:
     """Judge that e depends on p1, p2, p3 alone, by the spread between random draws of all other inputs."""
     spread = float(collapse["spread"].max())
@@ -77,6 +111,36 @@ def three_groups(collapse: xr.Dataset) -> Claim:
             "largest spread of e between two draws": spread,
             "largest spread over the tolerance of e": relative,
         },
+    )
+
+
+def compare(compressible: xr.Dataset, incompressible: xr.Dataset) -> xr.Dataset:
+    """Return the relative error of the incompressible value over a plane, by either of the two values as the measure.
+
+    `relative_error` = (e_inc - e)/e cannot fall below -1; `relative_excess` = (e - e_inc)/e_inc has no upper bound:
+    only by this measure can an underestimate be wrong by 100 % and more.
+
+    Examples
+    --------
+    >>> import xarray as xr
+    >>> compressible = xr.Dataset({"restitution_coefficient": ((), 0.2)}, {"poisson_ratio": 0.45})
+    >>> incompressible = xr.Dataset({"restitution_coefficient": ((), 0.1)}, {"poisson_ratio": 0.5})
+    >>> result = compare(compressible, incompressible)
+    >>> float(result.relative_error), float(result.relative_excess)
+    (-0.5, 1.0)
+    """
+    e = compressible["restitution_coefficient"]
+    e_inc = incompressible["restitution_coefficient"].drop_vars("poisson_ratio")
+    nu = float(compressible["poisson_ratio"])
+    result = compressible.drop_vars("restitution_coefficient").assign(
+        compressible=e, incompressible=e_inc, relative_error=(e_inc - e) / e, relative_excess=(e - e_inc) / e_inc
+    )
+    return groups.described(
+        result.assign_attrs(title=f"Error of the incompressible value for nu = {nu:g}"),
+        compressible=f"restitution coefficient, nu = {nu:g}",
+        incompressible="restitution coefficient, incompressible",
+        relative_error="error of the incompressible value relative to the compressible one",
+        relative_excess="excess of the compressible value relative to the incompressible one",
     )
 
 
@@ -149,7 +213,7 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
     )
 
 
-def large_near_half(computation: Computation) -> Claim:
+def large_near_half(computation: groups.Computation) -> Claim:
     """Judge that errors of 100 % and more occur for nu near 0.5: the paper's example, and a plausible glass."""
     (_, p2, p3), (plausible, other_p2, other_p3) = EXAMPLES
     n = len(_NEAR_HALF) + 1
@@ -161,12 +225,14 @@ def large_near_half(computation: Computation) -> Claim:
     numbers: dict[str, float] = {"e, incompressible": limit}
     for nu, e in zip(_NEAR_HALF, values, strict=True):
         numbers[f"e, nu = {nu:g}"] = e
-        numbers[f"nu_0, nu = {nu:g}"] = float(instantaneous_poisson_ratio(nu, p2))
+        numbers[f"nu_0, nu = {nu:g}"] = float(groups.instantaneous_poisson_ratio(nu, p2))
         numbers[f"(e - e_inc)/e_inc, nu = {nu:g}"] = (e - limit) / limit
         numbers[f"(e_inc - e)/e, nu = {nu:g}"] = (limit - e) / e
     e = values[_NEAR_HALF.index(0.49)]
     excess, other = (e - limit) / limit, (second - second_limit) / second_limit
-    glass, other_glass = (float(instantaneous_poisson_ratio(*pair)) for pair in ((0.49, p2), (plausible, other_p2)))
+    glass, other_glass = (
+        float(groups.instantaneous_poisson_ratio(*pair)) for pair in ((0.49, p2), (plausible, other_p2))
+    )
     where = f"nu = {plausible:g}, p2 = {other_p2:g}, p3 = {other_p3:g}"
     numbers |= {
         f"e, {where}": second,
@@ -225,6 +291,26 @@ def stiffer() -> Claim:
     )
 
 
+def compute_terms(computation: groups.Computation, n: int) -> xr.Dataset:
+    """Return e over p3 for one, two and three relaxation times, incompressible and with nu = 0.45.
+
+    Each further relaxation time is a tenth of the one before, and the branch moduli are equal shares of Ginf/p2. The
+    viscosity in p3 is the sum of the branch moduli times the longest relaxation time. The mass of the sphere
+    varies p3.
+    """
+
+    def impact(terms: float, poisson_ratio: float) -> Impact:
+        shear = PronySeries(1.0, [1.0 / (_TERMS_P2 * terms)] * int(terms), 10.0 ** -np.arange(terms))
+        return Impact(Material(shear, bulk_factor(poisson_ratio)), Parabola(1.0), 1.0, 1.0)
+
+    p3 = np.logspace(*groups.LOG_P3_RANGE, n)
+    # eta = tau Ginf/p2 with tau = Ginf = R = v0 = 1, and p3 = eta m^(-2/5).
+    axes = {"poisson_ratio": [0.45, 0.5], "terms": list(TERMS), "mass": (p3 * _TERMS_P2) ** -2.5}
+    dataset = computation.sweep("Restitution coefficient over p3 for several relaxation times", axes, impact)
+    dataset = dataset.assign_coords(p3=("mass", p3), p2=_TERMS_P2).swap_dims(mass="p3")
+    return groups.described(dataset, terms="number of relaxation times")
+
+
 def several_times(terms: xr.Dataset) -> Claim:
     """Judge that several relaxation times inhibit the return to the elastic domain, by e at large p3."""
     numbers: dict[str, float] = {}
@@ -234,19 +320,19 @@ def several_times(terms: xr.Dataset) -> Claim:
             at = float(ends.sel(poisson_ratio=nu, terms=count))
             numbers[f"e at p3 = 100, nu = {nu:g}, relaxation times: {count:g}"] = at
     holds = bool((ends.isel(terms=slice(1, None)) < ends.isel(terms=0)).all())
-    one, *_, last = (float(ends.sel(poisson_ratio=0.5, terms=count)) for count in terms["terms"].values)
+    single, *_, last = (float(ends.sel(poisson_ratio=0.5, terms=count)) for count in terms["terms"].values)
     return Claim(
         "several relaxation times",
         "With several relaxation times the return to the elastic domain, at large p3, is inhibited.",
         holds,
         f"With the branch modulus spread over relaxation times that are a factor of 10 apart, e at p3 = 100 and "
-        f"p2 = {float(terms['p2']):g} falls from {one:.3f} for one time to {last:.3f} for "
+        f"p2 = {float(terms['p2']):g} falls from {single:.3f} for one time to {last:.3f} for "
         f"{int(terms['terms'].max())} (incompressible). The slow terms are frozen, but the fast ones still dissipate.",
         numbers,
     )
 
 
-def two_spheres(computation: Computation) -> Claim:
+def two_spheres(computation: groups.Computation) -> Claim:
     """Judge that two deformable spheres show nothing qualitatively new, by the exact map onto one sphere."""
 
     def pair(
@@ -264,14 +350,15 @@ def two_spheres(computation: Computation) -> Claim:
         return collision(ball, ball, velocity)
 
     ratios = [*POISSON_RATIOS, 0.5]
-    groups = {
-        name: LogUniform(*(10.0**end for end in ends)) for name, ends in (("p2", LOG_P2_RANGE), ("p3", LOG_P3_RANGE))
+    plane = {
+        name: LogUniform(*(10.0**end for end in ends))
+        for name, ends in (("p2", groups.LOG_P2_RANGE), ("p3", groups.LOG_P3_RANGE))
     }
-    draws = Samples(PAIRS // len(ratios), groups | BODIES, seed=computation.seed)
-    found = computation.sweep("Collisions of two spheres", {"poisson_ratio": ratios, "draw": draws}, pair)
-    pairs = found["restitution_coefficient"].values
+    draws = Samples(PAIRS // len(ratios), plane | groups.BODIES, seed=computation.seed)
+    dataset = computation.sweep("Collisions of two spheres", {"poisson_ratio": ratios, "draw": draws}, pair)
+    pairs = dataset["restitution_coefficient"].values
     # E*, R and m of the pair are halves, so that p3 is 2^(-1 + 4/5) times that of one sphere.
-    nu, p2, p3 = np.array(ratios)[:, None], found["p2"].values, 2.0**-0.2 * found["p3"].values
+    nu, p2, p3 = np.array(ratios)[:, None], dataset["p2"].values, 2.0**-0.2 * dataset["p3"].values
     single = standard_solid_restitution(nu, p2, p3, rtol=computation.rtol, errors="raise", workers=computation.workers)
     computation.advance(PAIRS)
     difference = float(np.abs(pairs - single).max())

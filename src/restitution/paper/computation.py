@@ -13,9 +13,8 @@ import numpy as np
 from restitution.errors import RestitutionWarning
 from restitution.impact.status import SolverError, Status
 from restitution.quantities import INPUTS, OUTPUTS, VALIDITY
-from restitution.sweeps.grid import Logarithmic
+from restitution.sweeps.axes import Logarithmic, LogUniform
 from restitution.sweeps.run import sweep
-from restitution.sweeps.samples import LogUniform
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,16 +93,16 @@ class Computation:
         with warnings.catch_warnings():
             # Random bodies exceed the limits of the theory; here only solutions of its equations are compared.
             warnings.simplefilter("ignore", RestitutionWarning)
-            found = sweep(
+            table = sweep(
                 base, axes, ["restitution_coefficient"], rtol=self.rtol, workers=self.workers, progress=progress
             )
-        status = found["status"].values.ravel()
+        status = table["status"].values.ravel()
         if (failed := np.flatnonzero(status >= Status.TOO_MANY_STEPS)).size:
             raise SolverError(Status(int(status[failed[0]])), f"{title}: impact {failed[0]}")
-        found = found.drop_vars("status").assign_attrs({"title": title, **self.attributes()})
-        if {"poisson_ratio", "p2"} <= set(found.coords):
-            found["instantaneous_poisson_ratio"] = instantaneous_poisson_ratio(found["poisson_ratio"], found["p2"])
-        return described(found)
+        table = table.drop_vars("status").assign_attrs({"title": title, **self.attributes()})
+        if {"poisson_ratio", "p2"} <= set(table.coords):
+            table["instantaneous_poisson_ratio"] = instantaneous_poisson_ratio(table["poisson_ratio"], table["p2"])
+        return described(table)
 
     def attributes(self) -> dict[str, Any]:
         """Return the attributes that describe how the numbers were computed."""
@@ -119,10 +118,10 @@ class Computation:
 
 def described(dataset: xr.Dataset, **words: str) -> xr.Dataset:
     """Return a dataset whose variables have the words, units and symbols of the registry, or the words given here."""
-    known = {**INPUTS, **OUTPUTS, **VALIDITY}
+    registry = {**INPUTS, **OUTPUTS, **VALIDITY}
     for name in map(str, dataset.variables):
         if name in words:
             dataset[name].attrs = {"long_name": words[name], "units": "1"}
-        elif name in known:
-            dataset[name].attrs = known[name].attributes
+        elif name in registry:
+            dataset[name].attrs = registry[name].attributes
     return dataset

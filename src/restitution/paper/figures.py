@@ -6,16 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from restitution.paper.computation import (
-    LOG_P2_RANGE,
-    LOG_P3_RANGE,
-    Computation,
-    instantaneous_poisson_ratio,
-    p2_axis,
-    p3_axis,
-)
+from restitution.paper import computation as groups
 from restitution.plot import style
-from restitution.plot.lines import contour_map, curve_family
+from restitution.plot.style import contour_map, curve_family
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,12 +48,12 @@ def panels(mosaic: str, width: float = style.PAGE_WIDTH, height: float = 3.4) ->
     return style.panels(mosaic, width, height, dpi=300.0)
 
 
-def compute_plane(computation: Computation, figure: int, n: int) -> xr.Dataset:
+def compute_plane(computation: groups.Computation, figure: int, n: int) -> xr.Dataset:
     """Return the restitution coefficient on an n x n grid of the plane, for the Poisson ratio of figure 3 or 4."""
     nu = PLANES[figure]
     words = "incompressible" if nu == 0.5 else f"nu = {nu:g}"
     title = f"Figure {figure}: restitution coefficient over p2 and p3, {words}"
-    return computation.sweep(title, {"poisson_ratio": nu, "p2": p2_axis(n), "p3": p3_axis(n)})
+    return computation.sweep(title, {"poisson_ratio": nu, "p2": groups.p2_axis(n), "p3": groups.p3_axis(n)})
 
 
 def plane_axes(ax: Axes) -> None:
@@ -72,11 +65,11 @@ def mark_negative_glass(ax: Axes, nu: float) -> None:
     """Hatch the part of a plane where the instantaneous Poisson ratio is negative: p2 < (1 - 2 nu)/(3 nu)."""
     if nu == 0.5:
         return
-    edge = min(float(np.log10((1.0 - 2.0 * nu) / (3.0 * nu))), LOG_P2_RANGE[1])
-    low, high = LOG_P3_RANGE
+    edge = min(float(np.log10((1.0 - 2.0 * nu) / (3.0 * nu))), groups.LOG_P2_RANGE[1])
+    low, high = groups.LOG_P3_RANGE
     # Dots neither cover the isolines nor look like them.
     dots: Any = {"facecolor": "none", "edgecolor": "#00000028", "hatch": "..", "linewidth": 0, "zorder": 1.5}
-    ax.fill_between([LOG_P2_RANGE[0], edge], low, high, **dots)
+    ax.fill_between([groups.LOG_P2_RANGE[0], edge], low, high, **dots)
     ax.axvline(edge, color="black", linewidth=0.8, linestyle=(0, (4, 3)))
     box: Any = {"fontsize": 8, "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}}
     ax.text(edge - 0.06, low + 0.07, r"$\nu_0 < 0$", ha="right", va="bottom", **box)
@@ -108,16 +101,18 @@ def draw_plane(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def compute_curves(computation: Computation, figure: int, n: int) -> xr.Dataset:
+def compute_curves(computation: groups.Computation, figure: int, n: int) -> xr.Dataset:
     """Return the restitution coefficient at n values of p3 per Poisson ratio, the last one incompressible."""
     title = f"Figure {figure}: restitution coefficient over p3 for several Poisson ratios"
-    axes = {"poisson_ratio": [*POISSON_RATIOS, 0.5], "p2": 10.0 ** CURVES[figure], "p3": p3_axis(n)}
+    axes = {"poisson_ratio": [*POISSON_RATIOS, 0.5], "p2": 10.0 ** CURVES[figure], "p3": groups.p3_axis(n)}
     return computation.sweep(title, axes)
 
 
 def curve_axes(ax: Axes) -> None:
     """Scale and label the axes of curves over p3."""
-    ax.set(xscale="log", xlim=[10.0**end for end in LOG_P3_RANGE], ylim=(0.0, 1.0), xlabel=P3, ylabel=RESTITUTION)
+    ax.set(
+        xscale="log", xlim=[10.0**end for end in groups.LOG_P3_RANGE], ylim=(0.0, 1.0), xlabel=P3, ylabel=RESTITUTION
+    )
     ax.grid(True)
 
 
@@ -125,7 +120,7 @@ def draw_curves(dataset: xr.Dataset) -> Figure:
     """Return figure 5 or 6 as computed by `compute_curves`, with thin lines where nu_0 is negative."""
     restitution = dataset["restitution_coefficient"].transpose("poisson_ratio", "p3").values
     p2, ratios = float(dataset["p2"]), dataset["poisson_ratio"].values[:-1]
-    glassy = instantaneous_poisson_ratio(ratios, p2)
+    glassy = groups.instantaneous_poisson_ratio(ratios, p2)
     labels = [rf"$\nu = {nu:g}$  ($\nu_0 = {at:.2f}$)" for nu, at in zip(ratios, glassy, strict=True)]
     with style.context():
         figure, (ax,) = panels("A", 6.8, 4.2)

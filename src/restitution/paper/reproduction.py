@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from restitution.checks import whole, within
 from restitution.errors import InputError
-from restitution.files import whole_file, write_netcdf
+from restitution.files import whole_file, write_netcdf, write_text
 from restitution.paper import claims as claims_of
-from restitution.paper import figures, further
+from restitution.paper import figures
 from restitution.paper.claims import Claim
 from restitution.paper.computation import Computation
 from restitution.plot.style import save_figure
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEFAULT_SEED = 2024
-_FIGURES = 8
+_FIGURES = 4
 
 
 class Resolution(NamedTuple):
@@ -37,8 +37,7 @@ class Resolution(NamedTuple):
     def solves(self) -> int:
         """Total number of impacts."""
         of_paper = len(figures.CURVES) * (len(figures.POISSON_RATIOS) + 1)
-        examples = (len(further.EXAMPLES) + 1) * len(further.EXAMPLES)
-        curves = of_paper + examples + 2 * len(further.TERMS)
+        curves = of_paper + 2 * len(claims_of.TERMS)
         collapse = 2 * self.collapse**2 * self.draws
         return 2 * self.plane**2 + curves * self.curve + collapse + claims_of.number_of_solves()
 
@@ -74,10 +73,7 @@ class _Output:
             self.progress(self.done, self.total)
 
     def text(self, name: str, content: str) -> None:
-        path = self.folder / name
-        with whole_file(path) as partial:
-            partial.write_text(content, encoding="utf-8")
-        self.files.append(path)
+        self.files.append(write_text(self.folder / name, content))
 
     def figure(self, name: str, dataset: xr.Dataset, draw: Callable[[xr.Dataset], Figure]) -> xr.Dataset:
         """Write the data and the picture, and return the data."""
@@ -102,7 +98,7 @@ def reproduce(
     rtol: float = 1e-9,
     progress: Callable[[int, int], None] | None = None,
 ) -> Reproduction:
-    """Compute and draw figures 3 to 6 of the paper and four more, and judge its claims.
+    """Compute and draw figures 3 to 6 of the paper, and judge its claims.
 
     Each figure is written as PNG, as PDF and as NetCDF data; the claims as `claims.md` and `claims.json`.
     Every file is complete or absent at any moment, and finished files stay if the run is interrupted.
@@ -163,13 +159,9 @@ def reproduce(
         n: output.figure(f"figure_{n}", figures.compute_curves(computation, n, resolution.curve), figures.draw_curves)
         for n in figures.CURVES
     }
-    comparison = output.figure("figure_incompressibility", further.compare(planes[3], planes[4]), further.draw_error)
-    draws = further.compute_collapse(computation, resolution.collapse, resolution.draws)
-    output.figure("figure_collapse", draws, further.draw_collapse)
-    examples = further.compute_examples(computation, resolution.curve)
-    output.figure("figure_examples", examples, further.draw_examples)
-    terms = further.compute_terms(computation, resolution.curve)
-    output.figure("figure_relaxation_times", terms, further.draw_terms)
+    draws = claims_of.compute_collapse(computation, resolution.collapse, resolution.draws)
+    terms = claims_of.compute_terms(computation, resolution.curve)
+    comparison = claims_of.compare(planes[3], planes[4])
 
     claims = (
         claims_of.three_groups(draws),

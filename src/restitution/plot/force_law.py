@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from restitution.display import scaled_unit
 from restitution.plot import style
+from restitution.quantities import MEASURED
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+_FORCE = MEASURED["force"]._replace(words="elastic force")
 
 
 def force_law(law: Any) -> Figure:
@@ -18,23 +18,21 @@ def force_law(law: Any) -> Figure:
 
     Examples
     --------
-    >>> from restitution.contact.force_law.law import ForceLaw
+    >>> from restitution.contact.force_law import ForceLaw
     >>> d = np.linspace(1e-5, 1e-3, 20)
     >>> force_law(ForceLaw(d, 1e3 * d, modulus=1e6, poisson_ratio=0.5)).axes[1].get_ylabel()
     'residual over the largest force'
     """
     used = law.depth > 0.0
     fine = np.linspace(0.0, 1.0, 400)
-    (depth_factor, depth_unit), (force_factor, force_unit) = scaled_unit(law.depth, "m"), scaled_unit(law.force, "N")
-    depth = f"depth $d$ [{depth_unit}]"
-    with style.context():
-        figure, (left, right) = style.panels("AB", height=3.2)
-        left.plot(law.depth * depth_factor, law.force * force_factor, ".", color=style.GREY, label="data")
-        fitted = law.fit.force_unit * law.fit.force(fine) * force_factor
+    depth, force = style.axis(MEASURED["depth"], law.depth), style.axis(_FORCE, law.force)
+    with style.page("AB", height=3.2) as (figure, (left, right)):
+        left.plot(law.depth * depth.factor, law.force * force.factor, ".", color=style.GREY, label="data")
+        fitted = law.fit.force_unit * law.fit.force(fine) * force.factor
         words = f"$d^{{{law.fit.exponent:.4g}}}$, degree {law.fit.degree}"
-        left.plot(fine**2 * law.max_depth * depth_factor, fitted, color=style.BLUE, label=words)
+        left.plot(fine**2 * law.max_depth * depth.factor, fitted, color=style.BLUE, label=words)
         left.legend()
-        style.labelled(left, depth, f"elastic force $F$ [{force_unit}]")
-        right.plot(law.depth[used] * depth_factor, law.fit.residual, ".", color=style.BLUE)
-        style.labelled(right, depth, "residual over the largest force")
-        return style.finish(figure)
+        style.labelled(left, depth.label, force.label)
+        right.plot(law.depth[used] * depth.factor, law.fit.residual, ".", color=style.BLUE)
+        style.labelled(right, depth.label, "residual over the largest force")
+    return figure

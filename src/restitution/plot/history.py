@@ -6,22 +6,22 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from restitution.display import in_words, scaled_unit
 from restitution.errors import InputError
 from restitution.indentation.result import IndentationStatus
 from restitution.plot import style
-from restitution.plot.labels import quantity_label
 from restitution.quantities import HISTORY
+from restitution.units import ENERGY, FORCE, LENGTH, TIME, in_words, scaled_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
-    from restitution.impact.energy_budget import EnergyBudget
+    from restitution.impact.result import EnergyBudget
     from restitution.indentation.result import IndentationResult
 
+_COLORS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
 # From the bottom of the stack to its top.
 _PARTS = {
     "radiated_energy": ("radiated", style.PURPLE),
@@ -32,14 +32,14 @@ _PARTS = {
 
 
 def _column(history: xr.Dataset, name: str) -> tuple[Any, str]:
-    """Values of a variable of the history in a suitable unit, and the label of their axis."""
+    """Return the values of a variable of the history in a suitable unit, and the label of their axis."""
     if name not in history.variables:
         raise InputError("history", list(history.data_vars), f"must have the variable {name!r}")
     column = np.asarray(history[name].values, dtype=np.float64)
     if column.ndim != 1:
         raise InputError(f"history.{name}.shape", column.shape, "must be over time alone")
-    factor, unit = scaled_unit(column, HISTORY[name].unit)
-    return column * factor, quantity_label(name, unit)
+    axis = style.axis(HISTORY[name], column)
+    return column * axis.factor, axis.label
 
 
 def _draw(ax: Axes, history: xr.Dataset, across: str, up: str, color: str) -> Axes:
@@ -92,15 +92,15 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     They add up to the kinetic energy at impact (dashed) and the work of a constant force. Only the history of the
     exact method has all of them; another one is refused.
     """
-    parts = {name: one for name, one in _PARTS.items() if name in history.variables or name != "radiated_energy"}
+    parts = {name: look for name, look in _PARTS.items() if name in history.variables or name != "radiated_energy"}
     missing = [name for name in parts if name not in history.variables]
     if missing:
-        wanted = f"must have {missing[0]!r}, which only the exact method computes"
-        raise InputError("history", list(history.data_vars), wanted)
+        rule = f"must have {missing[0]!r}, which only the exact method computes"
+        raise InputError("history", list(history.data_vars), rule)
     time, label = _column(history, "time")
     energies = np.stack([np.asarray(history[name].values, dtype=np.float64) for name in parts])
     total = energies.sum(axis=0)
-    factor, unit = scaled_unit(total, "J")
+    factor, unit = scaled_unit(total, ENERGY.unit)
     words, colors = zip(*parts.values(), strict=True)
     ax.stackplot(time, energies * factor, labels=words, colors=colors, alpha=0.75, linewidth=0.8, edgecolor="white")
     ax.axhline(energies[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
@@ -118,14 +118,9 @@ def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
     parts = [float(part) for part in (energy.kinetic_out, energy.dissipated, energy.stored, energy.radiated)]
     # The total is above the kinetic energy before the impact where a constant force did work on the body.
     total, before = sum(parts), float(energy.kinetic_in)
-    factor, unit = scaled_unit(total, "J")
+    factor, unit = scaled_unit(total, ENERGY.unit)
     start = 0.0
-    looks = (
-        ("rebound", style.BLUE),
-        ("dissipated", style.ORANGE),
-        ("left in the material", style.GREEN),
-        ("radiated", style.PURPLE),
-    )
+    looks = zip(("rebound", "dissipated", "left in the material", "radiated"), _COLORS, strict=True)
     for value, (words, color) in zip(parts if parts[-1] else parts[:-1], looks, strict=False):
         label = f"{words} {100 * value / total:.1f} %"
         ax.barh(0.0, value * factor, left=start, height=0.5, color=color, label=label)
@@ -160,23 +155,22 @@ def curve(result: IndentationResult) -> xr.Dataset:
 def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figure:
     """Draw depth, force and contact radius over time and force over depth, into a new or a given empty figure."""
     history = curve(result)
-    with style.context():
-        page, panels = style.panels("AB;CD", height=5.0, figure=figure)
+    words = [
+        f"prescribed {result.prescribed}",
+        f"largest force {in_words(result.max_force, FORCE.unit)}",
+        f"largest depth {in_words(result.max_indentation_depth, LENGTH.unit)}",
+    ]
+    if math.isfinite(result.contact_end_time):
+        words.append(f"contact ends at {in_words(result.contact_end_time, TIME.unit)} (dashed)")
+    with style.page("AB;CD", height=5.0, figure=figure, title=", ".join(words)) as (page, panels):
         for draw, ax in zip((depth_time, force_time, contact_radius_time), panels, strict=False):
             draw(ax, history)
             # A prescribed history may begin before the touch.
             ax.set_xlabel(ax.get_xlabel().replace(HISTORY["time"].words, "time"))
             if math.isfinite(result.contact_end_time):
-                end = result.contact_end_time * scaled_unit(history["time"].values, "s").factor
+                end = result.contact_end_time * scaled_unit(history["time"].values, TIME.unit).factor
                 ax.axvline(end, color=style.GREY, linewidth=0.8, linestyle="--")
         # The area is the lost energy if the contact ends and the history has no step.
         steps = np.any(np.diff(result.history_given.knots) == 0.0)
         force_indentation(panels[3], history, area=result.status == IndentationStatus.SEPARATED and not steps)
-        words = [
-            f"prescribed {result.prescribed}",
-            f"largest force {in_words(result.max_force, 'N')}",
-            f"largest depth {in_words(result.max_indentation_depth, 'm')}",
-        ]
-        if math.isfinite(result.contact_end_time):
-            words.append(f"contact ends at {in_words(result.contact_end_time, 's')} (dashed)")
-        return style.finish(page, ", ".join(words))
+    return page

@@ -7,31 +7,21 @@ from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
-from restitution.display import in_words, scaled_unit
+from restitution.checks import Array
 from restitution.errors import InputError
+from restitution.plot import history as curves
 from restitution.plot import style
-from restitution.plot.history import (
-    contact_radius_time,
-    depth_time,
-    energy_area,
-    energy_bar,
-    force_indentation,
-    force_time,
-)
-from restitution.plot.labels import quantity_label
-from restitution.plot.lines import markers
-from restitution.quantities import BODY, INPUTS, OUTPUTS
+from restitution.quantities import BODY, DEFAULT_OUTPUTS, INPUTS, OUTPUTS, Quantity
+from restitution.units import LENGTH, NUMBER, PRESSURE, TIME, in_words, scaled_unit
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from restitution.impact.bounces import Bounces
     from restitution.impact.result import ImpactResult
 
-Array = NDArray[np.float64]
 
 _POINTS = 241
 _FLIGHT_POINTS = 40
@@ -40,9 +30,11 @@ _FLIGHT_POINTS = 40
 _RIM = 0.03
 # If the edge carries a load, the pressure beyond this share of the radius is infinite, or zero by rounding.
 _LAST = 1.0 - 1e-6
-# Panels of several impacts; an abscissa that spans so much is logarithmic.
-_OF_SEVERAL = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
+# An abscissa that spans so much is logarithmic.
 _DECADE = 10.0
+_RADIUS, _PRESSURE = Quantity("r", LENGTH, "radius", "$r$"), Quantity("p", PRESSURE, "pressure", "$p$")
+_HEIGHT, _REACHED = Quantity("height", LENGTH, "height"), Quantity("height", LENGTH, "height reached")
+_RELEASED = Quantity("time", TIME, "time since the release")
 _COLORS = (style.SKY_BLUE, style.BLUE, style.VERMILION, style.ORANGE, style.GREEN, style.PURPLE, style.BLACK)
 
 
@@ -75,26 +67,26 @@ def overview(
     # The contact area of some geometries is not known.
     profile = result.impact.profile if not isinstance(result.impact, list) else None
     has_pressure = exact and profile is not None and profile.image is not None
-    drawn = [force_time, force_indentation, depth_time]
+    drawn = [curves.force_time, curves.force_indentation, curves.depth_time]
     if np.isfinite(history["contact_radius"].values).any():
-        drawn.append(contact_radius_time)
+        drawn.append(curves.contact_radius_time)
     rows, heights = ["AB", "CD" if len(drawn) == 4 else "CC"], [1.0, 1.0]
     if exact or budget:
         rows, heights = [*rows, "EF" if has_pressure else "EE"], [*heights, 1.0 if exact else 0.62]
-    with style.context():
-        height = 0.3 + 2.4 * sum(heights)
-        page, panels = style.panels(";".join(rows), height=height, figure=figure, heights=heights)
+    e, duration = float(result.restitution_coefficient), in_words(float(result.contact_time), TIME.unit)
+    numbers = rf"$e = {e:.4g}$,  contact time {duration}"
+    options: dict[str, Any] = {"height": 0.3 + 2.4 * sum(heights), "heights": heights, "figure": figure}
+    title = f"{title}\n{numbers}" if title else numbers
+    with style.page(";".join(rows), title=title, **options) as (page, panels):
         for draw, ax in zip(drawn, panels, strict=False):
             draw(ax, history)
         if has_pressure:
             pressure_radius(panels[-2], result, times)
         if exact:
-            energy_area(panels[-1], history)
+            curves.energy_area(panels[-1], history)
         elif budget:
-            energy_bar(panels[-1], result.energy)
-        e, duration = float(result.restitution_coefficient), in_words(float(result.contact_time), "s")
-        numbers = rf"$e = {e:.4g}$,  contact time {duration}"
-        return style.finish(page, f"{title}\n{numbers}" if title else numbers)
+            curves.energy_bar(panels[-1], result.energy)
+    return page
 
 
 def of_several(result: ImpactResult) -> Figure:
@@ -102,40 +94,38 @@ def of_several(result: ImpactResult) -> Figure:
 
     Where more than one number varies the points have no line.
     """
-    shape, given = np.shape(result.status), result.impact
-    impacts = given if isinstance(given, list) else [given]
-    columns = {name: [np.asarray(getattr(one, name), dtype=np.float64) for one in impacts] for name in BODY}
+    shape, problem = np.shape(result.status), result.impact
+    impacts = problem if isinstance(problem, list) else [problem]
+    columns = {name: [np.asarray(getattr(impact, name), dtype=np.float64) for impact in impacts] for name in BODY}
     inputs = {
-        name: np.stack(values) if isinstance(given, list) else np.broadcast_to(values[0], shape).ravel()
+        name: np.stack(values) if isinstance(problem, list) else np.broadcast_to(values[0], shape).ravel()
         for name, values in columns.items()
     }
     varied = [name for name, values in inputs.items() if np.unique(values).size > 1]
     name = next((name for name in ("velocity", *varied) if name in varied), "")
     x = inputs[name] if name else np.arange(1.0, np.prod(shape) + 1.0)
     alone = dict.fromkeys(BODY, 1.0) | {"external_force": 0.0, "impedance": inf}
-    profiles = isinstance(given, list) or replace(given, **alone).shape != ()
+    profiles = isinstance(problem, list) or replace(problem, **alone).shape != ()
     order = np.argsort(x, kind="stable")
-    factor, unit = scaled_unit(x, INPUTS[name].unit) if name else (1.0, "")
-    look: dict[str, Any] = (
-        {"linestyle": "", "marker": "o", "markersize": 3} if profiles or len(varied) > 1 else markers(x.size)
-    )
-    with style.context():
-        page, axes = style.panels("AB;CD", height=5.0)
-        for ax, output in zip(axes, _OF_SEVERAL, strict=True):
+    across = style.axis(INPUTS[name] if name else Quantity("", NUMBER, "number of the impact"), x)
+    look: dict[str, Any] = style.markers(x.size)
+    if profiles or len(varied) > 1:
+        look = {"linestyle": "", "marker": "o", "markersize": 3}
+    with style.page("AB;CD", height=5.0) as (page, axes):
+        for ax, output in zip(axes, DEFAULT_OUTPUTS, strict=True):
             values = np.asarray(getattr(result, output), dtype=np.float64).ravel()[order]
             values = np.where(np.isfinite(values), values, np.nan)
-            scale = scaled_unit(values, OUTPUTS[output].unit)
-            ax.plot(factor * x[order], scale.factor * values, color=style.BLUE, **look)
+            up = style.axis(OUTPUTS[output], values)
+            ax.plot(across.factor * x[order], up.factor * values, color=style.BLUE, **look)
             if x.min() > 0.0 and x.max() >= _DECADE * x.min():
                 ax.set_xscale("log")
-            abscissa = quantity_label(name, unit) if name else "number of the impact"
-            style.labelled(ax, abscissa, quantity_label(output, scale.unit))
+            style.labelled(ax, across.label, up.label)
         axes[0].set_ylim(0.0, 1.05)
-        return style.finish(page)
+    return page
 
 
 def instants(result: ImpactResult) -> Array:
-    """Four instants [s]: half the approach, the turning point, a third and two thirds of the rebound."""
+    """Return four instants [s]: half the approach, the turning point, a third and two thirds of the rebound."""
     turning, end = float(result.turning_time), float(result.contact_time)
     return np.array([0.5 * turning, turning, (2.0 * turning + end) / 3.0, (turning + 2.0 * end) / 3.0])
 
@@ -158,7 +148,7 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     inner = (share >= _RIM) & (share <= 1.0 - _RIM)
     curves = [np.asarray(result.pressure(share * a, t)) for a, t in zip(radii, moments, strict=True)]
     top = max(float(curve[inner].max()) for curve in curves)
-    across, up, clock = scaled_unit(radii, "m"), scaled_unit(top, "Pa"), scaled_unit(moments, "s")
+    across, up, clock = style.axis(_RADIUS, radii), style.axis(_PRESSURE, top), scaled_unit(moments, TIME.unit)
     for a, t, curve, color in zip(radii, moments, curves, _COLORS, strict=False):
         ax.plot(
             share * a * across.factor,
@@ -171,11 +161,11 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     # Beyond the contact there is room for the legend.
     ax.set(ylim=(0.0, 1.05 * min(finite, 1.1 * top) * up.factor), xlim=(0.0, 1.45 * radii.max() * across.factor))
     ax.legend(title="$t$", loc="upper right")
-    return style.labelled(ax, f"radius $r$ [{across.unit}]", f"pressure $p$ [{up.unit}]")
+    return style.labelled(ax, across.label, up.label)
 
 
 def flight(bounces: Bounces) -> tuple[Array, Array]:
-    """Times [s] and heights [m] of the lowest point over the undeformed surface, from the release on.
+    """Return the times [s] and heights [m] of the lowest point over the undeformed surface, from the release on.
 
     The height is NaN during contact, so that a line through it has gaps.
 
@@ -206,26 +196,19 @@ def flight(bounces: Bounces) -> tuple[Array, Array]:
 def height_time(ax: Axes, bounces: Bounces) -> Axes:
     """Draw the height [m] over time [s]."""
     time, height = flight(bounces)
-    across, up = scaled_unit(time, "s"), scaled_unit(bounces.drop_height, "m")
+    across, up = style.axis(_RELEASED, time), style.axis(_HEIGHT, bounces.drop_height)
     ax.plot(time * across.factor, height * up.factor, color=style.BLUE)
     ax.axhline(0.0, color=style.GREY, linewidth=0.8)
     ax.set_xlim(0.0, None)
-    return style.labelled(ax, f"time since the release [{across.unit}]", f"height [{up.unit}]")
+    return style.labelled(ax, across.label, up.label)
 
 
 def restitution_velocity(ax: Axes, bounces: Bounces) -> Axes:
     """Draw the restitution coefficient e of each bounce over its impact velocity [m/s]."""
-    factor, unit = scaled_unit(bounces.velocity, "m/s")
-    ax.plot(
-        bounces.velocity * factor,
-        bounces.restitution_coefficient,
-        "o",
-        color=style.VERMILION,
-        markersize=4,
-        clip_on=False,
-    )
+    across, e = style.axis(INPUTS["velocity"], bounces.velocity), bounces.restitution_coefficient
+    ax.plot(bounces.velocity * across.factor, e, "o", color=style.VERMILION, markersize=4, clip_on=False)
     ax.set(xscale="log", ylim=(0.0, 1.0))
-    return style.labelled(ax, f"impact velocity $v_0$ [{unit}]", "restitution coefficient $e$")
+    return style.labelled(ax, across.label, OUTPUTS["restitution_coefficient"].label(""))
 
 
 def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
@@ -233,19 +216,19 @@ def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
     from matplotlib.ticker import MaxNLocator
 
     heights = np.append(bounces.drop_height, bounces.height)
-    factor, unit = scaled_unit(heights, "m")
+    up = style.axis(_REACHED, heights)
     (rises,) = np.nonzero(heights > 0.0)
-    ax.plot(rises, heights[rises] * factor, "o", color=style.GREEN, markersize=4)
+    ax.plot(rises, heights[rises] * up.factor, "o", color=style.GREEN, markersize=4)
     ax.set(yscale="log", xlim=(-0.5, bounces.n_bounces + 0.5))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    return style.labelled(ax, "bounce (0: the release)", f"height reached [{unit}]")
+    return style.labelled(ax, "bounce (0: the release)", up.label)
 
 
 def bounces_overview(bounces: Bounces) -> Figure:
     """Draw the height over time, the restitution coefficients and the heights of `restitution.bounces`."""
-    with style.context():
-        page, panels = style.panels("AA;BC", height=5.0)
+    count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
+    title = f"{count}; {bounces.ended}: {bounces.ended.message}"
+    with style.page("AA;BC", height=5.0, title=title) as (page, panels):
         for draw, ax in zip((height_time, restitution_velocity, bounce_heights), panels, strict=True):
             draw(ax, bounces)
-        count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
-        return style.finish(page, f"{count}; {bounces.ended}: {bounces.ended.message}")
+    return page

@@ -2,49 +2,42 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from restitution.display import scaled_unit
 from restitution.plot import style
-from restitution.plot.labels import quantity_label
+from restitution.quantities import INPUTS, OUTPUTS
+from restitution.rebound_resilience import COLUMNS, Resilience
+from restitution.units import ZERO_CELSIUS
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from restitution.rebound_resilience.result import Resilience
-
-_ZERO_CELSIUS = 273.15
 _LOOKS = {"half-space": (style.BLACK, "-"), "bonded": (style.BLUE, "--"), "frictionless": (style.VERMILION, ":")}
 
 
-def overview(found: Resilience) -> Figure:
+def overview(result: Resilience) -> Figure:
     """Return a figure of the resilience and of the contact time."""
-    with style.context():
-        figure, axes = style.panels("AB", height=3.0)
-        _draw(axes[0], found, found.rebound_resilience, "rebound resilience $R$ [%]")
-        times = np.where(np.isfinite(found.contact_time), found.contact_time, np.nan)
-        factor, unit = scaled_unit(times, "s")
-        _draw(axes[1], found, factor * times, quantity_label("contact_time", unit))
+    times = np.where(np.isfinite(result.contact_time), result.contact_time, np.nan)
+    up = style.axis(OUTPUTS["contact_time"], times)
+    with style.page("AB", height=3.0, title=result.heading.replace(": ", "\n")) as (figure, axes):
+        _draw(axes[0], result, result.rebound_resilience, COLUMNS["rebound_resilience"].label("%"))
+        _draw(axes[1], result, up.factor * times, up.label)
         axes[0].set_ylim(0.0, 100.0)
-        longest = float(np.max(factor * times, initial=0.0, where=np.isfinite(times)))
+        longest = float(np.max(up.factor * times, initial=0.0, where=np.isfinite(times)))
         axes[1].set_ylim(0.0, 1.12 * longest or 1.0)
-        return style.finish(figure, found.heading.replace(": ", "\n"))
+    return figure
 
 
-def _draw(ax: Axes, found: Resilience, values: np.ndarray, label: str) -> None:
+def _draw(ax: Axes, result: Resilience, values: np.ndarray, label: str) -> None:
     """Draw a line over temperature, or a point, for each base."""
-    if found.temperature is None:
-        for place, (base, value) in enumerate(zip(found.base, values, strict=True)):
+    if result.temperature is None:
+        for place, (base, value) in enumerate(zip(result.base, values, strict=True)):
             ax.plot(place, value, "o", color=_LOOKS[base][0], markersize=7)
-        ax.set_xticks(range(len(found.base)), found.base)
-        ax.set_xlim(-0.5, len(found.base) - 0.5)
+        ax.set_xticks(range(len(result.base)), result.base)
+        ax.set_xlim(-0.5, len(result.base) - 0.5)
         style.labelled(ax, "base of the pad", label)
         return
-    for base, column in zip(found.base, values.T, strict=True):
+    for base, column in zip(result.base, values.T, strict=True):
         colour, line = _LOOKS[base]
-        ax.plot(found.temperature - _ZERO_CELSIUS, column, line, color=colour, marker="o", markersize=3, label=base)
+        ax.plot(result.temperature - ZERO_CELSIUS, column, line, color=colour, marker="o", markersize=3, label=base)
     ax.legend()
-    style.labelled(ax, "temperature [°C]", label)
+    style.labelled(ax, INPUTS["temperature"]._replace(symbol="").label("°C"), label)

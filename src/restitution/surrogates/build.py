@@ -8,20 +8,20 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebpts2, chebvander
-from numpy.typing import NDArray
 
 from restitution import validity
-from restitution.checks import function, single, within
+from restitution.checks import Array, function, single, within
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch
-from restitution.impact.exact import Progress
 from restitution.impact.problem import Impact
+from restitution.impact.solution import Progress
 from restitution.impact.status import SolverError, Status
 from restitution.impact.window import require_known
+from restitution.result import plain
 from restitution.surrogates.evaluation import Pieces
 from restitution.surrogates.velocity import DEEPEST, OUTPUTS, Surrogate, velocity_range
+from restitution.units import VELOCITY
 
-Array = NDArray[np.float64]
 Piece = tuple[int, int]
 
 DEGREE = 12
@@ -56,7 +56,7 @@ def surrogate(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Surrogate:
-    """Restitution coefficient, contact time and peak force over the velocity, with a stated error.
+    """Return the restitution coefficient, contact time and peak force over the velocity, with a stated error.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def surrogate(
         function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
     shape = replace(impact, velocity=1.0).shape
     if shape:
-        raise InputError("impact", wanted=f"must be a single impact, but has shape {shape} beside its velocity")
+        raise InputError("impact", rule=f"must be a single impact, but has shape {shape} beside its velocity")
     require_known(impact, (low, high), extrapolate=extrapolate)
     accuracy = max(_FINER * tolerance, _FINEST)
     share = _SOLVER_SHARE * accuracy
@@ -120,10 +120,10 @@ def surrogate(
         _refuse_what_stays(speeds, columns["status"], (low, high))
         if not reports:
             # The first round covers the whole range.
-            found = {name: columns[name] for name in validity.COLUMNS}
+            numbers = {name: columns[name] for name in validity.COLUMNS}
             reports.append(
                 validity.validity(
-                    impact.contact, **found, velocity=speeds, mass=impact.mass, impedance=impact.impedance
+                    impact.contact, **numbers, velocity=speeds, mass=impact.mass, impedance=impact.impedance
                 )
             )
         return np.log([columns[name] for name in OUTPUTS])
@@ -137,14 +137,14 @@ def surrogate(
         raise SolverError(Status.NOT_ACCURATE, what) from None
     from restitution.sweeps.plan import describe
 
-    problem = _plain(describe(replace(impact, velocity=1.0)))
+    problem = plain(describe(replace(impact, velocity=1.0)), _text_of_infinity)
     del problem["velocity"]
-    errors = {name: float(one) + share for name, one in zip(OUTPUTS, error, strict=True)}
+    errors = {name: float(largest) + share for name, largest in zip(OUTPUTS, error, strict=True)}
     return Surrogate((low, high), tolerance, errors, reports[0], problem, pieces)
 
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
-    """Outputs of an impact at an array of speeds."""
+    """Return the outputs of an impact at an array of speeds."""
     if impacts.profile.path_exponent is not None:
         return Batch.from_impact(impacts).solve(accuracy, workers=workers)
     # The error of the table of a profile is relative to the deepest impact and could be 1e-7 for a shallow one.
@@ -157,17 +157,13 @@ def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None
     return columns
 
 
-def _plain(value: Any) -> Any:
-    """Description with the text "inf" for an infinite modulus, a number that JSON does not have."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_plain(item) for item in value]
-    return value if not isinstance(value, float) or np.isfinite(value) else str(value)
+def _text_of_infinity(value: Any) -> Any:
+    """Return the text "inf" for an infinite modulus, a number that JSON does not have."""
+    return str(value) if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def _deviation(approximate: Array, exact: Array) -> Array:
-    """Error of logarithms of the outputs, as `Surrogate.error` counts it; outputs along the first axis."""
+    """Return the error of logarithms of the outputs, as `Surrogate.error` counts it; outputs along the first axis."""
     error = np.abs(np.expm1(approximate - exact))
     e = np.exp(exact[0])
     error[0] *= e / np.maximum(e, _SMALL)
@@ -187,7 +183,7 @@ def _refuse_what_stays(speeds: Array, statuses: Array, velocity: tuple[float, fl
     good = speeds[statuses == Status.SEPARATED]
     advice = f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
     why = f"at {speeds[first]:.6g} m/s: {status.name}: {status.message}{advice}"
-    raise InputError("velocity", list(velocity), f"must be a range in which the body separates; {why}", "m/s")
+    raise InputError("velocity", list(velocity), f"must be a range in which the body separates; {why}", VELOCITY.unit)
 
 
 class NotMet(Exception):

@@ -10,9 +10,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.checks import Array
 from restitution.kernel.compile import cached
-
-Array = NDArray[np.float64]
 
 TERMS = 8
 """Terms of a series of three variables, in each of them."""
@@ -70,7 +69,7 @@ def value(
     v: float, low: float, high: float, origin: float, per_cell: float, cells: Any, middle: Any, inverse: Any,
     coefficients: Any, most: float,
 ) -> float:  # fmt: skip
-    """Value of a table at v; NaN outside its range."""
+    """Return the value of a table at v; NaN outside its range."""
     if not (low <= v <= high):
         return math.nan
     x = math.log(v)
@@ -87,14 +86,14 @@ def values(
     v: Any, out: Any, low: float, high: float, origin: float, per_cell: float, cells: Any, middle: Any,
     inverse: Any, coefficients: Any, most: float,
 ) -> None:  # fmt: skip
-    """Values of a table at an array of v."""
+    """Write the values of a table at an array of v."""
     for n in range(v.size):
         out[n] = value(v[n], low, high, origin, per_cell, cells, middle, inverse, coefficients, most)
 
 
-def scalar_function(one: LookupTable) -> Any:
+def scalar_function(lookup: LookupTable) -> Any:
     """Return a compiled function of v with the table as constants, for use in other compiled code."""
-    low, high, origin, per_cell, cells, middle, inverse, coefficients, most = one
+    low, high, origin, per_cell, cells, middle, inverse, coefficients, most = lookup
 
     @numba.njit(error_model="numpy")
     def of_velocity(v: float) -> float:
@@ -150,7 +149,7 @@ def box_value(
     x: float, y: float, z: float, terms: Any, rows: Any, low: Any, scale: Any, cells: Any, middle: Any,
     inverse: Any, c: Any,
 ) -> float:  # fmt: skip
-    """Value of boxes at a point; `terms` (3, TERMS) and `rows` (TERMS^2,) are scratch."""
+    """Return the value of boxes at a point; `terms` (3, TERMS) and `rows` (TERMS^2,) are scratch."""
     i = min(max(int((x - low[0]) * scale[0]), 0), cells.shape[0] - 1)
     j = min(max(int((y - low[1]) * scale[1]), 0), cells.shape[1] - 1)
     k = min(max(int((z - low[2]) * scale[2]), 0), cells.shape[2] - 1)

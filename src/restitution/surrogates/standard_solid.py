@@ -20,13 +20,11 @@ from importlib.resources import as_file, files
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from restitution.checks import within
+from restitution.checks import Array, within
 from restitution.errors import InputError
 from restitution.surrogates.evaluation import TERMS, Boxes, box_value, compiled, ready_boxes
-
-Array = NDArray[np.float64]
 
 P2 = (1e-3, 10.0)
 P3 = (1e-2, 100.0)
@@ -42,7 +40,7 @@ _INVERSE_LN10 = 1.0 / math.log(10.0)
 
 
 def standard_solid_surrogate(nu: ArrayLike, p2: ArrayLike, p3: ArrayLike) -> Any:
-    """Restitution coefficient e(p1, p2, p3) of a rigid sphere on a compressible standard solid, by interpolation.
+    """Interpolate the restitution coefficient e(p1, p2, p3) of a rigid sphere on a compressible standard solid.
 
     The same as `standard_solid_restitution` to an absolute error of 1e-6, over the plane of the paper's figures and
     for all Poisson ratios, in about 0.1 us per point.
@@ -76,24 +74,24 @@ def standard_solid_surrogate(nu: ArrayLike, p2: ArrayLike, p3: ArrayLike) -> Any
     >>> print(round(standard_solid_surrogate(0.49, 1e-3, 10.0), 5))
     0.21971
     """
-    given = (
+    values = (
         within("nu", nu, -1.0, 0.5),
         within("p2", p2, P2[0] * (1.0 - _SLACK), P2[1] * (1.0 + _SLACK)),
         within("p3", p3, P3[0] * (1.0 - _SLACK), P3[1] * (1.0 + _SLACK)),
     )
-    shapes = [np.shape(one) for one in given]
+    shapes = [np.shape(group) for group in values]
     try:
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
-        raise InputError("nu, p2, p3", wanted=f"must have shapes that broadcast, not {shapes}") from None
-    columns = [np.broadcast_to(one, shape).reshape(-1) for one in given]
+        raise InputError("nu, p2, p3", rule=f"must have shapes that broadcast, not {shapes}") from None
+    columns = [np.broadcast_to(group, shape).reshape(-1) for group in values]
     e = np.empty(columns[0].size)
     restitution(*columns, *_boxes(), e)
     return e.reshape(shape) if shape else float(e[0])
 
 
 def corners() -> tuple[Array, Array]:
-    """Lowest and highest x, y, z."""
+    """Return the lowest and highest x, y, z."""
     (y_low, y_high), (z_low, z_high) = np.log10([P2, P3])
     x = np.array([0.0, 0.5 - 1e-12, 0.5, 1.0])
     low, high = np.array([0.0, y_low, z_low]), np.array([1.0, y_high, z_high])
@@ -122,7 +120,7 @@ def _shift(x: Any, y: Any) -> Any:
 def restitution(
     nu: Any, p2: Any, p3: Any, low: Any, scale: Any, cells: Any, middle: Any, inverse: Any, c: Any, out: Any
 ) -> None:
-    """Restitution coefficient at arrays of nu, p2, p3 within the plane; of the boxes, their arrays."""
+    """Write the restitution coefficient at arrays of nu, p2, p3 within the plane; the rest are arrays of the boxes."""
     terms, rows = np.empty((3, TERMS)), np.empty(TERMS * TERMS)
     for n in range(out.size):
         q = 1.0 + 1.0 / p2[n]

@@ -12,15 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from restitution.checks import finite, one_of, positive, within
-from restitution.display import Shown, Summary, Table
 from restitution.errors import InputError
-from restitution.files import path_of, whole_file
-from restitution.pictures import draw
+from restitution.files import path_of, write_text
 from restitution.quantities import INPUTS, VELOCITY, check, dataset
 from restitution.quantities import OUTPUTS as QUANTITIES
+from restitution.result import Result, Summary, Table, draw
 from restitution.surrogates.evaluation import LookupTable, Pieces, scalar_function, table, value, values
 from restitution.validity import Validity
 
@@ -29,7 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
 """Names of the outputs."""
@@ -49,7 +46,7 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Surrogate(Shown):
+class Surrogate(Result):
     """Outputs of an impact as functions of its velocity, by interpolation; made by `surrogate`.
 
     Called with a velocity or an array of them [m/s], it returns the restitution coefficient.
@@ -76,6 +73,8 @@ class Surrogate(Shown):
     `validation/surrogate_error.md`).
     """
 
+    _numbers = ("velocity", "rtol", "error", "problem", "warnings", "validity")
+
     velocity: tuple[float, float]
     rtol: float
     error: dict[str, float]
@@ -89,8 +88,8 @@ class Surrogate(Shown):
         ends = self.pieces.edges[[0, -1]]
         if np.abs(ends - np.log([low, high])).max() > _ROUNDING * max(1.0, np.abs(ends).max()):
             with np.errstate(over="ignore", under="ignore"):
-                wanted = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
-            raise InputError("velocity", list(self.velocity), wanted, VELOCITY.unit)
+                rule = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
+            raise InputError("velocity", list(self.velocity), rule, VELOCITY.unit)
 
     @property
     def warnings(self) -> list[str]:
@@ -98,7 +97,7 @@ class Surrogate(Shown):
         return self.validity.warnings
 
     def summary(self, title: str = "", velocity: Any = None) -> Summary:
-        """Table at some velocities [m/s], errors and warnings, which `print` and notebooks show."""
+        """Return the table at some velocities [m/s], errors and warnings, which `print` and notebooks show."""
         low, high = self.velocity
         speeds = np.clip(np.geomspace(low, high, _ROWS), low, high) if velocity is None else np.atleast_1d(velocity)
         values = (self._evaluate(name, np.asarray(speeds, dtype=np.float64)) for name in OUTPUTS)
@@ -119,19 +118,19 @@ class Surrogate(Shown):
         return self.restitution_coefficient(velocity)
 
     def restitution_coefficient(self, velocity: Any) -> Any:
-        """Restitution coefficient e [-] at v0 [m/s], a number or an array; refuses a velocity out of range."""
+        """Return the restitution coefficient e [-] at v0 [m/s], a number or an array within the range."""
         return self._evaluate("restitution_coefficient", velocity)
 
     def contact_time(self, velocity: Any) -> Any:
-        """Contact time T [s]; see `restitution_coefficient`."""
+        """Return the contact time T [s]; see `restitution_coefficient`."""
         return self._evaluate("contact_time", velocity)
 
     def max_force(self, velocity: Any) -> Any:
-        """Largest normal force F [N]; see `restitution_coefficient`."""
+        """Return the largest normal force F [N]; see `restitution_coefficient`."""
         return self._evaluate("max_force", velocity)
 
     def compiled(self, output: str = "restitution_coefficient") -> Any:
-        """Output as a function compiled by numba, for one velocity [m/s], to be called in other compiled code.
+        """Return an output as a function compiled by numba, for one velocity [m/s], to be called in compiled code.
 
         It takes and returns a float64, within `numba.njit` and `numba.cfunc`. Out of range it returns NaN, because
         code called from C has no exceptions.
@@ -150,19 +149,19 @@ class Surrogate(Shown):
         return scalar_function(self._tables[one_of("output", output, OUTPUTS)])
 
     def plot(self, outputs: Sequence[str] = (), *, ax: Axes | None = None) -> Figure:
-        """Figure of the named outputs, or of all, over the velocity.
+        """Return the figure of the named outputs, or of all, over the velocity.
 
         On given axes one output is drawn, the first if none is named.
         """
         return draw("sweep.plot_sweep", self.sample(), outputs, ax=ax)
 
     def sample(self, n: int = 400) -> xr.Dataset:
-        """Outputs at n velocities at equal ratios over the range, as the Dataset of a sweep."""
+        """Return the outputs at n velocities at equal ratios over the range, as the Dataset of a sweep."""
         speeds = np.clip(np.geomspace(*self.velocity, n), *self.velocity)
         columns = {name: (self._evaluate(name, speeds), QUANTITIES[name]) for name in OUTPUTS}
-        found = dataset("velocity", {"velocity": (speeds, INPUTS["velocity"])} | columns, {})
-        found["velocity"].attrs["scale"] = "logarithmic"
-        return found
+        samples = dataset("velocity", {"velocity": (speeds, INPUTS["velocity"])} | columns, {})
+        samples["velocity"].attrs["scale"] = "logarithmic"
+        return samples
 
     def save(self, path: str | Path) -> Path:
         """Write a JSON file, whole or not at all, in place of an old one; return its path."""
@@ -174,48 +173,46 @@ class Surrogate(Shown):
             "rtol": self.rtol,
             "velocity": list(self.velocity),
             "error": self.error,
-            "units": {name: one.attributes["units"] for name, one in units.items()},
+            "units": {name: quantity.attributes["units"] for name, quantity in units.items()},
             "validity": self.validity.to_dict(),
             "problem": self.problem,
             "log_velocity_edges": self.pieces.edges.tolist(),
             _SERIES: {name: part.tolist() for name, part in zip(OUTPUTS, self.pieces.coefficients, strict=True)},
         }
         content["sha256"] = content_hash(content)
-        with whole_file(path) as partial:
-            partial.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        return Path(path)
+        return write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
-        """Surrogate from a file that `save` wrote, the same to the last bit; refuses a damaged or edited file."""
+        """Return the surrogate of a file that `save` wrote, to the last bit; refuse a damaged or edited file."""
         path = path_of(path)
         try:
             with path.open(encoding="utf-8") as file:
                 text = file.read(_LARGEST + 1)
             if len(text) > _LARGEST:
-                raise InputError("", wanted=f"is too long: must have at most {_LARGEST} characters", where=str(path))
+                raise InputError("", rule=f"is too long: must have at most {_LARGEST} characters", where=str(path))
             content = json.loads(text)
         except InputError:
             raise
         except (ValueError, RecursionError):
-            raise InputError("", wanted="is not a JSON file", where=str(path)) from None
+            raise InputError("", rule="is not a JSON file", where=str(path)) from None
         if not isinstance(content, dict) or content.get("format") != _FORMAT:
-            raise InputError("", wanted=f"is not a {_FORMAT}", where=str(path))
+            raise InputError("", rule=f"is not a {_FORMAT}", where=str(path))
         stated = content.get("format_version")
         if stated is True or stated != _FORMAT_VERSION:
-            wanted = f"must be {_FORMAT_VERSION}; version {content.get('version')} of restitution wrote the file"
-            raise InputError("format_version", stated, wanted, where=str(path))
+            rule = f"must be {_FORMAT_VERSION}; version {content.get('version')} of restitution wrote the file"
+            raise InputError("format_version", stated, rule, where=str(path))
         try:
             return cls._from_content(content)
         except InputError as error:
             raise error.within(where=str(path)) from None
         except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
-            raise InputError("", wanted="is damaged: a part is missing or of another type", where=str(path)) from None
+            raise InputError("", rule="is damaged: a part is missing or of another type", where=str(path)) from None
 
     @classmethod
     def _from_content(cls, content: dict[str, Any]) -> Surrogate:
         if content.pop("sha256", None) != content_hash(content):
-            raise InputError("sha256", wanted="must be the hash of the rest; the file is damaged or was edited")
+            raise InputError("sha256", rule="must be the hash of the rest; the file is damaged or was edited")
         series = content[_SERIES]
         pieces = Pieces(
             np.asarray(finite("log_velocity_edges", content["log_velocity_edges"])),
@@ -233,11 +230,11 @@ class Surrogate(Shown):
 
     def _evaluate(self, output: str, velocity: Any) -> Any:
         checked = within("velocity", velocity, *self.velocity, VELOCITY.unit)
-        one = self._tables[output]
+        lookup = self._tables[output]
         if not isinstance(checked, np.ndarray):
-            return value(float(checked), *one)
+            return value(float(checked), *lookup)
         out = np.empty(checked.shape)
-        values(checked.reshape(-1), out.reshape(-1), *one)
+        values(checked.reshape(-1), out.reshape(-1), *lookup)
         return out
 
 
@@ -250,7 +247,7 @@ def velocity_range(velocity: Any) -> tuple[float, float]:
 
 
 def content_hash(content: dict[str, Any]) -> str:
-    """SHA-256 of the content of a file, whatever its layout."""
+    """Return the SHA-256 of the content of a file, whatever its layout."""
     text = json.dumps(content, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -260,11 +257,11 @@ def _check_pieces(pieces: Pieces) -> None:
     edges, coefficients = pieces
     widths = np.diff(edges)
     if edges.ndim != 1 or edges.size < 2 or widths.min() <= 0.0:
-        raise InputError("log_velocity_edges", wanted="must be two or more numbers that increase")
+        raise InputError("log_velocity_edges", rule="must be two or more numbers that increase")
     shape = (len(OUTPUTS), widths.size)
     if coefficients.ndim != 3 or coefficients.shape[:2] != shape or coefficients.shape[2] < 1:
-        raise InputError(_SERIES, wanted=f"must have a row for each of the {widths.size} pieces")
+        raise InputError(_SERIES, rule=f"must have a row for each of the {widths.size} pieces")
     halvings = np.log2((edges[-1] - edges[0]) / widths)
     places = (edges[:-1] - edges[0]) / widths
     if any(np.abs(x - np.round(x)).max() > 1e-6 for x in (halvings, places)) or halvings.max() > DEEPEST + 0.5:
-        raise InputError("log_velocity_edges", wanted="must be those of an interval halved again and again")
+        raise InputError("log_velocity_edges", rule="must be those of an interval halved again and again")

@@ -8,35 +8,57 @@ import functools
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Mapping, Sequence
+import math
+import os
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
+from threading import Lock
 from types import CodeType, ModuleType
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.doubts import Tally
-from restitution.errors import InputTypeError
+from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.impact.batch import Batch
+from restitution.impact.problem import Impact
 from restitution.impact.status import Status
-from restitution.quantities import ENERGIES, STATUS, VALIDITY, needs
-from restitution.sweeps.grid import Grid, Index
-from restitution.sweeps.templates import Assembly, Template
-from restitution.validity import COLUMNS, Numbers, together
+from restitution.quantities import ENERGIES, NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, VALIDITY, input_attributes, needs
+from restitution.sweeps.axes import Grid, Index, Listed, Points, Region, boxes, halves, lengths, with_part
+from restitution.sweeps.template import Prepared, Template
+from restitution.validity import COLUMNS, Numbers, Tally, numbers
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 Array = NDArray[Any]
 Tick = Callable[[int], None]
 
 # Points that are built and solved at a time, which limits the memory for chunks of any size.
 _BLOCK = 4096
-# Each material needs its own report: if a block has more materials, a sample is checked.
-_MOST_MATERIALS = 16
+# Impacts that are kept, one for each combination of quantities that need an impact of their own.
+_MOST_PREPARED = 4096
+# Numbers of an impact that the validity report takes, and those that a problem without dimensions has.
+_BODIES = ("velocity", "mass", "impedance")
+_RATIOS = ("poisson_ratio", "instantaneous_poisson_ratio")
 # In a description the hash represents a longer array.
-_LONG = 1000
+_LONG_AXIS = 1000
+
+
+Part = tuple[Any, Impact, Batch]
+"""Places of rows, their impacts, and the impacts as a batch."""
+
+
+class Impacts(NamedTuple):
+    """Impacts of a part of a sweep: the shape to which their points are reduced, and what one batch holds of them."""
+
+    shape: tuple[int, ...]
+    parts: list[Part]
 
 
 class Interrupted(Exception):
@@ -88,9 +110,14 @@ class Plan:
         return (*self.outputs, STATUS)
 
     @cached_property
-    def assembly(self) -> Assembly:
-        """Builder of impacts from values along the axes."""
-        return Assembly(self.template, self.grid.names)
+    def _apart(self) -> tuple[str, ...]:
+        """Quantities whose combinations need a separate impact each."""
+        return self.template.builds_with(self.grid.names)
+
+    @cached_property
+    def _prepared(self) -> dict[tuple[Any, ...], Prepared]:
+        """Impacts of some combinations."""
+        return {}
 
     def __getstate__(self) -> dict[str, Any]:
         # Another process derives the properties again.
@@ -99,8 +126,45 @@ class Plan:
     def check(self) -> None:
         """Refuse axes whose ends give no admissible impact, with an `InputError`."""
         for point in self.grid.corners():
-            for _ in self.assembly.parts(point, 1, _go_on, strict=True):
-                pass
+            self._impacts(point)
+
+    def _impacts(self, values: dict[str, Any]) -> Impacts:
+        """Return the impacts of values of all quantities, which broadcast."""
+        first = {name: values[name] for name in self._apart}
+        # The lists of objects exist as long as the sweep, so that an identity belongs to a single object.
+        key = tuple(value if isinstance(value, float) else id(value) for value in first.values())
+        prepared = self._prepared.get(key)
+        if prepared is None:
+            # Another thread may clear it too.
+            if len(self._prepared) >= _MOST_PREPARED:
+                self._prepared.clear()
+            self._prepared[key] = prepared = self.template.prepare(first)
+        impact = prepared.varied({name: value for name, value in values.items() if name not in first})
+        return Impacts(impact.shape, [(places, part, Batch.from_impact(part)) for places, part in impact.parts()])
+
+    def _admissible(self, points: Points, region: Region, tick: Tick) -> Iterator[tuple[Region, Impacts]]:
+        """Yield the impacts of a part of a chunk, by parts of it; points that are not admissible belong to none.
+
+        `tick` is called from time to time with 0, and ends the work by raising.
+        """
+        tick(0)
+        values = points.box(region)
+        for name, value in values.items():
+            if isinstance(value, np.ndarray) and (name in self._apart or value.dtype == object):
+                if value.size > 1:
+                    place = value.shape.index(value.size)
+                    for n in range(region[place].start, region[place].stop):
+                        yield from self._admissible(points, with_part(region, place, n, n + 1), tick)
+                    return
+                values[name] = value.item()
+        try:
+            impacts = self._impacts(values)
+        except ValueError:
+            if math.prod(lengths(region)) > 1:
+                for half in halves(region):
+                    yield from self._admissible(points, half, tick)
+            return
+        yield region, impacts
 
     def compute(self, index: Index, tick: Tick = lambda _: None, tally: Tally | None = None) -> dict[str, Array]:
         """Compute a chunk: `variables` in its shape, NaN where there is no result.
@@ -109,38 +173,32 @@ class Plan:
         counts the impacts that exceed the assumptions of the theory.
         """
         points = self.grid.points(index)
-        results = {name: np.full(points.size, np.nan) for name in self.outputs}
-        status = np.full(points.size, Status.INADMISSIBLE, dtype=np.int8)
-        wanted = set(VALIDITY).intersection(self.outputs)
-        for start in range(0, points.size, _BLOCK):
-            stop = min(start + _BLOCK, points.size)
-            n, counted = stop - start, 0
-            columns = points.part(start, stop)
-            found = {name: np.full(n, np.nan) for name in COLUMNS}
-            for places, part in self.assembly.parts(columns, n, tick):
-                solved = self._solve(part, tick)
-                for name in set(solved).intersection(self.outputs):
-                    results[name][start + places] = solved[name]
-                status[start + places] = solved[STATUS]
-                for name in found:
-                    found[name][places] = solved[name]
-                counted += places.size
-            if wanted or tally is not None:
-                most = None if wanted else _MOST_MATERIALS
-                compared: dict[bool, list[Numbers]] = {}
-                for places, numbers, is_own in self.assembly.validity(columns, n, found, tick, most):
-                    for name in wanted:
-                        results[name][start + places] = getattr(numbers, name)
-                    compared.setdefault(is_own, []).append(numbers)
-                for is_own, rows in compared.items():
-                    if tally is not None:
-                        tally.add(together(rows), with_material=is_own)
-            # Points that are not admissible also count as done.
-            tick(n - counted)
-        shaped = {name: values.reshape(points.shape) for name, values in results.items()}
-        return shaped | {STATUS: status.reshape(points.shape)}
+        results = {name: np.full(points.shape, np.nan) for name in self.outputs}
+        results[STATUS] = np.full(points.shape, Status.INADMISSIBLE, dtype=np.int8)
+        checked = set(VALIDITY).intersection(self.outputs)
+        for region in boxes(tuple(slice(0, n) for n in points.shape), _BLOCK):
+            found = list(self._admissible(points, region, tick))
+            starts = np.cumsum([0, *(math.prod(impacts.shape) for _, impacts in found)])
+            parts = [
+                (start + places, part, batch)
+                for start, (_, impacts) in zip(starts, found, strict=False)
+                for places, part, batch in impacts.parts
+            ]
+            rows = self._solve(parts, int(starts[-1]), tick)
+            if parts and (checked or tally is not None):
+                numbers = self._numbers(parts, rows)
+                rows |= {name: getattr(numbers, name) for name in checked}
+                if tally is not None:
+                    tally.add(self._counted(numbers, rows))
+            for (region_of, impacts), start, stop in zip(found, starts[:-1], starts[1:], strict=True):
+                for name in results:
+                    results[name][region_of] = rows[name][start:stop].reshape(impacts.shape)
+            # Points that are not admissible, or that some axis does not change, also count as done.
+            tick(math.prod(lengths(region)) - int(starts[-1]))
+        return results
 
-    def _solve(self, batch: Batch, tick: Tick) -> dict[str, Array]:
+    def _solve(self, parts: list[Part], count: int, tick: Tick) -> dict[str, Array]:
+        """Return the outputs of all rows of the parts of impacts."""
         done = 0
 
         def progress(finished: int, _: int) -> None:
@@ -149,11 +207,42 @@ class Plan:
             done = finished
 
         energy, pressure = needs(self.outputs, ENERGIES), needs(self.outputs, {"max_pressure"})
-        return batch.solve(self.rtol, workers=1, progress=progress, energy=energy, pressure=pressure)
+        rows = {name: np.full(count, np.nan) for name in (*self.outputs, *COLUMNS, STATUS)}
+        for places, batch in Batch.joined([(places, batch) for places, _, batch in parts]):
+            done = 0
+            columns = batch.solve(self.rtol, workers=1, progress=progress, energy=energy, pressure=pressure)
+            for name in rows.keys() & columns.keys():
+                rows[name][places] = columns[name]
+        return rows
 
+    def _numbers(self, parts: list[Part], rows: dict[str, Array]) -> Numbers:
+        """Return the numbers of the validity report for all rows of the parts of impacts."""
+        singles = [(places, part) for places, part, _ in parts if not part.shape]
+        kinds: list[tuple[Any, Any, dict[str, Any]]] = []
+        if singles:
+            bodies = {name: np.array([getattr(part, name) for _, part in singles]) for name in _BODIES}
+            places = np.concatenate([places for places, _ in singles])
+            kinds.append((places, [part.contact for _, part in singles], bodies))
+        for places, part, _ in parts:
+            if part.shape:
+                bodies = {name: getattr(part, name) for name in _BODIES}
+                kinds.append((places.reshape(part.shape), part.contact, bodies))
+        columns = {name: np.empty(rows[STATUS].size) for name in Numbers._fields}
+        for places, contact, bodies in kinds:
+            compared = numbers(contact, **{name: rows[name][places] for name in COLUMNS}, **bodies)
+            for name, column in columns.items():
+                column[places.reshape(-1)] = getattr(compared, name)
+        if self.template.dimensionless:
+            # Without dimensions there are no other assumptions.
+            columns |= {name: np.full(column.size, np.nan) for name, column in columns.items() if name not in _RATIOS}
+        return Numbers(**columns)
 
-def _go_on(_: int) -> None:
-    pass
+    def _counted(self, numbers: Numbers, rows: dict[str, Array]) -> Numbers:
+        """Return the rows that count: of impacts without dimensions those with a result."""
+        if not self.template.dimensionless:
+            return numbers
+        there = ~np.isnan(rows["contact_time"])
+        return Numbers(*(column[there] for column in numbers))
 
 
 @runtime_checkable
@@ -171,7 +260,7 @@ def describe(value: Any) -> Any:
 
     Examples
     --------
-    >>> from restitution.contact.profile import Parabola
+    >>> from restitution.contact.profiles import Parabola
     >>> describe(Parabola(radius=0.01))
     {'type': 'Parabola', 'radius': 0.01}
     """
@@ -182,7 +271,7 @@ def describe(value: Any) -> Any:
     if isinstance(value, (float, np.number)):
         return float(value)
     if isinstance(value, np.ndarray):
-        if value.size > _LONG and value.dtype != object:
+        if value.size > _LONG_AXIS and value.dtype != object:
             return {"shape": list(value.shape), "sha256": hashlib.sha256(value.tobytes()).hexdigest()}
         return describe(value.tolist())
     if isinstance(value, Path):
@@ -246,3 +335,138 @@ def text_of(description: Any) -> str:
 def hash_of(description: Any) -> str:
     """Return the SHA-256 of a description."""
     return hashlib.sha256(text_of(description).encode()).hexdigest()
+
+
+# The result of a sweep as an xarray.Dataset: its variables, and results that stay in memory.
+
+# Linux grants more memory than there is, and ends a process that uses it.
+_SHARE_OF_MEMORY = 0.5
+# Time of an impact on one core [s], as in docs/sweeps.md, and time of a sweep [h] from which a store is advised.
+_PER_IMPACT, _LONG = 3e-5, 1.0
+# Attribute of a coordinate of numbers that represent words.
+_LABELS = "labels"
+_STATUS_ATTRIBUTES: dict[str, Any] = {"long_name": "how the solve ended", **Status.attributes()}
+
+
+class Field(NamedTuple):
+    """A variable of the result; `fill` is the value of points that are not computed yet."""
+
+    dimensions: tuple[str, ...]
+    dtype: str
+    fill: float
+    attributes: dict[str, Any]
+
+
+def output_fields(plan: Plan) -> dict[str, Field]:
+    """Return the computed variables of a sweep by name."""
+    dimensions = plan.grid.dimensions
+    fields = {name: Field(dimensions, "float64", np.nan, SWEEP_OUTPUTS[name].attributes) for name in plan.outputs}
+    return fields | {STATUS: Field(dimensions, "int8", NOT_COMPUTED, _STATUS_ATTRIBUTES)}
+
+
+def coordinate_fields(grid: Grid) -> dict[str, Field]:
+    """Return the quantities along the axes, and the numbers that all points share, by name."""
+    fields = {
+        name: Field((), "float64", np.nan, input_attributes(name))
+        for name, value in grid.fixed.items()
+        if isinstance(value, float)
+    }
+    for dimension, axis in grid.axes.items():
+        for name in axis.names(dimension):
+            attributes: dict[str, Any] = input_attributes(name) | {"scale": axis.scale}
+            if isinstance(axis, Listed) and not axis.is_numeric:
+                labels = {_LABELS: axis.labels(dimension)}
+                fields[name] = Field((dimension,), "int32", NOT_COMPUTED, attributes | labels)
+            else:
+                fields[name] = Field((dimension,), "float64", np.nan, attributes)
+    return fields
+
+
+def coordinate_blocks(grid: Grid, size: int) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the values of the coordinates in pieces: name, place, values; numbers represent words."""
+    for name, value in grid.fixed.items():
+        if isinstance(value, float):
+            yield name, ..., value
+    for dimension, axis in grid.axes.items():
+        for start in range(0, axis.size, size):
+            stop = min(start + size, axis.size)
+            for name, values in axis.columns(dimension, start, stop).items():
+                yield name, slice(start, stop), np.arange(start, stop) if values.dtype == object else values
+
+
+class InMemory:
+    """Results of a sweep in memory, without a path."""
+
+    path = None
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._tally, self._lock = Tally(), Lock()
+        self._fields = output_fields(plan)
+        n = plan.grid.n_points
+        needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
+        cores = os.cpu_count() or 1
+        hours = n * _PER_IMPACT / 3600.0 / cores
+        takes, time = f"{n} points take {needed / 1e9:.3g} GB", f"about {hours:.2g} h on {cores} cores"
+        why = f"{takes}, too much for the memory of this machine; give out=, a store, which takes any number"
+        refusal = InputError("axes", rule=f"{why} ({time}) and resumes")
+        if needed > _SHARE_OF_MEMORY * _memory():
+            raise refusal
+        if hours > _LONG:
+            what = f"{takes} and {time}, and an interrupt loses them; with out=, a store, the same call resumes"
+            warnings.warn(RestitutionWarning("long", what), stacklevel=4)
+        try:
+            self._arrays = {k: np.full(plan.grid.shape, v.fill, dtype=v.dtype) for k, v in self._fields.items()}
+        except MemoryError:
+            raise refusal from None
+
+    def keep(self, index: Index, results: dict[str, Array], tally: Tally) -> None:
+        """Keep the results of a chunk."""
+        with self._lock:
+            self._tally.merge(tally)
+        for name, values in results.items():
+            self._arrays[name][self._plan.grid.region(index)] = values
+
+    def statuses(self) -> Iterator[Array]:
+        """Yield all statuses."""
+        yield self._arrays[STATUS]
+
+    def dataset(self) -> xr.Dataset:
+        """Return the results with their coordinates."""
+        import xarray as xr
+
+        grid = self._plan.grid
+        fields = coordinate_fields(grid)
+        shapes = {name: [grid.axes[dim].size for dim in field.dimensions] for name, field in fields.items()}
+        values = {name: np.empty(shapes[name], field.dtype) for name, field in fields.items()}
+        for name, place, part in coordinate_blocks(grid, max(grid.shape, default=1)):
+            values[name][place] = part
+        dataset = xr.Dataset(
+            {name: (field.dimensions, self._arrays[name], field.attributes) for name, field in self._fields.items()},
+            {name: (field.dimensions, values[name], field.attributes) for name, field in fields.items()},
+            self._plan.attributes | self._tally.attributes(grid.n_points),
+        )
+        return in_words(dataset)
+
+
+def _memory() -> float:
+    """Memory for this process [bytes]: that of the machine, or of its control group; infinite if it is not known."""
+    try:
+        whole = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+    for limit in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
+        # Without a limit the file is absent or holds a word.
+        with contextlib.suppress(OSError, ValueError):
+            whole = min(whole, float(Path(limit).read_text()))
+    return whole
+
+
+def in_words(dataset: xr.Dataset) -> xr.Dataset:
+    """Replace coordinates of numbers that represent words by these words."""
+    for name, coordinate in dataset.coords.items():
+        if _LABELS in coordinate.attrs:
+            attributes = dict(coordinate.attrs)
+            words = np.array(attributes.pop(_LABELS))[coordinate.values]
+            dataset = dataset.assign_coords({name: (coordinate.dims, words, attributes)})
+    return dataset

@@ -17,18 +17,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from restitution.checks import function, instance, one_of, single, whole
-from restitution.doubts import Tally, messages, warn
 from restitution.errors import InputError, InputTypeError
 from restitution.files import TABLES, path_of
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status, failures
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, SOLVER_RTOL, checked_outputs
-from restitution.sweeps.dataset import InMemory
-from restitution.sweeps.grid import Index, make_grid
-from restitution.sweeps.materials import HeldElastic
-from restitution.sweeps.plan import Interrupted, Plan
-from restitution.sweeps.templates import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
+from restitution.sweeps.axes import Index, make_grid
+from restitution.sweeps.plan import InMemory, Interrupted, Plan
+from restitution.sweeps.template import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
+from restitution.validity import Tally, messages, warn
+from restitution.variation import HeldElastic
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -142,7 +141,7 @@ def sweep(
         function("progress", progress, "must be callable with (points done, all points)", 2)
     plan = Plan(template, make_grid(axes, chunk), checked_outputs(outputs), float(rtol), title)
     if base is None and (missing := {"poisson_ratio", "p2", "p3"} - set(plan.grid.names)):
-        raise InputError("axes", wanted=f"must have {', '.join(sorted(missing))} where there is no base")
+        raise InputError("axes", rule=f"must have {', '.join(sorted(missing))} where there is no base")
     return run(plan, out=out, engine=engine, cluster=cluster, workers=workers, progress=progress)
 
 
@@ -160,8 +159,8 @@ def run(
     if workers is not None:
         whole("workers", workers, 1)
     if out is not None and path_of(out, "out").suffix.lower() in TABLES:
-        wanted = "must be the folder of a Zarr store; write_table writes the result as a table"
-        raise InputError("out", str(out), wanted)
+        rule = "must be the folder of a Zarr store; write_table writes the result as a table"
+        raise InputError("out", str(out), rule)
     if engine == "dask":
         if isinstance(cluster, str) and cluster != "local" and "://" not in cluster:
             raise InputError("cluster", cluster, "must be 'local' or an address such as tcp://host:8786")

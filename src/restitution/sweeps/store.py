@@ -20,13 +20,12 @@ from numpy.typing import NDArray
 from zarr.codecs import Crc32cCodec, ZstdCodec
 from zarr.storage import LocalStore
 
-from restitution.doubts import Tally
 from restitution.errors import InputError, RestitutionWarning
 from restitution.files import PARTIAL, path_of, whole_file
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
-from restitution.sweeps.dataset import Field, coordinate_blocks, coordinate_fields, in_words, output_fields
-from restitution.sweeps.grid import Index
-from restitution.sweeps.plan import Plan, hash_of
+from restitution.sweeps.axes import Index
+from restitution.sweeps.plan import Field, Plan, coordinate_blocks, coordinate_fields, hash_of, in_words, output_fields
+from restitution.validity import Tally
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,8 +42,8 @@ _SIGNATURE = "checksum"
 _REPAIR = "the command or call that made the sweep repairs it"
 
 
-def _refusal(path: Path, wanted: str) -> InputError:
-    return InputError("", wanted=wanted, where=str(path))
+def _refusal(path: Path, rule: str) -> InputError:
+    return InputError("", rule=rule, where=str(path))
 
 
 def _is_intact(content: bytes) -> bool:

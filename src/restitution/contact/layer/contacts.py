@@ -1,6 +1,6 @@
 """Contacts of a profile, and their depths on layers of any thickness above a smallest one.
 
-What depends on the profile alone is computed once: the moments of `restitution.contact.layer.averages`, and their
+What depends on the profile alone is computed once: the moments of `restitution.contact.layer.depths`, and their
 sums with the flat punches, which leave a series over a/h for each contact.
 """
 
@@ -12,14 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.contact.geometry import Array, Kinks, as_array
-from restitution.contact.layer.averages import Averages
-from restitution.contact.layer.punch import PANELS, panel_of
-from restitution.contact.layer.store import stored_punches
-from restitution.contact.matrix import product
-from restitution.contact.path import Cells, PathTable, first_cells, path_tables, significant_kinks
-from restitution.contact.profile import Profile
-from restitution.contact.rows import Tables
+from restitution.checks import Array
+from restitution.contact.geometry import Kinks, as_array
+from restitution.contact.layer.depths import Averages
+from restitution.contact.layer.punch import PANELS, panel_of, stored_punches
+from restitution.contact.profiles import Profile
+from restitution.contact.table import Cells, PathTable, Tables, first_cells, path_tables, product, significant_kinks
 
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
@@ -136,7 +134,7 @@ class Contacts:
 
     def _means(self, thickness: Array, radius: Array, series: Array) -> Array:
         # Numba takes half a second to import.
-        from restitution.contact.layer.panels import MOST, on_layers
+        from restitution.contact.loops import MOST, on_layers
 
         found = np.empty((3, thickness.size, radius.size))
         panels = PANELS[: self._count + 1]
@@ -230,11 +228,11 @@ def series(panels: tuple[Array, ...], moments: Array) -> Array:
     return found
 
 
-def _between(table: PathTable, x: Array, wanted: Array) -> tuple[PathTable, float]:
+def _between(table: PathTable, x: Array, places: Array) -> tuple[PathTable, float]:
     """Tables at places in [-1, 1] from those at the Chebyshev nodes x, and the tail of their series."""
     last = x.size - 1
     to_series: Any = np.linalg.inv(np.polynomial.chebyshev.chebvander(x, last))
-    matrix = np.polynomial.chebyshev.chebvander(wanted, last) @ to_series
+    matrix = np.polynomial.chebyshev.chebvander(places, last) @ to_series
     # Coefficients of polynomials have errors that their values have not.
     powers = np.linspace(0.0, 1.0, 5) ** np.arange(table.force_integral.shape[2])[:, None]
     # Forces depend on the radius through its integral, in which narrow cells hardly count.
@@ -242,13 +240,13 @@ def _between(table: PathTable, x: Array, wanted: Array) -> tuple[PathTable, floa
     checked = table.edges, radii, table.force_integral @ powers
     tail = max(float(np.max(np.abs(np.tensordot(to_series[-2:], one, axes=1)))) for one in checked)
     edges, origin, radius, integral, kinks, strengths = (
-        product(matrix, one.reshape(x.size, -1)).reshape(wanted.size, *one.shape[1:])
+        product(matrix, one.reshape(x.size, -1)).reshape(places.size, *one.shape[1:])
         for one in (*table[:4], table.kinks, table.strengths)
     )
     # Where a cell starts at a kink, rho = sqrt(s - origin) makes 1e-8 of a rounding of its start.
     starts = np.all(table.origin == table.edges[:, :-1], axis=0)
     origin[:, starts] = edges[:, :-1][:, starts]
-    errors, error = (np.repeat(np.max(one, axis=0)[None], wanted.size, axis=0) for one in table[4:6])
+    errors, error = (np.repeat(np.max(one, axis=0)[None], places.size, axis=0) for one in table[4:6])
     return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 
 

@@ -3,27 +3,426 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Numeric, one_of, single
-from restitution.contact.geometry import Array, Geometry, Kinks, Similar, as_array
-from restitution.contact.layer.depths import Depths, PunchDepths, depths
-from restitution.contact.layer.rows import LayerRows
-from restitution.contact.layer.separable import effective_moduli, effective_modulus
-from restitution.contact.layer.store import stored_punches
-from restitution.contact.power_law import PowerLaw
-from restitution.contact.profile import Profile
+from restitution.checks import Array, Numeric, one_of, plain
+from restitution.contact.geometry import Geometry, Kinks, Similar, as_array
+from restitution.contact.layer.contacts import Contacts, contacts
+from restitution.contact.layer.depths import Depths, PunchDepths, depths, largest_radius
+from restitution.contact.layer.punch import PANELS, LineKernel, Punches, stored_punches
+from restitution.contact.profiles import PowerLaw, Profile
+from restitution.contact.table import PathTable, Rows, Samples, Tables, joined
 from restitution.errors import InputError, InputTypeError
-from restitution.material.columns import PronyColumns
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, reduced_modulus
 from restitution.quantities import INPUTS
+
+# Effective modulus of a bonded layer whose Poisson ratio relaxes: a separable approximation.
+#
+# Its Carson transform is ``E*(s) kappa(x; nu(s))/kappa(x; nu_static)`` for a flat punch of the radius x, in units of
+# the thickness. Moduli of many contacts are interpolated over x between nodes that depend neither on the contacts nor
+# on the material, so that each contact has the same modulus alone and beside others.
+
+# Factors beyond the relaxation times: a thin layer of a liquid takes 40^2 times longer to become incompressible. The
+# times are the same for all radii, so that the result is smooth over them.
+_BEFORE, _BEYOND = 1e-2, 1e5
+# Real points of the Carson transform and relaxation times of the fit in a decade, and largest relative misfit.
+_POINTS, _PER_DECADE, _MISFIT = 12, 10, 3e-3
+# Every second time makes fewer terms; it is enough where the misfit is not above this.
+_COARSE, _ENOUGH = 2, 2e-4
+# The logarithm of the stiffness is smooth over ln(1 - 2 nu + shift), even where a thin layer is nearly incompressible.
+# Its series has 1e-7 for all Poisson ratios from -1 to 1/2.
+_SHIFT, _RATIOS = 1e-3, 20
+_NODES, _PER_RADIUS = 24, 8
+# Neighbouring terms are merged into three with the same moments of ln(tau), in which the transform is so smooth that
+# it changes by some 1e-5 at most. A group has a relaxation time of the material, its others up to `_TOGETHER` further,
+# and all times of the fit closer to these than `_CLOSE`, in ln(tau). Variances below `_NO_WIDTH` are rounding.
+_MERGED, _TOGETHER, _CLOSE, _NO_WIDTH, _LEAST = 3, 1.1, 1.0, 1e-9, 1e-300
+_THIRDS = 0.0, 2.0 * np.pi / 3.0, 4.0 * np.pi / 3.0
+# Nodes x of the interpolation are at equal distances of ln(1 + x/scale). The last one is at 37.
+_SCALE, _DISTANCE, _LAST = 0.25, 0.2, 25
+# Cubic polynomials continue beyond the nodes.
+_NEXT = 4.0, -6.0, 4.0, -1.0
+
+
+class _Spectrum:
+    """Points s of the Carson transform of a material, its values there, and the relaxation times of fits."""
+
+    def __init__(self, material: Material) -> None:
+        self.series, bulk = reduced_modulus(material), material.bulk
+        parts = [self.series, material.shear, *([bulk] if isinstance(bulk, PronySeries) else [])]
+        known = np.concatenate([part.relaxation_times for part in parts])
+        low, high = known.min() * _BEFORE, known.max() * _BEYOND
+        decades = np.log10(high / low)
+        s = 1.0 / np.geomspace(low, high, round(_POINTS * decades))
+        shear = np.asarray(material.shear.carson_transform(s))
+        volume = np.asarray(bulk.carson_transform(s)) if isinstance(bulk, PronySeries) else np.full(s.shape, bulk)
+        self._poisson_ratio = np.append((3.0 * volume - 2.0 * shear) / (6.0 * volume + 2.0 * shear), 0.0)
+        self._poisson_ratio[-1] = material.poisson_ratio
+        self._modulus = np.asarray(self.series.carson_transform(s))
+        grid = np.geomspace(low, high, round(_PER_DECADE * decades))
+        self.times, place = np.unique(np.append(grid, self.series.relaxation_times), return_index=True)
+        self.coarse = np.flatnonzero((place % _COARSE == 0) | (place >= grid.size))
+        self._shares = s[:, None] / (s[:, None] + 1.0 / self.times)
+        self.groups = _groups(np.log(np.sort(self.series.relaxation_times)), np.log(self.times))
+
+    def transform(self, radius: float) -> Array:
+        """Carson transform [Pa] of the effective modulus for a punch of a radius over the thickness."""
+        if radius == 0.0:
+            return self._modulus
+        ratio = self._poisson_ratio
+        logarithm = _stiffness(radius)(np.log(1.0 + _SHIFT - 2.0 * ratio))
+        return self._modulus * np.exp(logarithm[:-1] - logarithm[-1])
+
+    def moduli(self, transform: Array) -> Array:
+        """Branch moduli [Pa] >= 0 at the times, mostly zeros, whose series has a Carson transform [Pa]."""
+        found, misfit = self.fitted(transform, np.arange(self.times.size))
+        if misfit > _MISFIT:
+            rule = f"must have a stiffness on the layer that only relaxes: a Prony series misses it by {misfit:.2g}"
+            raise InputError("material", rule=rule)
+        return found
+
+    def fitted(self, transform: Array, places: NDArray[np.intp]) -> tuple[Array, float]:
+        """Branch moduli [Pa] by nonnegative least squares over some of the times, and the largest relative misfit."""
+        from scipy.optimize import nnls
+
+        matrix = self._shares[:, places] / transform[:, None]
+        right = 1.0 - self.series.equilibrium_modulus / transform
+        weights, _ = nnls(matrix, right, maxiter=100 * places.size)
+        # Some versions of nnls take the normal equations, which have half of the digits.
+        weights[weights > 0.0] = np.maximum(np.linalg.lstsq(matrix[:, weights > 0.0], right)[0], 0.0)
+        moduli = np.zeros(self.times.size)
+        moduli[places] = weights
+        return moduli, float(np.max(np.abs(matrix @ weights - right)))
+
+
+class EffectiveModuli:
+    """Effective moduli of a material for flat punches of all radii up to 37 thicknesses, interpolated.
+
+    Cubic B-splines over ``ln(1 + x/scale)`` combine the branch moduli of four fits at the same relaxation times. The
+    splines are positive, so the moduli are as well. The fits are those of the values less a sixth of their second
+    difference, which makes the sum exact for cubic polynomials.
+    """
+
+    def __init__(self, material: Material) -> None:
+        self._spectrum = _Spectrum(material)
+        self._transforms: dict[int, Array] = {}
+        self._moduli: dict[int, Array] = {}
+        self._between: dict[int, list[tuple[Array, Array]]] = {}
+
+    def at(self, radius: Array) -> PronySeries:
+        """Reduced moduli [Pa] for punches of radii over the thickness, shape (n,)."""
+        place = np.log1p(radius / _SCALE) / _DISTANCE
+        first = np.floor(place).astype(np.intp)
+        t = place - first
+        square, rest = t * t, 1.0 - t
+        splines = np.array(
+            [rest * rest * rest, (3.0 * t - 6.0) * square + 4.0, ((3.0 - 3.0 * t) * t + 3.0) * t + 1.0, square * t]
+        )
+        chosen: list[tuple[NDArray[np.intp], Array, Array]] = []
+        for one in np.unique(first).tolist():
+            rows = np.flatnonzero(first == one)
+            chosen.append((rows, *self._within(one, splines[:, rows])))
+        most = max((len(own) for _, own, _ in chosen), default=0)
+        moduli, times = np.zeros((radius.size, most)), np.ones((radius.size, most))
+        for rows, own, known in chosen:
+            moduli[rows, : len(own)], times[rows, : len(own)] = own.T, known.T
+        equilibria = np.full(radius.size, self._spectrum.series.equilibrium_modulus)
+        return PronySeries.from_checked(equilibria, moduli, times)
+
+    def _within(self, n: int, splines: Array) -> tuple[Array, Array]:
+        """Branch moduli [Pa] and relaxation times [s] of rows between two nodes, shape (n_branch, n_row)."""
+        parts: list[tuple[Array, Array]] = []
+        for times, nodes in self._interval(n):
+            # Term by term, so that a row does not depend on the others.
+            moduli: Any = sum(spline * node[:, None] for spline, node in zip(splines, nodes, strict=True))
+            merge = times.size > _MERGED
+            parts.append(_merged(moduli, times) if merge else (moduli, np.broadcast_to(times[:, None], moduli.shape)))
+        moduli, times = zip(*parts, strict=True)
+        return np.concatenate(moduli), np.concatenate(times)
+
+    def _interval(self, n: int) -> list[tuple[Array, Array]]:
+        """Relaxation times [s] between two nodes, and a sixth of the moduli [Pa] at four nodes around, by group."""
+        if n not in self._between:
+            nodes = np.array([self._node(n + k) for k in range(-1, 3)])
+            kept, spectrum = np.flatnonzero(nodes.any(axis=0)), self._spectrum
+            parts = np.split(kept, 1 + np.flatnonzero(np.diff(spectrum.groups[kept])))
+            self._between[n] = [(spectrum.times[part], nodes[:, part] / 6.0) for part in parts]
+        return self._between[n]
+
+    def _node(self, n: int) -> Array:
+        """Branch moduli [Pa] of the fit at a node."""
+        if n not in self._moduli:
+            before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
+            target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
+            found, misfit = spectrum.fitted(target, spectrum.coarse)
+            if misfit > _ENOUGH:
+                found, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
+            if misfit > _MISFIT:
+                # What the splines combine need not relax; the stiffness itself must.
+                spectrum.moduli(here)
+            self._moduli[n] = found
+        return self._moduli[n]
+
+    def _transform(self, n: int) -> Array:
+        """Carson transform [Pa] at a node."""
+        if n not in self._transforms:
+            if 0 <= n <= _LAST:
+                found = self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
+            else:
+                inward = 1 if n < 0 else -1
+                near = (factor * self._transform(n + (k + 1) * inward) for k, factor in enumerate(_NEXT))
+                found = np.sum(list(near), axis=0)
+            self._transforms[n] = found
+        return self._transforms[n]
+
+
+def _groups(own: Array, logs: Array) -> NDArray[np.intp]:
+    """Numbers of the groups of some ln(tau), for the ascending ones of a material; those of no group are negative."""
+    starts = own[:1].tolist()
+    for one in own.tolist():
+        if one > starts[-1] + _TOGETHER:
+            starts.append(one)
+    ends = np.append(own[np.searchsorted(own, starts[1:]) - 1], own[-1])
+    distances = np.abs(logs[:, None] - np.clip(logs[:, None], starts, ends))
+    near = np.min(distances, axis=1) < _CLOSE
+    return np.where(near, np.argmin(distances, axis=1), -1 - np.arange(logs.size))
+
+
+def _merged(moduli: Array, times: Array) -> tuple[Array, Array]:
+    """Moduli [Pa] and times [s], shape (3, n), of the Gauss rule of moduli of shape (n_branch, n) over ln(tau)."""
+    middle = 0.5 * (np.log(times[0]) + np.log(times[-1]))
+    y = (np.log(times) - middle)[:, None]
+    # Python's sum goes row by row: a column does not depend on the others.
+    total: Any = sum(moduli)
+    weights = moduli / np.maximum(total, _LEAST)
+    mean: Any = sum(weights * y)
+    # Orthogonal polynomials p and q of the degrees 1 and 2, and the coefficients of their recurrence.
+    p = y - mean
+    square = weights * p * p
+    first: Any = np.maximum(sum(square), _NO_WIDTH)
+    skew: Any = sum(square * p) / first
+    q = (p - skew) * p - first
+    square = weights * q * q
+    second: Any = np.maximum(sum(square) / first, _NO_WIDTH)
+    far: Any = sum(square * p) / (first * second)
+    # Zeros of the polynomial of the degree 3, the eigenvalues of a matrix, by cosines; as distances from the mean.
+    centre = (skew + far) / 3.0
+    a, b, c = -centre, skew - centre, far - centre
+    scale = np.sqrt((a * a + b * b + c * c + 2.0 * (first + second)) / 6.0)
+    cubic = 0.5 * (a * (b * c - second) - first * c) / (scale * scale * scale)
+    angle = np.arccos(np.clip(cubic, -1.0, 1.0)) / 3.0
+    places = np.array([centre + 2.0 * scale * np.cos(angle + turn) for turn in _THIRDS])
+    q = (places - skew) * places - first
+    shares = 1.0 / (1.0 + places * places / first + q * q / (first * second))
+    return total * shares, np.exp(middle + mean + places)
+
+
+effective_moduli = lru_cache(maxsize=64)(EffectiveModuli)
+"""The effective moduli of a material, whose nodes are computed once."""
+
+
+@lru_cache(maxsize=64)
+def effective_modulus(material: Material, radius: float) -> PronySeries:
+    """Reduced modulus [Pa] that gives a layer of the static Poisson ratio the stiffness of the relaxing one.
+
+    Parameters
+    ----------
+    material : Material
+        Material with a Poisson ratio that changes in time.
+    radius : float
+        Radius x of a flat punch over the thickness; 0 gives the modulus of the material.
+
+    Notes
+    -----
+    The Carson transform ``E*(s) kappa(x; nu(s))/kappa(x; nu_static)`` as a Prony series by nonnegative least squares.
+    A flat punch of this radius has exactly this modulus.
+    """
+    if radius == 0.0:
+        return reduced_modulus(material)
+    spectrum = _Spectrum(material)
+    weights = spectrum.moduli(spectrum.transform(radius))
+    kept = weights > 0.0
+    return PronySeries(spectrum.series.equilibrium_modulus, weights[kept], spectrum.times[kept])
+
+
+@lru_cache(maxsize=64)
+def _stiffness(radius: float) -> np.polynomial.Chebyshev:
+    """Series of the logarithm of the stiffness of a flat punch over ``ln(1 - 2 nu + shift)``."""
+    # Numba takes half a second to import.
+    from restitution.contact.loops import solve_line_loads
+
+    low, high = np.log(_SHIFT), np.log(3.0 + _SHIFT)
+    places = 0.5 * (low + high) + 0.5 * (high - low) * np.polynomial.chebyshev.chebpts1(_RATIOS)
+    nodes, weights = np.polynomial.legendre.leggauss(int(_NODES + _PER_RADIUS * radius))
+    gauss = np.array([radius]), 0.5 + 0.5 * nodes, 0.5 * weights
+    space = np.empty((nodes.size, nodes.size)), np.empty(nodes.size), np.empty((1, 2, nodes.size))
+    ends, values = np.empty((1, 2)), np.empty(_RATIOS)
+    for n, one in enumerate(0.5 * (1.0 + _SHIFT - np.exp(places))):
+        kernel = _line_kernel(float(one))
+        solve_line_loads(kernel.cells, kernel.per_unit, *gauss, *space, ends)
+        values[n] = np.log(ends[0, 0])
+    return np.polynomial.Chebyshev.fit(places, values, _RATIOS - 1, domain=[low, high])
+
+
+# All materials have the same places of the Poisson ratio.
+_line_kernel = lru_cache(maxsize=_RATIOS)(LineKernel)
+
+
+# A profile on layers of many thicknesses, whose tables are made together.
+
+# Layers whose thickness differs by less than this share may represent each other for estimates.
+_SIMILAR = 0.2
+# Logarithm of the force integral beyond the tables, where nothing yields.
+_RIGID = 300.0
+# Ends of tables for each unit of the logarithm of the depth on a half-space.
+_LEVELS = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class LayerRows(Rows):
+    """A single profile that is no power law on layers of many thicknesses."""
+
+    profile: Profile
+    thickness: Array
+    poisson_ratio: float | None  # None for a frictionless base
+
+    @cached_property
+    def _punches(self) -> Punches:
+        return stored_punches(self.poisson_ratio)
+
+    @cached_property
+    def _distinct(self) -> tuple[Array, NDArray[np.intp]]:
+        values, which = np.unique(self.thickness, return_inverse=True)
+        return values, which.reshape(-1)
+
+    @property
+    def which(self) -> NDArray[np.intp]:
+        """Number of the distinct thickness of each row, from the smallest one on."""
+        return self._distinct[1]
+
+    def raveled(self, shape: tuple[int, ...]) -> Self:
+        """Return the rows broadcast to a shape and raveled."""
+        return type(self)(self.profile, np.broadcast_to(self.thickness, shape).reshape(-1), self.poisson_ratio)
+
+    def _each(self, function: Callable[[Depths, Array], Array], depth: ArrayLike) -> Array:
+        depth = np.broadcast_to(as_array(depth), self.thickness.shape)
+        result = np.empty(depth.shape)
+        for k, thickness in enumerate(self._distinct[0].tolist()):
+            one: Any = depths(self.profile, thickness, self.poisson_ratio)
+            rows = self.which == k
+            result[rows] = function(one, one.half_space_depth(np.minimum(depth[rows], one.max_depth)))
+        return result
+
+    def stiffness_radius(self, depth: ArrayLike) -> Array:
+        """Stiffness radius a kappa [m] at depth d [m] of each row."""
+        return self._each(Depths.stiffness_radius, depth)
+
+    def force_integral_at_depth(self, depth: ArrayLike) -> Array:
+        """Force integral int_0^d a kappa dd [m^2] at depth d [m] of each row."""
+        return self._each(Depths.force_integral, depth)
+
+    def contact_radius(self, depth: ArrayLike) -> Array:
+        """Contact radius a [m] at depth d [m] of each row."""
+        return self._each(Depths.radius, depth)
+
+    def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
+        """Contact radius a [m] from the stiffness radius a kappa [m]."""
+        return self._punches.radius(as_array(stiffness_radius) / self.thickness) * self.thickness
+
+    @property
+    def max_depth(self) -> Array:
+        """Depth [m] of each row at which the tables end."""
+        return self._deepest[self.which]
+
+    @cached_property
+    def _widest(self) -> Array:
+        """Largest contact radius [m] on each distinct layer."""
+        return np.minimum(largest_radius(self.profile), PANELS[-1] * self._distinct[0])
+
+    @cached_property
+    def _deepest(self) -> Array:
+        made = contacts(self.profile, self.poisson_ratio, float(self._distinct[0][0]), float(self._widest[-1]))
+        return made.own_depth(self._distinct[0], made.at(self.profile.transform(self._widest)))
+
+    @cached_property
+    def _similar(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The thinnest one of each group of similar layers, and the group of each distinct layer."""
+        group = np.floor(np.log(self._distinct[0]) / _SIMILAR)
+        _, chosen, which = np.unique(group, return_index=True, return_inverse=True)
+        return chosen, which.reshape(-1)
+
+    @property
+    def sampled(self) -> NDArray[np.intp]:
+        """Number of the samples of each distinct layer; similar layers share them."""
+        return self._similar[1]
+
+    @cached_property
+    def samples(self) -> Samples:
+        """Depths and force integrals over the logarithm of the depth on a half-space."""
+        thickness, chosen = self._distinct[0], self._similar[0]
+        end = min(largest_radius(self.profile), PANELS[-1] * _power_of_two(float(thickness[-1]), math.ceil))
+        made = self._contacts(float(thickness[0]), end)
+        knots, contact, flat = made.sampled
+        # Beyond the end of the tables.
+        with np.errstate(all="ignore"):
+            depth, _, integral = np.log(made.on(thickness[chosen], contact, loads=True))
+        inside = contact.radius <= self._widest[chosen][:, None]
+        depth = np.maximum.accumulate(np.where(inside, depth, -_RIGID), axis=1)
+        integral = np.where(inside, integral, _RIGID)
+        # At small depths both have constant ratios to those of the half-space.
+        count = contact.radius.size
+        pad = ((0, 0), (knots.size - count, 0))
+        depth = np.pad(depth - knots[-count:], pad, mode="edge") + knots
+        integral = np.pad(integral - flat[-count:], pad, mode="edge") + flat
+        return Samples(knots, depth, integral)
+
+    def _contacts(self, thinnest: float, end: float) -> Contacts:
+        """Contacts up to a radius [m]; similar rows share them."""
+        return contacts(self.profile, self.poisson_ratio, _power_of_two(thinnest, math.floor), end)
+
+    def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
+        """Tables of the distinct layers; those with tables of the same largest contact radius are made together."""
+        knots = self.samples.knots
+        ends, small = np.empty((2, deepest.size))
+        for n, (depth, integral) in enumerate(zip(*self.samples[1:], strict=True)):
+            rows = self.sampled == n
+            ends[rows] = np.interp(np.log(deepest[rows]), depth, knots)
+            # At a sample that is not deeper.
+            place = np.searchsorted(depth, np.log(least[rows]), side="right") - 1
+            small[rows] = np.exp(integral[np.maximum(place, 0)])
+        # Rounded up, so that similar rows share their contacts.
+        levels, level = np.unique(np.ceil(_LEVELS * ends), return_inverse=True)
+        # Rounding must not exceed the end of the profile.
+        radii = np.minimum(np.exp(levels / _LEVELS), self.profile.transform(self._widest[-1]))
+        radii = np.minimum(self.profile.contact_radius(radii)[level.reshape(-1)], self._widest)
+        found, numbers = list[Tables](), list[NDArray[np.intp]]()
+        pending = np.argsort(-radii, kind="stable")
+        while pending.size:
+            end = float(radii[pending[0]])
+            together = self._widest[pending] >= end
+            layers, pending = np.sort(pending[together]), pending[~together]
+            thickness = self._distinct[0][layers]
+            found += self._contacts(float(thickness[0]), end).tables(thickness, small[layers], rtol)
+            numbers.append(layers)
+        if len(found) == 1:
+            return found[0]
+        # In the order of the layers.
+        order = np.argsort(np.concatenate(numbers))
+        table = joined([one.table for one in found])
+        depth, radius = np.hstack([one[1:] for one in found])[:, order]
+        return Tables(PathTable._make([*(one[order] for one in table[:-1]), table.power]), depth, radius)
+
+
+def _power_of_two(value: float, rounded: Callable[[float], int]) -> float:
+    return 2.0 ** rounded(math.log2(value))
+
 
 # Change of the Poisson ratio in time that does not matter, and the value above which every change may be neglected.
 CONSTANT, INCOMPRESSIBLE = 1e-9, 0.498
@@ -45,9 +444,9 @@ class Layer(Geometry):
     Parameters
     ----------
     profile : Profile
-        Profile of the body. Its parameters may be arrays if it is a power law.
+        Profile of the body.
     thickness : float or array
-        Thickness h of the layer [m], > 0; single under a flat punch.
+        Thickness h of the layer [m], > 0.
     base : {"bonded", "frictionless"}
         Whether the layer sticks to the base or slides on it without friction.
     strict : bool
@@ -101,28 +500,24 @@ class Layer(Geometry):
         object.__setattr__(self, "needs_poisson_ratio", self.base == "bonded")
         if not isinstance(self.profile, Profile):
             raise InputTypeError("profile", self.profile, "must be a Profile, such as Parabola(radius)")
-        if self.profile.path_exponent == 0.0:
-            single("thickness", self.thickness, "m")
-        if not self._is_power_law and np.ndim(self.profile.contact_radius(0.0)):
-            raise InputError("profile", self.profile, "must have single numbers as parameters on a layer")
 
     def between(self, material: Material, counter_material: Material | None) -> Self:
         """Return the layer with the Poisson ratio of its material; refuse a second body that deforms."""
         if counter_material is not None:
-            wanted = "must be left out on a layer: the compliances of a layer and of another body are not proportional"
-            raise InputError("counter_material", wanted=wanted)
+            rule = "must be left out on a layer: the compliances of a layer and of another body are not proportional"
+            raise InputError("counter_material", rule=rule)
         if self.base == "frictionless":
             return self
         low, high = poisson_ratios(material)
         relaxes = high - low > CONSTANT and low <= INCOMPRESSIBLE
         moduli = [one for one in (material.shear, material.bulk) if isinstance(one, PronySeries)]
         if relaxes and any(one.parallel_viscosity > 0.0 for one in moduli):
-            wanted = "must have no parallel dashpot on a bonded layer, unless its Poisson ratio is constant in time"
-            raise InputError("material", wanted=wanted)
-        if relaxes and self.strict and self.path_exponent != 0.0:
-            wanted = "must have a Poisson ratio that does not change in time, or stays above "
-            wanted += f"{INCOMPRESSIBLE:g}, on a bonded layer; that of this one is between {low:.3g} and {high:.3g}"
-            raise InputError("material", wanted=wanted)
+            rule = "must have no parallel dashpot on a bonded layer, unless its Poisson ratio is constant in time"
+            raise InputError("material", rule=rule)
+        if relaxes and self.strict and not self._is_punch:
+            rule = "must have a Poisson ratio that does not change in time, or stays above "
+            rule += f"{INCOMPRESSIBLE:g}, on a bonded layer; that of this one is between {low:.3g} and {high:.3g}"
+            raise InputError("material", rule=rule)
         # The same material gives slightly different numbers after changes of its form.
         poisson_ratio = round(material.poisson_ratio, _DIGITS)
         confinement = max(4.0 * high / (1.0 - 2.0 * high), 0.0) if high < 0.5 else np.inf
@@ -134,26 +529,32 @@ class Layer(Geometry):
         return bound
 
     @property
+    def smooth(self) -> bool:
+        """Whether tables count as smooth: under parabola and cone, and only where the modulus is approximate."""
+        exponent = self.profile.path_exponent
+        return self._relaxes and exponent is not None and bool(np.all(np.isin(exponent, (1.0, 2.0))))
+
+    @property
     def separable(self) -> bool:
         """Whether contacts of all sizes have the reduced modulus of the material."""
         return not self._relaxes
 
-    def effective_moduli(self, material: Material, contact_radius: Array) -> PronyColumns:
+    def effective_moduli(self, material: Material, contact_radius: Array) -> PronySeries:
         """Reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
         radii = np.ravel(contact_radius / self.thickness)
-        if self.path_exponent == 0.0:
+        if self._is_punch:
             # All contacts have the radius of the punch.
             known = radii[np.isfinite(radii)]
             series = effective_modulus(material, float(known[0]) if known.size else 0.0)
-            return PronyColumns.stacked([series]).repeated(radii.size)
+            return series.broadcast_to((radii.size,))
         return effective_moduli(material).at(np.where(np.isfinite(radii), _PLACE * radii, 0.0))
 
     @property
     def _ratio(self) -> float | None:
         """Poisson ratio of a bonded layer."""
         if self.base == "bonded" and self._poisson_ratio is None:
-            wanted = "has no Poisson ratio yet: a bonded layer takes that of the material of its Contact or Impact"
-            raise InputError("profile", self, wanted)
+            rule = "has no Poisson ratio yet: a bonded layer takes that of the material of its Contact or Impact"
+            raise InputError("profile", self, rule)
         return self._poisson_ratio
 
     @cached_property
@@ -162,15 +563,42 @@ class Layer(Geometry):
         return depths(unit.profile, unit.thickness, self._ratio)
 
     @property
+    def apart(self) -> tuple[str, ...]:
+        """Those of the profile; all numbers of a flat punch, whose stiffness depends on a/h."""
+        return tuple(self.numbers) if self._is_punch else self.profile.apart
+
+    def changed(self, numbers: Mapping[str, Any]) -> Self:
+        """Return the layer with other `numbers` by name, and the same Poisson ratio."""
+        layer = super().changed(numbers)
+        vars(layer).update({name: getattr(self, name) for name in ("_poisson_ratio", "_relaxes", "_confinement")})
+        return layer
+
+    @cached_property
+    def _is_split(self) -> bool:
+        """Whether there are several layers without a common table."""
+        return any(np.ndim(self.numbers[name]) for name in self.apart)
+
+    @property
     def _is_several(self) -> bool:
         """Whether layers of several sizes are not similar."""
-        return bool(np.ndim(self.thickness)) and not self._is_power_law
+        return bool(self.rows) and not self._is_power_law
 
     def _each(self, name: str, depth: ArrayLike) -> Array:
-        """Evaluate a method of the rows at depths that broadcast with the thickness."""
-        rows, shape = self.similar.geometry, np.broadcast_shapes(np.shape(depth), np.shape(self.thickness))
+        """Evaluate a method of the rows at depths that broadcast with the numbers."""
+        shape = np.broadcast_shapes(np.shape(depth), self.rows)
+        depths = np.broadcast_to(depth, shape).reshape(-1)
+        if self._is_split:
+            singles = (self.take(shape, np.array(n)) for n in range(depths.size))
+            return np.array([getattr(layer, name)(d) for layer, d in zip(singles, depths, strict=True)]).reshape(shape)
+        rows = self.similar.geometry
         assert isinstance(rows, LayerRows)
-        return getattr(rows.raveled(shape), name)(np.broadcast_to(depth, shape).reshape(-1)).reshape(shape)
+        return getattr(rows.raveled(shape), name)(depths).reshape(shape)
+
+    @property
+    def _is_punch(self) -> bool:
+        """Whether the contact has one radius at all depths."""
+        exponent = self.profile.path_exponent
+        return exponent is not None and bool(np.all(np.asarray(exponent) == 0.0))
 
     @property
     def _is_power_law(self) -> bool:
@@ -181,7 +609,7 @@ class Layer(Geometry):
     @cached_property
     def similar(self) -> Similar:
         """The layer of thickness 1 m under ``g = x^n``, for a profile that is a power law; rows for several others."""
-        if self._is_several:
+        if self._is_several and not self._is_split:
             ones = np.ones(np.shape(self.thickness))
             return Similar(LayerRows(self.profile, as_array(self.thickness), self._ratio), ones, ones)
         if not self._is_power_law:
@@ -193,8 +621,8 @@ class Layer(Geometry):
         with np.errstate(all="ignore"):
             radius: Any = np.asarray(self.thickness / coefficient)[()] ** (2.0 / exponent)
         if not np.all((radius > 0.0) & (radius < math.inf)):
-            wanted = "must be nearer to the size of the profile, as their ratio is no number that a double can hold"
-            raise InputError("thickness", self.thickness, wanted, "m")
+            rule = "must be nearer to the size of the profile, as their ratio is no number that a double can hold"
+            raise InputError("thickness", self.thickness, rule, "m")
         return Similar(unit, radius if np.ndim(radius) else float(radius), self.thickness)
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
@@ -236,19 +664,19 @@ class Layer(Geometry):
         deepest = self._depths.max_depth
         place = depth / self.similar.depth
         if np.any(place > deepest * (1.0 + 1e-14)):
-            wanted = f"must be <= {np.min(self.max_depth):g} m, where the tables of the layer end"
-            raise InputError("depth", float(np.max(depth)), wanted, "m")
+            rule = f"must be <= {np.min(self.max_depth):g} m, where the tables of the layer end"
+            raise InputError("depth", float(np.max(depth)), rule, "m")
         return self._depths.half_space_depth(np.minimum(place, deepest))
 
     @property
     def path_exponent(self) -> Numeric | None:
         """Exponent of a kappa = c s^p: 0 for a flat punch, None for other profiles."""
-        return 0.0 if self.profile.path_exponent == 0.0 else None
+        return 0.0 if self._is_punch else None
 
     @property
     def path_coefficient(self) -> Numeric | None:
         """Coefficient of a kappa = c s^p: a kappa [m] for a flat punch, None for other profiles."""
-        return float(self.stiffness_radius(0.0)) if self.path_exponent == 0.0 else None
+        return plain(self.stiffness_radius(0.0)) if self._is_punch else None
 
     @property
     def tip_radius(self) -> Numeric:

@@ -1,6 +1,7 @@
 // The body that falls, presses and flies back: once to scale, once the contact enlarged.
-import { colours } from "./theme.js";
-import { element } from "./inputs.js";
+import { draw, lines, node, round, words } from "./drawing.js";
+import { element } from "./elements.js";
+import { colours, onTheme, printing } from "./theme.js";
 import { phrase } from "./units.js";
 
 const FLIGHT = 0.6; // The enlarged picture shows this part of the contact time before and after it.
@@ -10,13 +11,12 @@ export class Ball {
     this.root = root;
     this.clock = clock;
     this.outputs = outputs;
-    this.scene = new Scene("The body, to scale");
-    this.zoom = new Scene("The contact, enlarged");
+    this.scene = new Scene("The body, to scale", () => this.draw());
+    this.zoom = new Scene("The contact, enlarged", () => this.draw());
     this.readout = element("p", { className: "readout" });
     this.note = element("p", { className: "note", hidden: true },
       "A section through two faces. The surface around a pyramid is not known; the dashed line is the surface before the impact.");
     root.append(this.scene.root, this.zoom.root, this.note, this.readout);
-    this.scene.onSize = this.zoom.onSize = () => this.draw();
     clock.onTick(() => this.draw());
   }
 
@@ -44,8 +44,8 @@ export class Ball {
       return;
     }
     const { phase } = this.clock;
-    this.scene.paint((pen) => this.whole(pen, phase));
-    this.zoom.paint((pen) => this.contact(pen, phase));
+    this.scene.show((view) => this.whole(view, phase));
+    this.zoom.show((view) => this.contact(view, phase));
     const [depth, force] = [this.at("indentation_depth"), this.at("force")];
     const { time, indentation_depth, force: forces } = this.outputs;
     this.readout.textContent = `t = ${phrase(this.clock.time, time, 3)}   d = ${phrase(depth, indentation_depth, 3)}   `
@@ -65,52 +65,39 @@ export class Ball {
     return this.at("indentation_depth");
   }
 
-  whole(pen, phase) {
-    const { radius, across, e, round } = this.prepared;
-    const palette = colours();
-    const { ctx, width, height, em } = pen;
+  whole({ width, height, palette }, phase) {
+    const { radius, across, e, round: isRound } = this.prepared;
+    const { em, thickness } = palette;
     const scale = Math.min(height / (6.1 * radius), width / (2.3 * across));
     const ground = height - 0.75 * radius * scale;
-    const middle = width / 2;
     const flight = 3 * radius * scale;
-    ctx.fillStyle = palette.ground;
-    ctx.fillRect(0, ground, width, height - ground);
-    line(ctx, palette.muted, 1.5, [[0, ground], [width, ground]]);
-    const body = (lift, alpha) => {
-      ctx.globalAlpha = alpha;
-      ctx.beginPath();
-      if (round) ctx.ellipse(middle, ground - lift - radius * scale, across * scale, radius * scale, 0, 0, 2 * Math.PI);
-      else outline(ctx, this.prepared, middle, ground - lift, scale);
-      ctx.fillStyle = palette.body;
-      ctx.fill();
-      ctx.strokeStyle = palette.ink;
-      ctx.lineWidth = 1.5 * palette.thickness;
-      ctx.stroke();
-      ctx.globalAlpha = 1;
+    const body = (lift, opacity) => {
+      const style = { fill: palette.body, stroke: palette.ink, "stroke-width": round(1.5 * thickness), opacity };
+      return isRound ? ["ellipse", { cx: round(width / 2), cy: round(ground - lift - radius * scale), rx: round(across * scale), ry: round(radius * scale), ...style }]
+        : ["path", { d: outline(this.prepared, width / 2, ground - lift, scale), ...style }];
     };
     const lift = phase < 0 ? -phase * flight : phase > 1 ? e * (phase - 1) * flight : -this.depth(phase, 0) * scale;
-    for (let n = 4; n > 0; n--) {
-      if (phase < 0 && n / 4 > -phase) body((n / 4) * flight, 0.1);
-      if (phase > 1 && n / 4 < phase - 1) body((e * n * flight) / 4, 0.1);
-    }
-    body(lift, 1);
-    ctx.font = `${0.8 * em}px ${palette.font}`;
-    ctx.textBaseline = "middle";
-    const level = (share, words, right) => {
+    // Where the body was a moment ago, or will be.
+    const ghosts = [4, 3, 2, 1].flatMap((n) => (phase < 0 && n / 4 > -phase ? [body((n / 4) * flight, 0.1)]
+      : phase > 1 && n / 4 < phase - 1 ? [body((e * n * flight) / 4, 0.1)] : []));
+    const level = (share, text, right) => {
       const y = ground - share * flight;
-      line(ctx, palette.muted, 1, [[0, y], [width, y]], [4, 4]);
-      ctx.textAlign = right ? "right" : "left";
-      ctx.fillStyle = palette.ink;
-      ctx.fillText(words, right ? width - 5 : 5, y - 0.7 * em);
+      return [line(palette.muted, thickness, [[0, y], [width, y]], true),
+        words(text, right ? width - 5 : 5, y - 0.7 * em, 0.8 * em, palette.ink, { anchor: right ? "end" : "start" })];
     };
-    level(1, "start");
-    if (phase > 0.999) level(e, `e = ${e.toFixed(3)}`, true);
+    return [
+      ["rect", { x: 0, y: round(ground), width, height: round(height - ground), fill: palette.ground }],
+      line(palette.muted, 1.5 * thickness, [[0, ground], [width, ground]]),
+      ...ghosts,
+      body(lift, 1),
+      ...level(1, "start", false),
+      ...(phase > 0.999 ? level(e, `e = ${e.toFixed(3)}`, true) : []),
+    ];
   }
 
-  contact(pen, phase) {
+  contact({ width, height, palette }, phase) {
     const { extent, stretch, reach, maxForce, profile } = this.prepared;
-    const palette = colours();
-    const { ctx, width, height, em } = pen;
+    const { em, thickness } = palette;
     const scale = width / (2 * extent);
     const ground = 0.56 * height;
     const x = (r) => width / 2 + r * scale;
@@ -123,40 +110,19 @@ export class Ball {
     const count = 160;
     const radii = Array.from({ length: 2 * count + 1 }, (_, n) => 1.03 * extent * (n / count - 1));
     const [left, right, below] = [x(radii[0]), x(radii.at(-1)), height + 10];
-    ctx.beginPath();
-    ctx.moveTo(left, below);
-    for (const r of radii) ctx.lineTo(x(r), y(dip(Math.abs(r))));
-    ctx.lineTo(right, below);
-    ctx.closePath();
-    ctx.fillStyle = palette.ground;
-    ctx.fill();
-    ctx.strokeStyle = palette.muted;
-    ctx.lineWidth = 2 * palette.thickness;
-    if (profile.semi_axis !== null) ctx.stroke();
-    line(ctx, palette.muted, 1, [[0, ground], [width, ground]], [4, 4]);
-    ctx.beginPath();
-    for (const r of radii) ctx.lineTo(x(r), Math.max(y(depth - shapeAt(profile, Math.abs(r))), -10));
-    ctx.lineTo(right, -10);
-    ctx.lineTo(left, -10);
-    ctx.closePath();
-    ctx.fillStyle = palette.body;
-    ctx.fill();
-    ctx.strokeStyle = palette.ink;
-    ctx.lineWidth = 2 * palette.thickness;
-    ctx.stroke();
-    if (edge > 0) {
-      for (const side of [-1, 1]) {
-        line(ctx, palette.accent, 2.5, [[x(side * edge), y(dip(edge)) + 3], [x(side * edge), y(dip(edge)) + 0.9 * em]]);
-      }
-    }
-    ctx.font = `${0.85 * em}px ${palette.font}`;
-    if (inside) this.arrow(ctx, palette, em, width / 2, y(depth), (0.42 * height * this.at("force")) / maxForce);
-    ruler(ctx, palette, em, width, height, scale, this.outputs.indentation_depth);
-    if (stretch > 1) {
-      ctx.textAlign = "right";
-      ctx.fillStyle = palette.ink;
-      ctx.fillText(`heights × ${stretch}`, width - 8, height - 0.9 * em);
-    }
+    const surface = [[left, below], ...radii.map((r) => [x(r), y(dip(Math.abs(r)))]), [right, below]];
+    const body = [...radii.map((r) => [x(r), Math.max(y(depth - shapeAt(profile, Math.abs(r))), -10)]), [right, -10], [left, -10]];
+    const wide = round(2 * thickness);
+    const known = profile.semi_axis !== null;
+    return [
+      ["path", { d: `${lines(surface)}Z`, fill: palette.ground, ...(known && { stroke: palette.muted, "stroke-width": wide }) }],
+      line(palette.muted, thickness, [[0, ground], [width, ground]], true),
+      ["path", { d: `${lines(body)}Z`, fill: palette.body, stroke: palette.ink, "stroke-width": wide }],
+      ...(edge > 0 ? [-1, 1].map((side) => line(palette.accent, 2.5 * thickness, [[x(side * edge), y(dip(edge)) + 3], [x(side * edge), y(dip(edge)) + 0.9 * em]])) : []),
+      ...(inside ? this.arrow(palette, width / 2, y(depth), (0.42 * height * this.at("force")) / maxForce) : []),
+      ...ruler(palette, width, height, scale, this.outputs.indentation_depth),
+      ...(stretch > 1 ? [words(`heights × ${stretch}`, width - 8, height - 0.9 * em, 0.85 * em, palette.ink, { anchor: "end" })] : []),
+    ];
   }
 
   // Displacement of the surface over the radius.
@@ -174,52 +140,37 @@ export class Ball {
     return (r) => (r < edge ? within(r) : edge > 0 ? (within(edge) * 2 * Math.asin(edge / r)) / Math.PI : 0);
   }
 
-  arrow(ctx, palette, em, left, tip, length) {
-    if (length < 4) return;
+  arrow({ ink, em, thickness }, left, tip, length) {
+    if (length < 4) return [];
     const start = tip - 4;
     const end = start - length;
-    line(ctx, palette.ink, 3, [[left, start], [left, end + 8]]);
-    ctx.beginPath();
-    ctx.moveTo(left, end);
-    ctx.lineTo(left - 6, end + 11);
-    ctx.lineTo(left + 6, end + 11);
-    ctx.fillStyle = palette.ink;
-    ctx.fill();
-    ctx.textAlign = "left";
-    ctx.textBaseline = "middle";
-    ctx.fillText(`F = ${phrase(this.at("force"), this.outputs.force, 3)}`, left + 10, Math.max(Math.min(end + 10, tip - 1.5 * em), 0.8 * em));
+    return [
+      line(ink, 3 * thickness, [[left, start], [left, end + 8]]),
+      ["path", { d: `${lines([[left, end], [left - 6, end + 11], [left + 6, end + 11]])}Z`, fill: ink }],
+      words(`F = ${phrase(this.at("force"), this.outputs.force, 3)}`, left + 10, Math.max(Math.min(end + 10, tip - 1.5 * em), 0.8 * em), 0.85 * em, ink),
+    ];
   }
 }
 
+// A picture that is drawn anew at each moment.
 class Scene {
-  constructor(words) {
-    this.canvas = element("canvas");
-    this.canvas.setAttribute("aria-hidden", "true");
-    this.caption = element("p", { className: "caption" }, words);
-    this.root = element("div", { className: "scene" }, this.canvas, this.caption);
-    this.onSize = () => {};
-    new ResizeObserver(() => this.fit()).observe(this.canvas);
+  constructor(text, onSize) {
+    this.svg = node("svg", { "aria-hidden": true });
+    this.caption = element("p", { className: "caption" }, text);
+    this.root = element("div", { className: "scene" }, this.svg, this.caption);
+    this.size = { width: 0, height: 0 };
+    new ResizeObserver(() => {
+      const { width, height } = this.svg.getBoundingClientRect();
+      if (printing()) return;
+      this.size = { width, height };
+      this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+      onSize();
+    }).observe(this.svg);
+    onTheme(onSize);
   }
 
-  fit() {
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    const ratio = devicePixelRatio;
-    if (this.canvas.width === Math.round(width * ratio) && this.canvas.height === Math.round(height * ratio)) return;
-    this.canvas.width = Math.round(width * ratio);
-    this.canvas.height = Math.round(height * ratio);
-    this.size = { width, height };
-    this.onSize();
-  }
-
-  paint(draw) {
-    if (!this.size?.width) return;
-    const ctx = this.canvas.getContext("2d");
-    ctx.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    this.draw = draw;
-    ctx.save();
-    ctx.scale(devicePixelRatio, devicePixelRatio);
-    draw({ ctx, ...this.size, em: colours().em });
-    ctx.restore();
+  show(shapes) {
+    if (this.size.width) draw(this.svg, shapes({ ...this.size, palette: colours() }));
   }
 }
 
@@ -259,39 +210,29 @@ function shapeAt({ radius, height, curvature }, r) {
 }
 
 // The outline of a body that is not round: its profile with a lid.
-function outline(ctx, { profile, radius, across }, left, bottom, scale) {
+function outline({ profile, radius, across }, left, bottom, scale) {
   const top = 2 * radius;
   const count = 120;
   const half = Array.from({ length: count + 1 }, (_, n) => (n / count) * across).filter((r) => shapeAt(profile, r) < top);
   const widest = half.at(-1);
-  for (const r of [...half.toReversed().map((one) => -one), ...half]) ctx.lineTo(left + r * scale, bottom - shapeAt(profile, Math.abs(r)) * scale);
-  ctx.lineTo(left + widest * scale, bottom - top * scale);
-  ctx.lineTo(left - widest * scale, bottom - top * scale);
-  ctx.closePath();
+  const lower = [...half.toReversed().map((one) => -one), ...half].map((r) => [r, shapeAt(profile, Math.abs(r))]);
+  return `${lines([...lower, [widest, top], [-widest, top]].map(([r, h]) => [left + r * scale, bottom - h * scale]))}Z`;
 }
 
-function line(ctx, colour, width, points, dash = []) {
-  const { thickness } = colours();
-  ctx.strokeStyle = colour;
-  ctx.lineWidth = width * thickness;
-  ctx.setLineDash(dash.map((part) => part * thickness));
-  ctx.beginPath();
-  for (const [x, y] of points) ctx.lineTo(x, y);
-  ctx.stroke();
-  ctx.setLineDash([]);
+function line(stroke, width, points, dashed = false) {
+  return ["path", { d: lines(points), fill: "none", stroke, "stroke-width": round(width), ...(dashed && { "stroke-dasharray": "4 4" }) }];
 }
 
 // A bar of a round length.
-function ruler(ctx, palette, em, width, height, scale, quantity) {
+function ruler({ ink, em, thickness }, width, height, scale, quantity) {
   const rough = (0.22 * width) / scale;
   const power = Math.pow(10, Math.floor(Math.log10(rough)));
   const length = [5, 2, 1].map((one) => one * power).find((one) => one <= rough) ?? power;
   const y = height - 0.7 * em;
-  line(ctx, palette.ink, 2, [[8, y - 4], [8, y], [8 + length * scale, y], [8 + length * scale, y - 4]]);
-  ctx.textAlign = "left";
-  ctx.textBaseline = "middle";
-  ctx.fillStyle = palette.ink;
-  ctx.fillText(phrase(Number(length.toPrecision(3)), quantity, 1), 8, y - em);
+  return [
+    line(ink, 2 * thickness, [[8, y - 4], [8, y], [8 + length * scale, y], [8 + length * scale, y - 4]]),
+    words(phrase(Number(length.toPrecision(3)), quantity, 1), 8, y - em, 0.85 * em, ink),
+  ];
 }
 
 const slow = (factor) => (factor >= 1.5 ? `${Number(factor.toPrecision(2)).toLocaleString("en")} times slower`

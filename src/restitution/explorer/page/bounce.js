@@ -1,6 +1,6 @@
 // The tab of a ball that bounces to rest.
 import { picture } from "./curves.js";
-import { element } from "./inputs.js";
+import { element } from "./elements.js";
 import { Notes, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { phrase } from "./units.js";

@@ -1,5 +1,5 @@
 // Formulas in plain text, such as "eta (v0 R/(m^2 Ginf^3))^(1/5)", with Greek letters, subscripts and powers.
-import { element } from "./inputs.js";
+import { element } from "./elements.js";
 
 const LETTERS = { nu: "ν", eta: "η", tau: "τ", log: "log" };
 const PARTS = /\^\(([^()]*)\)|\^(-?\d+)|\be([+-]\d+)\b|(\d(?:\.\d+)?)e([+-]\d+)|(?<![A-Za-z_])(E\*|[A-Za-z]|nu|eta|tau|log)(_[a-z]+|_?\d+|inf)?(?:_(inc|0))?(?![A-Za-z])/g;

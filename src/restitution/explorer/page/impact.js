@@ -1,14 +1,12 @@
 // The tab of one impact: the ball, the numbers, and all curves with a common cursor of time.
 import { Ball, interpolate } from "./ball.js";
-import { Clock } from "./clock.js";
+import { Clock, timeControl } from "./clock.js";
 import { picture } from "./curves.js";
-import { element } from "./inputs.js";
+import { files, menu } from "./downloads.js";
+import { element } from "./elements.js";
 import { planePicture } from "./map.js";
 import { Assumptions, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
-import { timeControl } from "./player.js";
-import { files, menu } from "./save.js";
-import { svgOfScenes } from "./svg.js";
 import { convert, digits, phrase } from "./units.js";
 
 const TILES = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
@@ -37,7 +35,7 @@ export class ImpactTab {
     this.numbers = new Numbers(root, [...TILES, "p2", "p3"], outputs);
     const stage = element("section", { className: "card stage" }, element("header", {},
       element("h3", { id: "stage-title" }, "Slow motion"),
-      menu("Slow motion", files("slow-motion", () => svgOfScenes([this.ball.scene, this.ball.zoom], "Slow motion"),
+      menu("Slow motion", files("slow-motion", () => stage,
         () => MOTION.map((name) => ({ name, unit: outputs[name].unit, values: this.answer.curves.history[name] }))))));
     stage.setAttribute("aria-labelledby", "stage-title");
     const scenes = element("div", { className: "scenes" });
@@ -137,7 +135,7 @@ export class ImpactTab {
 
   pickVelocity(x, done) {
     const value = x / this.velocityUnit.factor;
-    const { low, high } = this.app.state.byKey.get("impact.velocity");
+    const { low, high } = this.app.state.inputs.byKey.get("impact.velocity");
     this.app.state.set({ "impact.velocity": Number(Math.min(Math.max(value, low), high).toPrecision(3)) }, done);
   }
 

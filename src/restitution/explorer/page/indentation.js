@@ -1,6 +1,6 @@
 // The tab of a prescribed indentation: a triangle or a hold, as an atomic force microscope makes it.
 import { picture } from "./curves.js";
-import { element } from "./inputs.js";
+import { element } from "./elements.js";
 import { Notes, Numbers } from "./numbers.js";
 import { Panel } from "./panel.js";
 import { phrase } from "./units.js";

@@ -1,5 +1,5 @@
 // The numbers of the present setting, and the assumptions of the theory with theirs.
-import { element, sentence } from "./inputs.js";
+import { element, sentence } from "./elements.js";
 import { superscript, symbolNodes, withUnit } from "./units.js";
 
 const STATES = { ok: ["✓", "holds"], doubtful: ["!", "doubtful"], unknown: ["?", "not checked"], note: ["i", "note"] };

@@ -3,17 +3,6 @@ import { groups, instantaneousPoissonRatio } from "./interpolant.js";
 import { logspace } from "./map.js";
 import { digits } from "./units.js";
 
-const ONLY = { "material.model": "standard_solid", "profile.type": "parabola", bulk: "poisson_ratio" };
-const WITHOUT = new Set(["material.density", "impact.external_force", "impact.body_size", "impact.material_of"]);
-
-// The schema with what can be answered here.
-export function reduced(schema) {
-  const inputs = schema.inputs.filter((input) => !WITHOUT.has(input.key)).map((input) => (input.key in ONLY
-    ? { ...input, options: input.options.filter((option) => option.value === ONLY[input.key]) } : input));
-  const fits = ({ state }) => Object.entries(state).every(([key, value]) => !key.startsWith("indentation.") && (ONLY[key] ?? value) === value);
-  return { ...schema, inputs, presets: schema.presets.filter(fits) };
-}
-
 const SHOWN = new Set(["impact", "velocity"]);
 
 export class Offline {
@@ -52,7 +41,7 @@ export class Offline {
   velocity(state) {
     const { nu, p2, p3 } = this.numbers(state);
     const { low, high } = this.schema.inputs.find((input) => input.key === "impact.velocity");
-    const velocity = [...logspace(Math.log10(low), Math.log10(high), 64)];
+    const velocity = [...logspace([low, high], 64)];
     const e = velocity.map((one) => {
       const found = this.paper.restitution(nu, p2, p3 * (one / state["impact.velocity"]) ** 0.2);
       return Number.isFinite(found) ? found : null;

@@ -1,19 +1,20 @@
 // Puts the page together: schema, state, requests, tabs.
 import { BounceTab } from "./bounce.js";
 import { Connection } from "./connection.js";
-import { Dropped } from "./dropped.js";
+import { Controls } from "./controls.js";
+import { describe } from "./description.js";
+import { bindHeader } from "./header.js";
 import { ImpactTab } from "./impact.js";
 import { IndentationTab } from "./indentation.js";
 import { Inputs } from "./inputs.js";
 import { load } from "./interpolant.js";
-import { Offline, reduced } from "./offline.js";
+import { Offline } from "./offline.js";
 import { PaperTab } from "./paper.js";
 import { Pins } from "./pins.js";
 import { State } from "./state.js";
-import { bindTools } from "./tools.js";
 import { onTheme } from "./theme.js";
 import { phrase, setSystem, setSystems } from "./units.js";
-import * as ways from "./ways.js";
+import { Uploads } from "./uploads.js";
 
 const $ = (id) => document.getElementById(id);
 const LIVE = document.querySelector('meta[name="restitution"]').content === "live";
@@ -39,9 +40,8 @@ class App {
   }
 
   async startOffline() {
-    const [whole, claims] = await Promise.all(["schema", "paper"].map(async (name) => (await fetch(`static/${name}.json`)).json()));
+    const [schema, claims] = await Promise.all(["schema", "paper"].map(async (name) => (await fetch(`static/${name}.json`)).json()));
     this.paper = await load("static/interpolant.json");
-    const schema = reduced(whole);
     this.backend = new Offline(schema, this.paper, claims, (answer, asked) => this.receive(answer, asked));
     this.start(schema);
   }
@@ -49,9 +49,9 @@ class App {
   start(schema) {
     this.schema = schema;
     setSystems(schema.units);
-    this.state = new State(schema);
+    this.state = new State(new Inputs(schema.inputs), schema.state);
     setSystem(this.state.get("page.units"));
-    ways.attach(this);
+    describe(this);
     this.pins = new Pins($("compare"), this.state, schema.outputs, (kind, values, channel) =>
       this.backend.ask(kind, { state: this.state.case(values) }, channel));
     $("pin-place").replaceWith(this.pins.button);
@@ -66,15 +66,15 @@ class App {
       $("address-message").hidden = true;
       this.showIgnored();
     });
-    this.inputs = new Inputs(schema, this.state, $("settings"));
+    this.controls = new Controls(schema, this.state, $("settings"), () => this.tab);
     if (LIVE) {
-      this.files = new Dropped(this, $("open-file"), $("file-message"));
+      this.files = new Uploads(this, $("open-file"), $("file-message"));
       load("static/interpolant.json").then((paper) => {
         this.paper = paper;
         this.redraw();
       });
     }
-    bindTools(this);
+    bindHeader(this);
     this.showIgnored();
     onTheme(() => this.redraw());
     this.changed();
@@ -176,7 +176,7 @@ class App {
     // Without a server, numbers may be those of other inputs.
     const gone = document.documentElement.dataset.connection ?? "open";
     $(`view-${this.tab}`).classList.toggle("stale", Boolean(bad) || gone !== "open");
-    this.inputs.fault(bad?.field, bad?.error ?? "");
+    this.controls.fault(bad?.field, bad?.error ?? "");
   }
 
   // Words of an address that are no input are named.
@@ -207,7 +207,7 @@ class App {
     box.textContent = words;
     box.hidden = !words;
     document.documentElement.dataset.connection = word;
-    if (this.inputs) this.showProblem();
+    if (this.controls) this.showProblem();
   }
 }
 

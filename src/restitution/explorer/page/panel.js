@@ -1,7 +1,8 @@
 // A card with one picture: title, legend, menu to save it, and a sentence for readers of the screen.
-import { dashOf, Figure } from "./figure.js";
-import { element } from "./inputs.js";
-import { saveMenu } from "./save.js";
+import { Figure, strokeOf } from "./figure.js";
+import { element } from "./elements.js";
+import { node } from "./drawing.js";
+import { files, menu } from "./downloads.js";
 
 let number = 0;
 
@@ -16,7 +17,7 @@ export class Panel {
     this.note = element("p", { className: "note", hidden: true });
     this.summary = element("p", { className: "sr-only" });
     this.root = element("section", { className: "card picture" },
-      element("header", {}, this.heading, saveMenu(this)), this.legend, this.figure.root, this.note, this.summary);
+      element("header", {}, this.heading, menu(title, files(name, () => this.root, () => (typeof this.columns === "function" ? this.columns() : this.columns)))), this.legend, this.figure.root, this.note, this.summary);
     this.root.setAttribute("aria-labelledby", this.heading.id);
     this.root.dataset.panel = name;
   }
@@ -34,7 +35,7 @@ export class Panel {
   draw(curves) {
     // The present curves are drawn last, and named first.
     const named = curves.filter((curve) => curve.label).reverse();
-    const key = named.map((curve) => [curve.label, curve.colour, curve.dash, curve.letter].join()).join("|");
+    const key = JSON.stringify(named.map((curve) => [curve.label, strokeOf(curve)]));
     if (key === this.key) return;
     this.key = key;
     this.legend.hidden = !named.length;
@@ -43,14 +44,7 @@ export class Panel {
 }
 
 function sample(curve) {
-  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  svg.setAttribute("viewBox", "0 0 26 8");
-  svg.setAttribute("aria-hidden", "true");
-  const line = document.createElementNS("http://www.w3.org/2000/svg", "path");
-  line.setAttribute("d", "M1 4H25");
-  line.setAttribute("class", `stroke-${curve.colour ?? "accent"}`);
-  line.setAttribute("stroke-dasharray", dashOf(curve).join(" "));
-  line.setAttribute("stroke-width", curve.width ?? 2);
-  svg.append(line);
+  const svg = node("svg", { viewBox: "0 0 26 8", "aria-hidden": true });
+  svg.append(node("path", { d: "M1 4H25", ...strokeOf(curve) }));
   return svg;
 }

@@ -1,12 +1,12 @@
 // The tab of the paper: its figures over the three numbers, with the present point, and its claims.
 import { formula } from "./formula.js";
-import { element } from "./inputs.js";
+import { element } from "./elements.js";
 import { instantaneousPoissonRatio } from "./interpolant.js";
-import { logspace, P3, planePicture } from "./map.js";
+import { logspace, planePicture } from "./map.js";
 import { Panel } from "./panel.js";
 import { digits } from "./units.js";
 
-const FINE = logspace(-2, 2, 161);
+const FINE = 161;
 
 export class PaperTab {
   constructor(root, app) {
@@ -59,8 +59,9 @@ export class PaperTab {
     const { paper } = this.app;
     const p2 = this.p2[name];
     panel.heading.textContent = `Figure ${name}: restitution coefficient over p₃ at p₂ = ${p2}`;
+    const fine = logspace(paper.about.p3, FINE);
     const ratios = this.answer.poisson_ratios;
-    const curve = (ratio, style) => ({ x: FINE, y: Float64Array.from(FINE, (one) => paper.restitution(ratio, p2, one)), ...style });
+    const curve = (ratio, style) => ({ x: fine, y: Float64Array.from(fine, (one) => paper.restitution(ratio, p2, one)), ...style });
     const curves = ratios.map((ratio) => {
       const glass = instantaneousPoissonRatio(ratio, p2);
       return curve(ratio, { colour: "pinned", width: glass < 0 ? 1 : 2, dash: glass < 0 ? "dashed" : "solid",
@@ -70,9 +71,9 @@ export class PaperTab {
     const e = known ? paper.restitution(nu, p2, p3) : NaN;
     panel.show({ curves, marks: Number.isFinite(e) ? [{ x: p3, y: e, colour: "accent" }] : [],
       x: { label: "p₃", log: true }, y: { label: "e" },
-      ranges: { x: [P3[0], P3.at(-1)], y: [0, 1] },
+      ranges: { x: paper.about.p3, y: [0, 1] },
       note: "The numbers at the curves are Poisson ratios. Dashed: the instantaneous Poisson ratio is negative.",
-      columns: [{ name: "p3", unit: "", values: [...FINE] }, ...curves.map((one, n) => ({ name: `e at nu = ${ratios[n] ?? nu}`, unit: "", values: [...one.y] }))],
+      columns: [{ name: "p3", unit: "", values: [...fine] }, ...curves.map((one, n) => ({ name: `e at nu = ${ratios[n] ?? nu}`, unit: "", values: [...one.y] }))],
       summary: Number.isFinite(e) ? `At p₃ = ${digits(p3, 3)} e is ${digits(e)}.` : "" });
   }
 

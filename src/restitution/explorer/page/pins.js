@@ -1,5 +1,5 @@
 // Up to four pinned settings. Their curves stay in grey, with a letter; a table compares their numbers.
-import { element, sentence } from "./inputs.js";
+import { element, sentence } from "./elements.js";
 import { phrase, symbolNodes } from "./units.js";
 
 const LETTERS = ["A", "B", "C", "D"];
@@ -71,7 +71,7 @@ export class Pins {
     if (this.root.hidden) return;
     const compared = COMPARED[kind];
     this.of(kind);
-    const differing = this.state.inputs.filter((input) => input.type !== "list" && this.pins.some((pin) =>
+    const differing = this.state.inputs.list.filter((input) => input.type !== "list" && this.pins.some((pin) =>
       pin.values[input.key] !== this.state.get(input.key)));
     const cell = (name, text, properties = {}) => element(name, properties, text);
     const head = element("tr", {}, cell("th", "Setting", { scope: "col" }),

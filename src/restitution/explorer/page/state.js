@@ -4,11 +4,10 @@ import { ofTab } from "./storage.js";
 const PAUSE = 350;
 
 export class State {
-  constructor(schema) {
-    this.inputs = schema.inputs;
-    this.byKey = new Map(schema.inputs.map((input) => [input.key, input]));
-    this.defaults = Object.fromEntries(schema.inputs.map((input) => [input.key, input.default]));
-    this.given = schema.state ?? {};
+  // `given` is the case of the command line.
+  constructor(inputs, given = {}) {
+    Object.assign(this, { inputs, given });
+    this.defaults = inputs.defaults;
     this.listeners = [];
     this.values = this.read(location.hash);
     // A page that is opened anew has no steps after it.
@@ -19,30 +18,17 @@ export class State {
     addEventListener("hashchange", () => this.moved());
   }
 
-  // An address without a state is the case of the command line. What cannot be read stands in `ignored`.
+  // An address without a state is the case that was given. What cannot be read stands in `ignored`.
   read(hash) {
     const given = [...new URLSearchParams(hash.replace(/^#/, ""))];
     const values = { ...this.defaults, ...(given.length ? {} : this.given) };
     this.ignored = [];
     for (const [key, text] of given) {
-      const value = this.parse(key, text);
+      const value = key.startsWith("page.") ? text : this.inputs.read(key, text);
       if (value !== undefined) values[key] = value;
       else this.ignored.push(`${key}=${text}`.slice(0, 100));
     }
-    return this.settled(values);
-  }
-
-  parse(key, text) {
-    if (key.startsWith("page.")) return text;
-    const input = this.byKey.get(key);
-    if (!input) return undefined;
-    if (input.type === "choice") return input.options.some((option) => option.value === text) ? text : undefined;
-    if (input.type === "list") {
-      const values = text ? text.split(",").map(Number) : [];
-      return values.every(Number.isFinite) ? values : undefined;
-    }
-    const value = Number(text);
-    return text !== "" && Number.isFinite(value) ? value : undefined;
+    return this.inputs.settled(values);
   }
 
   link(values = this.values) {
@@ -55,24 +41,12 @@ export class State {
     return `#${parts}`;
   }
 
-  // A choice whose option is not available takes the first that is.
-  settled(values) {
-    const settled = { ...values };
-    for (const input of this.inputs) {
-      if (input.type !== "choice") continue;
-      settled[input.key] = String(settled[input.key]);
-      const free = this.options(input, settled);
-      if (free.length && !free.some((option) => option.value === settled[input.key])) settled[input.key] = free[0].value;
-    }
-    return settled;
-  }
-
-  options(input, values = this.values) {
-    return input.options.filter((option) => holds(option.when, values));
+  options(input) {
+    return this.inputs.options(input, this.values);
   }
 
   shown(input) {
-    return holds(input.when, this.values);
+    return this.inputs.shown(input, this.values);
   }
 
   get(key) {
@@ -90,7 +64,7 @@ export class State {
       if (done) this.commit();
       return;
     }
-    this.values = this.settled({ ...this.values, ...patch });
+    this.values = this.inputs.settled({ ...this.values, ...patch });
     this.notify();
     clearTimeout(this.timer);
     if (done) this.commit();
@@ -148,8 +122,4 @@ export class State {
   notify() {
     for (const listener of this.listeners) listener(this);
   }
-}
-
-function holds(when, values) {
-  return Object.entries(when ?? {}).every(([key, wanted]) => wanted.includes(values[key]));
 }

@@ -1,5 +1,5 @@
 // Colours of the pictures, read from the style sheet; they follow the choice of light or dark, and paper is light.
-const NAMES = ["ink", "muted", "card", "grid", "accent", "second", "third", "pinned", "map-low", "map-high", "warn", "ground", "body"];
+const NAMES = ["ink", "muted", "card", "grid", "accent", "second", "third", "pinned", "map-low", "map-high", "ground", "body"];
 const waiting = new Set();
 let found = null;
 
@@ -50,5 +50,8 @@ addEventListener("resize", () => {
   width = innerWidth;
   changed();
 });
+
+// On paper a picture keeps the proportions that it has on the screen.
+export const printing = () => matchMedia("print").matches;
 
 export const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;

@@ -102,13 +102,6 @@ export function phrase(value, quantity, count = 4) {
   return unit ? `${text} ${unit}` : text;
 }
 
-// A column of values in one unit: the values as shown and the unit.
-export function column(values, quantity, size) {
-  const largest = size ?? values.reduce((most, one) => Math.max(most, Math.abs(one ?? 0)), 0);
-  const unit = unitFor(quantity, largest);
-  return { unit, values: values.map((one) => (one === null ? null : convert(one, unit))) };
-}
-
 export function axisLabel(quantity, unit, words = quantity.words) {
   const symbol = plainSymbol(quantity.symbol);
   return [words, symbol, unit.unit && `[${unitText(unit.unit)}]`].filter(Boolean).join(" ");

@@ -1,0 +1,80 @@
+// Pictures are nodes of SVG. Those on the screen are the ones that a file gets.
+import { colours } from "./theme.js";
+
+const SPACE = "http://www.w3.org/2000/svg";
+
+export const round = (value) => Math.round(100 * value) / 100;
+
+export function node(name, attributes = {}) {
+  const made = document.createElementNS(SPACE, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
+// Gives a node these shapes as its children, each one as [name, attributes, words or further shapes]. The browser
+// spends its time on what changes, so a child that is there already gets the new attributes alone.
+export function draw(parent, shapes) {
+  shapes.forEach(([name, attributes, inside], n) => {
+    let child = parent.childNodes[n];
+    if (child?.localName !== name) {
+      const made = node(name);
+      made.given = {};
+      if (child) child.replaceWith(made);
+      else parent.append(made);
+      child = made;
+    }
+    const { given } = child;
+    for (const key in attributes) if (given[key] !== attributes[key]) child.setAttribute(key, attributes[key]);
+    for (const key in given) if (!(key in attributes)) child.removeAttribute(key);
+    child.given = attributes;
+    if (Array.isArray(inside)) draw(child, inside);
+    else if (inside !== undefined && inside !== child.words) child.textContent = child.words = inside;
+  });
+  while (parent.childNodes.length > shapes.length) parent.lastChild.remove();
+}
+
+// Words whose middle is at this height. The edge in the colour of the card keeps them readable upon lines.
+export function words(text, x, y, size, fill, { anchor = "start", edge = null, wide = 0.3 } = {}) {
+  const halo = edge && { stroke: edge, "stroke-width": round(wide * size), "stroke-linejoin": "round", "paint-order": "stroke" };
+  return ["text", { x: round(x), y: round(y + 0.34 * size), "font-size": size, fill, "text-anchor": anchor, ...halo }, text];
+}
+
+// The lines of a path through points [x, y]; one with a place that is no number ends a line.
+export function lines(points) {
+  let [text, pen] = ["", "M"];
+  for (const [x, y] of points) {
+    const drawn = Number.isFinite(x) && Number.isFinite(y);
+    if (drawn) text += `${pen}${round(x)} ${round(y)}`;
+    pen = drawn ? "L" : "M";
+  }
+  return text;
+}
+
+// A card as a file: its title, its legend and its pictures, where they are on the screen.
+export function sheet(card) {
+  const { card: paper, em, font, ink } = colours();
+  const frame = card.getBoundingClientRect();
+  const place = ({ left, top, width, height }) => ({ x: round(left - frame.left), y: round(top - frame.top), width: round(width), height: round(height) });
+  const written = [...card.querySelectorAll("h3, .legend li")].map((one) => {
+    const range = document.createRange();
+    range.selectNodeContents(one.lastChild);
+    const { x, y, height } = place(range.getClientRects()[0] ?? one.getBoundingClientRect());
+    const style = getComputedStyle(one);
+    const text = one.textContent;
+    const size = Math.min(parseFloat(style.fontSize), (frame.width - x - em) / (0.6 * text.length));
+    return ["text", { x, y: round(y + 0.79 * height), "font-size": round(size), "font-weight": style.fontWeight, fill: style.color }, text];
+  });
+  const pictures = [...card.querySelectorAll("svg:not(svg svg)")].map((one) => {
+    const copy = one.cloneNode(true);
+    for (const part of copy.querySelectorAll(".cursor, .over")) part.remove();
+    copy.removeAttribute("aria-hidden");
+    for (const [key, value] of Object.entries(place(one.getBoundingClientRect()))) copy.setAttribute(key, value);
+    return copy;
+  });
+  const width = Math.round(frame.width);
+  const height = Math.round(Math.max(...pictures.map((one) => Number(one.getAttribute("y")) + Number(one.getAttribute("height")))) + 0.7 * em);
+  const root = node("svg", { width, height, viewBox: `0 0 ${width} ${height}`, "font-family": font, fill: ink });
+  draw(root, [["rect", { width, height, fill: paper }], ...written]);
+  root.append(...pictures);
+  return `${new XMLSerializer().serializeToString(root)}\n`;
+}

@@ -1,0 +1,784 @@
+"""Measured rebounds: restitution coefficients, contact times, peak forces, and their effective moduli."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution import checks, quantities
+from restitution.checks import Array, instance
+from restitution.contact.geometry import Geometry
+from restitution.contact.profiles import Parabola
+from restitution.errors import InputError, InputTypeError
+from restitution.identification.observations import Curve, Noise, Observations, hollow_balls, modulus
+from restitution.impact.batch import Batch
+from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
+from restitution.impact.status import Status
+from restitution.material.conversion import series_connection
+from restitution.material.fit import DynamicTable
+from restitution.material.prony import PronySeries
+from restitution.material.shift import Arrhenius
+from restitution.material.viscoelastic import Material, reduced_modulus, single_material
+from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, check_single, dataset
+from restitution.result import Result, Summary, Table, draw
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+# Effective moduli of single bounces: each bounce is one point of a DMA table of the reduced modulus.
+
+
+# Fits to exact impacts of random materials. Polynomials of L = -ln e without a constant, lowest power first.
+_FREQUENCY = 1.13 * math.pi
+_LOSS = 0.815
+_STORAGE_FREQUENCY = 1.3 * math.pi
+_BY_TIME = (-0.213, -0.061)
+_BY_FORCE = (1.038, -0.484)
+_TIME_BY_FORCE = (-0.53, 0.175)
+# Bounces for which the formulas were compared with the exact solver.
+_LOWEST, _HIGHEST = 0.15, 0.995
+
+
+class FormulaError(NamedTuple):
+    """Relative errors of the formulas of one bounce: 95 % of the random materials of a family have smaller ones."""
+
+    loss_tangent: float
+    storage_by_time: float  # storage modulus from the contact time
+    storage_by_force: float  # storage modulus from the peak force
+
+
+FORMULA_ERRORS = {
+    "broad spectrum": FormulaError(0.025, 0.005, 0.01),
+    "power law": FormulaError(0.03, 0.005, 0.01),
+    "fractional Zener": FormulaError(0.20, 0.03, 0.04),
+    "two relaxation times": FormulaError(0.30, 0.09, 0.12),
+    "single relaxation time": FormulaError(0.30, 0.09, 0.12),
+}
+"""Errors of the formulas by family of material; `validation/effective_moduli.py` measures them."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EffectiveModuli(Result):
+    """Complex reduced modulus from each bounce; arrays of shape (n,), one entry for each bounce.
+
+    Values are NaN if neither time nor force was measured. The errors are standard errors from the noise of the
+    measurement alone, NaN if the noise is unknown.
+    """
+
+    _numbers = (
+        "angular_frequency", "storage_modulus", "loss_modulus", "loss_tangent", "storage_modulus_error",
+        "loss_modulus_error", "loss_tangent_error", "velocity", "restitution_coefficient", "statements",
+    )  # fmt: skip
+
+    angular_frequency: Array  # 1.13 pi over the contact time [rad/s]
+    storage_modulus: Array  # E*' [Pa]
+    loss_modulus: Array  # E*'' [Pa]
+    loss_tangent: Array  # tan delta [-], known for all bounces
+    storage_modulus_error: Array
+    loss_modulus_error: Array
+    loss_tangent_error: Array
+    velocity: Array  # of the impacts [m/s]
+    restitution_coefficient: Array
+    statements: tuple[str, ...]  # errors of the formulas, and missing measurements, in words
+
+    def to_dataset(self) -> xr.Dataset:
+        """Table of the bounces over the dimension `bounce`, with units, without columns that have no number."""
+        bounce = Quantity("bounce", NUMBER, "number of the bounce")
+        columns: dict[str, tuple[Any, Quantity]] = {"bounce": (np.arange(self.velocity.size), bounce)}
+        for name in ("velocity", "restitution_coefficient", *_TABLE):
+            columns[name] = getattr(self, name), _QUANTITIES[name]
+            if name in _MODULI:
+                words = f"standard error of the {_QUANTITIES[name].words}"
+                columns[f"{name}_error"] = getattr(self, f"{name}_error"), _QUANTITIES[name]._replace(words=words)
+        kept = {name: column for name, column in columns.items() if not np.all(np.isnan(column[0]))}
+        return dataset("bounce", kept, {"statements": "\n".join(self.statements)})
+
+    def dynamic_table(self, poisson_ratio: float | None = None) -> DynamicTable | None:
+        """Return a table for `rs.fit_prony`, in ascending frequency; bounces of the same frequency are averaged.
+
+        Parameters
+        ----------
+        poisson_ratio : float, optional
+            Constant Poisson ratio nu in [-1, 0.5]. The moduli are then those in shear, G = E* (1 - nu)/2, and
+            otherwise the reduced ones, E*.
+
+        Returns
+        -------
+        DynamicTable or None
+            None if no bounce has a frequency.
+        """
+        there = np.isfinite(self.storage_modulus)
+        if not np.any(there):
+            return None
+        factor = 1.0
+        if poisson_ratio is not None:
+            factor = 0.5 * (1.0 - check_single("poisson_ratio", poisson_ratio))
+        # Frequencies that differ by rounding are the same.
+        omega, place = np.unique(np.exp(np.round(np.log(self.angular_frequency[there]), 9)), return_inverse=True)
+        count = np.bincount(place)
+        means = [factor * np.bincount(place, getattr(self, name)[there]) / count for name in _MODULI[:2]]
+        deformation = None if poisson_ratio is None else "shear"
+        return DynamicTable(omega, means[0], means[1], deformation, "effective moduli of bounces", self.statements)
+
+    def plot(self, data: DynamicTable | Material | None = None, *, poisson_ratio: float = 0.5) -> Figure:
+        """Return a figure of the bounces over frequency, with a measured DMA table or the curve of a material.
+
+        A table in shear or tension is converted to the reduced modulus with a constant Poisson ratio.
+        """
+        return draw("material.bounce_moduli", self, data, poisson_ratio)
+
+    def summary(self, title: str = "") -> Summary:
+        """Return a table of the bounces, which `print` and notebooks show."""
+        columns = {name: getattr(self, name) for name in ("velocity", "restitution_coefficient", *_TABLE)}
+        columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+        heads = tuple(f"{_QUANTITIES[name].words} [{_QUANTITIES[name].unit or '-'}]" for name in columns)
+        rows = [tuple(f"{value:.5g}" for value in row) for row in zip(*columns.values(), strict=True)]
+        return Summary(title or "Moduli of single bounces", Table(heads, rows), self.statements)
+
+    @property
+    def _short(self) -> str:
+        return f"{self.velocity.size} bounces"
+
+
+_MODULI = ("storage_modulus", "loss_modulus", "loss_tangent")
+_TABLE = ("angular_frequency", *_MODULI)
+_QUANTITIES = {**INPUTS, **OUTPUTS, **MODULI}
+
+
+def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
+    """Return the storage and loss part of the reduced modulus E* from each bounce of a parabolic or spherical body.
+
+    Parameters
+    ----------
+    rebounds : Rebounds
+        Measured bounces. With a contact time or a peak force, each is one point of a DMA table. Without, only the loss
+        tangent is known, at an unknown frequency.
+
+    Returns
+    -------
+    EffectiveModuli
+        One row for each bounce, with standard errors from the noise.
+
+    Raises
+    ------
+    InputError
+        If the profile is not a parabola, or the other body is not rigid.
+
+    Notes
+    -----
+    With L = -ln e, the contact time T, and d = v T/2.94328, the depth of an elastic body of this contact time::
+
+        tan delta(1.13 pi/T) = 0.815 L
+        E*'(1.3 pi/T) = E_H exp(-0.213 L - 0.061 L^2),  E_H = (15/16) m v^2 R^(-1/2) d^(-5/2)
+
+    The storage modulus is moved to 1.13 pi/T by its local slope, (2/pi) delta. From the peak force F, with
+    d = 1.25 m v^2/F, E*'(1.13 pi/T) = E_H exp(1.038 L - 0.484 L^2) and T = 2.94328 (d/v) exp(-0.53 L + 0.175 L^2).
+    The constants are fits to the exact solver. For smooth spectra the loss tangent is right to a few per cent, for a
+    single relaxation time to 30 %; `FORMULA_ERRORS` lists the families. Valid for 0.15 <= e <= 0.995, without weight.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> balls = rs.Rebounds([0.5, 1.0], [0.80, 0.78], radius=0.01, mass=0.03, contact_time=[1.1e-3, 0.96e-3])
+    >>> rs.effective_moduli(balls).loss_tangent.round(3)
+    array([0.182, 0.202])
+    """
+    instance("rebounds", rebounds, Rebounds, "must be Rebounds")
+    if rebounds.counter_material is not None:
+        rule = "must be rigid: the formulas give the modulus of the contact of both bodies; use identify"
+        raise InputError("counter_material", rule=rule)
+    if rebounds.profile.path_exponent != 1.0:
+        raise InputError("profile", rule="must be a parabola: the formulas of one bounce are valid only for it")
+    v, mass, radius = rebounds.velocity, rebounds.mass, np.asarray(rebounds.profile.path_coefficient) ** 2
+    e = rebounds.measured["restitution_coefficient"]
+    unknown = np.full(e.shape, np.nan)
+    duration, force = (rebounds.measured.get(name, unknown) for name in ("contact_time", "max_force"))
+    e_error, time_error, force_error = (
+        _relative_error(rebounds, name, values)
+        for name, values in (("restitution_coefficient", e), ("contact_time", duration), ("max_force", force))
+    )
+    v_error = np.nan_to_num(_relative_error(rebounds, "velocity", v))
+    loss = -np.log(e)
+    with np.errstate(all="ignore"):  # numbers too large or too small for the formulas are refused below
+        by_force, timed = np.isnan(duration), ~np.isnan(duration) | ~np.isnan(force)
+        depth = np.where(by_force, 1.25 * mass * v * v / force, v * duration / HERTZ_TIME_FACTOR)
+        hertz = 0.9375 * mass * v * v / np.sqrt(radius) * depth**-2.5
+        duration = np.where(by_force, HERTZ_TIME_FACTOR * depth / v * np.exp(_poly(_TIME_BY_FORCE, loss)), duration)
+        omega, by_time, tangent = moduli_of_bounces(loss, hertz, duration)
+        storage = np.where(by_force, hertz * np.exp(_poly(_BY_FORCE, loss)), by_time)
+        # Derivatives of the logarithm of the storage modulus with respect to those of e, v, and the time or the force.
+        shift = 2.0 / math.pi * _LOSS / (1.0 + tangent**2) * math.log(_FREQUENCY / _STORAGE_FREQUENCY)
+        by_e = -np.where(by_force, _slope(_BY_FORCE, loss), _slope(_BY_TIME, loss) + shift)
+        by_v = np.where(by_force, -3.0, -0.5)
+        other = np.where(by_force, force_error, time_error)
+        storage_error = np.sqrt((by_e * e_error) ** 2 + (by_v * v_error) ** 2 + (2.5 * other) ** 2)
+        tangent_error = _LOSS * e_error
+        # Both factors of the loss modulus vary with e.
+        without_e = storage_error**2 - (by_e * e_error) ** 2
+        loss_error = np.sqrt(((_LOSS - tangent * by_e) * e_error) ** 2 + tangent**2 * without_e)
+    beyond = timed & ~((storage > 0.0) & (storage < math.inf))
+    if beyond.any():
+        n = int(np.argmax(beyond))
+        rule = "must be finite and > 0: compare the units of mass, radius, velocity, contact time and force"
+        raise InputError("storage_modulus", float(storage[n]), rule, "Pa", index=(n,))
+    return EffectiveModuli(
+        omega, storage, storage * tangent, tangent, storage * storage_error, storage * loss_error,
+        tangent_error, v, e,
+        (*_statements(loss, storage, by_force & np.isfinite(force)), *hollow_balls(mass, rebounds.profile)),
+    )  # fmt: skip
+
+
+def moduli_of_bounces(loss: Array, elastic: Array, contact_time: Array) -> tuple[Array, Array, Array]:
+    """Return angular frequency [rad/s], storage modulus [Pa] and loss tangent of bounces with the losses L = -ln e.
+
+    `elastic` is the modulus [Pa] of an elastic body of the same contact time [s].
+    """
+    tangent = _LOSS * loss
+    # The storage modulus is known at 1.3 pi/T and moves by its local slope.
+    slope = 2.0 / math.pi * np.arctan(tangent)
+    moved = _poly(_BY_TIME, loss) + slope * math.log(_FREQUENCY / _STORAGE_FREQUENCY)
+    return _FREQUENCY / contact_time, elastic * np.exp(moved), tangent
+
+
+def _poly(coefficients: tuple[float, float], x: Array) -> Array:
+    return coefficients[0] * x + coefficients[1] * x * x
+
+
+def _slope(coefficients: tuple[float, float], x: Array) -> Array:
+    return coefficients[0] + 2.0 * coefficients[1] * x
+
+
+def _relative_error(rebounds: Rebounds, name: str, values: Array) -> Array:
+    deviations = rebounds.noise.of(name, values)
+    return np.full(values.shape, np.nan) if deviations is None else deviations / values
+
+
+def _statements(loss: Array, storage: Array, by_force: NDArray[np.bool_]) -> tuple[str, ...]:
+    """Return errors of the formulas, and missing measurements, in words."""
+    lines: list[str] = []
+    count, missing = loss.size, int(np.isnan(storage).sum())
+    if missing:
+        bounces = "All bounces" if missing == count else f"{missing} of {count} bounces"
+        lines.append(
+            f"{bounces} give only the loss tangent, at 1.13 pi over a contact time that was not measured. The "
+            "coefficient of restitution determines no modulus and no time: give one contact time, force or modulus."
+        )
+    smooth, single = FORMULA_ERRORS["broad spectrum"], FORMULA_ERRORS["single relaxation time"]
+    pairs = [("the loss tangent", smooth.loss_tangent, single.loss_tangent)]
+    if missing < count:
+        which = "storage_by_force" if np.any(by_force) else "storage_by_time"
+        pairs.append(("the storage modulus", getattr(smooth, which), getattr(single, which)))
+    listed = ", ".join(f"of {what} {100 * least:.2g} % and {100 * most:.2g} %" for what, least, most in pairs)
+    lines.append(f"Errors of the formulas for a broad spectrum and for a single relaxation time: {listed}.")
+    outside = int(((loss > -math.log(_LOWEST)) | (loss < -math.log(_HIGHEST))).sum())
+    if outside:
+        lines.append(
+            f"{outside} of {count} bounces are outside {_LOWEST:g} <= e <= {_HIGHEST:g}, where the errors hold."
+        )
+    return tuple(lines)
+
+
+# Impacts in place of many: nodes over the one number on which similar impacts depend.
+
+# Nodes of a group: these, and so many for each factor of e; points of a polynomial.
+_FEWEST, _DENSITY, _POINTS = 50, 200.0, 6
+
+
+class ImpactColumns(NamedTuple):
+    """Bodies with a power law a = c d^(p/2), shape (n,) each."""
+
+    velocity: Array
+    mass: Array
+    external_force: Array
+    temperature: Array | None
+    coefficient: Array  # c
+
+
+class ImpactNodes(NamedTuple):
+    """Nodes, and the impacts that lie between them."""
+
+    impacts: ImpactColumns
+    size: int  # of the impacts that are interpolated
+    groups: list[tuple[NDArray[np.intp], slice, Any]]  # places of impacts and of nodes, and the weights
+
+    def interpolated(self, values: Array) -> Array:
+        """Return values at the impacts from those at the nodes, shapes (m, n_node) and (m, n)."""
+        result = np.empty((values.shape[0], self.size))
+        for places, nodes, weights in self.groups:
+            result[:, places] = (weights @ values[:, nodes].T).T
+        return result
+
+
+def impact_nodes(impacts: ImpactColumns, exponent: float | None) -> ImpactNodes | None:
+    """Return nodes for impacts with the exponent p, or None for another profile; None if there are no fewer of them.
+
+    With d = v u(t) the momentum balance of u has the single number c v^(p/2)/m where no constant force acts: such
+    impacts at one temperature are one group. Under a force, or with another profile, impacts of equal bodies are. The
+    outcomes e, T and F/(m v) are functions of the number, and local polynomials through the nodes give them to about
+    1e-8, and to 1e-4 where the contact time rises steeply, at small e. Without groups, equal impacts are solved once.
+    """
+    free = (impacts.external_force == 0.0) & (exponent is not None)
+    coefficient = np.nan_to_num(impacts.coefficient)
+    number = coefficient * impacts.velocity ** (0.5 * (exponent or 0.0)) / impacts.mass
+    heat = np.zeros(number.size) if impacts.temperature is None else impacts.temperature
+    body = (np.where(free, 0.0, values) for values in (coefficient, impacts.mass, impacts.external_force))
+    kinds, group = np.unique(np.stack([heat, *body], axis=1), axis=0, return_inverse=True)
+    if len(kinds) * _FEWEST >= number.size:
+        return _distinct(impacts)
+    parts: list[ImpactColumns] = []
+    groups: list[tuple[NDArray[np.intp], slice, Any]] = []
+    at = 0
+    for k in range(len(kinds)):
+        places = np.flatnonzero(group == k)
+        first, alone = places[0], free[places[0]]
+        x = np.log(number[places] if alone else impacts.velocity[places])
+        nodes, weights = _weights(x)
+        numbers = np.exp(nodes)
+        same = [np.full(nodes.size, column[first]) for column in (*impacts[:3], heat, impacts.coefficient)]
+        velocity, mass, force, temperature, coefficient = same
+        if alone:
+            coefficient = numbers * mass / velocity ** (0.5 * (exponent or 0.0))
+        else:
+            velocity = numbers
+        parts.append(ImpactColumns(velocity, mass, force, temperature, coefficient))
+        groups.append((places, slice(at, at + nodes.size), weights))
+        at += nodes.size
+    if at >= number.size:
+        return _distinct(impacts)
+    whole = ImpactColumns(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+    return ImpactNodes(
+        whole if impacts.temperature is not None else whole._replace(temperature=None), number.size, groups
+    )
+
+
+def _distinct(impacts: ImpactColumns) -> ImpactNodes | None:
+    """Return each impact once; None if no two are equal."""
+    from scipy.sparse import csr_array
+
+    size = impacts.velocity.size
+    rows = np.stack([np.nan_to_num(values) for values in impacts if values is not None], axis=1)
+    _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    if first.size == size:
+        return None
+    once = ImpactColumns(*(None if values is None else values[first] for values in impacts))  # pyright: ignore[reportArgumentType]
+    weights = csr_array((np.ones(size), place.ravel(), np.arange(size + 1)), (size, first.size))
+    return ImpactNodes(once, size, [(np.arange(size), slice(0, first.size), weights)])
+
+
+def _weights(x: Array) -> tuple[Array, Any]:
+    """Return even nodes over the range of x, and the weights of local polynomials through them at each x."""
+    from scipy.sparse import csr_array
+
+    low, high = float(x.min()), float(x.max())
+    if high - low < 1e-12:
+        return np.array([low]), np.ones((x.size, 1))
+    n = _FEWEST + math.ceil(_DENSITY * (high - low))
+    place = (x - low) * ((n - 1) / (high - low))
+    first = np.clip(np.floor(place).astype(np.intp) - _POINTS // 2 + 1, 0, n - _POINTS)
+    at, k = (place - first)[:, None], np.arange(_POINTS)
+    # Products of the distances to all other points of a polynomial.
+    parts = [np.prod(np.delete(at - k, j, axis=1), axis=1) / np.prod(np.delete(j - k, j)) for j in k]
+    columns = first[:, None] + k
+    rows = np.arange(0, columns.size + 1, _POINTS)
+    return np.linspace(low, high, n), csr_array((np.stack(parts, axis=1).ravel(), columns.ravel(), rows), (x.size, n))
+
+
+# Measured rebounds: restitution coefficients, contact times and peak forces of impacts.
+
+_RTOL = 1e-9
+# Above this number of impacts their outcomes are interpolated.
+_MANY = 400
+# Relative change of the velocity for slopes over the velocity.
+_STEP = 1e-3
+# Moduli [Pa] of anything that bounces, with room to spare.
+_MODULUS_RANGE = 1e-30, 1e30
+_NAMES = ("restitution_coefficient", "contact_time", "max_force")
+# Noise of unknown size has these ratios.
+_UNKNOWN = Noise(restitution_coefficient=0.01, contact_time="1 %", max_force="1 %")
+
+
+class Rebounds(Observations):
+    """Rebounds of rigid bodies from a viscoelastic half-space, or of two bodies from each other.
+
+    Parameters
+    ----------
+    velocity : array_like
+        Impact velocities v [m/s], > 0, shape (n,).
+    restitution_coefficient : array_like
+        Measured e [-] in (0, 1].
+    radius : float or array_like, optional
+        Radius R [m] of a ball; or give a `profile`.
+    mass : float or array_like
+        Mass m [kg].
+    profile : Geometry, optional
+        Profile of all bodies, instead of the radius.
+    contact_time, max_force : array_like, optional
+        Measured contact times [s] and peak forces [N], NaN if not measured. At least one value is needed for moduli
+        and times; see Notes.
+    counter_material : Material or "same", optional
+        Known material of the other body, or "same" if both are of the unknown material; rigid by default. As in
+        `Impact`, two balls have the radius R1 R2/(R1 + R2), their reduced mass and their relative velocity.
+    temperature : float or array_like, optional
+        Temperatures [K], for a model with a `shift`.
+    external_force : float or array_like
+        Constant force [N] during contact, such as the weight.
+    noise : Noise, optional
+        Standard deviations of `restitution_coefficient`, `contact_time`, `max_force` and `velocity`: absolute ones of
+        the value, relative ones of its logarithm. Without them the size of the noise is estimated. With noise of the
+        velocity, e is taken as v'/v, and the noise of e is that of v'/v at a known v.
+    label : str
+        Name of the data in messages.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or the arrays differ in length.
+
+    Notes
+    -----
+    Single numbers hold for all n impacts. For balls on a material at one temperature, without weight, e stays the
+    same if all moduli grow by L^(5/2) and all times shrink by L: e alone determines no modulus and no time. A known
+    elastic `counter_material` does not change this for models with an instantaneous modulus: with a spring in series
+    they are models of the same kind.
+
+    Examples
+    --------
+    >>> balls = Rebounds([0.5, 1.0], [0.82, 0.79], radius=0.01, mass=0.033, contact_time=[2e-3, 1.8e-3])
+    >>> balls.size
+    4
+    """
+
+    def __init__(
+        self,
+        velocity: Any,
+        restitution_coefficient: Any,
+        *,
+        radius: Any = None,
+        mass: Any,
+        profile: Geometry | None = None,
+        contact_time: Any = None,
+        max_force: Any = None,
+        counter_material: Material | Literal["same"] | None = None,
+        temperature: Any = None,
+        external_force: Any = 0.0,
+        noise: Noise | None = None,
+        label: str = "",
+    ) -> None:
+        self.label, self.noise = label, Noise.given(noise)
+        named = isinstance(counter_material, str) and counter_material == "same"
+        if not (counter_material is None or named or isinstance(counter_material, Material)):
+            raise InputTypeError("counter_material", counter_material, 'must be a Material or "same"')
+        if isinstance(counter_material, Material):
+            single_material("counter_material", counter_material)
+        self.counter_material = counter_material
+        numbers: dict[str, Any] = {
+            name: quantities.check(name, value)
+            for name, value in (("velocity", velocity), ("mass", mass), ("external_force", external_force))
+        }
+        e = checks.number("restitution_coefficient", restitution_coefficient)
+        measured = {"restitution_coefficient": _refused_unless("restitution_coefficient", e, (e > 0.0) & (e <= 1.0))}
+        for name, values, unit in (("contact_time", contact_time, "s"), ("max_force", max_force, "N")):
+            if values is not None:
+                measured[name] = _measured(name, values, unit)
+        if (radius is None) == (profile is None):
+            raise InputError("radius, profile", rule="exactly one must be given")
+        if profile is None:
+            numbers["radius"] = quantities.check("radius", radius)
+        elif not isinstance(profile, Geometry) or profile.needs_poisson_ratio:
+            raise InputTypeError("profile", profile, "must be a Geometry that needs no Poisson ratio, no bonded layer")
+        elif np.ndim(profile.path_exponent if profile.path_exponent is not None else profile.stiffness_radius(0.0)):
+            raise InputError("profile", rule="must be a single profile; give several as several sets of data")
+        if temperature is not None:
+            numbers["temperature"] = quantities.check("temperature", temperature)
+        columns = _broadcast(numbers | measured)
+        self.velocity, self.mass = columns["velocity"], columns["mass"]
+        self.external_force, self.temperature = columns["external_force"], columns.get("temperature")
+        self.radius = columns.get("radius")
+        self.profile = Parabola(self.radius) if profile is None else profile  # pyright: ignore[reportArgumentType]
+        self.measured = {name: columns[name] for name in _NAMES if name in measured}
+        self.restitution_coefficient = self.measured["restitution_coefficient"]
+        self.contact_time, self.max_force = self.measured.get("contact_time"), self.measured.get("max_force")
+        if "radius" in columns and "contact_time" in columns:
+            with np.errstate(over="ignore"):
+                strain = columns["contact_time"] * self.velocity / columns["radius"]
+            if np.any(strain > 3.0):  # an elastic body sinks in by a third of that
+                worst = int(np.nanargmax(strain))
+                rule = "must be in s: the body would move by more than its radius during contact"
+                raise InputError("contact_time", float(columns["contact_time"][worst]), rule, "s", index=(worst,))
+        self._set_noise()
+
+    def _set_noise(self) -> None:
+        stated = [name in self.noise.deviations for name in self.measured]
+        for name in self.noise.deviations:
+            if name not in (*self.measured, "velocity"):
+                raise InputError(f"noise.{name}", rule=f"was not measured; measured are {', '.join(self.measured)}")
+        if any(stated) and not all(stated):
+            missing = list(self.measured)[stated.index(False)]
+            raise InputError(f"noise.{missing}", rule="must be given, as that of another quantity is")
+        self.scaled = not any(stated)
+        noise = _UNKNOWN if self.scaled else self.noise
+        self._relative = [isinstance(noise.deviations[name], str) for name in self.measured]
+        sizes: list[Array] = []
+        for (name, values), relative in zip(self.measured.items(), self._relative, strict=True):
+            size = noise.of(name, np.ones(values.size) if relative else values)
+            assert size is not None
+            sizes.append(_broadcast({f"noise.{name}": size, name: values})[f"noise.{name}"])
+        self._deviations = np.array(sizes)
+        blur = self.noise.of("velocity", self.velocity)
+        self._blur = None if blur is None else np.broadcast_to(blur, self.velocity.shape) / self.velocity
+        self.fixes_time = len(self.measured) > 1
+        self._there = np.isfinite(np.array(list(self.measured.values())))
+
+    @property
+    def size(self) -> int:
+        """Number of measured values."""
+        return int(self._there.sum())
+
+    def predicted(
+        self, materials: Material, velocity_factor: float = 1.0, external_force: Array | None = None
+    ) -> dict[str, Array]:
+        """Return restitution coefficients, contact times and peak forces, shape (m, n); NaN without separation."""
+        if (nodes := self._nodes) is None:
+            return self._solved(materials, self._impacts, velocity_factor, external_force)
+        outcomes = self._solved(materials, nodes.impacts, velocity_factor, external_force)
+        # The momentum is the scale of the force.
+        scale = {"max_force": nodes.impacts.mass * nodes.impacts.velocity}
+        momenta = {"max_force": self.mass * self.velocity}
+        rows = {name: np.log(values / scale.get(name, 1.0)) for name, values in outcomes.items()}
+        return {name: np.exp(nodes.interpolated(values)) * momenta.get(name, 1.0) for name, values in rows.items()}
+
+    @cached_property
+    def _nodes(self) -> ImpactNodes | None:
+        """Few impacts in place of many, if the outcomes are smooth functions of one number."""
+        exponent = self.profile.path_exponent
+        if self.velocity.size <= _MANY:
+            return None
+        return impact_nodes(self._impacts, None if exponent is None else float(np.asarray(exponent)))
+
+    @cached_property
+    def _impacts(self) -> ImpactColumns:
+        """The measured impacts; without a coefficient (NaN) where the profile is no power law."""
+        coefficients: Any = self.profile.path_coefficient if self.profile.path_exponent is not None else math.nan
+        coefficient = np.broadcast_to(np.asarray(coefficients, dtype=np.float64), self.velocity.shape)
+        return ImpactColumns(self.velocity, self.mass, self.external_force, self.temperature, coefficient)
+
+    def _solved(
+        self, materials: Material, impacts: ImpactColumns, velocity_factor: float, external_force: Array | None
+    ) -> dict[str, Array]:
+        """Return outcomes of impacts with the profile or its exponent, shape (m, n)."""
+        m, n = materials.shape[0], impacts.velocity.size
+        if impacts.temperature is None:
+            series = self._contact(modulus(materials)).broadcast_to((m, n))
+        else:
+            levels, where = np.unique(impacts.temperature, return_inverse=True)
+            series = self._contact(modulus(materials, levels)).broadcast_to((m, levels.size))
+            series = series.take((slice(None), where))
+        force = impacts.external_force if external_force is None else external_force
+        bodies = impacts.mass, velocity_factor * impacts.velocity, force
+        flat = [np.broadcast_to(values, (m, n)).ravel() for values in bodies]
+        exponent, power = self.profile.path_exponent, self.profile.path_exponent is not None
+        batch = Batch(
+            *series.columns, *flat,
+            coefficients=np.broadcast_to(impacts.coefficient, (m, n)).ravel() if power else None,
+            exponent=float(np.asarray(exponent)) if power else None, profile=None if power else self.profile,
+        )  # fmt: skip
+        outcomes = batch.solve(_RTOL, workers=1)
+        good = outcomes["status"] == Status.SEPARATED
+        return {name: np.where(good, outcomes[name], np.nan).reshape(m, n) for name in _NAMES}
+
+    def _contact(self, reduced: PronySeries) -> PronySeries:
+        """Return reduced moduli of the contacts of both bodies."""
+        if self.counter_material is None:
+            return reduced
+        if isinstance(self.counter_material, str):
+            return reduced.scaled(0.5)
+        return series_connection(reduced, self._counter)
+
+    @cached_property
+    def _counter(self) -> PronySeries:
+        """Reduced modulus of the other body."""
+        assert isinstance(self.counter_material, Material)
+        return reduced_modulus(self.counter_material)
+
+    def residuals(self, materials: Material, nuisances: Array) -> Array:
+        """Return residuals of e, then of the contact times, then of the peak forces."""
+        predicted = self._in_metric(self.predicted(materials))
+        residuals = (predicted - self._data) / self._deviations
+        if self._blur is not None:
+            shifted = self._in_metric(self.predicted(materials, 1.0 + _STEP))
+            slopes = (shifted - predicted) / _STEP
+            # If the velocity is too high by a share x, e = v'/v is too low by the same share.
+            slopes[:, 0] += 1.0 if self._relative[0] else self.measured["restitution_coefficient"]
+            shares = np.where(self._there, slopes * self._blur / self._deviations, 0.0)
+            # Inverse root of the covariance 1 + h h^T of one impact.
+            square = (shares * shares).sum(axis=1, keepdims=True)
+            along = (shares * np.where(self._there, residuals, 0.0)).sum(axis=1, keepdims=True)
+            factor = (1.0 - 1.0 / np.sqrt(1.0 + square)) / np.maximum(square, 1e-300)
+            residuals = residuals - np.where(square > 0.0, factor * along, 0.0) * shares
+        return residuals[:, self._there]
+
+    @cached_property
+    def _data(self) -> Array:
+        return self._in_metric(self.measured)
+
+    def _in_metric(self, columns: dict[str, Array]) -> Array:
+        """Return values, or their logarithms if the noise is relative, shape (..., n_measured, n)."""
+        pairs = zip(self.measured, self._relative, strict=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.stack([np.log(columns[name]) if log else columns[name] for name, log in pairs], axis=-2)
+
+    def curves(self, materials: Material, nuisances: Array) -> list[Curve]:
+        """Return measured and fitted values over the velocity."""
+        predicted = self.predicted(materials)
+        curves: list[Curve] = []
+        for name, values, sd, log in zip(self.measured, self.measured.values(), self._deviations, self._relative,
+                                         strict=True):  # fmt: skip
+            deviation = None if self.scaled else sd * values if log else sd
+            curves.append(
+                Curve(name, "velocity", self.velocity, values, predicted[name][0], deviation, self._bodies())
+            )
+        return curves
+
+    def _bodies(self) -> tuple[tuple[str, Array], ...]:
+        """Return quantities that distinguish the bodies; none that only follows an earlier one."""
+        columns_of: list[tuple[str, Array]] = []
+        count = 1
+        for name in ("radius", "mass", "temperature"):
+            if (values := getattr(self, name)) is not None:
+                columns = np.column_stack([*(values for _, values in columns_of), values])
+                if (more := len(np.unique(columns, axis=0))) > count:
+                    columns_of.append((name, values))
+                    count = more
+        return tuple(columns_of)
+
+    def window(self) -> tuple[float, float]:
+        """Return the lowest and highest pi/(contact time) [rad/s]; NaN if neither time nor force was measured."""
+        times = self._times()
+        finite = times[np.isfinite(times)]
+        return (math.pi / float(finite.max()), math.pi / float(finite.min())) if finite.size else (math.nan, math.nan)
+
+    def _times(self) -> Array:
+        """Return contact times [s], measured or from the peak force on an elastic material, shape (n,)."""
+        times = np.full(self.velocity.size, np.nan) if self.contact_time is None else self.contact_time
+        if self.max_force is None:
+            return times
+        # Both time and force follow from the depth, for any modulus.
+        elastic_time, elastic_force = self._elastic
+        return np.where(np.isnan(times), elastic_time * elastic_force / self.max_force, times)
+
+    def contact_times(self, materials: Material) -> Array:
+        """Return contact times [s] on each material, shape (m, n)."""
+        return self.predicted(materials)["contact_time"]
+
+    def effective_moduli(self) -> DynamicTable | None:
+        """Return E* by the formulas of single bounces; None if neither time nor force was measured."""
+        times = self._times()
+        return self._moduli(times) if np.any(np.isfinite(times)) else None
+
+    def moduli_by_temperature(self) -> list[DynamicTable]:
+        """Return the effective moduli, a table for each temperature."""
+        if self.temperature is None:
+            return super().moduli_by_temperature()
+        times = self._times()
+        each = {
+            float(level): np.where(self.temperature == level, times, np.nan) for level in np.unique(self.temperature)
+        }
+        return [
+            replace(self._moduli(times_there), temperature=level)
+            for level, times_there in each.items()
+            if np.any(np.isfinite(times_there))
+        ]
+
+    def assumed_moduli(self, modulus: float) -> DynamicTable:
+        """Return E* of an assumed size [Pa], by the same formulas."""
+        return self._moduli(self._elastic[0] * modulus ** (-1.0 / self._power))
+
+    @property
+    def _power(self) -> float:
+        """Power of the depth, and of the contact time, in an elastic contact: E*^(-1/power), 5/2 for a parabola."""
+        return 2.0 + 0.5 * float(self.profile.path_exponent if self.profile.path_exponent is not None else 1.0)
+
+    def _moduli(self, times: Array) -> DynamicTable:
+        there = _thinned(np.isfinite(times), times)
+        loss = -np.log(self.restitution_coefficient[there])
+        with np.errstate(over="ignore", under="ignore"):
+            elastic = (self._elastic[0][there] / times[there]) ** self._power
+            omega, storage, tangent = moduli_of_bounces(loss, elastic, times[there])
+        bad = np.flatnonzero(~((storage > _MODULUS_RANGE[0]) & (storage < _MODULUS_RANGE[1])))
+        if bad.size:
+            rule = "is not that of a material: compare the units of mass, radius, velocity, contact time and force"
+            raise InputError(
+                "storage_modulus", float(storage[bad[0]]), rule, "Pa", index=(int(np.flatnonzero(there)[bad[0]]),)
+            )
+        order = np.argsort(omega)
+        omega, storage, loss = omega[order], storage[order], (tangent * storage)[order]
+        if self.counter_material == "same":
+            storage, loss = 2.0 * storage, 2.0 * loss
+        elif self.counter_material is not None:
+            pair = 1.0 / (storage + 1j * loss)
+            alone = pair - 1.0 / (self._counter.storage_modulus(omega) + 1j * self._counter.loss_modulus(omega))
+            # By noise, the contact may be as stiff as the other body alone.
+            alone = np.where(alone.real > 0.1 * pair.real, alone, 0.1 * pair)
+            storage, loss = np.real(1.0 / alone), np.maximum(np.imag(1.0 / alone), 0.0)
+        return DynamicTable(omega, storage, loss, source=self.label)
+
+    @cached_property
+    def _elastic(self) -> tuple[Array, Array]:
+        """Contact times [s] and peak forces [N] on an elastic material of E* = 1 Pa without weight, shape (n,)."""
+        # Two bodies of 2 Pa are in contact like one of 1 Pa; any known one is much stiffer.
+        shear = PronySeries.springs(np.full((1, 1), 0.5 if self.counter_material == "same" else 0.25))
+        # Temperatures need a shift; a spring has no times.
+        material = Material(shear, math.inf, shift=Arrhenius(300.0, 1.0))
+        outcomes = self.predicted(material, external_force=np.zeros(1))
+        return outcomes["contact_time"][0], outcomes["max_force"][0]
+
+    def __repr__(self) -> str:
+        return f"Rebounds({self.velocity.size} impacts, {', '.join(self.measured)})"
+
+
+def _thinned(there: NDArray[np.bool_], times: Array) -> NDArray[np.bool_]:
+    """Return at most some hundred of the known impacts, evenly over their times; the moduli of so many are a start."""
+    places = np.flatnonzero(there)
+    if places.size <= _MANY:
+        return there
+    order = places[np.argsort(times[places], kind="stable")]
+    thinned = np.zeros_like(there)
+    thinned[order[np.linspace(0, order.size - 1, _MANY).astype(int)]] = True
+    return thinned
+
+
+def _refused_unless(name: str, values: Array, good: NDArray[np.bool_]) -> Array:
+    if not np.all(good):
+        place = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
+        bad = float(np.atleast_1d(values)[place])
+        raise InputError(name, bad, "must be in (0, 1]", index=place if values.ndim else ())
+    return values
+
+
+def _measured(name: str, values: Any, unit: str) -> Array:
+    """Return values > 0, or NaN where nothing was measured."""
+    numbers = checks.number(name, values, unit)
+    checks.positive(name, np.where(np.isnan(numbers), 1.0, numbers), unit)
+    if np.all(np.isnan(numbers)):
+        raise InputError(name, math.nan, "must hold at least one number", unit)
+    return numbers
+
+
+def _broadcast(columns: dict[str, Any]) -> dict[str, Array]:
+    """Return columns of one shape (n,), where numbers are repeated."""
+    shapes = {name: np.shape(values) for name, values in columns.items()}
+    lengths = {shape for shape in shapes.values() if shape}
+    shape = lengths.pop() if lengths else (1,)
+    if lengths or len(shape) != 1:
+        listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise InputError(", ".join(columns), rule=f"must be single numbers, or arrays of one shape (n,): {listed}")
+    if shape == (0,):
+        raise InputError(", ".join(columns), rule="must hold at least one impact")
+    return {name: np.broadcast_to(np.asarray(values, dtype=np.float64), shape) for name, values in columns.items()}

@@ -1,0 +1,453 @@
+"""Units: what quantities measure, texts such as "10 mm", prefixes, and systems of units."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from difflib import get_close_matches
+from functools import cache
+from typing import Any, NamedTuple
+
+from restitution.errors import ABSENT, InputError
+
+
+class Powers(NamedTuple):
+    """Powers of mass, length and time in the unit of a quantity."""
+
+    mass: int = 0
+    length: int = 0
+    time: int = 0
+
+
+class Dimension(NamedTuple):
+    """What a quantity measures: its name, its SI unit (empty for a plain number), and how a person writes one.
+
+    A unit system of mechanics also needs the powers of mass, length and time.
+    """
+
+    name: str
+    unit: str
+    example: str = ""
+    powers: Powers = Powers()
+
+    @property
+    def article(self) -> str:
+        """The name with its indefinite article."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
+    @property
+    def advice(self) -> str:
+        """Advice on how to write one."""
+        if not self.unit:
+            return "write a plain number"
+        return f'write e.g. "{self.example}", or a plain number in {self.unit}'
+
+
+NUMBER = Dimension("dimensionless number", "")
+LENGTH = Dimension("length", "m", "10 mm", Powers(length=1))
+MASS = Dimension("mass", "kg", "5 g", Powers(mass=1))
+TIME = Dimension("time", "s", "1 ms", Powers(time=1))
+DENSITY = Dimension("density", "kg/m^3", "1100 kg/m^3", Powers(1, -3, 0))
+VELOCITY = Dimension("velocity", "m/s", "1 m/s", Powers(0, 1, -1))
+ACCELERATION = Dimension("acceleration", "m/s^2", "9.81 m/s^2", Powers(0, 1, -2))
+FORCE = Dimension("force", "N", "50 mN", Powers(1, 1, -2))
+IMPEDANCE = Dimension("mechanical impedance", "kg/s", "500 kg/s", Powers(1, 0, -1))
+ENERGY = Dimension("energy", "J", "1 mJ", Powers(1, 2, -2))
+MODULUS = Dimension("modulus", "Pa", "2 MPa", Powers(1, -1, -2))
+PRESSURE = Dimension("pressure", "Pa", "2 MPa", Powers(1, -1, -2))
+VISCOSITY = Dimension("viscosity", "Pa s", "1 kPa s", Powers(1, -1, -1))
+ANGULAR_FREQUENCY = Dimension("angular frequency", "rad/s", "100 rad/s", Powers(time=-1))
+ANGLE = Dimension("angle", "rad", "80 deg")
+TEMPERATURE = Dimension("temperature", "K", "20 degC")
+TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
+MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
+STIFFNESS = Dimension("stiffness", "N/m", "0.1 N/m", Powers(1, 0, -2))
+
+_SHOWN = (
+    NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, IMPEDANCE, ENERGY, MODULUS, PRESSURE,
+    VISCOSITY, ANGULAR_FREQUENCY, ANGLE, TEMPERATURE,
+)  # fmt: skip
+_WRITTEN = (
+    # No key of a case file has these, but a person may write one by mistake. They precede the angular frequency.
+    Dimension("frequency", "1/s"),
+    Dimension("area", "m^2"),
+    Dimension("volume", "m^3"),
+    Dimension("power", "W"),
+    Dimension("kinematic viscosity", "m^2/s"),
+    Dimension("electric charge", "C"),
+    *_SHOWN,
+    MOLAR_ENERGY,
+    STIFFNESS,
+)
+
+ZERO_CELSIUS = 273.15
+"""Zero of the scale of degrees Celsius [K]."""
+
+
+# Prefixes.
+
+_PREFIXES = {-18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T"}
+
+
+class ScaledUnit(NamedTuple):
+    """A unit with its prefix, and the factor that takes SI values to it."""
+
+    factor: float
+    unit: str
+
+
+def scaled_unit(values: Any, unit: str) -> ScaledUnit:
+    """Return the prefixed unit in which the largest finite one of `values` lies in [1, 1000).
+
+    A unit with an exponent, K, rad and the empty unit of a plain number have no prefix; masses are in g up to 1 kg.
+
+    Examples
+    --------
+    >>> scaled_unit([0.0, -0.0032], "m")
+    ScaledUnit(factor=1000.0, unit='mm')
+    >>> scaled_unit(2.5e4, "N").unit
+    'kN'
+    """
+    if unit in ("", "K", "rad") or "^" in unit:
+        return ScaledUnit(1.0, unit)
+    # The help of the command line must load nothing heavy.
+    import numpy as np
+
+    array = np.abs(np.asarray(values, dtype=np.float64))
+    array = array[np.isfinite(array)]
+    largest = float(array.max()) if array.size else 0.0
+    if unit == "kg":
+        if largest >= 1.0:
+            return ScaledUnit(1.0, "kg")
+        factor, prefixed = scaled_unit(largest * 1e3, "g")
+        return ScaledUnit(1e3 * factor, prefixed)
+    # The small addend prevents a smaller unit for 0.999999999999, a rounded one.
+    power = 3 * int(np.floor((np.log10(largest) + 1e-9) / 3)) if largest > 0 else 0
+    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
+    return ScaledUnit(10.0**-power, _PREFIXES[power] + unit)
+
+
+def in_words(value: float, unit: str) -> str:
+    """Return a number with four digits and its prefixed unit.
+
+    Examples
+    --------
+    >>> in_words(0.00123456, "s")
+    '1.235 ms'
+    """
+    factor, prefixed = scaled_unit(value, unit)
+    return f"{value * factor:.4g} {prefixed}".rstrip()
+
+
+def celsius(kelvin: float, digits: int = 6) -> str:
+    """Return a temperature [K] as a number in °C, without the rounding of the difference.
+
+    Examples
+    --------
+    >>> celsius(273.15), celsius(296.15), celsius(273.15 + 1e-13)
+    ('0', '23', '0')
+    """
+    return f"{round(float(kelvin) - ZERO_CELSIUS, 9) + 0.0:.{digits}g}"
+
+
+# Texts with a unit. Units that most files have need no pint, whose import and set-up take 0.4 s.
+
+
+def _prefixed(unit: str, low: int = -9, high: int = 9, *, zero: int = 0) -> dict[str, int]:
+    """Return the powers of ten to SI of a unit with each prefix in a range; `zero` is that of the unit itself."""
+    prefixes = {prefix: power for power, prefix in _PREFIXES.items()} | {"u": -6}
+    return {prefix + unit: power + zero for prefix, power in prefixes.items() if low <= power <= high}
+
+
+_PLAIN = {
+    LENGTH: _prefixed("m", high=3) | {"cm": -2},
+    MASS: _prefixed("g", high=3, zero=-3),
+    TIME: _prefixed("s", high=0),
+    FORCE: _prefixed("N"),
+    MODULUS: {name: power for name, power in _prefixed("Pa").items() if name != "mPa"},
+    VISCOSITY: _prefixed("Pa s"),
+    VELOCITY: {"m/s": 0, "mm/s": -3, "um/s": -6, "cm/s": -2},
+    DENSITY: {"kg/m^3": 0, "kg/m3": 0, "g/cm^3": 3, "g/cm3": 3},
+    ACCELERATION: {"m/s^2": 0, "m/s2": 0},
+    TEMPERATURE: {"K": 0},
+    TEMPERATURE_DIFFERENCE: {"K": 0},
+    MOLAR_ENERGY: {"J/mol": 0, "kJ/mol": 3},
+    ANGLE: {"rad": 0},
+}
+_CELSIUS = ("degC", "°C")
+
+# The expressions below take quadratic time on some texts, which must therefore be short.
+_LONGEST = 200
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+_UNIT = re.compile(r"[\w%°µμΩÅ·⋅.*/^()\s²³⁻¹⁴-]*")
+# "mm2" and "s-1", as people write them, which pint reads as names.
+_BARE_EXPONENT = re.compile(r"\b([kcdmuµμn]?m|[mu]?s|in|ft)(-?[1-4])\b")
+# A power of a power such as m^9^9^9 would keep pint's integer arithmetic busy for ever.
+_TOWER = re.compile(r"(\^|\*\*)[\s(+-]*[\d.]+[\s)]*(\^|\*\*)|\d{4}")
+# What people mean, of units that differ in case alone.
+_COMMON = frozenset(
+    ["Pa", "kPa", "MPa", "GPa", "mm", "um", "cm", "m", "kg", "g", "mg", "ms", "us", "s", "N", "mN", "kN"]
+)
+# The names of it in texts, pint, astropy and unyt. Hardly any body is that soft, and it is one capital from MPa.
+_MILLIPASCAL = re.compile(r"mPa|millipascals?")
+
+
+@cache
+def unit_registry() -> Any:
+    """Return the registry of units that all parts of the package share."""
+    from pint import UnitRegistry
+
+    return UnitRegistry()
+
+
+def to_si(text: str, dimension: Dimension) -> float:
+    """Return a text such as "10 mm" as a number in the SI unit of a dimension.
+
+    The text has at most 200 characters. Percent and degrees are units of dimensionless numbers. An `InputError` names
+    an unknown unit, or the dimension that the text has.
+
+    >>> to_si("10 mm", LENGTH)
+    0.01
+    >>> to_si("10 s", LENGTH)
+    Traceback (most recent call last):
+        ...
+    restitution.errors.InputError: is a time, not a length; write e.g. "10 mm", or a plain number in m
+    """
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    if match is None:
+        raise InputError("", rule=f"cannot be read as a number and a unit; {dimension.advice}")
+    number, name = float(match[1]), match[2]
+    if dimension == MODULUS:
+        _refuse_millipascal("", ABSENT, name)
+    power = _PLAIN.get(dimension, {}).get(name)
+    if power is not None:
+        # Division by a power of ten rounds once; a product with its inverse twice.
+        return number * 10.0**power if power >= 0 else number / 10.0**-power
+    if name in _CELSIUS and dimension is TEMPERATURE:
+        return number + ZERO_CELSIUS
+    if name in _CELSIUS and dimension is TEMPERATURE_DIFFERENCE:
+        return number
+    unit, registry = _pint_unit(name, dimension), unit_registry()
+    si = registry.parse_units(dimension.unit)
+    if unit.dimensionality != si.dimensionality or (dimension is ANGLE and not name):
+        if not name:
+            raise InputError("", rule=f"has no unit; {dimension.advice}")
+        sought = unit.dimensionality
+        articles = (other.article for other in _WRITTEN if registry.parse_units(other.unit).dimensionality == sought)
+        what = next(articles, f"a quantity of dimension {sought}")
+        near = _near(name, dimension)
+        hint = f"did you mean {near}? " if near else ""
+        raise InputError("", rule=f"is {what}, not {dimension.article}; {hint}{dimension.advice}")
+    return float(registry.Quantity(number, unit).to(si).magnitude)
+
+
+def _pint_unit(text: str, dimension: Dimension) -> Any:
+    refused = InputError("", rule=f"unknown unit {text!r}; {dimension.advice}")
+    if not _UNIT.fullmatch(text) or _TOWER.search(text) or len(text) > 80:
+        raise refused
+    try:
+        return unit_registry().parse_units(_BARE_EXPONENT.sub(r"\1**\2", text))
+    except Exception:  # pint's parser lets errors of many unrelated types through
+        near = _near(text, dimension) or " or ".join(get_close_matches(text, _usual(dimension), 1, 0.6))
+        if not near:
+            raise refused from None
+        raise InputError("", rule=f"unknown unit {text!r}, did you mean {near}? {dimension.advice}") from None
+
+
+def _usual(dimension: Dimension) -> list[str]:
+    """Return the units in which people give a quantity."""
+    plain = [*_PLAIN.get(dimension, {}), *(_CELSIUS if dimension is TEMPERATURE else ())]
+    return [name for name in plain if name in _COMMON] or plain
+
+
+def _near(text: str, dimension: Dimension) -> str:
+    """Return the usual units that differ from a text by capitals only."""
+    return " or ".join(name for name in _usual(dimension) if name.lower() == text.lower())
+
+
+def _refuse_millipascal(name: str, value: Any, unit: str) -> None:
+    """Refuse a modulus in mPa, which a person writes who means MPa."""
+    if _MILLIPASCAL.fullmatch(unit):
+        raise InputError(name, value, "must not be in mPa, 0.001 Pa; did you mean MPa? If not, write it in Pa")
+
+
+# Numbers of other libraries.
+
+
+def has_unit(value: Any) -> bool:
+    """Return whether a value is a quantity of pint, astropy or unyt."""
+    return (hasattr(value, "magnitude") and hasattr(value, "units")) or (
+        hasattr(value, "to_value") and (hasattr(value, "unit") or hasattr(value, "units"))
+    )
+
+
+def without_unit(name: str, value: Any, unit: str) -> Any:
+    """Return the plain numbers of a value with a unit (of pint, astropy, unyt, xarray), in the unit of the field."""
+    if not has_unit(value):
+        attributes = getattr(value, "attrs", None)
+        stated = attributes.get("units") if isinstance(attributes, dict) else None
+        if stated is None or stated in (unit, unit or "1"):
+            return value
+        if unit == MODULUS.unit:
+            _refuse_millipascal(f"{name}.attrs['units']", stated, str(stated))
+        import numpy as np
+
+        try:
+            value = unit_registry().Quantity(np.asarray(value), str(stated))
+        except Exception:  # pint's parser lets errors of many unrelated types through
+            rule = f"must be a unit that can be converted to {unit}" if unit else "must be a plain number"
+            raise InputError(f"{name}.attrs['units']", str(stated), rule) from None
+    try:
+        if unit == MODULUS.unit:
+            _refuse_millipascal(name, str(value), str(getattr(value, "units", getattr(value, "unit", ""))))
+        if hasattr(value, "magnitude"):
+            return value.to(unit or "dimensionless").magnitude
+        return value.to_value(unit.replace(" ", "*").replace("^", "**"))
+    except InputError:
+        raise
+    # Each library of units has its own classes of errors.
+    except Exception:
+        rule = f"must be a quantity in {unit}" if unit else "must be a plain number"
+        raise InputError(name, str(value), rule) from None
+
+
+# Units of the columns of tables of materials.
+
+
+class Unit(NamedTuple):
+    """Unit of a column: SI value = factor * (value + offset)."""
+
+    dimension: str
+    factor: float
+    offset: float = 0.0
+
+
+def _units(dimension: str, **factors: float) -> dict[str, Unit]:
+    return {name: Unit(dimension, factor) for name, factor in factors.items()}
+
+
+# Pint would take C for coulomb.
+PLAIN_UNITS = {
+    **_units("time", s=1.0, ms=1e-3, us=1e-6, µs=1e-6, sec=1.0, min=60.0, h=3600.0),
+    **_units("modulus", Pa=1.0, kPa=1e3, MPa=1e6, GPa=1e9),
+    **_units("frequency", **{"Hz": 1.0, "1/s": 1.0, "kHz": 1e3, "MHz": 1e6}),
+    **{name: Unit("temperature", 1.0, ZERO_CELSIUS) for name in ("°C", "degC", "C", "ºC")},
+    **_units("number", **{"-": 1.0, "1": 1.0, "": 1.0, "%": 0.01}),
+    **_units("angular frequency", **{"rad/s": 1.0}),
+    **_units("temperature", K=1.0),
+}
+_COMPOSED = re.compile(r"[A-Za-zµ]{1,12}(\^?[23])?([*/][A-Za-zµ]{1,12}(\^?[23])?){0,2}")
+
+
+@cache
+def unit(text: str) -> Unit | None:
+    """Return the unit of a column; None if it is unknown or no quantity of the tables has its dimension."""
+    name = text.strip().replace("²", "2").replace("μ", "µ")
+    if name in PLAIN_UNITS:
+        return PLAIN_UNITS[name]
+    if not _COMPOSED.fullmatch(name) or name in ("rpm", "deg"):
+        return None
+    registry = unit_registry()
+    try:
+        quantity = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])([23])", r"^\1", name))
+        for dimension in (TIME, MODULUS):
+            if quantity.check(registry.Unit(dimension.unit).dimensionality):
+                return Unit(dimension.name, float(quantity.to(dimension.unit).magnitude))
+    except Exception:  # errors of pint's parser have no common class
+        return None
+    return None
+
+
+# Systems of units of particle codes.
+
+
+class UnitSystem(NamedTuple):
+    """Unit system of mechanics: its units of mass [kg], length [m] and time [s], and their names.
+
+    Examples
+    --------
+    >>> round(MICRO.convert(1e6, MODULUS), 9), MICRO.unit(MODULUS)
+    (1000.0, 'pg/(um us^2)')
+    """
+
+    name: str
+    mass: float
+    length: float
+    time: float
+    names: tuple[str, str, str]
+
+    def convert(self, value: float, dimension: Dimension) -> float:
+        """Return a value in SI in this system."""
+        powers = dimension.powers
+        return value / (self.mass**powers.mass * self.length**powers.length * self.time**powers.time)
+
+    def unit(self, dimension: Dimension) -> str:
+        """Return the name of the unit of a quantity; empty for a plain number, and in reduced units."""
+        if self == SI:
+            return dimension.unit
+        named = [(name, n) for name, n in zip(self.names, dimension.powers, strict=True) if name and n]
+        above = " ".join(_power(name, n) for name, n in named if n > 0)
+        below = [_power(name, -n) for name, n in named if n < 0]
+        if not below:
+            return above
+        return f"{above or '1'}/" + (f"({' '.join(below)})" if len(below) > 1 else below[0])
+
+
+def _power(name: str, n: int) -> str:
+    return name if n == 1 else f"{name}^{n}"
+
+
+SI = UnitSystem("si", 1.0, 1.0, 1.0, ("kg", "m", "s"))
+CGS = UnitSystem("cgs", 1e-3, 1e-2, 1.0, ("g", "cm", "s"))
+MICRO = UnitSystem("micro", 1e-15, 1e-6, 1e-6, ("pg", "um", "us"))
+"""Systems of the command `units` of LAMMPS (page "units command" of its documentation)."""
+
+REDUCED = "lj"
+SYSTEMS = {system.name: system for system in (SI, CGS, MICRO)}
+
+
+def reduced(mass: float, length: float, velocity: float) -> UnitSystem:
+    """Return the system "lj" in which a mass [kg], a length [m] and a velocity [m/s] are 1."""
+    return UnitSystem(REDUCED, mass, length, length / velocity, ("", "", ""))
+
+
+# Systems of units for display, each with the units in which it differs from SI: name and factor from SI.
+
+_DISPLAYED = {
+    "SI": {},
+    "mm-g-ms": {
+        LENGTH: ("mm", 1e3), MASS: ("g", 1e3), TIME: ("ms", 1e3), ACCELERATION: ("mm/ms²", 1e-3), ENERGY: ("mJ", 1e3),
+        MODULUS: ("MPa", 1e-6), PRESSURE: ("MPa", 1e-6), VISCOSITY: ("kPa s", 1e-3),
+        ANGULAR_FREQUENCY: ("rad/ms", 1e-3),
+    },
+    "AFM": {
+        LENGTH: ("µm", 1e6), MASS: ("g", 1e3), VELOCITY: ("µm/s", 1e6), ACCELERATION: ("µm/s²", 1e6),
+        FORCE: ("nN", 1e9), ENERGY: ("fJ", 1e15), MODULUS: ("kPa", 1e-3), PRESSURE: ("kPa", 1e-3),
+        VISCOSITY: ("kPa s", 1e-3),
+    },
+}  # fmt: skip
+
+
+def display_systems(dimensions: Iterable[Dimension] = ()) -> dict[str, dict[str, dict[str, Any]]]:
+    """Return the unit, factor and offset of each dimension by system: shown = factor x SI + offset.
+
+    Further dimensions, such as those of a user's geometry, are in SI.
+
+    >>> display_systems()["AFM"]["force"]
+    {'unit': 'nN', 'factor': 1000000000.0, 'offset': 0.0}
+    """
+    si = {dimension: (dimension.unit, 1.0) for dimension in dimensions}
+    si |= {dimension: (dimension.unit.replace("^2", "²").replace("^3", "³"), 1.0) for dimension in _SHOWN}
+    si |= {ANGLE: ("°", 180.0 / math.pi), TEMPERATURE: ("°C", 1.0)}
+    return {
+        system: {
+            dimension.name: {
+                "unit": unit,
+                "factor": factor,
+                "offset": -ZERO_CELSIUS if dimension is TEMPERATURE else 0.0,
+            }
+            for dimension, (unit, factor) in (si | units).items()
+        }
+        for system, units in _DISPLAYED.items()
+    }

@@ -1,0 +1,304 @@
+"""The pictures of the page in a browser, and their files."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import restitution as rs
+from chromium import MARKS, ball, until, value_of, wait_for
+
+pytest.importorskip("playwright", reason="the browser tests need the package playwright")
+pytest.importorskip("uvicorn", reason="the browser tests need restitution[web]")
+pytestmark = MARKS
+
+
+@pytest.mark.parametrize("motion", ["reduce", "no-preference"])
+def test_the_slow_motion_plays_unless_motion_is_unwanted(opened, motion):
+    page = opened(reduced_motion=motion)
+    assert page.evaluate("explorer.tabs.impact.clock.playing") == (motion != "reduce")
+    assert page.locator(".play").inner_text() == ("Play" if motion == "reduce" else "Pause")
+    shown = page.locator(".readout").inner_text()
+    if motion == "reduce":
+        page.get_by_role("button", name="Play").click()
+    until(page, f"document.querySelector('.readout').textContent !== {shown!r}")
+    page.get_by_role("button", name="Pause").click()
+    assert not page.evaluate("explorer.tabs.impact.clock.playing")
+
+
+CURSOR = """name => {
+  const { figure } = explorer.tabs.impact[name];
+  const at = (...names) => (one) => figure.values(...names.map((name) => Number(one.getAttribute(name))));
+  const [line] = [...figure.svg.querySelectorAll(".cursor line")].map(at("x1", "y1"));
+  return { line: line ? line[0] : null, dots: [...figure.svg.querySelectorAll(".cursor circle")].map(at("cx", "cy")) };
+}"""
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
+def test_all_curves_show_the_time_of_the_slow_motion(opened, share):
+    # N, mm and ms have no prefix; the energies are in g mm^2/ms^2 = mJ.
+    page = opened({"page.units": "mm-g-ms"})
+    result = rs.solve(ball())
+    t = (share - 0.2) / 0.6 * result.contact_time
+    at = result.sample(np.array([t]))
+    time, depth, force = 1e3 * t, 1e3 * float(at.indentation_depth[0]), float(at.force[0])
+    energies = [1e3 * float(at[f"{name}_energy"][0]) for name in ("kinetic", "stored", "dissipated")]
+    wanted = {
+        "force": [time, [[time, force]]],
+        "loop": [None, [[depth, force]]],
+        "energy": [time, [[time, energy] for energy in energies]],
+    }
+    # Each picture is out of sight before, and stands still when it comes into sight.
+    page.get_by_label("Time of the slow motion").fill(str(1000 * share))
+    assert page.evaluate("explorer.tabs.impact.clock.time") == pytest.approx(t, rel=1e-9)
+    for name, (line, dots) in wanted.items():
+        page.locator(f"[data-panel={name}] .plot").scroll_into_view_if_needed()
+        until(page, f"explorer.tabs.impact.{name}.figure.visible && !explorer.tabs.impact.{name}.figure.stale")
+        found = page.evaluate(CURSOR, name)
+        assert found["line"] == (None if line is None else pytest.approx(line, rel=1e-5))
+        # Straight lines between 121 points.
+        peak = [1.0, result.energy[0] * 1e3 if name == "energy" else result.max_force]
+        np.testing.assert_allclose(found["dots"][: len(dots)] / np.array(peak), dots / np.array(peak), atol=1e-3)
+
+
+def test_the_map_leads_to_the_place_that_is_pressed(opened):
+    page = opened({"page.tab": "paper", "entry": "groups", "groups.nu": 0.45})
+    over = page.locator("[data-panel=figure-3] .over")
+    over.click(position={"x": 60, "y": 40})
+    p2, p3 = (value_of(page, f"groups.{name}") for name in ("p2", "p3"))
+    box = over.bounding_box()
+    assert np.log10(p2) == pytest.approx(-3 + 4 * 60 / box["width"], abs=0.02)
+    assert np.log10(p3) == pytest.approx(2 - 4 * 40 / box["height"], abs=0.02)
+    e = rs.standard_solid_restitution(0.45, p2, p3)
+    until(page, f"Math.abs(explorer.numbers.restitution_coefficient - {float(e)!r}) < 1e-7")
+
+
+MAP = "explorer.tabs.impact.map.figure"
+
+
+def test_a_finger_moves_a_slider_and_the_map(opened):
+    page = opened(viewport={"width": 360, "height": 760}, has_touch=True, is_mobile=True, device_scale_factor=2)
+    page.locator("#settings-box summary").tap()
+    slider = page.locator("[data-key='impact.velocity'] input[type=range]")
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    page.touchscreen.tap(box["x"] + 0.9 * box["width"], box["y"] + box["height"] / 2)
+    assert value_of(page, "impact.velocity") > 2.0
+    velocity = value_of(page, "impact.velocity")
+    wait_for(page, "restitution_coefficient", rs.solve(ball(velocity=velocity)).restitution_coefficient)
+    page.locator("#settings-box summary").tap()
+    over = page.locator("[data-panel=map] .over")
+    over.scroll_into_view_if_needed()
+    until(page, f"(({{visible, stale, curves}}) => visible && !stale && curves.length)({MAP})")
+    box = over.bounding_box()
+    page.touchscreen.tap(box["x"] + 0.5 * box["width"], box["y"] + 0.25 * box["height"])
+    until(
+        page,
+        "Math.abs(Math.log10(explorer.numbers.p3) - 1) < 0.05 && Math.abs(Math.log10(explorer.numbers.p2) + 1) < 0.05",
+    )
+
+
+def test_the_labels_have_one_size_on_all_screens(opened):
+    sizes = []
+    for ratio in (1, 2):
+        page = opened(device_scale_factor=ratio)
+        until(page, "document.querySelector('[data-panel=force] .plot text')")
+        texts = "[...document.querySelectorAll('[data-panel=force] .plot text')]"
+        sizes.append(page.evaluate(f"{texts}.map(one => parseFloat(getComputedStyle(one).fontSize))"))
+    assert sizes[0] == sizes[1]
+    assert min(sizes[0]) >= 12
+
+
+def saved_as(page, panel, words, folder):
+    """Save a picture by its menu, and return the path of the file."""
+    page.locator(f"{panel} summary").click()
+    with page.expect_download() as waiting:
+        page.locator(panel).get_by_role("button", name=words).click()
+    path = folder / waiting.value.suggested_filename
+    waiting.value.save_as(path)
+    return path
+
+
+# The file has SI in all systems.
+@pytest.mark.parametrize("units", ["SI", "AFM"])
+def test_files_of_a_picture_and_of_the_case(opened, tmp_path, units):
+    page = opened({"page.units": units})
+    until(page, "explorer.tabs.impact.force.columns?.length")
+    result = rs.solve(ball())
+
+    def saved(words):
+        return saved_as(page, "[data-panel=force]", words, tmp_path)
+
+    table = saved("CSV")
+    assert table.read_text().splitlines()[0] == "time [s],force [N]"
+    time, force = np.loadtxt(table, delimiter=",", skiprows=1).T
+    np.testing.assert_allclose(force, result.sample(time).force, rtol=1e-9, atol=1e-9 * result.max_force)
+    drawn = plt.imread(saved("PNG"))
+    svg = saved("SVG").read_text()
+    root = ET.fromstring(svg)
+    # Two pixels for one, with more than an empty page.
+    assert drawn.shape[:2] == (2 * int(float(root.get("height"))), 2 * int(float(root.get("width"))))
+    assert len(np.unique(drawn.reshape(-1, drawn.shape[2]), axis=0)) > 20
+    assert f"normal force F [{'N' if units == 'SI' else 'nN'}]" in svg
+    page.locator("#save-menu summary").click()
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Download case.toml").click()
+    path = tmp_path / waiting.value.suggested_filename
+    waiting.value.save_as(path)
+    again = rs.solve(rs.read_case(path).impact)
+    assert again.restitution_coefficient == pytest.approx(result.restitution_coefficient, rel=1e-9)
+
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def test_the_picture_of_a_file_is_the_one_on_the_screen(opened, tmp_path):
+    page = opened({"page.pins": "page.tab=impact&impact.velocity=0.5"}, color_scheme="dark")
+    until(page, "explorer.tabs.impact.energy.figure.curves.length === 4")
+    page.locator("[data-panel=energy] .plot").scroll_into_view_if_needed()
+    until(page, "!explorer.tabs.impact.energy.figure.stale")
+    drawn = page.evaluate(
+        "[...explorer.tabs.impact.energy.figure.svg.querySelectorAll('path')].map(one => [one.getAttribute('d'), one.getAttribute('stroke')])"
+    )
+    root = ET.parse(saved_as(page, "[data-panel=energy]", "SVG", tmp_path)).getroot()
+    paths = [[one.get("d"), one.get("stroke")] for one in root.iter(f"{SVG}path")]
+    # The samples of the legend come before the picture.
+    assert paths[-len(drawn) :] == drawn
+    assert len(paths) == len(drawn) + 3
+    words = [one.text for one in root.iter(f"{SVG}text")]
+    assert words[:4] == ["Energies over time", "kinetic", "stored", "dissipated"]
+    assert "A" in words
+    assert [one.text for one in root.iter(f"{SVG}title")] == ["A", "dissipated", "stored", "kinetic"]
+    # The cursor of time is no part of it.
+    assert not [one for one in root.iter() if one.get("class") == "cursor"]
+
+
+def scale_of(labels, places, log):
+    """Value at a place [pixels] of an axis, from its labels."""
+    powers = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+    values = [
+        float(one.replace("10", "1e", 1).translate(powers)) if one[-1] in "⁻⁰¹²³⁴⁵⁶⁷⁸⁹" else float(one)
+        for one in labels
+    ]
+    slope, start = np.polyfit(places, np.log10(values) if log else values, 1)
+    return lambda place: 10 ** (slope * place + start) if log else slope * place + start
+
+
+@pytest.mark.parametrize(
+    ("panel", "logs"), [("force", (False, False)), ("velocity", (True, False)), ("moduli", (True, True))]
+)
+def test_curves_stand_where_the_labels_of_the_axes_say(opened, tmp_path, panel, logs):
+    page = opened({"page.units": "mm-g-ms"})
+    until(page, f"explorer.tabs.impact.{panel}.figure.curves.some(one => one.colour === 'accent')")
+    curve = page.evaluate(f"explorer.tabs.impact.{panel}.figure.curves.find(one => one.colour === 'accent')")
+    page.locator(f"[data-panel={panel}] .plot").scroll_into_view_if_needed()
+    until(page, f"!explorer.tabs.impact.{panel}.figure.stale")
+    root = ET.parse(saved_as(page, f"[data-panel={panel}]", "SVG", tmp_path)).getroot()
+    plot = root.findall(f"{SVG}svg")[-1]
+    texts = [one for one in plot.find(f"{SVG}g") if one.tag == f"{SVG}text" and not one.get("transform")]
+    # The title of the x axis is the last one.
+    across = [one for one in texts if one.get("text-anchor") == "middle"][:-1]
+    up = [one for one in texts if one.get("text-anchor") == "end"]
+    x = scale_of([one.text for one in across], [float(one.get("x")) for one in across], logs[0])
+    # The base line of a label is a third of its size below its middle.
+    y = scale_of(
+        [one.text for one in up], [float(one.get("y")) - 0.34 * float(one.get("font-size")) for one in up], logs[1]
+    )
+    drawn = [one for one in plot.find(f"{SVG}svg") if one[0].text == curve.get("label", "")][-1]
+    places = points_of(drawn)
+    kept = [n for n, one in enumerate(curve["y"]) if one is not None]
+    for found, wanted, log in ((x(places[:, 0]), curve["x"], logs[0]), (y(places[:, 1]), curve["y"], logs[1])):
+        wanted = np.array([wanted[n] for n in kept], dtype=float)
+        # Pixels have two digits.
+        scale = np.abs(wanted) if log else np.abs(wanted).max()
+        np.testing.assert_allclose((found - wanted) / scale, 0.0, atol=1e-3)
+
+
+def scenes_of(path):
+    """The whole body and the contact, of a slow motion saved as SVG."""
+    return ET.parse(path).getroot().findall(f"{SVG}svg")
+
+
+def points_of(path):
+    """Points of a path without arcs."""
+    return np.array(re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", path.get("d")), dtype=float)
+
+
+def enlarged(scene):
+    """The enlarged contact in metres: outline of the body (x, depth), and the x of the ends of the contact."""
+    parts = list(scene)
+    paths = [one for one in parts if one.tag == f"{SVG}path"]
+    bar = next(n for n, one in enumerate(parts) if one.tag == f"{SVG}path" and one.get("d").startswith("M8 "))
+    length, unit = parts[bar + 1].text.split()
+    left, right = points_of(parts[bar])[1:3, 0]
+    scale = float(length) * {"mm": 1e-3, "µm": 1e-6}[unit] / (right - left)
+    stretch = next((float(one.text.split()[-1]) for one in parts if "heights" in (one.text or "")), 1.0)
+    (ground,) = [one for one in paths if one.get("stroke-dasharray")]
+    middle = float(scene.get("width")) / 2
+    # The last two points close the outline above the picture.
+    body = points_of([one for one in paths if one.get("fill") != "none" and len(points_of(one)) > 100][-1])[:-2]
+    body = body[body[:, 1] > -10.0]
+    edges = [points_of(one) for one in paths if one.get("stroke-width") and len(points_of(one)) == 2]
+    ends = [line[0, 0] - middle for line in edges if line[0, 0] == line[1, 0] != middle]
+    zero = points_of(ground)[0, 1]
+    x, depth = (body[:, 0] - middle) * scale, (body[:, 1] - zero) * scale / stretch
+    return x, depth, np.array(ends) * scale, scale
+
+
+ELLIPSOID = {"profile.type": "ellipsoid", "profile.radius_1": 0.05, "profile.radius_2": 0.01}
+
+
+@pytest.mark.parametrize("share", [0.35, 0.7])
+@pytest.mark.parametrize("state", [{}, ELLIPSOID])
+def test_the_slow_motion_is_saved_as_it_is(opened, tmp_path, state, share):
+    page = opened(state)
+    profile = rs.Ellipsoid(0.05, 0.01) if state else rs.Parabola(0.01)
+    result = rs.solve(rs.Impact(ball().material, profile, mass=0.005, velocity=1.0))
+    wait_for(page, "restitution_coefficient", result.restitution_coefficient)
+    page.evaluate(f"explorer.tabs.impact.clock.to({share})")
+    whole, contact = scenes_of(saved_as(page, ".stage", "SVG", tmp_path))
+    at = result.sample(np.array([(share - 0.2) / 0.6 * result.contact_time]))
+    depth, mean = float(at.indentation_depth[0]), float(at.contact_radius[0])
+    x, found, ends, scale = enlarged(contact)
+    # Rounded to 0.01 pixels; a straight line between 61 points of the body and 121 times is off by a few times that.
+    assert x.size > 200
+    curvature = 1 / (0.05 if state else 0.01)
+    assert found == pytest.approx(depth - curvature * x**2 / 2, abs=0.1 * scale)
+    widest = profile.semi_axes(mean)[0] if state else mean
+    assert sorted(ends) == pytest.approx([-widest, widest], abs=0.1 * scale)
+    # The whole body: its half-axes, and its lowest point under the ground.
+    middle, across, up = (float(whole.find(f"{SVG}ellipse").get(name)) for name in ("cy", "rx", "ry"))
+    assert across / up == pytest.approx(np.sqrt(5.0) if state else 1.0, rel=1e-3)
+    ground = float(whole.find(f"{SVG}rect").get("y"))
+    assert middle + up - ground == pytest.approx(depth / 0.01 * up, abs=0.1)
+    table = saved_as(page, ".stage", "CSV", tmp_path)
+    assert table.read_text().splitlines()[0] == "time [s],indentation_depth [m],contact_radius [m],force [N]"
+    time, *columns = np.loadtxt(table, delimiter=",", skiprows=1).T
+    history = result.sample(time)
+    for name, values in zip(("indentation_depth", "contact_radius", "force"), columns, strict=True):
+        np.testing.assert_allclose(values, history[name], rtol=1e-9, atol=1e-9 * float(history[name].max()))
+    drawn = plt.imread(saved_as(page, ".stage", "PNG", tmp_path))
+    assert len(np.unique(drawn.reshape(-1, drawn.shape[2]), axis=0)) > 20
+
+
+def test_the_slow_motion_of_a_pyramid_says_what_is_not_known(opened, tmp_path):
+    page = opened({"profile.type": "pyramid", "profile.face_angle": 1.2})
+    result = rs.solve(rs.Impact(ball().material, rs.Pyramid(1.2), mass=0.005, velocity=1.0))
+    wait_for(page, "restitution_coefficient", result.restitution_coefficient)
+    assert "surface around a pyramid is not known" in page.locator(".scenes .note").inner_text()
+    page.evaluate("explorer.tabs.impact.clock.to(0.5)")
+    _, contact = scenes_of(saved_as(page, ".stage", "SVG", tmp_path))
+    x, found, ends, scale = enlarged(contact)
+    depth = float(result.sample(np.array([0.5 * result.contact_time])).indentation_depth[0])
+    assert found == pytest.approx(depth - np.abs(x) / np.tan(1.2), abs=0.1 * scale)
+    assert ends.size == 0
+
+
+def test_a_body_that_stays_has_a_line_in_place_of_the_slow_motion(opened):
+    page = opened({"material.model": "maxwell", "material.viscosity": 1.0, "bulk": "bulk_modulus"})
+    until(page, "explorer.last.impact.curves.history === null")
+    assert "no rebound to show" in page.locator(".readout").inner_text()
+    for part in (".play", ".stage summary", ".stage svg"):
+        assert page.locator(part).first.is_hidden()
