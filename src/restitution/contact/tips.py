@@ -90,7 +90,9 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         k = _axis_ratio(ratio)
         first_kind, d = elliprf(0.0, k * k, 1.0), elliprd(0.0, k * k, 1.0) / 3.0
         object.__setattr__(self, "axis_ratio", plain(k))
-        object.__setattr__(self, "effective_radius", plain(0.5 * math.pi**2 * large * d / first_kind**3))
+        # A product, unlike a power, gives the same bits for numbers and arrays.
+        cubed = first_kind * first_kind * first_kind
+        object.__setattr__(self, "effective_radius", plain(0.5 * math.pi**2 * large * d / cubed))
 
     @classmethod
     def of_bodies(cls, radii_1: ArrayLike, radii_2: ArrayLike, *, angle: Any = 0.0) -> Ellipsoid:
