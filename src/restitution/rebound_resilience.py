@@ -93,8 +93,8 @@ def implied_loss_tangent(rebound_resilience: float) -> ImpliedLoss:
 
     Examples
     --------
-    >>> found = implied_loss_tangent(64.0)
-    >>> print(round(found.loss_tangent, 3), round(found.low, 2), round(found.high, 2))
+    >>> implied = implied_loss_tangent(64.0)
+    >>> print(round(implied.loss_tangent, 3), round(implied.low, 2), round(implied.high, 2))
     0.18 0.14 0.21
     """
     measured = single("rebound_resilience", within("rebound_resilience", rebound_resilience, _LOWEST, _HIGHEST, "%"))
@@ -422,8 +422,8 @@ def resilience(
         raise InputError(name, rule=f"must be given: no reliable source had that of {test.name}")
     size = test.thickness if thickness is None else check_single("thickness", thickness)
     within("thickness", size, 1e-4, 1.0, INPUTS["thickness"].unit)
-    given = {"radius": tip_radius, "mass": mass, "thickness": thickness}
-    sources = {name: source for name, source in test.sources.items() if given.get(name) is None}
+    sizes = {"radius": tip_radius, "mass": mass, "thickness": thickness}
+    sources = {name: source for name, source in test.sources.items() if sizes.get(name) is None}
     test = replace(test, radius=radius, mass=weighed, thickness=size, sources=sources)
     temperatures = None if temperature is None else np.atleast_1d(check("temperature", temperature))
     if temperatures is not None and (temperatures.ndim != 1 or not temperatures.size):
@@ -441,8 +441,10 @@ def resilience(
     for status in columns["status"]:
         if Status(int(status)).failed:
             raise SolverError(Status(int(status)))
-    found = _columns(columns, impacts, len(bases))
-    return Resilience(test, material, bases, temperatures, validity=_validity(columns, impacts), notes=notes, **found)
+    outputs = _columns(columns, impacts, len(bases))
+    return Resilience(
+        test, material, bases, temperatures, validity=_validity(columns, impacts), notes=notes, **outputs
+    )
 
 
 def _bases(material: Material, radius: float, thickness: float) -> tuple[tuple[str, ...], tuple[str, ...]]:

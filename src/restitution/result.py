@@ -49,10 +49,10 @@ class Table(NamedTuple):
         rights = [name == self.right for name in self.columns]
 
         def line(row: tuple[str, ...]) -> str:
-            found = ""
+            text = ""
             for cell, place, right in zip(row, places, rights, strict=True):
-                found = found.ljust(place + 1 - len(cell) if right else place) + cell
-            return found.ljust(len(last))
+                text = text.ljust(place + 1 - len(cell) if right else place) + cell
+            return text.ljust(len(last))
 
         return "\n".join([*lines[:head], *map(line, self.rows), end, ""])
 

@@ -49,23 +49,23 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
     if not axes and not samples:
         missing = "the section is missing; it lists what varies, e.g. velocity = [0.1, 1.0]"
         raise CaseError(InputError("axes", rule=missing), where=path)
-    made: dict[str, Any] = {}
+    read: dict[str, Any] = {}
     mistakes: list[InputError] = []
     for keys, spec in _leaves(axes or {}, (*_AXES, "n")):
         field = key_path(["axes", *keys])
         try:
             place = known_place(field, keys)
-            if place in made:
+            if place in read:
                 raise InputError("axes", rule=f"{place} is there twice")
-            made[place] = read_axis(field, place, spec)
+            read[place] = read_axis(field, place, spec)
         except InputError as error:
             mistakes.append(error)
     if mistakes:
         raise CaseError(*mistakes, where=path)
     if samples:
         with in_file(path):
-            made[DRAWS] = _samples(dict(samples))
-    return made
+            read[DRAWS] = _samples(dict(samples))
+    return read
 
 
 def known_place(field: str, keys: tuple[str, ...]) -> str:
@@ -76,11 +76,11 @@ def known_place(field: str, keys: tuple[str, ...]) -> str:
     >>> known_place("", ("velocity",)), known_place("", ("nu",)), known_place("", ("profile", "radius"))
     ('impact.velocity', 'material.poisson_ratio', 'profile.radius')
     """
-    given, *more = keys
+    first, *more = keys
     if more:
         return ".".join(keys)
-    _known(field, given, (*_SHORT, *ALIASES, *_SECTIONS))
-    name = ALIASES.get(given, given)
+    _known(field, first, (*_SHORT, *ALIASES, *_SECTIONS))
+    name = ALIASES.get(first, first)
     return _SHORT.get(name, "") + name
 
 
@@ -109,23 +109,23 @@ def _quantities() -> dict[str, Quantity]:
     return constants | CONSTANTS | INPUTS | {"bulk": INPUTS["bulk_modulus"], "shear": shear}
 
 
-def value_in_si(field: str, place: str, given: Any) -> Any:
+def value_in_si(field: str, place: str, value: Any) -> Any:
     """Return a number in SI where the quantity is known, anything else as it stands."""
-    if isinstance(given, int | float) and not isinstance(given, bool):
+    if isinstance(value, int | float) and not isinstance(value, bool):
         try:
-            return float(given)
+            return float(value)
         except OverflowError:
             rule = "must be a number that a double can hold"
             raise InputError(field, "a number of very many digits", rule) from None
     quantity = quantity_of(place)
-    if not isinstance(given, str) or quantity is None:
-        return given
-    if given == "incompressible":
-        return math.inf if quantity.infinite and place.endswith("bulk_modulus") else given
+    if not isinstance(value, str) or quantity is None:
+        return value
+    if value == "incompressible":
+        return math.inf if quantity.infinite and place.endswith("bulk_modulus") else value
     try:
-        return to_si(given, quantity.dimension)
+        return to_si(value, quantity.dimension)
     except InputError as error:
-        raise InputError(field, given, error.rule) from None
+        raise InputError(field, value, error.rule) from None
 
 
 def read_axis(field: str, place: str, spec: Any) -> Any:
@@ -193,19 +193,19 @@ def _made(field: str, kind: Callable[..., Any], *numbers: Any, **options: Any) -
         raise InputError(field, rule=str(error)) from None
 
 
-def _pair(field: str, kind: str, given: Any) -> tuple[Any, Any]:
-    if not isinstance(given, list) or len(given) != 2:
-        raise InputError(f"{field}.{kind}", given, "must be a list of two values")
-    return given[0], given[1]
+def _pair(field: str, kind: str, pair: Any) -> tuple[Any, Any]:
+    if not isinstance(pair, list) or len(pair) != 2:
+        raise InputError(f"{field}.{kind}", pair, "must be a list of two values")
+    return pair[0], pair[1]
 
 
-def number(field: str, place: str, given: Any) -> float:
+def number(field: str, place: str, entry: Any) -> float:
     """Return a number in SI, given as a number or as a text with the unit of the key at a place."""
-    value = value_in_si(field, place, given)
+    value = value_in_si(field, place, entry)
     if not isinstance(value, float):
-        if isinstance(given, str) and quantity_of(place) is None:
+        if isinstance(entry, str) and quantity_of(place) is None:
             _known(field, place.rpartition(".")[2], _quantities())
-        raise InputError(field, given, "must be a number in SI")
+        raise InputError(field, entry, "must be a number in SI")
     return value
 
 

@@ -155,8 +155,8 @@ class CaseFile(Section):
                 refuse(rule, "impact.material_of", self.impact.material_of)
             if self.impact.impedance is not None:
                 refuse("is that of a target; a free body has its mass", "impact.impedance", self.impact.impedance)
-            given = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
-            if sum(one is not None for one in given) > 1:
+            bodies = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
+            if sum(one is not None for one in bodies) > 1:
                 refuse("give one of counter_material, counter_body.material and rigid = true", "counter_body")
         if self.profile.on_layer and self.impact.material_of == "body":
             refuse("the layer is of [material]; leave it out", "impact.material_of", "body")

@@ -155,11 +155,11 @@ class MaterialSection(Section):
             window = Window(window.low / factor, window.high / factor, window.rtol)
         material = self.isothermal(window)
         self._check_window(material.window)
-        given = {"name": self.name, "density": self.density, "shift": shift, "window": self.window,
+        shared = {"name": self.name, "density": self.density, "shift": shift, "window": self.window,
                  "undetermined": self.undetermined}  # fmt: skip
         if shift is not None:
-            given["temperature"] = shift.reference_temperature
-        material = replace(material, **{key: value for key, value in given.items() if value is not None})
+            shared["temperature"] = shift.reference_temperature
+        material = replace(material, **{key: value for key, value in shared.items() if value is not None})
         if self.temperature is None or (not np.ndim(self.temperature) and self.temperature == material.temperature):
             return material
         if material.shift is None:

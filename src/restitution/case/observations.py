@@ -53,7 +53,7 @@ _NAMES = {prefix + name for name in (*_COLUMNS, *_SYMBOLS) for prefix in ("", _D
 
 
 def read_observations(
-    path: str | Path, *, kind: str | None = None, noise: Noise | Mapping[str, Any] | None = None, **given: Any
+    path: str | Path, *, kind: str | None = None, noise: Noise | Mapping[str, Any] | None = None, **arguments: Any
 ) -> Observations:
     r"""Read measured impacts, indentations or moduli from a CSV file.
 
@@ -99,21 +99,21 @@ def read_observations(
     source = path_of(path)
     try:
         deviations = dict(noise.deviations) if isinstance(noise, Noise) else checks.mapping("noise", noise)
-        return _read(source, kind, deviations, given)
+        return _read(source, kind, deviations, arguments)
     except FileError as error:
         raise InputError(error.field, rule=error.rule, where=str(source)) from None
     except InputError as error:
         raise error.within(where=error.where or str(source)) from None
 
 
-def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dict[str, Any]) -> Observations:
+def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments: dict[str, Any]) -> Observations:
     if source.suffix.lower() == ".toml":
         raise InputError("", rule="is a case file: must be a file of measured values")
     if kind is not None and checks.instance("kind", kind, str, "must be a name") not in KINDS:
         raise InputError("kind", kind, f"must be one of {', '.join(KINDS)}")
 
     def moduli() -> Observations:
-        return _made("moduli", [read_material(source)], deviations, given, source)
+        return _made("moduli", [read_material(source)], deviations, arguments, source)
 
     if kind == "moduli":
         return moduli()
@@ -142,13 +142,13 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dic
         raise FileError("", sheet.header_line, rule)
     columns: dict[str, Any] = {}
     for index, name in enumerate(names):
-        if name in columns or name in given or (name.startswith(_DEVIATION) and name[3:] in deviations):
+        if name in columns or name in arguments or (name.startswith(_DEVIATION) and name[3:] in deviations):
             raise FileError("", sheet.header_line, f"column {name!r} is given twice: must be given once")
         columns[name] = in_si(sheet, index, name, MEASURED[name.removeprefix(_DEVIATION)].dimension)
     deviations |= {name[3:]: column for name, column in columns.items() if name.startswith(_DEVIATION)}
     values = {name: column for name, column in columns.items() if not name.startswith(_DEVIATION)}
     try:
-        return _made(file_kind, [], deviations, values | given, source)
+        return _made(file_kind, [], deviations, values | arguments, source)
     except InputError as error:
         if error.index and error.field.removeprefix("noise.") in names:
             # A row of the table is a line of the file.
@@ -158,17 +158,17 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], given: dic
 
 
 def _made(
-    kind: str, first: Sequence[Any], deviations: dict[str, Any], given: dict[str, Any], source: Path
+    kind: str, first: Sequence[Any], deviations: dict[str, Any], arguments: dict[str, Any], source: Path
 ) -> Observations:
     build = KINDS[kind].build
     parameters = inspect.signature(build).parameters
-    for name in given:
+    for name in arguments:
         if name not in parameters:
-            raise InputError(name, given[name], f"does not go with {kind}; {advice(name, parameters)}")
+            raise InputError(name, arguments[name], f"does not go with {kind}; {advice(name, parameters)}")
     missing = [name for name, parameter in list(parameters.items())[len(first) :]
-               if parameter.default is parameter.empty and name not in given]  # fmt: skip
+               if parameter.default is parameter.empty and name not in arguments]  # fmt: skip
     if missing:
         raise InputError(missing[0], rule="is missing: must be a column of the file, or a number for all rows")
-    observations = build(*first, **given, **({"noise": Noise(**deviations)} if deviations else {}))
+    observations = build(*first, **arguments, **({"noise": Noise(**deviations)} if deviations else {}))
     observations.label = source.name
     return observations

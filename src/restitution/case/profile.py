@@ -193,15 +193,15 @@ def _chosen(value: Any, info: ValidationInfo) -> Any:
     """Check a table by the section of its type: a table of points where one is given, a parabola by default."""
     if not isinstance(value, dict):
         return value
-    known = sections()
+    kinds = sections()
     name = value.get("type", "tabulated" if any(key in value for key in _TABLE) else "parabola")
-    if name not in list(known):
-        refuse(f"must be one of {', '.join(map(toml_value, known))}", "type", value["type"])
+    if name not in list(kinds):
+        refuse(f"must be one of {', '.join(map(toml_value, kinds))}", "type", value["type"])
     for key in () if "type" in value else value:
-        forms = [toml_value(other) for other, form in known.items() if key in form.model_fields]
-        if key not in known[name].model_fields and forms:
+        forms = [toml_value(other) for other, form in kinds.items() if key in form.model_fields]
+        if key not in kinds[name].model_fields and forms:
             refuse(f"belongs to another type; give type = {' or '.join(forms)}", key)
-    return known[name].model_validate(value, context=info.context)
+    return kinds[name].model_validate(value, context=info.context)
 
 
 AnyProfile = Annotated[SerializeAsAny[ProfileSection], BeforeValidator(_chosen), Forms(lambda: sections().values())]

@@ -112,9 +112,9 @@ class Section(BaseModel):
     def _advice(cls, key: str) -> str:
         if key in cls.elsewhere:
             return f"does not belong here; {cls.elsewhere[key]}"
-        own, others = list(cls.model_fields), cls.alternatives()
-        close = [] if get_close_matches(key, own, 1) or key in others else get_close_matches(key, others, 1)
-        return f"unknown key; {advice(key, close or own)}"
+        keys, others = list(cls.model_fields), cls.alternatives()
+        close = [] if get_close_matches(key, keys, 1) or key in others else get_close_matches(key, others, 1)
+        return f"unknown key; {advice(key, close or keys)}"
 
     @classmethod
     def alternatives(cls) -> set[str]:
@@ -131,11 +131,11 @@ class Section(BaseModel):
 
     def one_of(self, *keys: str) -> str:
         """Return which one of the keys has a value; refuse none and more than one."""
-        given = self.given(*keys)
-        if len(given) != 1:
-            state = f"{' and '.join(given)} are given" if given else "none is given"
+        present = self.given(*keys)
+        if len(present) != 1:
+            state = f"{' and '.join(present)} are given" if present else "none is given"
             refuse(f"give exactly one of {', '.join(keys[:-1])} and {keys[-1]}; {state}")
-        return given[0]
+        return present[0]
 
 
 def read_sections(kind: type[S], path: Path, data: dict[str, Any], folder: Path | None = None) -> S:
@@ -248,11 +248,11 @@ def _of_section(parts: list[str | int], value: Any, error: InputError) -> InputE
     """Mistake that a section found, under the path of the section and with the value that the file has."""
     if not error.field:
         return InputError(key_path(parts), _shown(value), error.rule)
-    own = cast("Any", value).get(error.field, ABSENT) if isinstance(value, dict) else ABSENT
-    if own is ABSENT and error.value is None:
+    part = cast("Any", value).get(error.field, ABSENT) if isinstance(value, dict) else ABSENT
+    if part is ABSENT and error.value is None:
         error = InputError(error.field, rule=error.rule)
-    if own is not ABSENT and not isinstance(own, dict) and not (isinstance(own, list) and error.index):
-        error = InputError(error.field, own, error.rule)
+    if part is not ABSENT and not isinstance(part, dict) and not (isinstance(part, list) and error.index):
+        error = InputError(error.field, part, error.rule)
     return error.within(key_path(parts))
 
 

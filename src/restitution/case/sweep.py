@@ -126,7 +126,7 @@ def _template(
     """Return the template of a case whose quantities, given by their first values, the axes set."""
     materials = [data.get(name) for data in (case, axes) for name in ("material", "counter_material")]
     fractional = any(
-        is_fractional(each) for given in materials for each in (given if isinstance(given, list) else [given])
+        is_fractional(each) for values in materials for each in (values if isinstance(values, list) else [values])
     )
     by_way = _by_way(case) if not fractional else {}
     with in_file(path, "axes"):

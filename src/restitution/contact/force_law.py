@@ -327,8 +327,8 @@ class ForceLaw(Geometry, case_name="force_law"):
         ratio = single("poisson_ratio", INPUTS["poisson_ratio"].check(self.poisson_ratio))
         if ratio == -1.0:
             raise InputError("poisson_ratio", ratio, "must be in (-1, 0.5]")
-        given = {"depth": depth, "force": force, "modulus": modulus, "poisson_ratio": ratio}
-        for name, value in given.items():
+        columns = {"depth": depth, "force": force, "modulus": modulus, "poisson_ratio": ratio}
+        for name, value in columns.items():
             object.__setattr__(self, name, value)
         if self.exponent is not None:
             object.__setattr__(self, "exponent", single("exponent", _EXPONENT.check(self.exponent)))

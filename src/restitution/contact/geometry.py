@@ -184,9 +184,11 @@ class Geometry(ABC):
 
     def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Self:
         """Return the geometries of an array over axes of other names; their own are `axes`."""
-        own = axes or self.axes
-        assert own is not None
-        return self.changed({name: spread_array(value, own, names, self.rows) for name, value in self.numbers.items()})
+        target = axes or self.axes
+        assert target is not None
+        return self.changed(
+            {name: spread_array(value, target, names, self.rows) for name, value in self.numbers.items()}
+        )
 
     def take(self, shape: tuple[int, ...], places: NDArray[np.intp], same: Collection[str] = ()) -> Self:
         """Return rows of an array, raveled from a larger shape; numbers in `same` are equal in all of them.

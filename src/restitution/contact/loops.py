@@ -164,13 +164,13 @@ def evaluate_series(root: Any, cell: Any, low: Any, high: Any, series: Any, valu
     `series` has the shape (n_cell, 3, n_term) and `values` (m, 3).
     """
     for n in range(root.shape[0]):
-        own = cell[n]
-        t = (2.0 * root[n] - low[own] - high[own]) / (high[own] - low[own])
+        cell_of = cell[n]
+        t = (2.0 * root[n] - low[cell_of] - high[cell_of]) / (high[cell_of] - low[cell_of])
         for q in range(3):
             one = two = 0.0
             for k in range(series.shape[2] - 1, 0, -1):
-                one, two = series[own, q, k] + 2.0 * t * one - two, one
-            values[n, q] = series[own, q, 0] + t * one - two
+                one, two = series[cell_of, q, k] + 2.0 * t * one - two, one
+            values[n, q] = series[cell_of, q, 0] + t * one - two
 
 
 # Line loads of flat punches on a layer: the symmetric linear system of the integral equation, compiled.
@@ -274,7 +274,7 @@ def _moments(a: float, b: float, nodes: Any, before: Any, x: Any, masses: Any, s
 
 
 @entry_point
-def condense(starts: Any, nodes: Any, x: Any, masses: Any, weights: Any, space: Any, found: Any) -> None:
+def condense(starts: Any, nodes: Any, x: Any, masses: Any, weights: Any, space: Any, moments: Any) -> None:
     """Write masses at the nodes of [0, b] with the same moments as those of the cells before each start b.
 
     Parameters
@@ -287,12 +287,12 @@ def condense(starts: Any, nodes: Any, x: Any, masses: Any, weights: Any, space: 
         Places and masses of each cell, shape (n, n_place).
     space
         Space of the shape (4, n_term + n_place).
-    found
+    moments
         Masses, shape (n, n_term), which are 0 at first.
     """
     terms = nodes.shape[0]
     for n in range(1, starts.shape[0]):
-        before, after = found[n - 1], found[n]
+        before, after = moments[n - 1], moments[n]
         _moments(starts[n], starts[n - 1], nodes, before, x[n - 1], masses[n - 1], space, after)
         for i in range(terms):
             space[0, i] = 0.0
@@ -330,7 +330,7 @@ def _panel(panels: Any, radius: float) -> int:
 
 @entry_point
 def on_layers(
-    thickness: Any, radius: Any, panels: Any, stiffness: Any, edge: Any, series: Any, scratch: Any, found: Any
+    thickness: Any, radius: Any, panels: Any, stiffness: Any, edge: Any, series: Any, scratch: Any, means: Any
 ) -> None:
     """Write ln kappa, ln w(a) and a mean over the profile for every contact on every layer.
 
@@ -344,7 +344,7 @@ def on_layers(
         Series of the mean of each contact, shape (n_panel, n_term, n).
     scratch
         Space of the shape (6, `MOST`).
-    found
+    means
         Results, shape (3, n_layer, n).
     """
     n, terms = radius.shape[0], stiffness.shape[1]
@@ -377,7 +377,7 @@ def on_layers(
                     two[i] += edge[panel, k] * now + edge[panel, k + 1] * after
                     three[i] += series[panel, k, first + i] * now + series[panel, k + 1, first + i] * after
             for i in range(count):
-                found[0, layer, first + i] = one[i]
-                found[1, layer, first + i] = two[i]
-                found[2, layer, first + i] = three[i]
+                means[0, layer, first + i] = one[i]
+                means[1, layer, first + i] = two[i]
+                means[2, layer, first + i] = three[i]
             first += count

@@ -92,7 +92,7 @@ def radiated(
     ``4.685 F_max^2/T`` for a Hertz impact and 6 % more for a cone. It grows with the skewness of the force. The fit in
     y is within 7 % where e > 0.6, and up to 1.9 times low where e < 0.4 (`docs/theory/limits.md`).
     """
-    speed, energy, found = (np.full(contact_time.shape, np.nan) for _ in range(3))
+    speed, energy, body = (np.full(contact_time.shape, np.nan) for _ in range(3))
     with np.errstate(all="ignore"):
         rate = np.where(contact_time > 0.0, 1.0 / contact_time, 0.0)
         skew = np.minimum(skewness * skewness, _LARGEST_SKEWNESS**2)
@@ -105,16 +105,16 @@ def radiated(
                 continue
             shear, bulk = (part.take(kind).storage_modulus(rate) for part in (bodies.shear, bodies.bulk))
             # No wave runs in a body that only flows.
-            own = np.where(shear > 0.0, np.sqrt(shear / density), np.nan)
+            wave_speed = np.where(shear > 0.0, np.sqrt(shear / density), np.nan)
             nu = np.where(np.isinf(bulk), 0.5, (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear))
-            kept = 2.0 * size <= own * contact_time
-            power = np.where(kept, 0.0, radiation(nu) / (density * own**3) * pulse)
+            kept = 2.0 * size <= wave_speed * contact_time
+            power = np.where(kept, 0.0, radiation(nu) / (density * wave_speed**3) * pulse)
             # Where nothing leaves, or nothing is known of it, the slower one.
             radiates = (power > 0.0) | (energy > 0.0)
-            more = np.isnan(speed) | np.where(radiates, power > energy, own < speed)
-            speed, energy = np.where(more, own, speed), np.where(more, power, energy)
-            found = np.where(more, np.where(single, 0.0, place), found)
-    return Waves(speed, energy, found)
+            more = np.isnan(speed) | np.where(radiates, power > energy, wave_speed < speed)
+            speed, energy = np.where(more, wave_speed, speed), np.where(more, power, energy)
+            body = np.where(more, np.where(single, 0.0, place), body)
+    return Waves(speed, energy, body)
 
 
 def radiation(poisson_ratio: ArrayLike) -> Array:

@@ -121,9 +121,9 @@ class AbelTransform:
             place = np.minimum(piece + root, np.nextafter(piece + 1.0, 0.0))
             cells, series = self._series
             cell = np.clip(np.searchsorted(cells[:, 0] + cells[:, 1], place, side="right") - 1, 0, len(cells) - 1)
-            found = np.empty((far.size, 3))
-            evaluate_series(root, cell, cells[:, 1], cells[:, 2], series, found)
-            values[far] = found
+            far_values = np.empty((far.size, 3))
+            evaluate_series(root, cell, cells[:, 1], cells[:, 2], series, far_values)
+            values[far] = far_values
         return Transformed(*values.T)
 
     def beyond_face(self, x: Array) -> Array:
@@ -173,9 +173,9 @@ class AbelTransform:
             pending = np.concatenate([np.stack([piece, low, middle], 1), np.stack([piece, middle, high], 1)])
             if not len(pending):
                 break
-        found = np.concatenate(cells)
-        order = np.lexsort((found[:, 1], found[:, 0]))
-        return found[order], np.concatenate(series)[order]
+        all_cells = np.concatenate(cells)
+        order = np.lexsort((all_cells[:, 1], all_cells[:, 0]))
+        return all_cells[order], np.concatenate(series)[order]
 
     def _chebyshev(self, cells: Array) -> Array:
         angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
@@ -275,13 +275,13 @@ class Tabulated(Profile, case_name="tabulated"):
                 y, depth, slope = _sampled(transform, pieces.x)
                 falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
                 if not falls.size:
-                    made = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
+                    parts = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
                     break
             falls_at = math.hypot(transform.face, float(falls[0]))
         else:
             rule = "g(x) must rise for the contact to be a full circle; smooth or thin the table"
             raise InputError("", rule=f"f rises too little beyond r = {falls_at:g} m: {rule}")
-        for name, value in made.items():
+        for name, value in parts.items():
             object.__setattr__(self, name, value)
 
     def shape(self, r: ArrayLike) -> Array:
@@ -368,17 +368,17 @@ class Tabulated(Profile, case_name="tabulated"):
             if not active.size:
                 break
             here = y[active]
-            found = self._transform(here)
-            residual = found.depth - depth[active]
+            transformed = self._transform(here)
+            residual = transformed.depth - depth[active]
             above = residual > 0.0
             high[active[above]] = here[above]
             low[active[~above]] = here[~above]
             # Newton's method in the logarithms, because near the tip g is a power of y over many decades.
-            reached = np.maximum(found.depth, 1e-300)
-            power = np.where(found.slope > 0.0, here * found.slope / reached, np.inf)
+            reached = np.maximum(transformed.depth, 1e-300)
+            power = np.where(transformed.slope > 0.0, here * transformed.slope / reached, np.inf)
             trial = here * (depth[active] / reached) ** (1.0 / power)
             # Where g falls between the samples, only the bracket is reliable.
-            tight = (np.abs(trial - here) <= 4e-16 * here) & (found.slope > 0.0)
+            tight = (np.abs(trial - here) <= 4e-16 * here) & (transformed.slope > 0.0)
             inside = (trial > low[active]) & (trial < high[active])
             y[active] = np.where(inside | tight, trial, 0.5 * (low[active] + high[active]))
             active = active[~tight & (high[active] - low[active] > 4e-16 * here)]
@@ -389,8 +389,8 @@ def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array, Arr
     edges = transform.beyond_face(breaks)
     fractions = np.arange(1, _SAMPLES + 1) / _SAMPLES
     y = np.append(0.0, (edges[:-1, None] + np.diff(edges)[:, None] * fractions).ravel())
-    found = transform(y)
-    return y, found.depth, found.slope
+    transformed = transform(y)
+    return y, transformed.depth, transformed.slope
 
 
 def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
@@ -403,11 +403,11 @@ def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
     fall, reached = np.zeros(least.size), np.zeros(least.size)
     for _ in range(3):
         here = low + np.linspace(0.0, 1.0, 2 * _SAMPLES + 1)[:, None] * (high - low)
-        found = transform(here[1:-1].ravel())
-        depth = found.depth.reshape(-1, least.size)
+        transformed = transform(here[1:-1].ravel())
+        depth = transformed.depth.reshape(-1, least.size)
         fall = np.maximum(fall, np.max(np.maximum.accumulate(depth) - depth, axis=0))
         reached = np.max(depth, axis=0)
-        best = np.argmin(found.slope.reshape(-1, least.size), axis=0) + 1
+        best = np.argmin(transformed.slope.reshape(-1, least.size), axis=0) + 1
         low, high = here[best - 1, columns], here[best + 1, columns]
     return low[fall > _LEVEL * reached]
 

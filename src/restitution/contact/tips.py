@@ -217,8 +217,8 @@ def crossed_cylinders(radius_1: Any, radius_2: Any, *, angle: Any = 0.5 * math.p
     >>> print(round(gap.axis_ratio, 12), round(gap.effective_radius, 12))
     1.0 0.01
     """
-    given = {"radius_1": radius_1, "radius_2": radius_2}
-    radii = [single(name, finite(name, radius, "m"), "m") for name, radius in given.items()]
+    sizes = {"radius_1": radius_1, "radius_2": radius_2}
+    radii = [single(name, finite(name, radius, "m"), "m") for name, radius in sizes.items()]
     turn = single("angle", between("angle", angle, 0.0, math.pi, "rad"), "rad")
     return Ellipsoid.of_bodies((radii[0], math.inf), (radii[1], math.inf), angle=turn)
 
@@ -248,11 +248,11 @@ def _axis_ratio(ratio: Array) -> Array:
     log_k = -logarithm / 1.5 * (1.0 - 0.25 * logarithm / (logarithm + 6.0))
     for _ in range(_STEPS):
         squared = np.exp(2.0 * log_k)
-        found = elliprd(0.0, 1.0, squared) / elliprd(0.0, squared, 1.0)
+        quotient = elliprd(0.0, 1.0, squared) / elliprd(0.0, squared, 1.0)
         # The slope is between 1.5, at a circle, where its closed form is 0/0, and 2.
         with np.errstate(divide="ignore", invalid="ignore"):
-            slope = np.fmax(1.5, np.fmin(2.0 + (1.0 / found - squared * found) / (1.0 - squared), 2.0))
-        log_k = log_k + (np.log(found) - logarithm) / slope
+            slope = np.fmax(1.5, np.fmin(2.0 + (1.0 / quotient - squared * quotient) / (1.0 - squared), 2.0))
+        log_k = log_k + (np.log(quotient) - logarithm) / slope
     return np.exp(log_k)
 
 

@@ -112,8 +112,8 @@ def identify(
     ...     v, exact.restitution_coefficient, radius=0.01, mass=0.033, contact_time=exact.contact_time,
     ...     noise=rs.Noise(restitution_coefficient="1 %", contact_time="1 %"),
     ... )
-    >>> found = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
-    >>> print(round(found.parameters["branch_modulus"].value / 1e7, 4))
+    >>> solid = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    >>> print(round(solid.parameters["branch_modulus"].value / 1e7, 4))
     1.0
     """
     one_of("loss", loss, _LOSSES)

@@ -217,8 +217,8 @@ def identify_map(
     ...     gel = rs.standard_solid(equilibrium_modulus, 270.0, 80.0, poisson_ratio=0.5)
     ...     force = rs.indent(gel, tip, depth=depth - 0.4e-6, time=time).force + rng.normal(0.0, 5e-12, 200)
     ...     curves.append(rs.IndentationCurve(time, depth, force, profile=tip))
-    >>> found = identify_map(curves, rs.standard_solid, fixed={"poisson_ratio": 0.5})
-    >>> print(found["equilibrium_modulus"].values.round(-1))
+    >>> maps = identify_map(curves, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    >>> print(maps["equilibrium_modulus"].values.round(-1))
     [ 50. 100.]
     """
     items = checks.items("curves", curves, "must be curves, or functions that return one")

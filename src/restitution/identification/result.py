@@ -150,8 +150,8 @@ class Identification(Result):
     >>> from restitution.material.fit import RelaxationTable
     >>> t = np.geomspace(1e-3, 1.0, 20)
     >>> table = RelaxationTable(t, 1e6 + 2e6 * np.exp(-t / 0.05), "shear")
-    >>> found = rs.identify(table, rs.standard_solid, fixed={"poisson_ratio": 0.5})
-    >>> print(round(found.parameters["branch_modulus"].value / 2e6, 6))
+    >>> solid = rs.identify(table, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    >>> print(round(solid.parameters["branch_modulus"].value / 2e6, 6))
     1.0
     """
 

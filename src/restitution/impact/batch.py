@@ -303,8 +303,8 @@ class Batch:
                 peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
             result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, self.pressures(peak))
         bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
-        found = derived(result | dict(zip(BODY, bodies, strict=True)))
-        return {name: found[name] for name in OUTPUTS if name in found} | {"status": status}
+        outputs = derived(result | dict(zip(BODY, bodies, strict=True)))
+        return {name: outputs[name] for name in OUTPUTS if name in outputs} | {"status": status}
 
     def pressures(self, peak: Any) -> Array:
         """Return the largest pressures [Pa] for those, as far as finite, of profiles with the same stiffness radii."""
@@ -317,10 +317,10 @@ class Batch:
         """Return the contact radii [m] for stiffness radii [m] and the depths [m] of the approach that have them."""
         if self.profile is None or isinstance(self.profile, Profile):
             return stiffness_radius if self.ratios is None else stiffness_radius * self.ratios
-        known = np.isfinite(depth) & np.isfinite(stiffness_radius)
+        is_finite = np.isfinite(depth) & np.isfinite(stiffness_radius)
         scaled = depth / self.depth_units, stiffness_radius / self.radius_units
-        place = (np.where(known, one, 0.0) for one in scaled)
-        return np.where(known, self.profile.contact_radius_at(*place) * self.radius_units, stiffness_radius)
+        place = (np.where(is_finite, one, 0.0) for one in scaled)
+        return np.where(is_finite, self.profile.contact_radius_at(*place) * self.radius_units, stiffness_radius)
 
     def _stiffness_radius(self, depth: Array) -> Array:
         """Return the stiffness radius [m] at depths [m]."""

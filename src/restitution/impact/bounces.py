@@ -207,8 +207,8 @@ def bounces(
     >>> import restitution as rs
     >>> rubber = rs.standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.45, density=1200.0)
     >>> impact = rs.drop(rs.Body(rubber, radius=0.01), rs.Body(None), height=0.5)
-    >>> found = rs.bounces(impact)
-    >>> print(found.ended, found.n_bounces, found.height[:3].round(4))
+    >>> flight = rs.bounces(impact)
+    >>> print(flight.ended, flight.n_bounces, flight.height[:3].round(4))
     captured 29 [0.3141 0.2002 0.1293]
     """
     if not isinstance(impact, Impact):

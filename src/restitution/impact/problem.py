@@ -150,13 +150,13 @@ class Impact:
     @cached_property
     def reduced_moduli(self) -> PronySeries:
         """Reduced relaxation modulus E*(t) [Pa] of all impacts; or an effective one of each on a bonded layer."""
-        own = self.contact.reduced_modulus
+        modulus = self.contact.reduced_modulus
         if self.profile.separable:
-            return own
+            return modulus
         from restitution.impact.batch import Batch
 
         # The size of a contact is that with the modulus of the material.
-        radius = Batch.from_impact(self, own).max_contact_radii(_ESTIMATE_RTOL)
+        radius = Batch.from_impact(self, modulus).max_contact_radii(_ESTIMATE_RTOL)
         return self.profile.effective_moduli(self.material, radius.reshape(self.shape)).reshaped(self.shape)
 
     def parts(self) -> Iterator[tuple[NDArray[np.intp], Impact]]:
@@ -207,12 +207,12 @@ class Impact:
 
     def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Impact:
         """Return the impacts of an array over axes of other names; their own are `axes`."""
-        own, shape = axes or self.axes, self.shape
-        assert own is not None
+        target, shape = axes or self.axes, self.shape
+        assert target is not None
         parts = {name: getattr(self, name) for name in _OBJECTS}
-        parts = {name: part and part.spread(names, own) for name, part in parts.items()}
-        numbers = {name: spread_array(getattr(self, name), own, names, shape) for name in quantities.BODY}
-        diameters = tuple(spread_array(each, own, names, shape) for each in self.diameters)
+        parts = {name: part and part.spread(names, target) for name, part in parts.items()}
+        numbers = {name: spread_array(getattr(self, name), target, names, shape) for name in quantities.BODY}
+        diameters = tuple(spread_array(each, target, names, shape) for each in self.diameters)
         return replace(self, **parts, **numbers, diameters=diameters)
 
     def take(self, places: NDArray[np.intp], *, alike: bool = False) -> Impact:
@@ -313,10 +313,10 @@ class Body:
 
     def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Body:
         """Return the bodies of an array over axes of other names; their own are `axes`."""
-        own = axes or self.axes
-        assert own is not None
-        numbers = (spread_array(value, own, names, self.shape) for value in (self.radius, self.mass))
-        return Body(self.material and self.material.spread(names, own), *numbers)
+        target = axes or self.axes
+        assert target is not None
+        numbers = (spread_array(value, target, names, self.shape) for value in (self.radius, self.mass))
+        return Body(self.material and self.material.spread(names, target), *numbers)
 
 
 def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any = 0.0) -> Impact:

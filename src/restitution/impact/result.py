@@ -154,9 +154,9 @@ class ImpactResult(Result):
     def outputs(self) -> dict[str, Numeric]:
         """All outputs of `restitution.quantities.OUTPUTS` by name, in SI; of several impacts by further solves."""
         energies = {name: one for name, one in zip(BUDGET, self.energy, strict=True) if name in ENERGIES}
-        found = self._derived(energies | {"max_pressure": self.max_pressure})
+        derived = self._derived(energies | {"max_pressure": self.max_pressure})
         shape = np.shape(self.status)
-        return {name: self._named(name, shaped(np.broadcast_to(found[name], shape), shape)) for name in OUTPUTS}
+        return {name: self._named(name, shaped(np.broadcast_to(derived[name], shape), shape)) for name in OUTPUTS}
 
     def _named(self, name: str, values: Any) -> Any:
         """Give an output the names of the axes of the impact, if there are any."""
@@ -170,8 +170,8 @@ class ImpactResult(Result):
         return np.asarray(value) if np.ndim(value) else value
 
     def _derived(self, energies: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
-        own = {name: self._plain(name) for name in OUTPUTS if name in self.__dataclass_fields__}
-        return derived(own | {name: self._column(name) for name in BODY} | dict(energies))
+        fields = {name: self._plain(name) for name in OUTPUTS if name in self.__dataclass_fields__}
+        return derived(fields | {name: self._column(name) for name in BODY} | dict(energies))
 
     @cached_property
     def validity(self) -> Validity:
@@ -194,15 +194,15 @@ class ImpactResult(Result):
         >>> print(result.validity_on(body_size=0.02)["half_space"].exceeded)
         True
         """
-        found = {name: self._plain(name) for name in COLUMNS}
-        found |= {"velocity": self._column("velocity"), "mass": self._column("mass"), "body_size": body_size}
-        found["impedance"] = self._column("impedance")
+        inputs = {name: self._plain(name) for name in COLUMNS}
+        inputs |= {"velocity": self._column("velocity"), "mass": self._column("mass"), "body_size": body_size}
+        inputs["impedance"] = self._column("impedance")
         if isinstance(self.impact, list):
-            compared = numbers([one.contact for one in self.impact], **found)
+            compared = numbers([one.contact for one in self.impact], **inputs)
         elif not self.impact.is_split:
-            compared = numbers(self.impact.contact, **found)
+            compared = numbers(self.impact.contact, **inputs)
         else:
-            columns = {name: np.broadcast_to(one, np.shape(self.status)).reshape(-1) for name, one in found.items()}
+            columns = {name: np.broadcast_to(one, np.shape(self.status)).reshape(-1) for name, one in inputs.items()}
             compared = together(
                 numbers(part.contact, **{name: one[places] for name, one in columns.items()})
                 for places, part in self.impact.parts()
@@ -253,8 +253,8 @@ class ImpactResult(Result):
             batch = Batch.from_impact(self.impact)
             finite = batch.has_pressure and not batch.singular[0]
             return float(batch.pressures(self._solution.max_pressure if finite else math.nan)[0])
-        found = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
-        return self._named("max_pressure", shaped(found, np.shape(self.status)))
+        peak = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
+        return self._named("max_pressure", shaped(peak, np.shape(self.status)))
 
     @property
     def max_semi_axes(self) -> Array:
@@ -525,10 +525,10 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
-    found = [(OUTPUTS[name], float(value)) for name, value in result.outputs.items() if name != "energy_residual"]
+    shown = [(OUTPUTS[name], float(value)) for name, value in result.outputs.items() if name != "energy_residual"]
     values = [
         (one.words, plain_symbol(one.symbol), 0.0 if abs(value) < noise.get(one.unit, 0.0) else value, one.unit)
-        for one, value in found
+        for one, value in shown
     ]
     long, short = result.max_semi_axes
     if short < long:
@@ -570,29 +570,33 @@ def of_impacts(result: ImpactResult, title: str = "") -> Summary:
     )
 
 
-def of_bounces(found: Bounces, title: str = "") -> Summary:
+def of_bounces(bounces: Bounces, title: str = "") -> Summary:
     """Table with a row for each bounce; the end below."""
-    heights, times = scaled_unit(found.drop_height, "m"), scaled_unit(found.contact_time, "s")
+    heights, times = scaled_unit(bounces.drop_height, "m"), scaled_unit(bounces.contact_time, "s")
     titles = (
         "bounce", "touch at [s]", "velocity [m/s]", "restitution e", f"contact time [{times.unit}]",
         "tan delta", f"rises to [{heights.unit}]",
     )  # fmt: skip
 
     def row(n: int) -> tuple[str, ...]:
-        duration = found.contact_time[n] * times.factor
-        touch = f"{found.touch_time[n]:.6g}", f"{found.velocity[n]:.4g}", f"{found.restitution_coefficient[n]:.6g}"
+        duration = bounces.contact_time[n] * times.factor
+        touch = (
+            f"{bounces.touch_time[n]:.6g}",
+            f"{bounces.velocity[n]:.4g}",
+            f"{bounces.restitution_coefficient[n]:.6g}",
+        )
         lasts = f"{duration:.4g}" if math.isfinite(duration) else "stays"
-        tangent = f"{found.loss_tangent[n]:.4g}" if math.isfinite(found.loss_tangent[n]) else "-"
-        return str(n + 1), *touch, lasts, tangent, f"{found.height[n] * heights.factor:.4g}"
+        tangent = f"{bounces.loss_tangent[n]:.4g}" if math.isfinite(bounces.loss_tangent[n]) else "-"
+        return str(n + 1), *touch, lasts, tangent, f"{bounces.height[n] * heights.factor:.4g}"
 
-    count = found.n_bounces
+    count = bounces.n_bounces
     rows = [row(n) for n in range(count) if count <= _SHOWN or not _SHOWN - _LAST <= n < count - _LAST]
     if count > _SHOWN:
         rows.insert(_SHOWN - _LAST, ("…",) * len(titles))
-    end = f"{found.touch_time[-1]:.6g} s; {found.ended}: {found.ended.message}"
+    end = f"{bounces.touch_time[-1]:.6g} s; {bounces.ended}: {bounces.ended.message}"
     return Summary(
-        f"{title or 'Bounces'}, from {found.drop_height * heights.factor:.6g} {heights.unit}",
+        f"{title or 'Bounces'}, from {bounces.drop_height * heights.factor:.6g} {heights.unit}",
         Table(titles, rows),
         (f"{count} bounce{'s' * (count != 1)} in {end}",),
-        warnings=found.warnings,
+        warnings=bounces.warnings,
     )

@@ -279,14 +279,14 @@ def _tables_of_levels(profile: Geometry, levels: list[complex], rtol: float) -> 
     """Tables for depths of some levels; the imaginary part is the factor by which they reach further."""
     from restitution.contact.table import joined
 
-    most, found = float(profile.max_depth), list[Tables]()
+    most, tables = float(profile.max_depth), list[Tables]()
     for level in levels:
         least = 2.0 ** (_OCTAVES * level.real - 1.0)
         length = min(level.imag * 2.0**_OCTAVES * least, most)
-        found.append(_of_profile(_path_table, profile, length, min(least, length), rtol))
-    if len(found) == 1:
-        return found[0]
-    return Tables(joined([one.table for one in found]), *np.hstack([one[1:] for one in found]))
+        tables.append(_of_profile(_path_table, profile, length, min(least, length), rtol))
+    if len(tables) == 1:
+        return tables[0]
+    return Tables(joined([one.table for one in tables]), *np.hstack([one[1:] for one in tables]))
 
 
 def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:

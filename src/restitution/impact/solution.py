@@ -416,7 +416,7 @@ class Solution:
 
         velocity = motion[:, 1] * self.velocity
         body_velocity = velocity + (self.units.admittance * self.velocity) * np.maximum(motion[:, 2], 0.0)
-        found = Trajectory(
+        trajectory = Trajectory(
             np.minimum(moments, self.contact_time), motion[:, 0] * self.units.length, velocity,
             np.maximum(motion[:, 2], 0.0) * (self.mass * self.velocity / self.units.time),
             self.contact_radii(self.radius(motion[:, 3]) * self.units.radius, motion[:, 3] ** 2 * self.units.length),
@@ -424,10 +424,10 @@ class Solution:
             energies[:, 0] * self.energy_unit, energies[:, 1] * self.energy_unit,
         )  # fmt: skip
         if self.units.admittance == 0.0:
-            return found
+            return trajectory
         # By momentum: the target moves with F/Z.
         moved = (self.units.admittance * self.units.time) * (self.velocity - body_velocity)
-        return found._replace(
+        return trajectory._replace(
             radiated_energy=energies[:, 2] * self.energy_unit, body_velocity=body_velocity, target_displacement=moved
         )
 

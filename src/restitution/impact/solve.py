@@ -182,9 +182,9 @@ def standard_solid_restitution(
     with np.errstate(over="ignore", under="ignore"):
         reduced = reduced_standard_solid(p1, one, 1.0 / p2, p2 * p3)
     batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
-    found = batch.solve(rtol, workers=workers, progress=progress)
-    _judge(found["status"], errors or ("warn" if shape else "raise"))
-    return _named(shaped(found["restitution_coefficient"], shape), axes)
+    outputs = batch.solve(rtol, workers=workers, progress=progress)
+    _judge(outputs["status"], errors or ("warn" if shape else "raise"))
+    return _named(shaped(outputs["restitution_coefficient"], shape), axes)
 
 
 def _named(e: Any, axes: Axes | None) -> Any:

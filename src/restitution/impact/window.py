@@ -34,14 +34,18 @@ def require_known(impact: Impact, velocity: ArrayLike | None = None, *, extrapol
     """
     if truth("extrapolate", extrapolate) or impact.contact.window is None:
         return
-    given = np.unique(np.asarray(impact.velocity if velocity is None else velocity, dtype=np.float64))
-    check = validity_of(impact if velocity is None else _at(impact, given))["window"]
+    velocities = np.unique(np.asarray(impact.velocity if velocity is None else velocity, dtype=np.float64))
+    check = validity_of(impact if velocity is None else _at(impact, velocities))["window"]
     if not check.exceeded:
         return
-    found = admissible_velocities(impact, given)
-    rule = "must be another, but no velocity is admissible" if found is None else f"must be {_range(*found)} m/s"
-    ends = [float(f"{end:.6g}") for end in (given[0], given[-1])]
-    raise _error(check, "velocity", ends if given.size > 1 else ends[0], f"{rule}; ", VELOCITY.unit)
+    admissible = admissible_velocities(impact, velocities)
+    rule = (
+        "must be another, but no velocity is admissible"
+        if admissible is None
+        else f"must be {_range(*admissible)} m/s"
+    )
+    ends = [float(f"{end:.6g}") for end in (velocities[0], velocities[-1])]
+    raise _error(check, "velocity", ends if velocities.size > 1 else ends[0], f"{rule}; ", VELOCITY.unit)
 
 
 def validity_of(impact: Impact) -> Validity:

@@ -49,16 +49,16 @@ def cache_folder() -> str | None:
 
     The cache contains pickles: anyone who can write them can run code as the user who reads them.
     """
-    own = os.environ.get("NUMBA_CACHE_DIR")
-    candidates = [Path(own)] if own else [Path(__file__).parent / "__pycache__", user_cache()]
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    candidates = [Path(chosen)] if chosen else [Path(__file__).parent / "__pycache__", user_cache()]
     for folder in candidates:
         if folder is None:
             continue
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             if not _is_mine_alone(folder):
-                if own:
-                    what = f"NUMBA_CACHE_DIR = {own}: is not used, for others own it or may write it"
+                if chosen:
+                    what = f"NUMBA_CACHE_DIR = {chosen}: is not used, for others own it or may write it"
                     warnings.warn(RestitutionWarning("cache", what), stacklevel=2)
                 continue
             with tempfile.TemporaryFile(dir=folder):

@@ -98,11 +98,13 @@ def operation(function: Any, result: Any, *kinds: type) -> Callable[[Any], Any]:
     """Decorate a function that writes the LLVM code of an operation, and declare the types of the operation."""
 
     def declared(context: Any) -> Any:
-        def typer(*given: Any) -> Any:
-            fits = all(map(isinstance, given, kinds))
+        def typer(*signature: Any) -> Any:
+            fits = all(map(isinstance, signature, kinds))
             # Addresses are offsets in a contiguous array; strides are not supported.
             return (
-                result if fits and all(kind.layout == "C" for kind in given if isinstance(kind, types.Array)) else None
+                result
+                if fits and all(kind.layout == "C" for kind in signature if isinstance(kind, types.Array))
+                else None
             )
 
         names = [inspect.Parameter(f"argument_{n}", inspect.Parameter.POSITIONAL_ONLY) for n in range(len(kinds))]

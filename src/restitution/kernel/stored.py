@@ -382,9 +382,9 @@ def peak_pressure(problem: Problem, scheme: Scheme, work: Work, coarse: Rule, fi
     for i in range(_GRID):
         for j in range(_GRID):
             here = _EARLIEST * (i / (_GRID - 1.0)) ** _GRADING, _YOUNGEST * (j / (_GRID - 1.0)) ** _GRADING
-            found = _pressure(problem, scheme, work, coarse, here[0], here[1])
-            if found > largest:
-                largest, time, age, i_best, j_best = found, here[0], here[1], i, j
+            pressure = _pressure(problem, scheme, work, coarse, here[0], here[1])
+            if pressure > largest:
+                largest, time, age, i_best, j_best = pressure, here[0], here[1], i, j
     step_time = _EARLIEST * (i_best**_GRADING - (i_best + 1.0) ** _GRADING) / (_GRID - 1.0) ** _GRADING
     step_age = _YOUNGEST * (j_best**_GRADING - (j_best + 1.0) ** _GRADING) / (_GRID - 1.0) ** _GRADING
     # The maximum may lie on a narrow ridge: search for the best age at each time.

@@ -227,12 +227,14 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
     # Without a name, elastic materials beside a viscoelastic one are its surroundings.
     relaxing = [material for material, kind in tables if kind not in _SHIFTS]
     chosen = _chosen(source, relaxing if relaxing and name is None else [*relaxing, *constants], name)
-    found = {kind: table for (one, kind), table in tables.items() if one == chosen}
-    own = {kind: _ansys_terms(source, kind, *found[kind]) for kind in _KINDS.values() if kind in found}
-    deck = _deck(source, chosen, own, constants.get(chosen, {}), long_term=False)
-    for kind in _SHIFTS & found.keys():
-        values = [entry.value for _, entry in sorted(found[kind][1].items())]
-        deck = replace(deck, shift=_shift(source, kind, found[kind][0].line, values, -offset))
+    chosen_tables = {kind: table for (one, kind), table in tables.items() if one == chosen}
+    terms = {
+        kind: _ansys_terms(source, kind, *chosen_tables[kind]) for kind in _KINDS.values() if kind in chosen_tables
+    }
+    deck = _deck(source, chosen, terms, constants.get(chosen, {}), long_term=False)
+    for kind in _SHIFTS & chosen_tables.keys():
+        values = [entry.value for _, entry in sorted(chosen_tables[kind][1].items())]
+        deck = replace(deck, shift=_shift(source, kind, chosen_tables[kind][0].line, values, -offset))
     return deck
 
 
@@ -354,15 +356,15 @@ def _number(source: str, line: Line, cell: str) -> float:
 
 def _chosen(source: str, names: list[str], name: str | None) -> str:
     """Name of the only material, or of the chosen one."""
-    known = list(dict.fromkeys(names))
-    if name is None and len(known) == 1:
-        return known[0]
-    found = [one for one in known if name is not None and one.upper() == name.strip().upper()]
-    if not found:
-        what = f"has {len(known)} materials" if name is None else f"has no material {name!r}"
-        advice = f"choose one by its name, {' or '.join(known)}" if known else "its material has no name"
+    choices = list(dict.fromkeys(names))
+    if name is None and len(choices) == 1:
+        return choices[0]
+    matches = [one for one in choices if name is not None and one.upper() == name.strip().upper()]
+    if not matches:
+        what = f"has {len(choices)} materials" if name is None else f"has no material {name!r}"
+        advice = f"choose one by its name, {' or '.join(choices)}" if choices else "its material has no name"
         raise FileError(source, 0, f"{what}: {advice}")
-    return found[0]
+    return matches[0]
 
 
 def _terms(source: str, kind: Deformation, moduli: Sequence[_Entry], times: Sequence[_Entry]) -> PronyTerms:

@@ -101,16 +101,16 @@ def shear_from_tension(
     if poisson_ratio is not None:
         return tension.scaled(1.0 / tension_factor(poisson_ratio)).simplified()
     bulk = np.asarray(_constant_bulk(bulk_modulus))
-    own = tension.simplified()
+    simple = tension.simplified()
     if np.isinf(bulk).all():
-        return own.scaled(np.full(bulk.shape, 1.0 / 3.0)[()])
-    highest = own.instantaneous_modulus
+        return simple.scaled(np.full(bulk.shape, 1.0 / 3.0)[()])
+    highest = simple.instantaneous_modulus
     poor = ~(np.asarray(highest) < 9.0 * bulk) & ~np.isinf(bulk)
     if poor.any():
         least, value = (float(np.broadcast_to(part, poor.shape)[poor][0]) for part in (highest / 9.0, bulk))
         rule = f"must be > {least:g} Pa, a ninth of the instantaneous modulus in tension"
         raise InputError("bulk_modulus", value, rule, "Pa")
-    return _without_bulk(own, bulk).known_within(tension.window)
+    return _without_bulk(simple, bulk).known_within(tension.window)
 
 
 def _without_bulk(tension: PronySeries, bulk: Array) -> PronySeries:
@@ -291,10 +291,10 @@ def connected(
     """
     shape = np.broadcast_shapes(first.shape, second.shape)
     n, factor = math.prod(shape), sums[0][0]
-    known, a = _is_finite(first, shape), first.simplified().broadcast_to(shape).columns
+    is_finite, a = _is_finite(first, shape), first.simplified().broadcast_to(shape).columns
     if np.isinf(second.equilibrium_modulus).all():
-        return _series(a[0] * factor, a[1] * factor, a[2] * factor, a[3], known, shape)
-    known, b = known & _is_finite(second, shape), second.simplified().broadcast_to(shape).columns
+        return _series(a[0] * factor, a[1] * factor, a[2] * factor, a[3], is_finite, shape)
+    is_finite, b = is_finite & _is_finite(second, shape), second.simplified().broadcast_to(shape).columns
     # Numba takes half a second to import.
     from restitution.material.secular import connect_rows, scratch
 
@@ -305,18 +305,23 @@ def connected(
     ends, moduli, times = np.empty((2, n)), np.zeros((n, 4 * most + 1)), np.ones((n, 4 * most + 1))
     springs, dashpots = np.stack([a[0], b[0]]), np.stack([a[1], b[1]])
     connect_rows(springs, dashpots, *branches, np.array(sums), ends, moduli, times, scratch(2 * most, len(sums)))
-    if strict and not (known <= np.isfinite(ends[0])).all():
+    if strict and not (is_finite <= np.isfinite(ends[0])).all():
         refuse_far_apart(ends)
     count = int((moduli > 0.0).sum(axis=1).max(initial=0))
-    return _series(ends[0], ends[1], moduli[:, :count], times[:, :count], known, shape)
+    return _series(ends[0], ends[1], moduli[:, :count], times[:, :count], is_finite, shape)
 
 
 def _series(
-    equilibrium: Array, viscosity: Array, moduli: Array, times: Array, known: NDArray[np.bool_], shape: tuple[int, ...]
+    equilibrium: Array,
+    viscosity: Array,
+    moduli: Array,
+    times: Array,
+    is_finite: NDArray[np.bool_],
+    shape: tuple[int, ...],
 ) -> PronySeries:
     """Rows as an array of series; NaN where the numbers are not known, which must not look like absent branches."""
-    if not known.all():
-        equilibrium = np.where(known, equilibrium, math.nan)
+    if not is_finite.all():
+        equilibrium = np.where(is_finite, equilibrium, math.nan)
     branches = (*shape, moduli.shape[1])
     ends = equilibrium.reshape(shape), viscosity.reshape(shape)
     return PronySeries.from_checked(ends[0], moduli.reshape(branches), times.reshape(branches), ends[1])

@@ -162,8 +162,8 @@ class PronyFit:
         shear, bulk = shear_and_bulk(self.series, bulk_modulus, poisson_ratio, stated, deformation)
         source = self.data.source or None
         assumptions = f"{self.n_terms} Prony terms fitted to the data, relative misfit {self.misfit:.2g}"
-        found = Material(shear, bulk, density=density, name=name, source=source, window=self.window)
-        return replace(found, assumptions=assumptions, derivation="fit")
+        fitted = Material(shear, bulk, density=density, name=name, source=source, window=self.window)
+        return replace(fitted, assumptions=assumptions, derivation="fit")
 
     def plot(self) -> Figure:
         """Return a figure of the moduli over time and over frequency with the data."""
@@ -245,14 +245,14 @@ def fit_prony(
     times, moduli = problem.reduced(times, moduli, allowed)
     series = PronySeries(float(moduli[0]), moduli[1:], times)
     series = series.known_within(problem.window)
-    found = PronyFit(series, problem.misfit(times, moduli), problem.window, problem.residuals(times, moduli), data)
+    fit = PronyFit(series, problem.misfit(times, moduli), problem.window, problem.residuals(times, moduli), data)
     for doubtful, line in (
-        (not found.n_terms, "no relaxation is seen in the data; the fit is a constant"),
-        (found.misfit > _POOR, f"the relative misfit of the fit is {found.misfit:.3g}, above {_POOR:g}"),
+        (not fit.n_terms, "no relaxation is seen in the data; the fit is a constant"),
+        (fit.misfit > _POOR, f"the relative misfit of the fit is {fit.misfit:.3g}, above {_POOR:g}"),
     ):
         if doubtful:
             warnings.warn(RestitutionWarning("fit", f"{data.source or 'data'}: {line}"), stacklevel=2)
-    return found
+    return fit
 
 
 class _Problem:

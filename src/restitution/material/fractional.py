@@ -163,11 +163,11 @@ class FractionalModel:
         relaxation, dynamic = self.relaxation_modulus(times), self.carson_transform(1j / times)
         for coarseness in 1.5 * 0.93 ** np.arange(40):
             series = self._discretised(low, high, tolerance, coarseness)
-            found = series.carson_transform(1j / times)
-            pairs = (series.relaxation_modulus(times), relaxation), (found, dynamic)
+            carson = series.carson_transform(1j / times)
+            pairs = (series.relaxation_modulus(times), relaxation), (carson, dynamic)
             error = max(float(np.abs(one / exact - 1.0).max()) for one, exact in pairs)
             if error <= tolerance:
-                loss_error = float(np.abs(found.imag / dynamic.imag - 1.0).max())
+                loss_error = float(np.abs(carson.imag / dynamic.imag - 1.0).max())
                 return PronyApproximation(series, error, (low, high), loss_error)
         raise InputError("rtol", rtol, "must be larger: no Prony series of this accuracy was found")
 
@@ -339,10 +339,10 @@ class FractionalMaterial:
     def within(self, window: Window | tuple[float, float]) -> Material:
         """Material that holds within a window of time [s]; its `assumptions` contain the error."""
         rule = "must be the shortest and the longest time [s], and perhaps a tolerance"
-        given = items("window", window, rule)
-        if len(given) not in (2, 3):
+        ends = items("window", window, rule)
+        if len(ends) not in (2, 3):
             raise InputError("window", window, rule)
-        low, high, rtol = Window(*given)
+        low, high, rtol = Window(*ends)
         rtol = single_nonnegative("window[2]", rtol)
         material, error, _ = self.approximation((low, high), max(rtol, self.rtol))
         text = f"{material.shear.n_branches} Prony terms stand for the fractional model, relative error {error:.1e}"

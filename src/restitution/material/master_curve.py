@@ -249,7 +249,7 @@ class _Problem:
         """Return scatter of each channel [decades] from its residuals and the degrees of freedom that are left."""
         covariance = _inverse(self.normal(point).curvature)
         covariance[~np.isfinite(covariance)] = 0.0
-        found = np.empty(len(self.channels))
+        deviations = np.empty(len(self.channels))
         for place, scatter in enumerate(self.scatter.tolist()):
             spline = self._spline(point, place)
             changes = self._changes(point, place, spline)
@@ -258,8 +258,8 @@ class _Problem:
             used = float(np.trace(spline.solve((spline.basis.T @ spline.basis).toarray())))
             used += float(np.sum((changes @ covariance) * changes))
             squares = float(spline.residuals @ spline.residuals) * scatter**2
-            found[place] = np.sqrt(squares / max(n - used, 0.1 * n))
-        return np.maximum(found, _LEAST_SCATTER)
+            deviations[place] = np.sqrt(squares / max(n - used, 0.1 * n))
+        return np.maximum(deviations, _LEAST_SCATTER)
 
     def misfit(self, point: Array) -> float:
         """Return root mean square of the relative residuals of all data."""
@@ -333,9 +333,11 @@ def law_of(
     return wlf, first, np.array([0.0, 1e-6]), np.array([np.inf, limit])
 
 
-def constants_of(shift: ShiftLaw, found: Superposition, reference: float) -> tuple[dict[str, float], dict[str, float]]:
+def constants_of(
+    shift: ShiftLaw, superposition: Superposition, reference: float
+) -> tuple[dict[str, float], dict[str, float]]:
     """Return constants of a law, and their standard errors."""
-    p, covariance = found.parameters, found.covariance
+    p, covariance = superposition.parameters, superposition.covariance
     if shift == "free":
         return {}, {}
     if shift == "arrhenius":
@@ -479,46 +481,46 @@ class Isotherms:
         lifts[nearest] = 0.0
         # Where the loss modulus does not superpose, the storage modulus alone gives the better start.
         starts = [first_shifts(channels), first_shifts(channels[:1])]
-        made: list[tuple[Superposition, Law]] = []
+        candidates: list[tuple[Superposition, Law]] = []
         for start in starts if np.ptp(starts[1] - starts[0]) > _ALIKE else starts[:1]:
             start -= np.interp(reference, kelvin, start)
             law, first, low, high = law_of(shift, kelvin, reference, nearest, start)
-            made.append((superpose(channels, law, first, low, high, lifts), law))
+            candidates.append((superpose(channels, law, first, low, high, lifts), law))
 
         def doubt(one: tuple[Superposition, Law]) -> tuple[int, float]:
             sizes = [channel.ordinate.size for channel in channels]
             return int((_gaps(self.tables, one[0].shifts) > 0.0).sum()), float(np.log(one[0].scatter) @ sizes)
 
-        return self._master_curve(*min(made, key=doubt), shift, reference, nearest)
+        return self._master_curve(*min(candidates, key=doubt), shift, reference, nearest)
 
     def _channels(self) -> list[Channel]:
         numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(one).size for one in self.tables])
         x = np.concatenate([_abscissa(one) for one in self.tables])
-        made: list[Channel] = []
+        channels: list[Channel] = []
         for name in _moduli(self.tables[0]):
             values = np.concatenate([getattr(one, name) for one in self.tables])
             # A loss of zero and the time zero have no logarithm.
             there = (values > 0.0) & np.isfinite(x)
             if there.sum() > 3:
-                made.append(Channel(x[there], np.log10(values[there]), numbers[there]))
-        counts = np.bincount(made[0].isotherm, minlength=len(self.tables)) if made else np.zeros(1)
+                channels.append(Channel(x[there], np.log10(values[there]), numbers[there]))
+        counts = np.bincount(channels[0].isotherm, minlength=len(self.tables)) if channels else np.zeros(1)
         if counts.min() < 2:
             rule = "must have at least two frequencies or times > 0"
             raise InputError(f"tables[{int(np.argmin(counts))}]", rule=rule, where=self.source)
-        return made
+        return channels
 
     def _master_curve(
-        self, found: Superposition, law: Law, shift: ShiftLaw, reference: float, nearest: int
+        self, superposition: Superposition, law: Law, shift: ShiftLaw, reference: float, nearest: int
     ) -> MasterCurve:
         kelvin = self.temperatures
-        _, slopes = law(found.parameters)
-        shifts = found.shifts
+        _, slopes = law(superposition.parameters)
+        shifts = superposition.shifts
         if shift == "free":
             # The shift is linear between temperatures, as in `ShiftTable`, and zero at the reference.
             at_reference = np.array([np.interp(reference, kelvin, column) for column in np.eye(kelvin.size)])
             shifts = shifts - at_reference @ shifts
             slopes = slopes - at_reference @ slopes
-        covariance = found.covariance
+        covariance = superposition.covariance
         lost = np.isinf(np.diag(covariance))
         variances = np.einsum("ij,jk,ik->i", slopes[:, ~lost], covariance[np.ix_(~lost, ~lost)], slopes[:, ~lost])
         errors = np.sqrt(np.maximum(variances, 0.0))
@@ -528,13 +530,13 @@ class Isotherms:
             for place in np.flatnonzero(_gaps(self.tables, shifts) > _BRIDGE).tolist():
                 errors[place:] = np.inf if place > nearest else errors[place:]
                 errors[:place] = np.inf if place <= nearest else errors[:place]
-        named, errors_of = constants_of(shift, found, reference)
-        factors = 10.0 ** (-found.vertical)
+        named, errors_of = constants_of(shift, superposition, reference)
+        factors = 10.0 ** (-superposition.vertical)
         reduced = zip(self.tables, shifts, factors, strict=True)
         tables = tuple(_reduced(one, s, b, reference) for one, s, b in reduced)
         curve = MasterCurve(
             replace(average(tables), source=self.source, notes=()), tables, self, reference, shift, shifts, errors,
-            -found.vertical, found.vertical_errors, named, errors_of, found.misfit,
+            -superposition.vertical, superposition.vertical_errors, named, errors_of, superposition.misfit,
         )  # fmt: skip
         for line in curve.doubts:
             warnings.warn(RestitutionWarning("superposition", f"{self.source or 'isotherms'}: {line}"), stacklevel=3)

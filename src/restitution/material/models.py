@@ -78,8 +78,8 @@ def register(
     needs_window: bool = False,
 ) -> None:
     """Add a model under the name of its function."""
-    own = {name: constant for name, constant in constants.items() if name not in _SHARED}
-    _MODELS[build.__name__] = MaterialModel(build.__name__, build, own, one_of, needs_window)
+    particular = {name: constant for name, constant in constants.items() if name not in _SHARED}
+    _MODELS[build.__name__] = MaterialModel(build.__name__, build, particular, one_of, needs_window)
 
 
 def material_model(*one_of: tuple[str, ...]) -> Callable[[Callable[_P, _T]], Callable[_P, _T]]:
@@ -100,14 +100,14 @@ def material_model(*one_of: tuple[str, ...]) -> Callable[[Callable[_P, _T]], Cal
 def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
     """Parameters of a function that are annotated with a quantity."""
     hints = get_type_hints(function, include_extras=True)
-    found: dict[str, Constant] = {}
+    constants: dict[str, Constant] = {}
     for name, parameter in inspect.signature(function).parameters.items():
         for hint in (hints[name], *get_args(hints[name])):
             if get_origin(hint) is Annotated:
                 kind, quantity = get_args(hint)[:2]
                 required = parameter.default is parameter.empty
-                found[name] = Constant(name, quantity, kind not in (float, Numeric, float | None), required)
-    return found
+                constants[name] = Constant(name, quantity, kind not in (float, Numeric, float | None), required)
+    return constants
 
 
 def checked(
@@ -124,18 +124,18 @@ def checked(
         bound = signature.bind(*args, **kwargs)
         numbers = {name: bound.arguments[name] for name in constants if name in bound.arguments}
         numbers, axes = aligned(numbers, [name for name in numbers if constants[name].is_list])
-        given = bound.arguments
-        given |= numbers
+        values = bound.arguments
+        values |= numbers
         for name, constant in constants.items():
-            if given.get(name) is not None or (constant.required and name in given):
-                number = constant.quantity.check(given[name], name)
-                given[name] = number
+            if values.get(name) is not None or (constant.required and name in values):
+                number = constant.quantity.check(values[name], name)
+                values[name] = number
                 if single and not constant.is_list:
                     single_number(name, number, constant.quantity.unit)
-        common_shape({name: np.shape(given[name]) for name in constants
-                             if not constants[name].is_list and given.get(name) is not None})  # fmt: skip
+        common_shape({name: np.shape(values[name]) for name in constants
+                             if not constants[name].is_list and values.get(name) is not None})  # fmt: skip
         for group in one_of:
-            exactly_one(**{name: given.get(name) for name in group})
+            exactly_one(**{name: values.get(name) for name in group})
         result = function(*bound.args, **bound.kwargs)
         return result if axes is None else named(result, axes)
 
@@ -144,8 +144,8 @@ def checked(
 
 def exactly_one(**values: Any) -> None:
     """Refuse values unless exactly one of them is given."""
-    given = [name for name, value in values.items() if value is not None]
-    if len(given) != 1:
+    present = [name for name, value in values.items() if value is not None]
+    if len(present) != 1:
         names = ", ".join(values)
-        count = f"{' and '.join(given)} are given" if given else "none is given"
+        count = f"{' and '.join(present)} are given" if present else "none is given"
         raise InputError(names, rule=f"exactly one must be given; {count}")

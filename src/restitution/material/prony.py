@@ -216,8 +216,8 @@ class PronySeries:
         most, shape = max((each.n_branches for each in series), default=0), series[0].shape if series else ()
         moduli, times = np.zeros((len(series), *shape, most)), np.ones((len(series), *shape, most))
         for n, each in enumerate(series):
-            own = n, ..., slice(each.n_branches)
-            moduli[own], times[own] = each.branch_moduli, each.relaxation_times
+            place = n, ..., slice(each.n_branches)
+            moduli[place], times[place] = each.branch_moduli, each.relaxation_times
         ends = (
             np.array([getattr(each, name) for each in series], dtype=np.float64).reshape(len(series), *shape)
             for name in ("equilibrium_modulus", "parallel_viscosity")
@@ -262,11 +262,11 @@ class PronySeries:
 
     def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> PronySeries:
         """Return the series of an array over axes of other names; their own are `axes`."""
-        own = axes or self.axes
-        if not self.shape or own is None:
+        target = axes or self.axes
+        if not self.shape or target is None:
             return self
         parts = self.equilibrium_modulus, self.branch_moduli, self.relaxation_times, self.parallel_viscosity
-        return PronySeries.from_checked(*(spread_array(part, own, names, self.shape) for part in parts))
+        return PronySeries.from_checked(*(spread_array(part, target, names, self.shape) for part in parts))
 
     @property
     def column(self) -> PronySeries:
@@ -501,14 +501,14 @@ class PronySeries:
         # An infinite spring stands for an incompressible material among others.
         equilibrium = self.equilibrium_modulus * modulus
         if np.isinf(self.equilibrium_modulus).any():
-            made = PronySeries.from_checked(equilibrium, moduli, times, viscosity)
+            series = PronySeries.from_checked(equilibrium, moduli, times, viscosity)
         else:
-            made = object.__new__(PronySeries)
+            series = object.__new__(PronySeries)
             shape = np.broadcast_shapes(np.shape(viscosity), times.shape[:-1])
-            made._fill_within_range(shape, equilibrium, moduli, times, viscosity)
+            series._fill_within_range(shape, equilibrium, moduli, times, viscosity)
         if self.window is None:
-            return made
-        return made.known_within((self.window[0] * stretch, self.window[1] * stretch))
+            return series
+        return series.known_within((self.window[0] * stretch, self.window[1] * stretch))
 
     def _key(self) -> tuple[Any, ...]:
         # Adding 0.0 makes one of the two zeros.
@@ -552,7 +552,7 @@ def merged(moduli: Array, times: Array) -> tuple[Array, Array]:
     shape = (*moduli.shape[:-1], most)
     rows, branches = np.nonzero(keep.reshape(-1, keep.shape[-1]))
     places = rows, (new.cumsum(axis=-1) - 1).reshape(-1, new.shape[-1])[rows, branches]
-    sums, own = np.zeros((math.prod(shape[:-1]), most)), np.ones((math.prod(shape[:-1]), most))
+    sums, all_times = np.zeros((math.prod(shape[:-1]), most)), np.ones((math.prod(shape[:-1]), most))
     np.add.at(sums, places, moduli.reshape(-1, moduli.shape[-1])[rows, branches])
-    own[places] = times.reshape(-1, times.shape[-1])[rows, branches]
-    return sums.reshape(shape), own.reshape(shape)
+    all_times[places] = times.reshape(-1, times.shape[-1])[rows, branches]
+    return sums.reshape(shape), all_times.reshape(shape)

@@ -150,7 +150,7 @@ def read_sheets(source: str, text: str) -> list[Sheet]:
 
 def read_workbook(source: str, content: bytes) -> list[Sheet]:
     """Sheets of a workbook (.xlsx); those without a table are left out."""
-    found: list[Sheet] = []
+    tables: list[Sheet] = []
     refused: list[FileError] = []
     for name, text in _worksheets(source, content):
         try:
@@ -158,11 +158,11 @@ def read_workbook(source: str, content: bytes) -> list[Sheet]:
         except FileError as error:
             refused.append(error.moved(f"{source}, sheet {name!r}", "row"))
             continue
-        found += [sheet._replace(source=f"{source}, sheet {name!r}", place="row", title=sheet.title or name)
+        tables += [sheet._replace(source=f"{source}, sheet {name!r}", place="row", title=sheet.title or name)
                   for sheet in sheets]  # fmt: skip
-    if not found:
+    if not tables:
         raise refused[0] if refused else FileError(source, 0, "holds no numbers")
-    return found
+    return tables
 
 
 def _worksheets(source: str, content: bytes) -> Iterator[tuple[str, str]]:
@@ -203,8 +203,8 @@ def _cell(value: Any) -> str:
 
 def _celsius(text: str) -> float | None:
     """Temperature [K] that a title states in °C."""
-    found = _CELSIUS.search(text[:500])
-    return None if found is None else float(found[1].replace(",", ".")) + _ZERO_CELSIUS
+    match = _CELSIUS.search(text[:500])
+    return None if match is None else float(match[1].replace(",", ".")) + _ZERO_CELSIUS
 
 
 def _is_trios_text(text: str) -> bool:
@@ -215,13 +215,13 @@ def _trios_text(source: str, text: str) -> list[Sheet]:
     """Steps of a TRIOS export to LIMS or CSV, with or without a word at the start of each line."""
     lines = split_lines(text, " ")
     starts = [i for i, line in enumerate(lines) if line.text[:200].strip("\t,; ").lower() == "[step]"]
-    found: list[Sheet] = []
+    sheets: list[Sheet] = []
     for begin, end in pairwise([*starts, len(lines)] if starts else [-1, len(lines)]):
         sheet = _trios_step(source, lines[begin + 1 : end])
-        found += [] if sheet is None else [sheet]
-    if not found:
+        sheets += [] if sheet is None else [sheet]
+    if not sheets:
         raise FileError(source, lines[starts[0]].number if starts else 0, "must have a step with data points")
-    return found
+    return sheets
 
 
 def _trios_step(source: str, lines: list[Line]) -> Sheet | None:
@@ -387,14 +387,14 @@ FORMATS: Iterable[Format] = (
 def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
     """Material data of sheets: that of the only one, or the sweeps of several."""
     tables = [Table.of(sheet) for sheet in sheets]
-    found: list[Curve] = []
+    curves_read: list[Curve] = []
     unused: list[str] = []
     for table in tables:
         curves = _curves(table)
-        found += curves
+        curves_read += curves
         unused += [] if curves else [table.sheet.title]
-    if found:
-        return _joined(source, found, unused)
+    if curves_read:
+        return _joined(source, curves_read, unused)
     if len(tables) == 1:
         for kind in (_prony_terms, _shift_table):
             if (one := kind(tables[0])) is not None:
@@ -562,13 +562,13 @@ def _prony_terms(table: Table) -> PronyTerms | None:
     if relative and (beyond := beyond_one(moduli)) is not None:
         rule = f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1"
         raise table.error(rule, row=beyond)
-    found = PronyTerms(times.values, moduli, relative, deformation, ends.get("high"), ends.get("low"), source, notes)
+    prony = PronyTerms(times.values, moduli, relative, deformation, ends.get("high"), ends.get("low"), source, notes)
     if ends:
         try:
-            found.series()
+            prony.series()
         except InputError as error:
             raise table.error(str(error), place) from None
-    return found
+    return prony
 
 
 def _shift_table(table: Table) -> ShiftTable | None:

@@ -215,8 +215,8 @@ def secular_rows(
 
 @entry_point
 def connect_rows(
-    constants: Any, viscosities: Any, moduli: Any, times: Any, factors: Any, ends: Any, found: Any, found_times: Any,
-    room: Scratch,
+    constants: Any, viscosities: Any, moduli: Any, times: Any, factors: Any, ends: Any, branches: Any,
+    branch_times: Any, room: Scratch,
 ) -> None:  # fmt: skip
     """Series connections of two sums of two Prony series A and B, in each row.
 
@@ -229,7 +229,7 @@ def connect_rows(
     factors
         p and q of each sum p A + q B, shape (n_sum, 2). The first two are connected; each further one equals the first
         up to sign wherever both cancel. The first has no B, and is the connection where B is infinitely stiff.
-    ends, found, found_times
+    ends, branches, branch_times
         Results: spring and dashpot, shape (2, n), and branches with ascending times, shape (n, 4 k + 1), which are 0
         and 1 after the last one. The spring is NaN if a root is not found.
     room
@@ -247,8 +247,8 @@ def connect_rows(
             p = factors[0, 0]
             ends[0, i], ends[1, i] = p * constants[0, i], p * viscosities[0, i]
             for j in range(moduli.shape[2]):
-                found[i, j] = p * moduli[0, i, j]
-                found_times[i, j] = times[0, i, j]
+                branches[i, j] = p * moduli[0, i, j]
+                branch_times[i, j] = times[0, i, j]
             continue
         count = join_times(moduli[:, i], times[:, i], common, own)
         for j in range(count):
@@ -268,7 +268,7 @@ def connect_rows(
         size = 0
         for j in range(count):
             if parts[0, j] > 0.0 and parts[1, j] > 0.0:
-                found[i, size], found_times[i, size] = parts[0, j] * (parts[1, j] / total[j]), common[j]
+                branches[i, size], branch_times[i, size] = parts[0, j] * (parts[1, j] / total[j]), common[j]
                 size += 1
         for k in range(n_roots):
             best, least = math.nan, math.inf
@@ -282,9 +282,9 @@ def connect_rows(
                 # The sum of the smallest terms has the smallest error.
                 if magnitude < least:
                     best, least = value, magnitude
-            found[i, size], found_times[i, size] = best * (best / slopes[k]), roots[k]
+            branches[i, size], branch_times[i, size] = best * (best / slopes[k]), roots[k]
             size += 1
-        if not tidy(ends[0, i], ends[1, i], found[i], found_times[i], size, room.kept):
+        if not tidy(ends[0, i], ends[1, i], branches[i], branch_times[i], size, room.kept):
             ends[0, i] = math.nan
 
 

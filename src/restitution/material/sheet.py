@@ -322,16 +322,16 @@ class Table(NamedTuple):
         if RELAXATION_TIME in roles:
             roles = [BRANCH if role is MODULUS else role for role in roles]
         for i, role in enumerate(roles):
-            given = unit(sheet.units[i] or "")
-            if role is SHARE and given is not None and given.dimension == "modulus":
+            column_unit = unit(sheet.units[i] or "")
+            if role is SHARE and column_unit is not None and column_unit.dimension == "modulus":
                 roles[i] = BRANCH
         if sheet.title:
-            known = [
+            kept = [
                 (cells, role)
                 for cells, role in zip(sheet.cells, roles, strict=True)
                 if role is not None and role in _MEASURED
             ]
-            good = [all(_measured(cells[row], role) for cells, role in known) for row in range(len(sheet.lines))]
+            good = [all(_measured(cells[row], role) for cells, role in kept) for row in range(len(sheet.lines))]
             if not all(good):
                 first = f"the first is {sheet.place} {sheet.lines[good.index(False)]}"
                 remark = f"{sheet.title}: {good.count(False)} rows without positive values are not used; {first}"
@@ -343,9 +343,9 @@ class Table(NamedTuple):
         """Temperatures of the rows, None where no column holds them."""
         if self.roles.count(TEMPERATURE) != 1:
             return None
-        given = self.sheet.units[self.roles.index(TEMPERATURE)]
+        column_unit = self.sheet.units[self.roles.index(TEMPERATURE)]
         # The letter T may also name a torque.
-        if given is not None and getattr(unit(given), "dimension", "") != "temperature":
+        if column_unit is not None and getattr(unit(column_unit), "dimension", "") != "temperature":
             return None
         return self._column(TEMPERATURE)
 
@@ -355,19 +355,19 @@ class Table(NamedTuple):
 
     def columns(self, *choices: tuple[Role, ...]) -> list[Column]:
         """Column of the first known role of each choice; empty if a choice has none."""
-        found = [next((role for role in choice if role in self.roles), None) for choice in choices]
-        return [] if None in found else [self._column(role) for role in found if role is not None]
+        present = [next((role for role in choice if role in self.roles), None) for choice in choices]
+        return [] if None in present else [self._column(role) for role in present if role is not None]
 
     def _column(self, role: Role) -> Column:
         if self.roles.count(role) > 1:
             raise self.error(f"two columns hold a {role.name}: must be one", self.sheet.header_line)
         index = self.roles.index(role)
-        label, given = self.sheet.labels[index], self.sheet.units[index]
-        scale = unit(role.assumed if given is None else given)
+        label, column_unit = self.sheet.labels[index], self.sheet.units[index]
+        scale = unit(role.assumed if column_unit is None else column_unit)
         if scale is None or scale.dimension not in role.dimensions:
             usual = (name for name, one in PLAIN_UNITS.items() if one.dimension in role.dimensions and name)
             rule = f"must be a unit of {role.dimensions[0]}, such as {', '.join(usual)}"
-            raise self.error(f"column {label!r}: unit {given!r}: {rule}", self.sheet.unit_line)
+            raise self.error(f"column {label!r}: unit {column_unit!r}: {rule}", self.sheet.unit_line)
         factor = scale.factor * (2.0 * math.pi if scale.dimension == "frequency" else 1.0)
         with np.errstate(over="ignore"):
             values = (self.sheet.numbers(index) + scale.offset) * factor
@@ -375,9 +375,9 @@ class Table(NamedTuple):
         if role.least is not None:
             good &= values > role.least if role.open_bound else values >= role.least
             bound = f" and {'>' if role.open_bound else '>='} {role.least:g}"
-        assumed = f" {role.assumed}, as no unit is given" if given is None and role is TEMPERATURE else ""
+        assumed = f" {role.assumed}, as no unit is given" if column_unit is None and role is TEMPERATURE else ""
         self.sheet.require(good, index, f"must be finite{bound}{assumed}")
-        note = f"unit of {label} not given: {role.assumed} assumed" if given is None and role.assumed else ""
+        note = f"unit of {label} not given: {role.assumed} assumed" if column_unit is None and role.assumed else ""
         return Column(role, label, values, note)
 
     def about(self, *used: Column) -> tuple[Deformation | None, str, tuple[str, ...]]:

@@ -186,20 +186,20 @@ class Material:
 
     def reshaped(self, shape: tuple[int, ...]) -> Material:
         """Return the same materials in an array of another shape."""
-        own = self.shape
+        rows = self.shape
         return self._each(
-            lambda value: np.broadcast_to(value, own).reshape(shape),
-            lambda series: series.broadcast_to(own).reshaped(shape),
+            lambda value: np.broadcast_to(value, rows).reshape(shape),
+            lambda series: series.broadcast_to(rows).reshaped(shape),
         )
 
     def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Material:
         """Return the materials of an array over axes of other names; their own are `axes`."""
-        own, shape = axes or self.axes, self.shape
-        if not shape or own is None:
+        target, shape = axes or self.axes, self.shape
+        if not shape or target is None:
             return self
         return self._each(
-            lambda value: spread_array(value, own, names, shape),
-            lambda series: series.broadcast_to(shape).spread(names, own),
+            lambda value: spread_array(value, target, names, shape),
+            lambda series: series.broadcast_to(shape).spread(names, target),
         )
 
     def _each(self, number: Callable[[Any], Any], modulus: Callable[[PronySeries], PronySeries]) -> Material:
@@ -273,8 +273,8 @@ class Material:
 
     def __repr__(self) -> str:
         named = {field.name: getattr(self, field.name) for field in fields(self)}
-        given = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
-        return f"Material({given})"
+        arguments = ", ".join(f"{name}={value!r}" for name, value in named.items() if value is not None)
+        return f"Material({arguments})"
 
     @property
     def is_incompressible(self) -> Any:
@@ -370,13 +370,13 @@ def single_material(field: str, material: Any) -> Material:
     return material
 
 
-def _names(field: str, given: Any) -> tuple[str, ...] | None:
+def _names(field: str, names: Any) -> tuple[str, ...] | None:
     """Names as a tuple; None if there are none."""
-    if given is None:
+    if names is None:
         return None
-    if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(one, str) for one in given):
-        raise InputTypeError(field, given, "must be a list of names of constants")
-    return tuple(given) or None
+    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(one, str) for one in names):
+        raise InputTypeError(field, names, "must be a list of names of constants")
+    return tuple(names) or None
 
 
 def time_window(window: Any) -> tuple[Any, Any]:
@@ -390,10 +390,10 @@ def time_window(window: Any) -> tuple[Any, Any]:
 
 def common_window(windows: Iterable[tuple[Any, Any] | None]) -> tuple[Any, Any] | None:
     """Times [s] within all windows; None without one."""
-    known = [window for window in windows if window is not None]
-    if len(known) < 2:
-        return known[0] if known else None
-    lows, highs = zip(*known, strict=True)
+    finite_windows = [window for window in windows if window is not None]
+    if len(finite_windows) < 2:
+        return finite_windows[0] if finite_windows else None
+    lows, highs = zip(*finite_windows, strict=True)
     return reduce(np.maximum, lows)[()], reduce(np.minimum, highs)[()]
 
 

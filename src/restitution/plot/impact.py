@@ -173,8 +173,8 @@ def flight(bounces: Bounces) -> tuple[Array, Array]:
     --------
     >>> import restitution as rs
     >>> rubber = rs.standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.45, density=1200.0)
-    >>> found = rs.bounces(rs.drop(rs.Body(rubber, radius=0.01), rs.Body(None), height=0.5), max_bounces=3)
-    >>> time, height = flight(found)
+    >>> rebounds = rs.bounces(rs.drop(rs.Body(rubber, radius=0.01), rs.Body(None), height=0.5), max_bounces=3)
+    >>> time, height = flight(rebounds)
     >>> print(height[0], bool(np.nanmin(height) < 0.0))
     0.5 True
     """

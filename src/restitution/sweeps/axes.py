@@ -153,30 +153,30 @@ class Listed(Axis):
         return [self.columns(dimension, place, place + 1) for place in range(self.size)]
 
 
-def read_axis(name: str, given: Any) -> Any:
+def read_axis(name: str, entry: Any) -> Any:
     """Return the values of a quantity as an axis, a single number as a float in SI, a single object unchanged."""
-    known = INPUTS.get(key_of(name))
-    if isinstance(given, Axis):
-        for column in given.corners(name) if isinstance(given, Linear) else ():
+    quantity = INPUTS.get(key_of(name))
+    if isinstance(entry, Axis):
+        for column in entry.corners(name) if isinstance(entry, Linear) else ():
             value = float(column[name][0])
-            known.check(value, name) if known else finite(name, value)
-        return given
+            quantity.check(value, name) if quantity else finite(name, value)
+        return entry
     values: Any
-    if known is not None:
-        values = known.check(given, name)
-    elif isinstance(given, (str, bytes, Mapping)) or callable(given):
-        return given
-    elif isinstance(given, Sequence) and not all(map(_is_number, given)):
-        values = _objects(given)
+    if quantity is not None:
+        values = quantity.check(entry, name)
+    elif isinstance(entry, (str, bytes, Mapping)) or callable(entry):
+        return entry
+    elif isinstance(entry, Sequence) and not all(map(_is_number, entry)):
+        values = _objects(entry)
     else:
         try:
-            values = finite(name, given)
+            values = finite(name, entry)
         except InputTypeError:
-            if isinstance(given, np.ma.MaskedArray):
+            if isinstance(entry, np.ma.MaskedArray):
                 raise
-            if not isinstance(given, np.ndarray):
-                return given
-            values = _objects(given)
+            if not isinstance(entry, np.ndarray):
+                return entry
+            values = _objects(entry)
     if not isinstance(values, np.ndarray):
         return values
     if values.ndim != 1 or values.size == 0:
@@ -188,9 +188,9 @@ def _is_number(item: Any) -> bool:
     return isinstance(item, (int, float, np.number)) and not isinstance(item, bool)
 
 
-def _objects(given: Sequence[Any] | Array) -> Array:
-    array = np.empty(len(given), dtype=object)
-    array[:] = list(given)
+def _objects(values: Sequence[Any] | Array) -> Array:
+    array = np.empty(len(values), dtype=object)
+    array[:] = list(values)
     return array
 
 
@@ -346,20 +346,20 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
     >>> grid.dimensions, grid.shape, grid.fixed
     (('velocity', 'poisson_ratio'), (3, 2), {'mass': 0.01})
     """
-    made: dict[str, Axis] = {}
+    grid: dict[str, Axis] = {}
     fixed: dict[str, Any] = {}
     taken: set[str] = {*SWEEP_OUTPUTS, STATUS}
-    for given_name, given in axes.items():
+    for given_name, entry in axes.items():
         name = ALIASES.get(given_name, given_name)
-        axis = read_axis(name, given)
-        (made if isinstance(axis, Axis) else fixed)[name] = axis
+        axis = read_axis(name, entry)
+        (grid if isinstance(axis, Axis) else fixed)[name] = axis
         for one in {name, *axis.names(name)} if isinstance(axis, Axis) else {name}:
             if one in taken:
                 why = "is an output" if one in SWEEP_OUTPUTS or one == STATUS else "is set by another axis too"
                 raise InputError("axes", rule=f"{one} {why}")
             taken.add(one)
-    shape = tuple(axis.size for axis in made.values())
-    return Grid(made, fixed, _chunk_shape(tuple(made), shape, chunk))
+    shape = tuple(axis.size for axis in grid.values())
+    return Grid(grid, fixed, _chunk_shape(tuple(grid), shape, chunk))
 
 
 def _indices(counts: tuple[int, ...]) -> Iterator[Index]:
@@ -614,8 +614,8 @@ class Samples(Axis):
         return [{name: self._drawn(name, np.array([0.5])) for name in self.distributions}]
 
     def _drawn(self, name: str, shares: Array) -> Array:
-        known = INPUTS.get(key_of(name))
-        low, high = (known.low, known.high) if known else (-math.inf, math.inf)
+        quantity = INPUTS.get(key_of(name))
+        low, high = (quantity.low, quantity.high) if quantity else (-math.inf, math.inf)
         try:
             return self.distributions[name].quantiles(shares, low, high)
         except InputError as error:

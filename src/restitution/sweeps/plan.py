@@ -177,11 +177,11 @@ class Plan:
         results[STATUS] = np.full(points.shape, Status.INADMISSIBLE, dtype=np.int8)
         checked = set(VALIDITY).intersection(self.outputs)
         for region in boxes(tuple(slice(0, n) for n in points.shape), _BLOCK):
-            found = list(self._admissible(points, region, tick))
-            starts = np.cumsum([0, *(math.prod(impacts.shape) for _, impacts in found)])
+            regions = list(self._admissible(points, region, tick))
+            starts = np.cumsum([0, *(math.prod(impacts.shape) for _, impacts in regions)])
             parts = [
                 (start + places, part, batch)
-                for start, (_, impacts) in zip(starts, found, strict=False)
+                for start, (_, impacts) in zip(starts, regions, strict=False)
                 for places, part, batch in impacts.parts
             ]
             rows = self._solve(parts, int(starts[-1]), tick)
@@ -190,7 +190,7 @@ class Plan:
                 rows |= {name: getattr(numbers, name) for name in checked}
                 if tally is not None:
                     tally.add(self._counted(numbers, rows))
-            for (region_of, impacts), start, stop in zip(found, starts[:-1], starts[1:], strict=True):
+            for (region_of, impacts), start, stop in zip(regions, starts[:-1], starts[1:], strict=True):
                 for name in results:
                     results[name][region_of] = rows[name][start:stop].reshape(impacts.shape)
             # Points that are not admissible, or that some axis does not change, also count as done.

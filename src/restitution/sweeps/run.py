@@ -292,8 +292,8 @@ def _run_on_dask(plan: Plan, chunks: Iterable[Index], keeper: Any, client: Any, 
             for index in indices
         ]
 
-    known = max(_LEAST_KNOWN, _KNOWN_PER_CORE * sum(client.nthreads().values()))
-    running = as_completed(submit(islice(todo, known)))
+    window = max(_LEAST_KNOWN, _KNOWN_PER_CORE * sum(client.nthreads().values()))
+    running = as_completed(submit(islice(todo, window)))
     pending: set[Any] = set(running.futures)
     try:
         for future in running:

@@ -281,11 +281,11 @@ def _restored(path: Path, plan: Plan) -> Store:
     with tempfile.TemporaryDirectory(prefix="restitution-") as folder:
         _create(Path(folder), plan)
         # The metadata of the store are written first: they identify a store whose creation was interrupted.
-        for made in sorted(Path(folder).rglob("*"), key=lambda made: len(made.parts)):
-            there = path / made.relative_to(folder)
-            if made.is_dir():
+        for entry in sorted(Path(folder).rglob("*"), key=lambda entry: len(entry.parts)):
+            there = path / entry.relative_to(folder)
+            if entry.is_dir():
                 continue
-            content = made.read_bytes()
+            content = entry.read_bytes()
             if not there.is_file() or there.read_bytes() != content:
                 _clear(there, path)
                 _write(there, content)

@@ -136,19 +136,19 @@ class Contacts:
         # Numba takes half a second to import.
         from restitution.contact.loops import MOST, on_layers
 
-        found = np.empty((3, thickness.size, radius.size))
+        means = np.empty((3, thickness.size, radius.size))
         panels = PANELS[: self._count + 1]
         on_layers(
-            thickness, radius, panels, self.punches.stiffness, self.punches.edge, series, np.empty((6, MOST)), found
+            thickness, radius, panels, self.punches.stiffness, self.punches.edge, series, np.empty((6, MOST)), means
         )
-        return found
+        return means
 
     def tables(self, thickness: Array, least: Array, rtol: float) -> list[Tables]:
         """Tables of rising thicknesses up to the largest radius; `least` are force integrals as for `path_tables`."""
         start = self._start(rtol)
-        found = self._interpolated(thickness, start, least, rtol)
-        if found is not None:
-            return [found]
+        interpolated = self._interpolated(thickness, start, least, rtol)
+        if interpolated is not None:
+            return [interpolated]
         block = max(1, _BLOCK // start.cells.nodes.size)
         parts = (slice(first, first + block) for first in range(0, thickness.size, block))
         return [self._tables(thickness[part], start, least[part], rtol)[0] for part in parts]
@@ -163,9 +163,9 @@ class Contacts:
         x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
         places = logs[0] + half * (1.0 + x)
         lowest = np.exp(np.interp(places, logs, np.log(least)))
-        made, _ = self._tables(np.exp(places), start, lowest, rtol)
-        found, tail = _between(made.table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
-        return Tables(found, *self._ends(thickness, start)) if tail <= _TAIL * rtol else None
+        nodes, _ = self._tables(np.exp(places), start, lowest, rtol)
+        between, tail = _between(nodes.table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
+        return Tables(between, *self._ends(thickness, start)) if tail <= _TAIL * rtol else None
 
     def _start(self, rtol: float) -> _Start:
         """Return what the tables of all layers have in common."""
@@ -177,10 +177,10 @@ class Contacts:
             typical = max(self._unit, self.end / PANELS[-1]) * _TYPICAL
             _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
             often = (start.ends, start.around, cells.nodes)
-            found = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
+            series = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
             if cells.nodes.size > _KEPT:
-                return found
-            self._known[rtol] = found
+                return series
+            self._known[rtol] = series
         return self._known[rtol]
 
     def _at_place(self, y: Array) -> Contact:
@@ -221,11 +221,11 @@ class Contacts:
 
 def series(panels: tuple[Array, ...], moments: Array) -> Array:
     """Series of means over a/h in some panels from the moments of contacts, shape (n_panel, n_term, n)."""
-    found = np.empty((len(panels), len(panels[0]), len(moments)))
-    for one, panel in zip(found, panels, strict=True):
+    chebyshev = np.empty((len(panels), len(panels[0]), len(moments)))
+    for one, panel in zip(chebyshev, panels, strict=True):
         terms = min(panel.shape[1], moments.shape[1])
         one[:] = product(panel[:, :terms], moments[:, :terms].T)
-    return found
+    return chebyshev
 
 
 def _between(table: PathTable, x: Array, places: Array) -> tuple[PathTable, float]:

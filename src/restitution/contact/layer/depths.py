@@ -31,7 +31,7 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(_NODES)
 _TO_LEGENDRE: Any = np.linalg.inv(np.polynomial.legendre.legvander(_GAUSS, _NODES - 1))
 
 
-def power_law_series(found: Punches, exponent: float) -> tuple[Array, Array]:
+def power_law_series(punches: Punches, exponent: float) -> tuple[Array, Array]:
     """Chebyshev coefficients of sigma and tau over each panel for g = x^n, shape (n_panel, n_radius).
 
     The integrals over ``v = (x/a)^2`` with the weight ``v^((n - 1)/2)`` are exact by Gauss-Jacobi nodes.
@@ -43,7 +43,7 @@ def power_law_series(found: Punches, exponent: float) -> tuple[Array, Array]:
         weights = weights / np.sum(weights)
         return series @ (np.polynomial.chebyshev.chebvander(nodes, series.shape[1] - 1).T @ weights)
 
-    parts = found.resolvent, found.load
+    parts = punches.resolvent, punches.load
     sigma, tau = (np.array([mean(series) for series in part]) for part in parts)
     return sigma, tau
 
@@ -132,17 +132,17 @@ class Averages:
         from restitution.contact.loops import add_moments
 
         cells, series = self._pieces
-        own = np.clip(np.searchsorted(self._starts, radius, side="right") - 1, 0, self._starts.size - 1)
+        interval = np.clip(np.searchsorted(self._starts, radius, side="right") - 1, 0, self._starts.size - 1)
         # The cell that contains the radius, up to there.
-        cell = cells.part(own)
+        cell = cells.part(interval)
         beyond = np.isnan(cell.joint)
         reach = np.where(beyond, (radius - self.face) * (radius + self.face), radius - cell.joint)
         reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), cell.low, cell.high)
-        x, masses = self._weighed(cell, series[own], reach)
+        x, masses = self._weighed(cell, series[interval], reach)
         nodes, before = self._condensed(_ROUND * math.ceil(terms / _ROUND))
         moments, space = np.empty((radius.size, terms)), np.empty((4, nodes.size + _NODES))
         a = np.where(radius > 0.0, radius, 1.0)
-        add_moments(a, own, self._starts, nodes, before, x, masses, space, moments)
+        add_moments(a, interval, self._starts, nodes, before, x, masses, space, moments)
         return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
 
     @cached_property
@@ -178,9 +178,9 @@ class Averages:
             # A function is the sum of its values at the nodes times these columns.
             weights = np.cos(np.arange(terms)[:, None] * np.arccos(place)) * (2.0 / terms)
             weights[0] *= 0.5
-            nodes, found = np.sqrt(0.5 + 0.5 * place), np.zeros((x.shape[0], terms))
-            condense(self._starts, nodes, x, masses, weights, np.empty((4, terms + _NODES)), found)
-            return nodes, found
+            nodes, sums = np.sqrt(0.5 + 0.5 * place), np.zeros((x.shape[0], terms))
+            condense(self._starts, nodes, x, masses, weights, np.empty((4, terms + _NODES)), sums)
+            return nodes, sums
 
         return condensed
 
@@ -298,9 +298,9 @@ class Depths:
         On a half-space ``a = smooth + strength (D - D_j)^p``. With d' = dd/dD the stiffness radius on the layer has
         the strength ``w strength/d'^(p + 1)``.
         """
-        own = self.profile.kinks
-        inside = own.depth < self._deepest
-        place, strength, power = own.depth[inside], own.strength[inside], own.power
+        profile_kinks = self.profile.kinks
+        inside = profile_kinks.depth < self._deepest
+        place, strength, power = profile_kinks.depth[inside], profile_kinks.strength[inside], profile_kinks.power
         depth = self.depth(place)
         log_slope = np.interp(np.log(place), self._start, self._slope)
         edge = self.punches.edge_load(self.radius(place) / self.thickness)

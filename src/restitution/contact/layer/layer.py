@@ -57,8 +57,8 @@ class _Spectrum:
     def __init__(self, material: Material) -> None:
         self.series, bulk = reduced_modulus(material), material.bulk
         parts = [self.series, material.shear, *([bulk] if isinstance(bulk, PronySeries) else [])]
-        known = np.concatenate([part.relaxation_times for part in parts])
-        low, high = known.min() * _BEFORE, known.max() * _BEYOND
+        part_times = np.concatenate([part.relaxation_times for part in parts])
+        low, high = part_times.min() * _BEFORE, part_times.max() * _BEYOND
         decades = np.log10(high / low)
         s = 1.0 / np.geomspace(low, high, round(_POINTS * decades))
         shear = np.asarray(material.shear.carson_transform(s))
@@ -82,11 +82,11 @@ class _Spectrum:
 
     def moduli(self, transform: Array) -> Array:
         """Branch moduli [Pa] >= 0 at the times, mostly zeros, whose series has a Carson transform [Pa]."""
-        found, misfit = self.fitted(transform, np.arange(self.times.size))
+        fit, misfit = self.fitted(transform, np.arange(self.times.size))
         if misfit > _MISFIT:
             rule = f"must have a stiffness on the layer that only relaxes: a Prony series misses it by {misfit:.2g}"
             raise InputError("material", rule=rule)
-        return found
+        return fit
 
     def fitted(self, transform: Array, places: NDArray[np.intp]) -> tuple[Array, float]:
         """Branch moduli [Pa] by nonnegative least squares over some of the times, and the largest relative misfit."""
@@ -161,35 +161,35 @@ class EffectiveModuli:
         if n not in self._moduli:
             before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
             target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
-            found, misfit = spectrum.fitted(target, spectrum.coarse)
+            fit, misfit = spectrum.fitted(target, spectrum.coarse)
             if misfit > _ENOUGH:
-                found, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
+                fit, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
             if misfit > _MISFIT:
                 # What the splines combine need not relax; the stiffness itself must.
                 spectrum.moduli(here)
-            self._moduli[n] = found
+            self._moduli[n] = fit
         return self._moduli[n]
 
     def _transform(self, n: int) -> Array:
         """Carson transform [Pa] at a node."""
         if n not in self._transforms:
             if 0 <= n <= _LAST:
-                found = self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
+                values = self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
             else:
                 inward = 1 if n < 0 else -1
                 near = (factor * self._transform(n + (k + 1) * inward) for k, factor in enumerate(_NEXT))
-                found = np.sum(list(near), axis=0)
-            self._transforms[n] = found
+                values = np.sum(list(near), axis=0)
+            self._transforms[n] = values
         return self._transforms[n]
 
 
-def _groups(own: Array, logs: Array) -> NDArray[np.intp]:
+def _groups(sizes: Array, logs: Array) -> NDArray[np.intp]:
     """Numbers of the groups of some ln(tau), for the ascending ones of a material; those of no group are negative."""
-    starts = own[:1].tolist()
-    for one in own.tolist():
+    starts = sizes[:1].tolist()
+    for one in sizes.tolist():
         if one > starts[-1] + _TOGETHER:
             starts.append(one)
-    ends = np.append(own[np.searchsorted(own, starts[1:]) - 1], own[-1])
+    ends = np.append(sizes[np.searchsorted(sizes, starts[1:]) - 1], sizes[-1])
     distances = np.abs(logs[:, None] - np.clip(logs[:, None], starts, ends))
     near = np.min(distances, axis=1) < _CLOSE
     return np.where(near, np.argmin(distances, axis=1), -1 - np.arange(logs.size))
@@ -348,8 +348,8 @@ class LayerRows(Rows):
 
     @cached_property
     def _deepest(self) -> Array:
-        made = contacts(self.profile, self.poisson_ratio, float(self._distinct[0][0]), float(self._widest[-1]))
-        return made.own_depth(self._distinct[0], made.at(self.profile.transform(self._widest)))
+        deepest = contacts(self.profile, self.poisson_ratio, float(self._distinct[0][0]), float(self._widest[-1]))
+        return deepest.own_depth(self._distinct[0], deepest.at(self.profile.transform(self._widest)))
 
     @cached_property
     def _similar(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -368,11 +368,11 @@ class LayerRows(Rows):
         """Depths and force integrals over the logarithm of the depth on a half-space."""
         thickness, chosen = self._distinct[0], self._similar[0]
         end = min(largest_radius(self.profile), PANELS[-1] * _power_of_two(float(thickness[-1]), math.ceil))
-        made = self._contacts(float(thickness[0]), end)
-        knots, contact, flat = made.sampled
+        layers = self._contacts(float(thickness[0]), end)
+        knots, contact, flat = layers.sampled
         # Beyond the end of the tables.
         with np.errstate(all="ignore"):
-            depth, _, integral = np.log(made.on(thickness[chosen], contact, loads=True))
+            depth, _, integral = np.log(layers.on(thickness[chosen], contact, loads=True))
         inside = contact.radius <= self._widest[chosen][:, None]
         depth = np.maximum.accumulate(np.where(inside, depth, -_RIGID), axis=1)
         integral = np.where(inside, integral, _RIGID)
@@ -402,21 +402,21 @@ class LayerRows(Rows):
         # Rounding must not exceed the end of the profile.
         radii = np.minimum(np.exp(levels / _LEVELS), self.profile.transform(self._widest[-1]))
         radii = np.minimum(self.profile.contact_radius(radii)[level.reshape(-1)], self._widest)
-        found, numbers = list[Tables](), list[NDArray[np.intp]]()
+        groups, numbers = list[Tables](), list[NDArray[np.intp]]()
         pending = np.argsort(-radii, kind="stable")
         while pending.size:
             end = float(radii[pending[0]])
             together = self._widest[pending] >= end
             layers, pending = np.sort(pending[together]), pending[~together]
             thickness = self._distinct[0][layers]
-            found += self._contacts(float(thickness[0]), end).tables(thickness, small[layers], rtol)
+            groups += self._contacts(float(thickness[0]), end).tables(thickness, small[layers], rtol)
             numbers.append(layers)
-        if len(found) == 1:
-            return found[0]
+        if len(groups) == 1:
+            return groups[0]
         # In the order of the layers.
         order = np.argsort(np.concatenate(numbers))
-        table = joined([one.table for one in found])
-        depth, radius = np.hstack([one[1:] for one in found])[:, order]
+        table = joined([one.table for one in groups])
+        depth, radius = np.hstack([one[1:] for one in groups])[:, order]
         return Tables(PathTable._make([*(one[order] for one in table[:-1]), table.power]), depth, radius)
 
 
@@ -521,11 +521,11 @@ class Layer(Geometry):
         # The same material gives slightly different numbers after changes of its form.
         poisson_ratio = round(material.poisson_ratio, _DIGITS)
         confinement = max(4.0 * high / (1.0 - 2.0 * high), 0.0) if high < 0.5 else np.inf
-        known = {"_poisson_ratio": poisson_ratio, "_relaxes": relaxes, "_confinement": confinement}
-        if vars(self).items() >= known.items():
+        details = {"_poisson_ratio": poisson_ratio, "_relaxes": relaxes, "_confinement": confinement}
+        if vars(self).items() >= details.items():
             return self
         bound = replace(self)
-        vars(bound).update(known)
+        vars(bound).update(details)
         return bound
 
     @property
@@ -544,8 +544,8 @@ class Layer(Geometry):
         radii = np.ravel(contact_radius / self.thickness)
         if self._is_punch:
             # All contacts have the radius of the punch.
-            known = radii[np.isfinite(radii)]
-            series = effective_modulus(material, float(known[0]) if known.size else 0.0)
+            finite_radii = radii[np.isfinite(radii)]
+            series = effective_modulus(material, float(finite_radii[0]) if finite_radii.size else 0.0)
             return series.broadcast_to((radii.size,))
         return effective_moduli(material).at(np.where(np.isfinite(radii), _PLACE * radii, 0.0))
 
@@ -711,8 +711,8 @@ def poisson_ratios(material: Material) -> tuple[float, float]:
     if material.is_incompressible:
         return 0.5, 0.5
     times = [series.relaxation_times for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
-    known = np.concatenate([*times, [1.0] * all(one.size == 0 for one in times)])
-    moments = np.geomspace(0.01 * known.min(), 100.0 * known.max(), _MOMENTS)
+    all_times = np.concatenate([*times, [1.0] * all(one.size == 0 for one in times)])
+    moments = np.geomspace(0.01 * all_times.min(), 100.0 * all_times.max(), _MOMENTS)
     values = material.relaxation_poisson_ratio(moments)
     ends = material.poisson_ratio, material.instantaneous_poisson_ratio
     return float(min(*ends, values.min())), float(max(*ends, values.max()))

@@ -160,15 +160,15 @@ class Punches(NamedTuple):
 
     def means(self, radius: Array, moments: Array) -> Array:
         """Means of r and w over a profile with the moments, shape (n, n_term), at radii, shape (n,)."""
-        found, panels = np.empty((2, radius.size)), panel_of(radius)
+        averages, panels = np.empty((2, radius.size)), panel_of(radius)
         for panel in np.unique(panels):
             rows = panels == panel
             basis = np.polynomial.chebyshev.chebvander(_local(panel, radius[rows]), _RADII - 1)
-            for mean, part in zip(found, (self.resolvent, self.load), strict=True):
+            for mean, part in zip(averages, (self.resolvent, self.load), strict=True):
                 terms = min(part[panel].shape[1], moments.shape[1])
                 series = product(basis, part[panel][:, :terms])
                 mean[rows] = np.einsum("ij,ij->i", series, moments[rows, :terms])
-        return found
+        return averages
 
 
 def punches(poisson_ratio: float | None) -> Punches:
@@ -176,8 +176,8 @@ def punches(poisson_ratio: float | None) -> Punches:
 
     Examples
     --------
-    >>> found = punches(0.5)
-    >>> print(found.kappa(np.array([0.0, 1.0])).round(8))
+    >>> table = punches(0.5)
+    >>> print(table.kappa(np.array([0.0, 1.0])).round(8))
     [1.         3.61873585]
     """
     # Numba takes half a second to import.
@@ -203,18 +203,18 @@ def punches(poisson_ratio: float | None) -> Punches:
         kept = 1 + int(np.flatnonzero(sizes > _ROUNDING)[-1])
         resolvent.append(series[:, 0, :kept])
         load.append(series[:, 1, :kept])
-    found = Punches(np.array(stiffness), np.array(edge), tuple(resolvent), tuple(load), np.empty(0), np.empty(0))
-    found = found._replace(ends=PANELS * found.kappa(PANELS))
-    return found._replace(softness=_softness(found, np.cos(angle)) @ transform.T)
+    table = Punches(np.array(stiffness), np.array(edge), tuple(resolvent), tuple(load), np.empty(0), np.empty(0))
+    table = table._replace(ends=PANELS * table.kappa(PANELS))
+    return table._replace(softness=_softness(table, np.cos(angle)) @ transform.T)
 
 
-def _softness(found: Punches, place: Array) -> Array:
+def _softness(table: Punches, place: Array) -> Array:
     """Values of -ln kappa at places in [-1, 1] between the ends of each panel, by Newton's method."""
-    low, high = np.log1p(found.ends[:-1, None]), np.log1p(found.ends[1:, None])
+    low, high = np.log1p(table.ends[:-1, None]), np.log1p(table.ends[1:, None])
     target = np.expm1(0.5 * (low + high) + 0.5 * (high - low) * place)
-    a = np.interp(target, found.ends, PANELS)
+    a = np.interp(target, table.ends, PANELS)
     for _ in range(60):
-        step = (target - a * found.kappa(a)) / found.edge_load(a) ** 2
+        step = (target - a * table.kappa(a)) / table.edge_load(a) ** 2
         a = np.clip(a + step, 0.0, PANELS[-1])
     return np.log(a / target)
 
@@ -284,16 +284,16 @@ def stored_punches(poisson_ratio: float | None) -> Punches:
         return punches(poisson_ratio)
     name = "frictionless" if poisson_ratio is None else float(poisson_ratio).hex().replace("-", "m")
     path = folder / "layers" / f"{name}-{_source_hash()}.npz"
-    found = _read(path)
-    if found is None:
-        found = punches(poisson_ratio)
+    table = _read(path)
+    if table is None:
+        table = punches(poisson_ratio)
         with suppress(OSError):
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-            write(path, found)
+            write(path, table)
             every = sorted(path.parent.glob("*.npz"), key=lambda one: one.stat().st_mtime, reverse=True)
             for old in every[_MOST_FILES:]:
                 old.unlink(missing_ok=True)
-    return found
+    return table
 
 
 @cache
@@ -316,10 +316,10 @@ def _read(path: Path) -> Punches | None:
         return None
 
 
-def write(path: Path, found: Punches) -> None:
+def write(path: Path, table: Punches) -> None:
     """Write a file in one step; its bytes depend on the numbers only."""
-    arrays = {name: getattr(found, name) for name in _FIELDS}
-    for name, panels in (("resolvent", found.resolvent), ("load", found.load)):
+    arrays = {name: getattr(table, name) for name in _FIELDS}
+    for name, panels in (("resolvent", table.resolvent), ("load", table.load)):
         arrays |= {f"{name}{i}": panel for i, panel in enumerate(panels)}
     with whole_file(path) as partial, partial.open("wb") as file:
         np.savez(file, **arrays)
