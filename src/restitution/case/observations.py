@@ -71,7 +71,7 @@ def read_observations(
         file of any other kind.
     noise : Noise or mapping, optional
         Standard deviations of quantities without such a column.
-    **given
+    **arguments
         Further arguments of the class, such as ``radius=0.01``.
 
     Returns
