@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import restitution as rs
@@ -40,12 +40,7 @@ def compare(rows: LayerRows, made: Any, least: Any, chosen: Any) -> None:
         depth = np.minimum(s * s * depth_unit, layer.max_depth)
         # The stated error of the table, and that of the layer with the rounding of the depth at the end.
         bound = RTOL + max(RTOL, float(table.error_at(s[0] * s[0])))
-        force, expected = integral * depth_unit * radius_unit, layer.force_integral_at_depth(depth)
-        error = np.abs(force - expected)
-        # Behind a joint, over some 2 % of the depth, interpolated tables may be 20 times less accurate: 5 of 939
-        # random ones were above the bound. Impacts take the work, in which such an error hardly counts.
-        assert np.trapezoid(error, depth) <= bound * np.trapezoid(expected, depth)
-        assert np.max(error / expected) <= bound * (100.0 if rows.profile is PROFILES["joints"] else 1.0)
+        assert integral * depth_unit * radius_unit == pytest.approx(layer.force_integral_at_depth(depth), rel=bound)
         exact = layer.stiffness_radius(depth)
         # Forces depend on the radius through its integral; at joints the radius alone has larger errors.
         assert np.max(np.abs(radius * radius_unit - exact)) <= (table.radius_error + 1e-9) * 3.0 * exact[-1]
@@ -59,6 +54,8 @@ def compare(rows: LayerRows, made: Any, least: Any, chosen: Any) -> None:
     span=st.floats(1.5, 300.0),
     seed=st.integers(0, 1000),
 )
+# Rounding of the depth at a joint made the force 4e-9 wrong behind it.
+@example(name="joints", nu=0.5, low=0.3125, span=2.0, seed=0)
 def test_tables_of_many_thicknesses_are_those_of_each(name, nu, low, span, seed):
     rng = np.random.default_rng(seed)
     thickness = low * span ** rng.uniform(0.0, 1.0, 90)

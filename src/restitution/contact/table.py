@@ -222,10 +222,10 @@ def path_tables(
     from restitution.contact.loops import fit_cells
 
     places = np.sqrt(kinks.depth)
-    depth, radius = curve(np.append(places, 1.0))
-    depth_max, radius_max = depth[:, -1:], radius[:, -1]
+    kink_depths, radius = curve(np.append(places, 1.0))
+    depth_max, radius_max = kink_depths[:, -1:], radius[:, -1]
     # The last origin is that of the cells before the first kink.
-    origins = np.append(np.sqrt(depth[:, :-1] / depth_max), np.full_like(depth_max, -1.0), axis=1)
+    origins = np.append(np.sqrt(kink_depths[:, :-1] / depth_max), np.full_like(depth_max, -1.0), axis=1)
     most = _MAX_CELLS + 2 * places.size
     pending, chosen, size = cells, list[Cells](), 0
     done: list[tuple[Array, ...]] = []
@@ -233,6 +233,9 @@ def path_tables(
         depth, values = curve(pending.nodes)
         kink = np.where(pending.start < 0.0, places.size, np.searchsorted(places, pending.start))
         origin = np.ascontiguousarray(origins[:, kink])
+        # rho = sqrt(s - origin) makes 1e-8 of a rounding of the depth where a cell starts at a kink.
+        at_kink = np.flatnonzero((pending.start >= 0.0) & (pending.left == 0.0))
+        depth[:, at_kink, 0] = kink_depths[:, kink[at_kink]]
         ends, sums = np.empty((2, *origin.shape, 3))
         radius = np.empty((*origin.shape, _NODES.size))
         space = np.empty(_PLACES.size)
