@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array, single_positive
 from restitution.contact.geometry import Geometry, Kinks, as_array
-
-# The stiffness radius over the square root of the depth, a(s) with d = s^2, as a table for the kernel.
+from restitution.numerics.refine import refine
 
 _DEGREE = 7
 _FIRST_CELLS = 4
@@ -157,51 +156,35 @@ def path_table(
     return table.single(0)
 
 
-class Cells(NamedTuple):
-    """Cells of tables over a parameter y from 0 to 1.
+def first_cells(places: Array) -> Array:
+    """Return one cell beyond each kink, at places y, and some before the first one.
 
-    Attributes
-    ----------
-    start : array, shape (n_cell,)
-        Kink at which the coordinate ``sqrt(y - start)`` begins; -1 where it is y.
-    left, width : array, shape (n_cell,)
-        Start and width of each cell in its coordinate.
+    The columns are the kink at which the coordinate ``sqrt(y - start)`` begins, -1 where it is y, and the left end and
+    the width of the cell in this coordinate.
     """
-
-    start: Array
-    left: Array
-    width: Array
-
-    @property
-    def nodes(self) -> Array:
-        """Values of y at the nodes of each cell, shape (n_cell, n_node)."""
-        rho, start = self.left[:, None] + self.width[:, None] * _PLACES, self.start[:, None]
-        return np.where(start < 0.0, rho, start + rho * rho)
-
-    def part(self, chosen: Any) -> Cells:
-        """Return some of the cells."""
-        return Cells(*(one[chosen] for one in self))
-
-    def halves(self) -> Cells:
-        """Return the halves of all cells."""
-        start, left, width = (np.repeat(one, 2) for one in self)
-        width *= 0.5
-        left[1::2] += width[1::2]
-        return Cells(start, left, width)
-
-
-def first_cells(places: Array) -> Cells:
-    """Return one cell beyond each kink, at places y, and some before the first one."""
     end = places[0] if places.size else 1.0
     # Those before the first kink are exact in binary.
     width = np.append(np.full(_FIRST_CELLS, end / _FIRST_CELLS), np.sqrt(np.diff(np.append(places, 1.0))))
     left = np.append(end * np.arange(_FIRST_CELLS) / _FIRST_CELLS, np.zeros(places.size))
-    return Cells(np.append(np.full(_FIRST_CELLS, -1.0), places), left, width)
+    return np.column_stack([np.append(np.full(_FIRST_CELLS, -1.0), places), left, width])
+
+
+def cell_nodes(cells: Array) -> Array:
+    """Return values of y at the nodes of each cell, shape (n_cell, n_node)."""
+    start, left, width = cells.T[..., None]
+    rho = left + width * _PLACES
+    return np.where(start < 0.0, rho, start + rho * rho)
+
+
+def _halved(cells: Array) -> Array:
+    # The width is halved, as the difference of two ends would round.
+    low = cells * (1.0, 1.0, 0.5)
+    return np.concatenate([low, low + low[:, 2:] * (0.0, 1.0, 0.0)])
 
 
 def path_tables(
-    curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array, cells: Cells
-) -> tuple[PathTable, Cells]:
+    curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array, cells: Array
+) -> tuple[PathTable, Array]:
     """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1, and cells.
 
     Parameters
@@ -215,7 +198,7 @@ def path_tables(
         Aim for the errors; see `path_table`.
     least_integral : array, shape (n_geometries,)
         Force integrals at the smallest of the largest depths.
-    cells : Cells
+    cells : array
         Cells to begin with, such as the first ones or those of similar tables; those of the tables are returned.
     """
     # Numba takes half a second to import.
@@ -226,34 +209,28 @@ def path_tables(
     depth_max, radius_max = kink_depths[:, -1:], radius[:, -1]
     # The last origin is that of the cells before the first kink.
     origins = np.append(np.sqrt(kink_depths[:, :-1] / depth_max), np.full_like(depth_max, -1.0), axis=1)
-    most = _MAX_CELLS + 2 * places.size
-    pending, chosen, size = cells, list[Cells](), 0
-    done: list[tuple[Array, ...]] = []
-    for rank in range(_MOST_HALVINGS + 1):
-        depth, values = curve(pending.nodes)
-        kink = np.where(pending.start < 0.0, places.size, np.searchsorted(places, pending.start))
+
+    def fit(cells: Array) -> tuple[Array, ...]:
+        depth, values = curve(cell_nodes(cells))
+        start, left = cells[:, 0], cells[:, 1]
+        kink = np.where(start < 0.0, places.size, np.searchsorted(places, start))
         origin = np.ascontiguousarray(origins[:, kink])
         # rho = sqrt(s - origin) makes 1e-8 of a rounding of the depth where a cell starts at a kink.
-        at_kink = np.flatnonzero((pending.start >= 0.0) & (pending.left == 0.0))
+        at_kink = np.flatnonzero((start >= 0.0) & (left == 0.0))
         depth[:, at_kink, 0] = kink_depths[:, kink[at_kink]]
         ends, sums = np.empty((2, *origin.shape, 3))
-        radius = np.empty((*origin.shape, _NODES.size))
-        space = np.empty(_PLACES.size)
+        radius, space = np.empty((*origin.shape, _NODES.size)), np.empty(_PLACES.size)
         fit_cells(depth, values, depth_max[:, 0], origin, _SLOPES, _WEIGHTS, space, ends, radius, sums)
         gain, missed, largest = np.moveaxis(sums, -1, 0)
         allowed = rtol * np.maximum(gain, least_integral[:, None] / _FIRST_CELLS**2)
-        last = rank == _MOST_HALVINGS or size + 2 * pending.left.size > most
-        good = np.all(missed <= allowed, axis=0) | last
-        fitted = (origin, *np.moveaxis(ends, -1, 0), radius, missed, largest)
-        done.append(tuple(one[:, good] for one in fitted))
-        chosen.append(pending.part(good))
-        size += int(np.count_nonzero(good))
-        pending = pending.part(~good).halves()
-        if not pending.left.size:
-            break
-    columns = [np.concatenate(parts, axis=1) for parts in zip(*done, strict=True)]
-    order = np.argsort(columns[1][0])
-    origin, start, low, width, radius, missed, largest = (np.ascontiguousarray(one[:, order]) for one in columns)
+        columns = origin, *np.moveaxis(ends, -1, 0), radius, missed, largest
+        return np.all(missed <= allowed, axis=0), *(column.swapaxes(0, 1) for column in columns)
+
+    (cells, *columns), _ = refine(cells, fit, _MOST_HALVINGS, _MAX_CELLS + 2 * places.size, _halved)
+    order = np.argsort(columns[1][:, 0])
+    origin, start, low, width, radius, missed, largest = (
+        np.ascontiguousarray(column[order].swapaxes(0, 1)) for column in columns
+    )
     integral = _force_integral(depth_max, origin, low, width, radius)
     errors = np.cumsum(missed, axis=1) / np.sum(integral, axis=2)
     roots = np.sqrt(depth_max)
@@ -263,7 +240,7 @@ def path_tables(
         roots * np.append(start, np.ones_like(roots), axis=1), roots * origin, radius, integral, errors,
         np.max(largest, axis=1) / radius_max, roots * origins[:, :-1], strengths, kinks.power,
     )  # fmt: skip
-    return table, Cells(*map(np.concatenate, zip(*chosen, strict=True))).part(order)
+    return table, cells[order]
 
 
 def joined(tables: list[PathTable]) -> PathTable:

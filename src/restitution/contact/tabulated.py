@@ -15,6 +15,7 @@ from restitution.checks import Array, finite
 from restitution.contact.geometry import Kinks, as_array
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
+from restitution.numerics.refine import refine, to_chebyshev
 from restitution.parallel import on_threads
 from restitution.quantities import LENGTH, Quantity
 
@@ -85,9 +86,7 @@ class AbelTransform:
 
     def _grouped(self) -> _Groups:
         """Groups of pieces: the masses of their parts at Chebyshev nodes, by Lagrange polynomials."""
-        angle = np.pi * (np.arange(_GROUP_NODES) + 0.5) / _GROUP_NODES
-        lagrange = np.cos(np.arange(_GROUP_NODES)[:, None] * angle) * (2.0 / _GROUP_NODES)
-        lagrange[0] *= 0.5
+        places, lagrange = to_chebyshev(_GROUP_NODES)
         size, parts, nodes, masses = _GROUP, _GROUP, self._far_nodes, self._far_masses
         levels: list[tuple[Array, Array, Array]] = []
         while count := (len(self._breaks) - 1) // size:
@@ -97,7 +96,7 @@ class AbelTransform:
             basis = np.polynomial.chebyshev.chebvander(2.0 * place - 1.0, _GROUP_NODES - 1)
             whole = np.swapaxes(masses[: count * parts].reshape(count, parts, 3, -1), 1, 2).reshape(count, 3, -1)
             masses = whole @ basis @ lagrange
-            nodes = edges[:-1, None] + widths * (0.5 + 0.5 * np.cos(angle))
+            nodes = edges[:-1, None] + widths * (0.5 + 0.5 * places)
             levels.append((np.maximum.accumulate(edges[1:] + _FAR * widths[:, 0]), nodes, masses))
             size, parts = 2 * size, 2
         starts = np.cumsum([0, *(len(level[0]) for level in levels)])
@@ -158,35 +157,23 @@ class AbelTransform:
     @cached_property
     def _series(self) -> tuple[Array, Array]:
         """Piece, start and end of each cell beyond the first piece, and its Chebyshev coefficients."""
-        pending = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
         scale = self._integrated(self.beyond_face(self._breaks[-1:]))[0]
-        cells: list[Array] = []
-        series: list[Array] = []
-        for split in range(_MAX_SPLITS + 1):
-            coefficients = self._chebyshev(pending)
-            tail = np.max(np.abs(coefficients[..., -2:]) / scale[:, None], axis=-1)
-            good = np.all(tail <= _TAILS, axis=1) | (split == _MAX_SPLITS)
-            cells.append(pending[good])
-            series.append(coefficients[good])
-            piece, low, high = pending[~good].T
-            middle = 0.5 * (low + high)
-            pending = np.concatenate([np.stack([piece, low, middle], 1), np.stack([piece, middle, high], 1)])
-            if not len(pending):
-                break
-        all_cells = np.concatenate(cells)
-        order = np.lexsort((all_cells[:, 1], all_cells[:, 0]))
-        return all_cells[order], np.concatenate(series)[order]
+        nodes, matrix = to_chebyshev(_DEGREE + 1)
 
-    def _chebyshev(self, cells: Array) -> Array:
-        angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
-        piece, low, high = cells[:, 0].astype(np.intp), cells[:, 1:2], cells[:, 2:3]
-        root = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
-        start, end = self._breaks[piece][:, None], self._breaks[piece + 1][:, None]
-        x = start + (end - start) * root * root
-        values = self._integrated(self.beyond_face(x.ravel())).reshape(len(cells), _DEGREE + 1, 3)
-        basis = np.cos(np.arange(_DEGREE + 1)[:, None] * angle) * (2.0 / (_DEGREE + 1))
-        basis[0] *= 0.5
-        return np.swapaxes(values, 1, 2) @ basis.T
+        def fit(cells: Array) -> tuple[Array, Array]:
+            piece, low, high = cells[:, 0].astype(np.intp), cells[:, 1:2], cells[:, 2:]
+            root = 0.5 * (low + high) + 0.5 * (high - low) * nodes
+            start, end = self._breaks[piece][:, None], self._breaks[piece + 1][:, None]
+            y = self.beyond_face((start + (end - start) * root * root).ravel())
+            values = self._integrated(y).reshape(len(cells), _DEGREE + 1, 3)
+            coefficients = np.swapaxes(values, 1, 2) @ matrix.T
+            tail = np.max(np.abs(coefficients[..., -2:]) / scale[:, None], axis=-1)
+            return np.all(tail <= _TAILS, axis=1), coefficients
+
+        first = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
+        (cells, series), _ = refine(first, fit, _MAX_SPLITS)
+        order = np.lexsort((cells[:, 1], cells[:, 0]))
+        return cells[order], series[order]
 
     def _integrated(self, y: Array) -> Array:
         from restitution.contact.loops import add_integrals

@@ -17,7 +17,15 @@ from restitution.contact.geometry import Kinks, as_array
 from restitution.contact.layer.depths import Averages
 from restitution.contact.layer.punch import PANELS, panel_of, stored_punches
 from restitution.contact.profiles import Profile
-from restitution.contact.table import Cells, PathTable, Tables, first_cells, path_tables, product, significant_kinks
+from restitution.contact.table import (
+    PathTable,
+    Tables,
+    cell_nodes,
+    first_cells,
+    path_tables,
+    product,
+    significant_kinks,
+)
 
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
@@ -51,7 +59,7 @@ class _Start(NamedTuple):
     strength: Array
     power: float
     places: Array
-    cells: Cells
+    cells: Array
     known: dict[bytes, Contact]
 
     @property
@@ -149,7 +157,7 @@ class Contacts:
         interpolated = self._interpolated(thickness, start, least, rtol)
         if interpolated is not None:
             return [interpolated]
-        block = max(1, _BLOCK // start.cells.nodes.size)
+        block = max(1, _BLOCK // cell_nodes(start.cells).size)
         parts = (slice(first, first + block) for first in range(0, thickness.size, block))
         return [self._tables(thickness[part], start, least[part], rtol)[0] for part in parts]
 
@@ -176,9 +184,9 @@ class Contacts:
             start = _Start(kinks.strength, kinks.power, places, first_cells(places), {})
             typical = max(self._unit, self.end / PANELS[-1]) * _TYPICAL
             _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
-            often = (start.ends, start.around, cells.nodes)
+            often = (start.ends, start.around, cell_nodes(cells))
             series = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
-            if cells.nodes.size > _KEPT:
+            if cell_nodes(cells).size > _KEPT:
                 return series
             self._known[rtol] = series
         return self._known[rtol]
@@ -196,7 +204,7 @@ class Contacts:
         """Depth and stiffness radius [m] at the end of the table of each layer."""
         return np.array(self.on(thickness, self._known_at(start, start.ends)))[:, :, -1]
 
-    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[Tables, Cells]:
+    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[Tables, Array]:
         """Tables of layers, and their cells."""
         depth_max, radius_max = self._ends(thickness, start)
         units = np.stack([depth_max, radius_max])[..., None]

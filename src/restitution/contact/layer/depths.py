@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from restitution.contact.geometry import Kinks
 from restitution.contact.layer.punch import PANELS, Punches, over_panels, stored_punches
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
+from restitution.numerics.refine import refine
 
 # Means of the resolvent and the load of flat punches over the transform of a profile, for all contact radii.
 #
@@ -48,30 +49,6 @@ def power_law_series(punches: Punches, exponent: float) -> tuple[Array, Array]:
     return sigma, tau
 
 
-class _Cells(NamedTuple):
-    """Cells over x; in the first piece of a profile with the face b ``x = hypot(b, t)``, beyond a joint ``x = joint +
-    t^2``, in which g is smooth.
-    """
-
-    joint: Array  # The joint, NaN in the first piece
-    low: Array  # t at the start of the cell
-    high: Array  # t at the end
-
-    def place(self, t: Array, face: float) -> tuple[Array, Array]:
-        """Return x and dx/dt, shape (n_cell, k), at t of this shape."""
-        joint = self.joint[:, None]
-        first = np.isnan(joint)
-        x = np.where(first, np.hypot(face, t), joint + t * t)
-        return x, np.where(first, t / np.where(x > 0.0, x, 1.0), 2.0 * t)
-
-    def part(self, chosen: Any) -> _Cells:
-        return _Cells(self.joint[chosen], self.low[chosen], self.high[chosen])
-
-    def halves(self) -> _Cells:
-        middle = 0.5 * (self.low + self.high)
-        return _Cells(np.tile(self.joint, 2), np.append(self.low, middle), np.append(middle, self.high))
-
-
 @dataclass(frozen=True, eq=False)
 class Averages:
     """Means over the transform of a profile in units of the thickness.
@@ -93,32 +70,37 @@ class Averages:
     end: float
 
     @cached_property
-    def _pieces(self) -> tuple[_Cells, Array]:
-        """Cells that resolve g, in the order of x, and its Legendre coefficients there."""
-        starts = np.append(self.face, self.joints)
-        ends = np.append(self.joints, self.end)
+    def _pieces(self) -> tuple[Array, Array]:
+        """Cells that resolve g, in the order of x, and its Legendre coefficients there.
+
+        The columns of the cells are the joint where they begin, NaN in the first piece, and their ends in t. In the
+        first piece of a profile with the face b ``x = hypot(b, t)``, beyond a joint ``x = joint + t^2``: g is smooth
+        over t.
+        """
+        starts, ends = np.append(self.face, self.joints), np.append(self.joints, self.end)
         first = np.arange(starts.size) == 0
         reach = np.sqrt(np.where(first, (ends - self.face) * (ends + self.face), ends - starts))
-        pending = _Cells(np.where(first, np.nan, starts), np.zeros(starts.size), reach)
-        done: list[tuple[_Cells, Array]] = []
-        count = 0
-        for rank in range(_HALVINGS + 1):
-            t = pending.low[:, None] + 0.5 * (pending.high - pending.low)[:, None] * (1.0 + _GAUSS)
-            x, _ = pending.place(t, self.face)
+
+        def fit(cells: Array) -> tuple[Array, Array]:
+            _, low, high = cells.T[..., None]
+            x, _ = self._place(cells, low + 0.5 * (high - low) * (1.0 + _GAUSS))
             g = self.transform(np.minimum(x, self.end))
             series = g @ _TO_LEGENDRE.T
             good = np.max(np.abs(series[:, -2:]), axis=1) <= _TAIL * np.max(np.abs(g), axis=1)
             # Contacts are at most 40 thicknesses wide.
-            good &= x[:, -1] - x[:, 0] <= _WIDEST * np.maximum(1.0, x[:, 0] / PANELS[-1])
-            count += pending.low.size
-            good |= rank == _HALVINGS or count > _CELLS + 4 * starts.size
-            done.append((pending.part(good), series[good]))
-            pending = pending.part(~good).halves()
-            if not pending.low.size:
-                break
-        cells = _Cells(*(np.concatenate(one) for one in zip(*(cells for cells, _ in done), strict=True)))
-        order = np.argsort(cells.place(cells.low[:, None], self.face)[0][:, 0], kind="stable")
-        return cells.part(order), np.concatenate([series for _, series in done])[order]
+            return good & (x[:, -1] - x[:, 0] <= _WIDEST * np.maximum(1.0, x[:, 0] / PANELS[-1])), series
+
+        cells = np.column_stack([np.where(first, np.nan, starts), np.zeros(starts.size), reach])
+        (cells, series), _ = refine(cells, fit, _HALVINGS, _CELLS + 4 * starts.size)
+        order = np.argsort(self._place(cells, cells[:, 1:2])[0][:, 0], kind="stable")
+        return cells[order], series[order]
+
+    def _place(self, cells: Array, t: Array) -> tuple[Array, Array]:
+        """Return x and dx/dt, shape (n_cell, k), at t of this shape."""
+        joint = cells[:, :1]
+        first = np.isnan(joint)
+        x = np.where(first, np.hypot(self.face, t), joint + t * t)
+        return x, np.where(first, t / np.where(x > 0.0, x, 1.0), 2.0 * t)
 
     def __call__(self, radius: Array) -> Array:
         """Means sigma and tau at radii of any shape."""
@@ -134,11 +116,10 @@ class Averages:
         cells, series = self._pieces
         interval = np.clip(np.searchsorted(self._starts, radius, side="right") - 1, 0, self._starts.size - 1)
         # The cell that contains the radius, up to there.
-        cell = cells.part(interval)
-        beyond = np.isnan(cell.joint)
-        reach = np.where(beyond, (radius - self.face) * (radius + self.face), radius - cell.joint)
-        reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), cell.low, cell.high)
-        x, masses = self._weighed(cell, series[interval], reach)
+        joint, low, high = cells[interval].T
+        reach = np.where(np.isnan(joint), (radius - self.face) * (radius + self.face), radius - joint)
+        reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), low, high)
+        x, masses = self._weighed(cells[interval], series[interval], reach)
         nodes, before = self._condensed(_ROUND * math.ceil(terms / _ROUND))
         moments, space = np.empty((radius.size, terms)), np.empty((4, nodes.size + _NODES))
         a = np.where(radius > 0.0, radius, 1.0)
@@ -149,15 +130,16 @@ class Averages:
     def _starts(self) -> Array:
         """Radii x at the starts of the cells."""
         cells, _ = self._pieces
-        return cells.place(cells.low[:, None], self.face)[0][:, 0]
+        return self._place(cells, cells[:, 1:2])[0][:, 0]
 
-    def _weighed(self, cells: _Cells, series: Array, reach: Array) -> tuple[Array, Array]:
+    def _weighed(self, cells: Array, series: Array, reach: Array) -> tuple[Array, Array]:
         """Gauss nodes x of cells up to t = `reach`, and their masses: weights times g."""
-        half = 0.5 * (reach - cells.low)[:, None]
-        t = cells.low[:, None] + half * (1.0 + _GAUSS)
-        x, pace = cells.place(t, self.face)
-        local = 2.0 * (t - cells.low[:, None]) / (cells.high - cells.low)[:, None] - 1.0
-        g = np.polynomial.legendre.legval(local, series.T[..., None], tensor=False)
+        _, low, high = cells.T[..., None]
+        half = 0.5 * (reach[:, None] - low)
+        t = low + half * (1.0 + _GAUSS)
+        x, pace = self._place(cells, t)
+        place = 2.0 * (t - low) / (high - low) - 1.0
+        g = np.polynomial.legendre.legval(place, series.T[..., None], tensor=False)
         return x, half * _WEIGHTS * pace * g
 
     @cached_property
@@ -170,7 +152,7 @@ class Averages:
         from restitution.contact.loops import condense
 
         cells, series = self._pieces
-        x, masses = self._weighed(cells, series, cells.high)
+        x, masses = self._weighed(cells, series, cells[:, 2])
 
         @cache
         def condensed(terms: int) -> tuple[Array, Array]:

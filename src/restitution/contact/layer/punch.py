@@ -23,6 +23,7 @@ from restitution.checks import Array
 from restitution.contact.geometry import as_array
 from restitution.contact.table import product
 from restitution.files import user_cache, whole_file
+from restitution.numerics.refine import chebyshev, local, to_chebyshev
 
 # Compliance of an elastic layer on a rigid base, in Hankel space and as the kernel of its line load.
 #
@@ -76,15 +77,13 @@ class LineKernel:
         width = _LAST / panels
         z = (width * (np.arange(panels)[:, None] + 0.5 + 0.5 * nodes)).ravel()
         load = np.tile(0.5 * width / math.pi * weights, panels) * missing_compliance(z, poisson_ratio)
-        angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
+        places, matrix = to_chebyshev(_DEGREE + 1)
         low, high = _ENDS[:-1, None], _ENDS[1:, None]
-        t = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+        t = 0.5 * (low + high) + 0.5 * (high - low) * places
         # Pairwise sums: errors of m grow 1e5-fold on thin incompressible layers.
         values = np.sum(np.cos(t.ravel()[:, None] * z) * load, axis=1).reshape(t.shape)
-        basis: Any = np.cos(np.arange(_DEGREE + 1)[:, None] * angle) * (2.0 / (_DEGREE + 1))
-        basis[0] *= 0.5
-        self.series: Array = values @ basis.T
-        place = np.cos(np.pi * (np.arange(_CELL_DEGREE + 1) + 0.5) / (_CELL_DEGREE + 1))
+        self.series: Array = values @ matrix.T
+        place, _ = to_chebyshev(_CELL_DEGREE + 1)
         centre = (np.arange(int(_CELLS * _ENDS[-1])) + 0.5)[:, None]
         samples: Any = np.linalg.solve(
             np.vander(place, increasing=True), self.exact((centre + 0.5 * place) / _CELLS).T
@@ -95,10 +94,7 @@ class LineKernel:
     def exact(self, t: Array) -> Array:
         """Kernel at t in [0, 80] from its series."""
         piece = np.clip(np.searchsorted(_ENDS, t, side="right") - 1, 0, len(_ENDS) - 2)
-        low, high = _ENDS[piece], _ENDS[piece + 1]
-        place = (2.0 * t - low - high) / (high - low)
-        value: Any = np.polynomial.chebyshev.chebval(place, np.moveaxis(self.series[piece], -1, 0), tensor=False)
-        return value
+        return chebyshev(self.series[piece], local(t, _ENDS[piece], _ENDS[piece + 1]))
 
 
 PANELS = np.array([0.0, 2.0, 10.0, 40.0])
@@ -146,10 +142,8 @@ class Punches(NamedTuple):
         """Radius a of a flat punch of the stiffness radius a kappa."""
         ends = self.ends
         panel = np.clip(np.searchsorted(ends, stiffness_radius, side="right") - 1, 0, len(PANELS) - 2)
-        low, high = np.log1p(ends[panel]), np.log1p(ends[panel + 1])
-        place = np.clip((2.0 * np.log1p(stiffness_radius) - low - high) / (high - low), -1.0, 1.0)
-        series = np.moveaxis(self.softness[panel], -1, 0)
-        return stiffness_radius * np.exp(np.polynomial.chebyshev.chebval(place, series, tensor=False))
+        place = local(np.log1p(stiffness_radius), np.log1p(ends[panel]), np.log1p(ends[panel + 1]))
+        return stiffness_radius * np.exp(chebyshev(self.softness[panel], np.clip(place, -1.0, 1.0)))
 
     def terms(self, radius: float) -> int:
         """Number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
@@ -184,14 +178,12 @@ def punches(poisson_ratio: float | None) -> Punches:
     from restitution.contact.loops import solve_line_loads
 
     kernel = LineKernel(poisson_ratio)
-    angle = np.pi * (np.arange(_RADII) + 0.5) / _RADII
-    transform = np.cos(np.arange(_RADII)[:, None] * angle) * (2.0 / _RADII)
-    transform[0] *= 0.5
+    places, transform = to_chebyshev(_RADII)
     stiffness, edge, resolvent, load = [], [], [], []
     for low, high in pairwise(PANELS):
         count = int(_LEAST + _PER_RADIUS * high)
         nodes, weights = _half_gauss(2 * count)
-        radii = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+        radii = 0.5 * (low + high) + 0.5 * (high - low) * places
         lines, ends = np.empty((_RADII, 2, count)), np.empty((_RADII, 2))
         space = np.empty((count, count)), np.empty(count)
         solve_line_loads(kernel.cells, kernel.per_unit, radii, nodes, weights, *space, lines, ends)
@@ -205,7 +197,7 @@ def punches(poisson_ratio: float | None) -> Punches:
         load.append(series[:, 1, :kept])
     table = Punches(np.array(stiffness), np.array(edge), tuple(resolvent), tuple(load), np.empty(0), np.empty(0))
     table = table._replace(ends=PANELS * table.kappa(PANELS))
-    return table._replace(softness=_softness(table, np.cos(angle)) @ transform.T)
+    return table._replace(softness=_softness(table, places) @ transform.T)
 
 
 def _softness(table: Punches, place: Array) -> Array:
@@ -244,16 +236,13 @@ def panel_of(radius: Array) -> Any:
 
 def _local(panel: Any, radius: Array) -> Array:
     """Place of a radius in a panel, from -1 to 1."""
-    low, high = PANELS[panel], PANELS[panel + 1]
-    return (2.0 * radius - low - high) / (high - low)
+    return local(radius, PANELS[panel], PANELS[panel + 1])
 
 
 def over_panels(series: Array, radius: Array) -> Array:
     """Series of each panel at radii of any shape."""
     panel = panel_of(radius)
-    coefficients = np.moveaxis(series[panel], -1, 0)
-    value: Any = np.polynomial.chebyshev.chebval(_local(panel, radius), coefficients, tensor=False)
-    return value
+    return chebyshev(series[panel], _local(panel, radius))
 
 
 # Flat punches on layers: shipped, or computed once and kept in memory and in the user's cache.
