@@ -58,14 +58,18 @@ def number(name: str, value: Any, unit: str = "") -> Array:
 
 
 def _checked(name: str, array: Array, good: NDArray[np.bool_], unit: str, rule: str) -> Numeric:
-    if not good.all():
-        where = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
-        bad = float(np.atleast_1d(array)[where])
-        raise InputError(name, bad, rule, unit, index=where if array.ndim else ())
+    refuse(name, array, ~good, rule, unit)
     if array.ndim == 0:
         return float(array)
     array.setflags(write=False)
     return array
+
+
+def refuse(name: str, values: Array, bad: NDArray[np.bool_], rule: str, unit: str = "") -> None:
+    """Refuse values of which some are bad; the error has the first of these and its index."""
+    if bad.any():
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise InputError(name, float(values[index]), rule, unit, index=index)
 
 
 def plain(value: Any) -> Numeric:

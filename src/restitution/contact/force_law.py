@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, finite, single, within
+from restitution.checks import Array, finite, refuse, single, within
 from restitution.contact.geometry import Geometry, as_array
 from restitution.errors import InputError, RestitutionWarning
 from restitution.quantities import CONSTANTS, FORCE, INPUTS, LENGTH, NUMBER, Quantity
@@ -395,9 +395,7 @@ def _columns(depth: Any, force: Any) -> tuple[Array, Array]:
     d, f = np.asarray(finite("depth", depth, "m")), np.asarray(finite("force", force, "N"))
     if d.ndim != 1 or d.shape != f.shape:
         raise InputError("depth, force", rule=f"have shapes {d.shape}, {f.shape}: must be two columns of equal length")
-    if np.any(d < 0.0):
-        row = int(np.argmax(d < 0.0))
-        raise InputError("depth", float(d[row]), "must be >= 0: depths count from first touch", "m", index=(row,))
+    refuse("depth", d, d < 0.0, "must be >= 0: depths count from first touch", "m")
     distinct = np.unique(d[d > 0.0]).size
     if distinct < _FEWEST:
         raise InputError("depth", rule=f"has {distinct} different depths > 0: must be at least {_FEWEST}")
@@ -406,27 +404,16 @@ def _columns(depth: Any, force: Any) -> tuple[Array, Array]:
         if not 1e-100 <= size <= 1e100:
             raise InputError(name, size, f"is the largest: must be in [1e-100, 1e+100] {unit}", unit)
     deepest = int(np.argmax(d))
-    if f[deepest] <= 0.0:
-        raise InputError(
-            "force",
-            float(f[deepest]),
-            "must be > 0 in indentation; a compression counts positive",
-            "N",
-            index=(deepest,),
-        )
-    strange = np.abs(f) > _MOST_FORCE * f[deepest]
-    if np.any(strange):
-        row = int(np.argmax(strange))
-        rule = f"is beyond the force at the largest depth, {f[deepest]:g} N: an elastic force rises with the depth"
-        raise InputError("force", float(f[row]), rule, "N", index=(row,))
+    most = float(f[deepest])
+    at_end = np.arange(d.size) == deepest
+    refuse("force", f, at_end & (f <= 0.0), "must be > 0 in indentation; a compression counts positive", "N")
+    rule = f"is beyond the force at the largest depth, {most:g} N: an elastic force rises with the depth"
+    refuse("force", f, np.abs(f) > _MOST_FORCE * most, rule, "N")
     first = float(d[d > 0.0].min())
     if first > _FIRST * d[deepest]:
         rule = f"is the least of the depths: must be at most {_FIRST:g} times the largest, {d[deepest]:g} m"
         raise InputError("depth", first, rule, "m")
-    offset = (d == 0.0) & (np.abs(f) > _MOST_OFFSET * f[deepest])
-    if np.any(offset):
-        row = int(np.argmax(offset))
-        raise InputError("force", float(f[row]), "must be 0 at depth 0", "N", index=(row,))
+    refuse("force", f, (d == 0.0) & (np.abs(f) > _MOST_OFFSET * most), "must be 0 at depth 0", "N")
     return d, f
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, finite
+from restitution.checks import Array, finite, refuse
 from restitution.contact.geometry import Kinks, as_array
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
@@ -407,9 +407,7 @@ def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
         )
     for name, values in (("r", radii), ("f", heights)):
         extreme = (values != 0.0) & ~((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
-        if np.any(extreme):
-            i = int(np.argmax(extreme))
-            raise InputError(name, float(values[i]), "must be 0 or of a size in [1e-100, 1e+100] m", "m", index=(i,))
+        refuse(name, values, extreme, "must be 0 or of a size in [1e-100, 1e+100] m", "m")
     if radii[0] != 0.0 or heights[0] != 0.0:
         raise InputError("", rule=f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0")
     for name, values, bad, rule in (

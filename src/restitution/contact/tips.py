@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, Numeric, between, finite, number, plain, single
+from restitution.checks import Array, Numeric, between, finite, number, plain, refuse, single
 from restitution.contact.geometry import Geometry, as_array
 from restitution.contact.profiles import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
@@ -228,15 +228,8 @@ def _curvatures(name: str, radii: ArrayLike) -> Array:
     if values.shape != (2,):
         raise InputTypeError(name, radii, "must be a pair of principal radii", "m")
     good = np.isinf(values) | ((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
-    if not good.all():
-        place = int(np.argmin(good))
-        raise InputError(
-            name,
-            float(values[place]),
-            "must be of a size in [1e-100, 1e+100] m, or infinite where the body is straight",
-            "m",
-            index=(place,),
-        )
+    rule = "must be of a size in [1e-100, 1e+100] m, or infinite where the body is straight"
+    refuse(name, values, ~good, rule, "m")
     return 1.0 / values
 
 

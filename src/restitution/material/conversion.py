@@ -130,11 +130,9 @@ def _without_bulk(tension: PronySeries, bulk: Array) -> PronySeries:
         times[rows, :count] = np.where(soft, roots.times[:, ::-1], own_times)
         quotient = 3.0 * stiff * equilibrium / (9.0 * stiff - equilibrium)
         lowest[rows] = np.where(rigid[rows], equilibrium * (1.0 / 3.0), quotient)
-    branches = (*shape, moduli.shape[1])
-    return PronySeries(
-        lowest.reshape(shape), *merged(moduli.reshape(branches), times.reshape(branches)),
-        parallel_viscosity=viscosities.reshape(shape),
-    ).simplified()  # fmt: skip
+    times, moduli = (part.reshape(*shape, part.shape[1]) for part in merged(times, moduli))
+    series = PronySeries(lowest.reshape(shape), moduli, times, parallel_viscosity=viscosities.reshape(shape))
+    return series.simplified()
 
 
 def tension_from_shear(
@@ -241,44 +239,19 @@ def on_common_times(first: PronySeries, second: PronySeries) -> Iterator[tuple[N
     (*ends, moduli, times), (*other_ends, other_moduli, other_times) = (
         series.broadcast_to(shape).columns for series in (first, second)
     )
-    if other_moduli.shape[1]:
-        moduli, other_moduli, times = _together(moduli, other_moduli, times, other_times)
-    else:
-        moduli, times = moduli[:, ::-1], np.where(moduli > 0.0, times, -np.inf)[:, ::-1]
-        other_moduli = np.zeros(moduli.shape)
-        absent = times == -np.inf
-        if absent.any():
-            # Absent branches come first in reversed rows.
-            order = np.argsort(absent, axis=1, kind="stable")
-            rows = np.arange(len(order))[:, None]
-            moduli, times = moduli[rows, order], times[rows, order]
-    sizes = (times > -np.inf).sum(axis=1)
-    for size in {*sizes.tolist()}:
+    times, moduli, other_moduli = merged(
+        np.hstack([times, other_times]),
+        np.hstack([moduli, np.zeros_like(other_moduli)]),
+        np.hstack([np.zeros_like(moduli), other_moduli]),
+    )
+    sizes = ((moduli > 0.0) | (other_moduli > 0.0)).sum(axis=1)
+    for size in np.unique(sizes).tolist():
         rows = np.flatnonzero(sizes == size)
-        one, other = (
-            Part(a[rows], b[rows], own[rows, :size]) for (a, b), own in ((ends, moduli), (other_ends, other_moduli))
+        both = (
+            Part(spring[rows], dashpot[rows], weights[rows, :size][:, ::-1])
+            for (spring, dashpot), weights in ((ends, moduli), (other_ends, other_moduli))
         )
-        yield rows, times[rows, :size], one, other
-
-
-def _together(moduli: Array, other_moduli: Array, times: Array, other_times: Array) -> tuple[Array, Array, Array]:
-    """Moduli of both series on their common times, and these, descending; -inf where a row has fewer times."""
-    count = moduli.shape[1]
-    times = np.concatenate([times, other_times], axis=1)
-    both = np.zeros((2, *times.shape))
-    both[0, :, :count], both[1, :, count:] = moduli, other_moduli
-    times = np.where(both.any(axis=0), times, -np.inf)
-    rows, order = np.arange(len(times))[:, None], np.argsort(-times, axis=1, kind="stable")
-    times, both = times[rows, order], both[:, rows, order]
-    repeated = np.zeros(times.shape, dtype=bool)
-    repeated[:, 1:] = (times[:, 1:] > -np.inf) & (times[:, 1:] == times[:, :-1])
-    if repeated.any():
-        # No series has a time twice, so that a time occurs at most twice.
-        both[:, :, :-1] += np.where(repeated[:, 1:], both[:, :, 1:], 0.0)
-        times = np.where(repeated, -np.inf, times)
-        order = np.argsort(-times, axis=1, kind="stable")
-        times, both = times[rows, order], both[:, rows, order]
-    return both[0], both[1], times
+        yield rows, times[rows, :size][:, ::-1], *both
 
 
 def connected(

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, Numeric, pair, single_positive, within
+from restitution.checks import Array, Numeric, pair, refuse, single_positive, within
 from restitution.errors import InputError
 from restitution.quantities import check, check_single
 
@@ -243,10 +243,7 @@ class ShiftTable:
 
 
 def _ascending(name: str, values: Array, sign: float, rule: str, unit: str = "") -> None:
-    good = sign * np.diff(values) > 0
-    if not good.all():
-        row = int(np.argmin(good)) + 1
-        raise InputError(name, float(values[row]), rule, unit, index=(row,))
+    refuse(name, values, np.append(False, ~(sign * np.diff(values) > 0)), rule, unit)
 
 
 def _power(decades: ArrayLike) -> Any:
@@ -257,8 +254,5 @@ def _power(decades: ArrayLike) -> Any:
 
 def _within(temperature: Numeric, low: Any, high: Any, what: str) -> None:
     values = np.asarray(temperature)
-    bad = ~((values >= low) & (values <= high))
-    if bad.any():
-        end = f"in [{low:g}, {high:g}]" if math.isfinite(high) else f">= {low:g}"
-        index = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise InputError("temperature", float(values[index]), f"must be {end} K, {what}", "K", index=index)
+    end = f"in [{low:g}, {high:g}]" if math.isfinite(high) else f">= {low:g}"
+    refuse("temperature", values, ~((values >= low) & (values <= high)), f"must be {end} K, {what}", "K")
