@@ -277,14 +277,22 @@ def _outer_cells(load: LineFunction, r: Array) -> Array:
     edges = load.edges[1:]
     if len(edges) < 2:
         return np.zeros_like(r)
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     above = np.maximum(edges, r[:, None])
     u = np.sqrt((above - r[:, None]) * (above + r[:, None]))
-    half = 0.5 * np.diff(u, axis=1)[..., None]
-    x = np.hypot(r[:, None, None], u[:, :-1, None] + half * (1.0 + nodes))
-    cell = np.broadcast_to(np.arange(1, len(edges), dtype=np.intp)[:, None], x.shape)
-    slope = chebyshev(load.slope[1:, None, :], load.local(x, cell))
-    return np.sum(half * weights * slope / x, axis=(1, 2))
+    return _sum(load, load.slope, u, lambda u: np.hypot(r[:, None, None], u), over_x=True)
+
+
+def _sum(
+    function: LineFunction, series: Array, ends: Array, place: Callable[[Array], Array], *, over_x: bool = False
+) -> Array:
+    """Integral of a series over the last cells, perhaps over x, by Gauss nodes between `ends` of a variable."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    half = 0.5 * np.diff(ends, axis=1)[..., None]
+    x = place(ends[:, :-1, None] + half * (1.0 + nodes))
+    n, first = len(series), len(series) - half.shape[1]
+    cell = np.broadcast_to(np.arange(first, n, dtype=np.intp)[:, None], x.shape)
+    values = half * weights * chebyshev(series[first:, None, :], function.local(x, cell))
+    return np.sum(values / x if over_x else values, axis=(1, 2))
 
 
 def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
@@ -336,14 +344,9 @@ def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array
 
 
 def _displacement_block(displacement: LineFunction, r: Array) -> Array:
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    edges = displacement.edges
-    below = np.minimum(edges, r[:, None])
+    below = np.minimum(displacement.edges, r[:, None])
     angle = np.arctan2(below, np.sqrt((r[:, None] - below) * (r[:, None] + below)))
     # At r = 0 the whole quarter turn lies in the first cell.
     angle[r == 0.0, 1:] = 0.5 * math.pi
-    half = 0.5 * np.diff(angle, axis=1)[..., None]
-    x = r[:, None, None] * np.sin(angle[:, :-1, None] + half * (1.0 + nodes))
-    cell = np.broadcast_to(np.arange(len(edges) - 1, dtype=np.intp)[:, None], x.shape)
-    value = chebyshev(displacement.coefficients[:, None, :], displacement.local(x, cell))
-    return 2.0 / math.pi * np.sum(half * weights * value, axis=(1, 2))
+    turned = _sum(displacement, displacement.coefficients, angle, lambda angle: r[:, None, None] * np.sin(angle))
+    return 2.0 / math.pi * turned

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from restitution.checks import Array
+from restitution.checks import Array, Numeric, refuse
 from restitution.contact.geometry import Kinks
 from restitution.contact.layer.punch import PANELS, Punches, over_panels, stored_punches
 from restitution.contact.profiles import Profile
-from restitution.errors import InputError
 from restitution.numerics.refine import refine
 
 # Means of the resolvent and the load of flat punches over the transform of a profile, for all contact radii.
@@ -195,7 +194,7 @@ class Depths:
 
     def __init__(self, profile: Profile, thickness: float, poisson_ratio: float | None) -> None:
         self.profile, self.thickness, self.punches = profile, thickness, stored_punches(poisson_ratio)
-        face = checked_face(float(profile.contact_radius(0.0)), thickness)
+        face = face_over_thickness(float(profile.contact_radius(0.0)), thickness)
         most = float(PANELS[-1])
         self.face, self.end = face, min(largest_radius(profile) / thickness, most)
         self.means: PowerMeans | Averages = self._means()
@@ -225,13 +224,13 @@ class Depths:
         """Transform g [m] at radii over the thickness; rounding may put the last one beyond the profile."""
         return self.profile.transform(np.minimum(radius * self.thickness, self.profile.max_contact_radius))
 
-    def radius(self, half_space_depth: Array) -> Array:
+    def contact_radius(self, half_space_depth: Array) -> Array:
         """Contact radius [m] at the depth D [m] on a half-space, within the tables; 0 where D < 0."""
         return np.minimum(self.profile.contact_radius(half_space_depth), self.end * self.thickness)
 
     def depth(self, half_space_depth: Array) -> Array:
         """Depth d [m] on the layer where the contact radius is that of the depth D [m] on a half-space."""
-        a = self.radius(half_space_depth)
+        a = self.contact_radius(half_space_depth)
         chi = a / self.thickness
         gap = (a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)) / self.thickness
         return (half_space_depth + self.means(chi)[0] * gap) / self.punches.edge_load(chi)
@@ -263,12 +262,12 @@ class Depths:
 
     def stiffness_radius(self, half_space_depth: Array) -> Array:
         """Stiffness radius [m] at the depth D [m] on a half-space."""
-        a = self.radius(half_space_depth)
+        a = self.contact_radius(half_space_depth)
         return a * self.punches.kappa(a / self.thickness)
 
-    def force_integral(self, half_space_depth: Array) -> Array:
+    def force_integral_at_depth(self, half_space_depth: Array) -> Array:
         """Force integral [m^2] at the depth D [m] on a half-space."""
-        a = self.radius(half_space_depth)
+        a = self.contact_radius(half_space_depth)
         gap = a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)
         stiffness_radius = a * self.punches.kappa(a / self.thickness)
         return self.depth(half_space_depth) * stiffness_radius - self.means(a / self.thickness)[1] * gap
@@ -285,36 +284,8 @@ class Depths:
         place, strength, power = profile_kinks.depth[inside], profile_kinks.strength[inside], profile_kinks.power
         depth = self.depth(place)
         log_slope = np.interp(np.log(place), self._start, self._slope)
-        edge = self.punches.edge_load(self.radius(place) / self.thickness)
+        edge = self.punches.edge_load(self.contact_radius(place) / self.thickness)
         return Kinks(depth, edge * strength / (log_slope * depth / place) ** (power + 1.0), power)
-
-
-class PunchDepths:
-    """The same for a flat punch, whose contact radius does not depend on the depth; D is the depth itself."""
-
-    def __init__(self, profile: Profile, thickness: float, poisson_ratio: float | None) -> None:
-        self.punches, self.max_depth, self.kinks = stored_punches(poisson_ratio), math.inf, profile.kinks
-        self._radius = float(profile.contact_radius(0.0))
-        checked_face(self._radius, thickness)
-        self._stiffness_radius = self._radius * float(self.punches.kappa(np.array(self._radius / thickness)))
-
-    def half_space_depth(self, depth: Array) -> Array:
-        """The depth d [m] itself."""
-        return depth
-
-    depth = half_space_depth
-
-    def radius(self, depth: Array) -> Array:
-        """Contact radius [m]: that of the punch where d >= 0."""
-        return np.where(depth >= 0.0, self._radius, 0.0)
-
-    def stiffness_radius(self, depth: Array) -> Array:
-        """Stiffness radius a kappa [m]."""
-        return np.where(depth >= 0.0, self._stiffness_radius, 0.0)
-
-    def force_integral(self, depth: Array) -> Array:
-        """Force integral a kappa d [m^2]."""
-        return self._stiffness_radius * np.maximum(depth, 0.0)
 
 
 def largest_radius(profile: Profile) -> float:
@@ -325,15 +296,15 @@ def largest_radius(profile: Profile) -> float:
     return end
 
 
-def checked_face(radius: float, thickness: float) -> float:
+def face_over_thickness(radius: Numeric, thickness: Numeric) -> Any:
     """Return the radius of a flat face over the thickness, which must be within the tables."""
-    if radius >= PANELS[-1] * thickness:
-        rule = f"must be above {radius / PANELS[-1]:.3g} m: the tables end where the contact is {PANELS[-1]:g} h wide"
-        raise InputError("thickness", thickness, rule, "m")
+    bad = np.asarray(radius >= PANELS[-1] * thickness)
+    if bad.any():
+        least = np.max(np.broadcast_to(radius, bad.shape)[bad]) / PANELS[-1]
+        rule = f"must be above {least:.3g} m: the tables end where the contact is {PANELS[-1]:g} h wide"
+        refuse("thickness", np.broadcast_to(thickness, bad.shape), bad, rule, "m")
     return radius / thickness
 
 
-@lru_cache(maxsize=64)
-def depths(profile: Profile, thickness: float, poisson_ratio: float | None) -> Depths | PunchDepths:
-    """Return the depths of a profile on a layer, which are computed once."""
-    return (PunchDepths if profile.path_exponent == 0.0 else Depths)(profile, thickness, poisson_ratio)
+depths = lru_cache(maxsize=64)(Depths)
+"""The depths of a profile on a layer of a thickness, which are computed once."""

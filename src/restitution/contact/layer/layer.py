@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, Numeric, one_of, plain
+from restitution.checks import Array, Numeric, one_of
 from restitution.contact.geometry import Geometry, Kinks, Similar, as_array
 from restitution.contact.layer.contacts import Contacts, contacts
-from restitution.contact.layer.depths import Depths, PunchDepths, depths, largest_radius
+from restitution.contact.layer.depths import Depths, depths, face_over_thickness, largest_radius
 from restitution.contact.layer.punch import PANELS, LineKernel, Punches, stored_punches
-from restitution.contact.profiles import PowerLaw, Profile
+from restitution.contact.profiles import FlatPunch, PowerLaw, Profile
 from restitution.contact.table import PathTable, Rows, Samples, Tables, joined
 from restitution.errors import InputError, InputTypeError
 from restitution.material.prony import PronySeries
@@ -112,9 +112,10 @@ class EffectiveModuli:
 
     def __init__(self, material: Material) -> None:
         self._spectrum = _Spectrum(material)
-        self._transforms: dict[int, Array] = {}
-        self._moduli: dict[int, Array] = {}
-        self._between: dict[int, list[tuple[Array, Array]]] = {}
+        # Each node is computed once for each material.
+        self._transform, self._node, self._interval = map(
+            cache, (self._transform_at, self._node_at, self._interval_at)
+        )
 
     def at(self, radius: Array) -> PronySeries:
         """Reduced moduli [Pa] for punches of radii over the thickness, shape (n,)."""
@@ -147,40 +148,32 @@ class EffectiveModuli:
         moduli, times = zip(*parts, strict=True)
         return np.concatenate(moduli), np.concatenate(times)
 
-    def _interval(self, n: int) -> list[tuple[Array, Array]]:
+    def _interval_at(self, n: int) -> list[tuple[Array, Array]]:
         """Relaxation times [s] between two nodes, and a sixth of the moduli [Pa] at four nodes around, by group."""
-        if n not in self._between:
-            nodes = np.array([self._node(n + k) for k in range(-1, 3)])
-            kept, spectrum = np.flatnonzero(nodes.any(axis=0)), self._spectrum
-            parts = np.split(kept, 1 + np.flatnonzero(np.diff(spectrum.groups[kept])))
-            self._between[n] = [(spectrum.times[part], nodes[:, part] / 6.0) for part in parts]
-        return self._between[n]
+        nodes = np.array([self._node(n + k) for k in range(-1, 3)])
+        kept, spectrum = np.flatnonzero(nodes.any(axis=0)), self._spectrum
+        parts = np.split(kept, 1 + np.flatnonzero(np.diff(spectrum.groups[kept])))
+        return [(spectrum.times[part], nodes[:, part] / 6.0) for part in parts]
 
-    def _node(self, n: int) -> Array:
+    def _node_at(self, n: int) -> Array:
         """Branch moduli [Pa] of the fit at a node."""
-        if n not in self._moduli:
-            before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
-            target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
-            fit, misfit = spectrum.fitted(target, spectrum.coarse)
-            if misfit > _ENOUGH:
-                fit, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
-            if misfit > _MISFIT:
-                # What the splines combine need not relax; the stiffness itself must.
-                spectrum.moduli(here)
-            self._moduli[n] = fit
-        return self._moduli[n]
+        before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
+        target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
+        fit, misfit = spectrum.fitted(target, spectrum.coarse)
+        if misfit > _ENOUGH:
+            fit, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
+        if misfit > _MISFIT:
+            # What the splines combine need not relax; the stiffness itself must.
+            spectrum.moduli(here)
+        return fit
 
-    def _transform(self, n: int) -> Array:
+    def _transform_at(self, n: int) -> Array:
         """Carson transform [Pa] at a node."""
-        if n not in self._transforms:
-            if 0 <= n <= _LAST:
-                values = self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
-            else:
-                inward = 1 if n < 0 else -1
-                near = (factor * self._transform(n + (k + 1) * inward) for k, factor in enumerate(_NEXT))
-                values = np.sum(list(near), axis=0)
-            self._transforms[n] = values
-        return self._transforms[n]
+        if 0 <= n <= _LAST:
+            return self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
+        inward = 1 if n < 0 else -1
+        near = (factor * self._transform(n + (k + 1) * inward) for k, factor in enumerate(_NEXT))
+        return np.sum(list(near), axis=0)
 
 
 def _groups(sizes: Array, logs: Array) -> NDArray[np.intp]:
@@ -311,26 +304,26 @@ class LayerRows(Rows):
         """Return the rows broadcast to a shape and raveled."""
         return type(self)(self.profile, np.broadcast_to(self.thickness, shape).reshape(-1), self.poisson_ratio)
 
-    def _each(self, function: Callable[[Depths, Array], Array], depth: ArrayLike) -> Array:
+    def _each(self, name: str, depth: ArrayLike) -> Array:
         depth = np.broadcast_to(as_array(depth), self.thickness.shape)
         result = np.empty(depth.shape)
         for k, thickness in enumerate(self._distinct[0].tolist()):
-            one: Any = depths(self.profile, thickness, self.poisson_ratio)
+            layer = depths(self.profile, thickness, self.poisson_ratio)
             rows = self.which == k
-            result[rows] = function(one, one.half_space_depth(np.minimum(depth[rows], one.max_depth)))
+            result[rows] = getattr(layer, name)(layer.half_space_depth(np.minimum(depth[rows], layer.max_depth)))
         return result
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
         """Stiffness radius a kappa [m] at depth d [m] of each row."""
-        return self._each(Depths.stiffness_radius, depth)
+        return self._each("stiffness_radius", depth)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
         """Force integral int_0^d a kappa dd [m^2] at depth d [m] of each row."""
-        return self._each(Depths.force_integral, depth)
+        return self._each("force_integral_at_depth", depth)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a [m] at depth d [m] of each row."""
-        return self._each(Depths.radius, depth)
+        return self._each("contact_radius", depth)
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
         """Contact radius a [m] from the stiffness radius a kappa [m]."""
@@ -558,9 +551,16 @@ class Layer(Geometry):
         return self._poisson_ratio
 
     @cached_property
-    def _depths(self) -> Depths | PunchDepths:
+    def _depths(self) -> Depths:
         unit: Any = self.similar.geometry
         return depths(unit.profile, unit.thickness, self._ratio)
+
+    @cached_property
+    def _punch(self) -> FlatPunch:
+        """Flat punch on a half-space with the stiffness of the one on the layer."""
+        radius: Any = self.profile.contact_radius(0.0)
+        kappa = stored_punches(self._ratio).kappa(np.asarray(face_over_thickness(radius, self.thickness)))
+        return FlatPunch(radius * kappa)
 
     @property
     def apart(self) -> tuple[str, ...]:
@@ -627,22 +627,26 @@ class Layer(Geometry):
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
         """Stiffness radius a kappa [m] at depth d [m]."""
-        if self._is_several:
-            return self._each("stiffness_radius", depth)
-        return self._depths.stiffness_radius(self._half_space_depth(depth)) * self.similar.radius
+        return self._value("stiffness_radius", depth, self.similar.radius)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
         """Force integral int_0^d a kappa dd [m^2] at depth d [m]."""
-        if self._is_several:
-            return self._each("force_integral_at_depth", depth)
-        _, depth_unit, radius_unit = self.similar
-        return self._depths.force_integral(self._half_space_depth(depth)) * (depth_unit * radius_unit)
+        return self._value("force_integral_at_depth", depth, self.similar.depth * self.similar.radius)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
         """Contact radius a [m] at depth d [m]."""
+        if self._is_punch:
+            shape = np.broadcast_shapes(np.shape(depth), self.rows)
+            return np.broadcast_to(self.profile.contact_radius(depth), shape)[()]
+        return self._value("contact_radius", depth, self.similar.radius)
+
+    def _value(self, name: str, depth: ArrayLike, unit: Numeric) -> Array:
+        """Value of a method at depths d [m], in a unit of the similar layer."""
+        if self._is_punch:
+            return getattr(self._punch, name)(depth)
         if self._is_several:
-            return self._each("contact_radius", depth)
-        return self._depths.radius(self._half_space_depth(depth)) * self.similar.radius
+            return self._each(name, depth)
+        return getattr(self._depths, name)(self._half_space_depth(depth)) * unit
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
         """Contact radius a [m] from the stiffness radius a kappa [m]."""
@@ -676,7 +680,7 @@ class Layer(Geometry):
     @property
     def path_coefficient(self) -> Numeric | None:
         """Coefficient of a kappa = c s^p: a kappa [m] for a flat punch, None for other profiles."""
-        return plain(self.stiffness_radius(0.0)) if self._is_punch else None
+        return self._punch.radius if self._is_punch else None
 
     @property
     def tip_radius(self) -> Numeric:
@@ -696,13 +700,15 @@ class Layer(Geometry):
     @property
     def max_depth(self) -> Numeric:
         """Depth [m] at which the tables end: a/h = 40, or the end of the profile."""
+        if self._is_punch:
+            return math.inf
         unit: Any = self.similar.geometry if self._is_several else self._depths
         return unit.max_depth * self.similar.depth
 
     @property
     def kinks(self) -> Kinks:
         """Depths at which a(d) is not smooth: those of the profile, to leading order."""
-        return self._depths.kinks
+        return self.profile.kinks if self._is_punch else self._depths.kinks
 
 
 @lru_cache(maxsize=64)
