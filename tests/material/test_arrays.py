@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.material.conversion import series_connection, shear_from_tension, tension_from_shear
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
@@ -96,9 +97,8 @@ def test_constants_of_models_are_arrays():
     assert rs.kelvin_voigt(1e6, [1.0, 2.0], poisson_ratio=[[0.3], [0.5]]).shape == (2, 2)
     assert rs.burgers(1e6, [1.0, 2.0], 1e6, 3.0, bulk_modulus=1e9).shape == (2,)
     assert rs.generalised_maxwell(1e6, [1e6, 2e6], [[1e-3, 1.0], [1e-2, 1.0]], poisson_ratio=0.3).shape == (2,)
-    with pytest.raises(rs.InputError) as caught:
-        rs.standard_solid(1e6, [1e6, -1e6], 1e4, poisson_ratio=0.3)
-    assert (caught.value.field, caught.value.index) == ("branch_modulus", (1,))
+    caught = in_one_line(lambda: rs.standard_solid(1e6, [1e6, -1e6], 1e4, poisson_ratio=0.3))
+    assert (caught.field, caught.index) == ("branch_modulus", (1,))
 
 
 def test_temperatures_are_an_axis():
@@ -167,9 +167,7 @@ IMPACTS = rs.Impact(MANY, rs.Parabola(0.01), mass=0.005, velocity=1.0)
     ],
 )  # fmt: skip
 def test_what_takes_a_single_material_refuses_an_array(field, refused):
-    with pytest.raises(rs.InputError) as caught:
-        refused()
-    assert caught.value.field == field
+    assert in_one_line(refused).field == field
 
 
 def test_arrays_of_materials_cite_and_resist_as_one():

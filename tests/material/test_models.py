@@ -1,11 +1,13 @@
 """Registry of material models."""
 
+from functools import partial
 from typing import Annotated
 
 import pint
 import pytest
 
-from restitution import InputError, Material, PronySeries, elastic, fractional_maxwell, standard_solid
+from refusals import in_one_line
+from restitution import Material, PronySeries, elastic, fractional_maxwell, standard_solid
 from restitution.material import models
 from restitution.material.models import constants_of, material_model, material_models
 from restitution.quantities import Quantity
@@ -39,9 +41,7 @@ def test_constants_come_from_the_signature(monkeypatch):
     assert model.constants["a"] == models.Constant("a", stiffness, False, False)
     assert model.build(a=3.0, density=1000.0).shear == PronySeries(3.0)
     for wrong, field in (({}, "a, b"), ({"a": 1.0, "b": 1.0}, "a, b"), ({"a": -1.0}, "a"), ({"b": [1.0, -2.0]}, "b")):
-        with pytest.raises(InputError) as caught:
-            rubber(**wrong)
-        assert caught.value.field == field
+        assert in_one_line(partial(rubber, **wrong)).field == field
 
 
 def test_every_model_is_built_from_its_constants():
@@ -64,9 +64,7 @@ def test_constants_carry_units():
     unit = pint.UnitRegistry()
     assert elastic(youngs_modulus=3 * unit.kPa, poisson_ratio=0.5).shear == PronySeries(1000.0)
     assert fractional_maxwell(2 * unit.kPa, 1 * unit.ms, 0.5).instantaneous_modulus == 2000.0
-    with pytest.raises(InputError) as caught:
-        standard_solid(1 * unit.m, 1.0, 1.0, poisson_ratio=0.3)
-    assert caught.value.field == "equilibrium_modulus"
+    assert in_one_line(lambda: standard_solid(1 * unit.m, 1.0, 1.0, poisson_ratio=0.3)).field == "equilibrium_modulus"
 
 
 def test_constants_are_numbers_or_lists():
