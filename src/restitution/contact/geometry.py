@@ -289,7 +289,7 @@ class Geometry(ABC):
 
     @cached_property
     def _hash(self) -> int:
-        values = (one if isinstance(one, Geometry) else np.asarray(one).tobytes() for one in _values(self))
+        values = (value if isinstance(value, Geometry) else np.asarray(value).tobytes() for value in _values(self))
         return hash((type(self), *values))
 
 

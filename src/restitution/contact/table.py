@@ -18,7 +18,7 @@ _DEGREE = 7
 _FIRST_CELLS = 4
 # Nodes of a cell, and Gauss nodes and weights for comparison. Nodes at both ends make a(s) continuous and exact at 0.
 _NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
-_GAUSS, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(_DEGREE + 1))
+_GAUSS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(_DEGREE + 1))
 _PLACES = np.append(_NODES, 0.5 + _GAUSS)
 # Slopes at the Gauss nodes from values at the nodes.
 _PACE: Any = np.arange(1, _DEGREE + 1) * np.vander(0.5 + _GAUSS, _DEGREE, increasing=True)
@@ -84,7 +84,7 @@ class PathTable(NamedTuple):
     @property
     def several(self) -> PathTable:
         """The table as one of several."""
-        return PathTable._make([*(np.asarray(one)[None] for one in self[:-1]), self.power])
+        return PathTable._make([*(np.asarray(part)[None] for part in self[:-1]), self.power])
 
     @property
     def error(self) -> float:
@@ -187,19 +187,10 @@ def path_tables(
 ) -> tuple[PathTable, Array]:
     """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1, and cells.
 
-    Parameters
-    ----------
-    curve : callable
-        Depth [m] and stiffness radius [m], shape ``(n_geometries, *y.shape)``, at y. Both are smooth over y between
-        the kinks, and ``sqrt(depth)`` is nearly proportional to y there.
-    kinks : Kinks
-        Depths of the kinks in y^2, and their strengths in terms of the depth, shape ``(n_geometries, n_kinks)``.
-    rtol : float
-        Aim for the errors; see `path_table`.
-    least_integral : array, shape (n_geometries,)
-        Force integrals at the smallest of the largest depths.
-    cells : array
-        Cells to begin with, such as the first ones or those of similar tables; those of the tables are returned.
+    `curve` gives depths and stiffness radii [m], shape ``(n_geometries, *y.shape)``, at y. Both are smooth over y
+    between the kinks, and ``sqrt(depth)`` is nearly proportional to y there. The kinks are at depths in y^2, with
+    strengths of shape ``(n_geometries, n_kinks)``, `least_integral` are force integrals at the smallest of the largest
+    depths, and `cells` those to begin with, such as the first ones or those of similar tables.
     """
     # Numba takes half a second to import.
     from restitution.contact.loops import fit_cells
@@ -245,14 +236,14 @@ def path_tables(
 
 def joined(tables: list[PathTable]) -> PathTable:
     """Join several tables, each of one or more, that have kinks of one power."""
-    cells, kinks = (max(getattr(one, name).shape[1] for one in tables) for name in ("origin", "kinks"))
+    cells, kinks = (max(getattr(table, name).shape[1] for table in tables) for name in ("origin", "kinks"))
 
     def filled(table: PathTable) -> PathTable:
         more, further = ((0, 0), (0, cells - table.origin.shape[1])), ((0, 0), (0, kinks - table.kinks.shape[1]))
-        radius, integral = (np.pad(one, (*more, (0, 0))) for one in (table.radius, table.force_integral))
-        for one, whole in ((radius, table.radius), (integral, table.force_integral)):
+        radius, integral = (np.pad(part, (*more, (0, 0))) for part in (table.radius, table.force_integral))
+        for part, whole in ((radius, table.radius), (integral, table.force_integral)):
             # The value at the end.
-            one[:, whole.shape[1] :, 0] = np.sum(whole[:, -1:], axis=2)
+            part[:, whole.shape[1] :, 0] = np.sum(whole[:, -1:], axis=2)
         edges = np.pad(table.edges, more, mode="edge")
         places = np.concatenate([table.kinks, np.repeat(edges[:, -1:], further[1][1], axis=1)], axis=1)
         return PathTable(
@@ -260,7 +251,7 @@ def joined(tables: list[PathTable]) -> PathTable:
             table.radius_error, places, np.pad(table.strengths, further), table.power,
         )  # fmt: skip
 
-    columns = zip(*(filled(one)[:-1] for one in tables), strict=True)
+    columns = zip(*(filled(table)[:-1] for table in tables), strict=True)
     return PathTable._make([*map(np.concatenate, columns), tables[0].power])
 
 
@@ -351,12 +342,12 @@ def _force_integral(depth_max: Array, origin: Array, left: Array, width: Array, 
 _MOST = 200_000
 
 
-def product(one: Any, other: Any) -> Array:
+def product(left: Any, right: Any) -> Array:
     """Matrix product in blocks of rows that are small enough for one thread."""
-    result = np.empty((len(one), other.shape[1]))
-    rows = max(1, _MOST // max(1, other.size))
-    for start in range(0, len(one), rows):
-        np.matmul(one[start : start + rows], other, out=result[start : start + rows])
+    result = np.empty((len(left), right.shape[1]))
+    rows = max(1, _MOST // max(1, right.size))
+    for start in range(0, len(left), rows):
+        np.matmul(left[start : start + rows], right, out=result[start : start + rows])
     return result
 
 
@@ -387,8 +378,8 @@ class Samples(NamedTuple):
         cell = np.minimum(np.nan_to_num(place).astype(np.intp), last - 1)
         share = place - cell
         depth, integral = (
-            np.exp((1.0 - share) * one[which, cell] + share * one[which, cell + 1])
-            for one in (self.depth, self.integral)
+            np.exp((1.0 - share) * part[which, cell] + share * part[which, cell + 1])
+            for part in (self.depth, self.integral)
         )
         return depth, integral
 

@@ -26,8 +26,8 @@ def poisson_ratio(shear_modulus: ArrayLike, bulk_modulus: ArrayLike) -> Any:
     stiff = bulk > shear
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(stiff, shear / bulk, bulk / shear)
-    own = np.where(stiff, 3.0 - 2.0 * ratio, 3.0 * ratio - 2.0)
-    return (own / np.where(stiff, 6.0 + 2.0 * ratio, 6.0 * ratio + 2.0))[()]
+    rest = np.where(stiff, 3.0 - 2.0 * ratio, 3.0 * ratio - 2.0)
+    return (rest / np.where(stiff, 6.0 + 2.0 * ratio, 6.0 * ratio + 2.0))[()]
 
 
 def bulk_from_poisson_ratio(shear_modulus: Numeric, ratio: ArrayLike) -> Any:
@@ -121,13 +121,13 @@ def _without_bulk(tension: PronySeries, bulk: Array) -> PronySeries:
     lowest, viscosities = np.empty(bulk.size), np.where(rigid, tension.columns[1] * (1.0 / 3.0), 0.0)
     moduli, times = np.zeros((bulk.size, tension.n_branches + 1)), np.ones((bulk.size, tension.n_branches + 1))
     for rows, part in tension.groups():
-        equilibrium, _, own, own_times = part.columns
-        count, stiff = own.shape[1], np.where(rigid[rows], equilibrium + own.sum(axis=1), bulk[rows])
-        roots = secular_roots(equilibrium - 9.0 * stiff, 0.0 * stiff, own[:, ::-1], own_times[:, ::-1])
+        equilibrium, _, weights, part_times = part.columns
+        count, stiff = weights.shape[1], np.where(rigid[rows], equilibrium + weights.sum(axis=1), bulk[rows])
+        roots = secular_roots(equilibrium - 9.0 * stiff, 0.0 * stiff, weights[:, ::-1], part_times[:, ::-1])
         soft = ~rigid[rows, None]
         more = 27.0 * stiff[:, None] * (stiff[:, None] / roots.slopes)
-        moduli[rows, :count] = np.where(soft, more[:, ::-1], own * (1.0 / 3.0))
-        times[rows, :count] = np.where(soft, roots.times[:, ::-1], own_times)
+        moduli[rows, :count] = np.where(soft, more[:, ::-1], weights * (1.0 / 3.0))
+        times[rows, :count] = np.where(soft, roots.times[:, ::-1], part_times)
         quotient = 3.0 * stiff * equilibrium / (9.0 * stiff - equilibrium)
         lowest[rows] = np.where(rigid[rows], equilibrium * (1.0 / 3.0), quotient)
     times, moduli = (part.reshape(*shape, part.shape[1]) for part in merged(times, moduli))
@@ -175,10 +175,10 @@ def shear_and_bulk(
     bulk_modulus: float | None,
     poisson_ratio: float | None,
     stated: Deformation | None,
-    given: Deformation | None,
+    chosen: Deformation | None,
 ) -> tuple[PronySeries, PronySeries | float]:
     """Relaxation in shear and in bulk of a series in the deformation that the data state, or that the user gives."""
-    kind = given or stated
+    kind = chosen or stated
     if kind not in ("tension", "shear"):
         raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not state it')
     if stated not in (None, kind):

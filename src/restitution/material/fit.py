@@ -104,11 +104,11 @@ class DynamicTable:
 def _set_columns(table: RelaxationTable | DynamicTable, **units: str) -> None:
     """Set the columns of a table as arrays in SI; refuse columns of different lengths."""
     columns = [np.atleast_1d(number(name, getattr(table, name), unit)) for name, unit in units.items()]
-    if columns[0].ndim != 1 or len({one.shape for one in columns}) > 1:
-        shapes = ", ".join(f"{name} {one.shape}" for name, one in zip(units, columns, strict=True))
+    if columns[0].ndim != 1 or len({column.shape for column in columns}) > 1:
+        shapes = ", ".join(f"{name} {column.shape}" for name, column in zip(units, columns, strict=True))
         raise InputError(", ".join(units), rule=f"must be columns of one length: {shapes}", where=table.source)
-    for name, one in zip(units, columns, strict=True):
-        object.__setattr__(table, name, one)
+    for name, column in zip(units, columns, strict=True):
+        object.__setattr__(table, name, column)
 
 
 @dataclass(frozen=True, eq=False)

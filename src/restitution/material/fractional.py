@@ -165,7 +165,7 @@ class FractionalModel:
             series = self._discretised(low, high, tolerance, coarseness)
             carson = series.carson_transform(1j / times)
             pairs = (series.relaxation_modulus(times), relaxation), (carson, dynamic)
-            error = max(float(np.abs(one / exact - 1.0).max()) for one, exact in pairs)
+            error = max(float(np.abs(series_values / exact - 1.0).max()) for series_values, exact in pairs)
             if error <= tolerance:
                 loss_error = float(np.abs(carson.imag / dynamic.imag - 1.0).max())
                 return PronyApproximation(series, error, (low, high), loss_error)

@@ -270,7 +270,7 @@ class _Problem:
 def first_shifts(channels: list[Channel]) -> Array:
     """Return estimates of the shifts, of each isotherm over the one before, from the best overlap of the two."""
     count = int(max(channel.isotherm.max() for channel in channels)) + 1
-    curves = [[_sorted(one, one.isotherm == i) for one in channels] for i in range(count)]
+    curves = [[_sorted(channel, channel.isotherm == i) for channel in channels] for i in range(count)]
     steps = [_step(cold, warm) for cold, warm in pairwise(curves)]
     return np.concatenate(((0.0,), np.cumsum(steps)))
 
@@ -288,8 +288,8 @@ def _step(cold: list[tuple[Array, Array]], warm: list[tuple[Array, Array]]) -> f
     best, chosen = np.inf, 0.0
     for trial in trials.tolist():
         places = np.linspace(max(low, first + trial), min(high, last + trial), 12)
-        gaps = [np.interp(places, *one) - np.interp(places - trial, *other)
-                for one, other in zip(cold, warm, strict=True) if one[0].size > 1 and other[0].size > 1]  # fmt: skip
+        gaps = [np.interp(places, *x) - np.interp(places - trial, *y)
+                for x, y in zip(cold, warm, strict=True) if x[0].size > 1 and y[0].size > 1]  # fmt: skip
         # The likelihood for an unknown scatter of each modulus; of shifts that fit alike, the smallest.
         misfit = sum(float(np.log(np.mean(gap**2) + _RESOLVED**2)) for gap in gaps) + 1e-4 * abs(trial)
         if misfit < best:
@@ -401,16 +401,16 @@ class Isotherms:
     notes: tuple[str, ...]
 
     def __init__(self, tables: Sequence[Curve], *, source: str = "", notes: Sequence[str] = ()) -> None:
-        kinds = {type(one) for one in tables}
+        kinds = {type(table) for table in tables}
         if len(kinds) != 1 or not kinds <= {DynamicTable, RelaxationTable} or len(tables) < 2:
             raise InputTypeError("tables", tables, "must be several DynamicTable or several RelaxationTable")
-        deformations = {one.deformation for one in tables}
+        deformations = {table.deformation for table in tables}
         if len(deformations) > 1:
             rule = "must be in one deformation, tension or shear, for all tables"
             raise InputError("deformation", ", ".join(map(str, deformations)), rule, where=source)
-        for place, one in enumerate(tables):
-            _ = check_single("temperature", one.temperature, f"tables[{place}].temperature")
-        ordered = tuple(sorted(tables, key=lambda one: one.temperature or 0.0))
+        for place, table in enumerate(tables):
+            _ = check_single("temperature", table.temperature, f"tables[{place}].temperature")
+        ordered = tuple(sorted(tables, key=lambda table: table.temperature or 0.0))
         for colder, warmer in pairwise(ordered):
             if colder.temperature == warmer.temperature:
                 raise InputError(
@@ -421,7 +421,7 @@ class Isotherms:
     @property
     def temperatures(self) -> Array:
         """Temperatures [K], ascending, shape (m,)."""
-        return np.array([one.temperature for one in self.tables], dtype=np.float64)
+        return np.array([table.temperature for table in self.tables], dtype=np.float64)
 
     @property
     def deformation(self) -> Deformation | None:
@@ -487,18 +487,18 @@ class Isotherms:
             law, first, low, high = law_of(shift, kelvin, reference, nearest, start)
             candidates.append((superpose(channels, law, first, low, high, lifts), law))
 
-        def doubt(one: tuple[Superposition, Law]) -> tuple[int, float]:
-            sizes = [channel.ordinate.size for channel in channels]
-            return int((_gaps(self.tables, one[0].shifts) > 0.0).sum()), float(np.log(one[0].scatter) @ sizes)
+        def doubt(candidate: tuple[Superposition, Law]) -> tuple[int, float]:
+            curve, sizes = candidate[0], [channel.ordinate.size for channel in channels]
+            return int((_gaps(self.tables, curve.shifts) > 0.0).sum()), float(np.log(curve.scatter) @ sizes)
 
         return self._master_curve(*min(candidates, key=doubt), shift, reference, nearest)
 
     def _channels(self) -> list[Channel]:
-        numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(one).size for one in self.tables])
-        x = np.concatenate([_abscissa(one) for one in self.tables])
+        numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(table).size for table in self.tables])
+        x = np.concatenate([_abscissa(table) for table in self.tables])
         channels: list[Channel] = []
         for name in _moduli(self.tables[0]):
-            values = np.concatenate([getattr(one, name) for one in self.tables])
+            values = np.concatenate([getattr(table, name) for table in self.tables])
             # A loss of zero and the time zero have no logarithm.
             there = (values > 0.0) & np.isfinite(x)
             if there.sum() > 3:
@@ -533,7 +533,7 @@ class Isotherms:
         named, errors_of = constants_of(shift, superposition, reference)
         factors = 10.0 ** (-superposition.vertical)
         reduced = zip(self.tables, shifts, factors, strict=True)
-        tables = tuple(_reduced(one, s, b, reference) for one, s, b in reduced)
+        tables = tuple(_reduced(table, s, b, reference) for table, s, b in reduced)
         curve = MasterCurve(
             replace(average(tables), source=self.source, notes=()), tables, self, reference, shift, shifts, errors,
             -superposition.vertical, superposition.vertical_errors, named, errors_of, superposition.misfit,

@@ -375,8 +375,8 @@ class PronySeries:
         short = self.simplified()
         compliances, times = (np.full((short.size, short.n_branches + 1), value) for value in (0.0, 1.0))
         for rows, part in short.groups():
-            equilibrium, viscosity, moduli, own = part.columns
-            roots = secular_roots(equilibrium, viscosity, moduli[:, ::-1], own[:, ::-1])
+            equilibrium, viscosity, moduli, part_times = part.columns
+            roots = secular_roots(equilibrium, viscosity, moduli[:, ::-1], part_times[:, ::-1])
             count = roots.times.shape[1]
             compliances[rows, :count], times[rows, :count] = 1.0 / roots.slopes[:, ::-1], roots.times[:, ::-1]
         refuse_far_apart(compliances, times)

@@ -208,7 +208,7 @@ def _trios_step(source: str, lines: list[Line]) -> Sheet | None:
     else:
         title = keyed.get("step name", "")
         table = [Line(n, line.partition("\t")[2]) for n, line in lines[names:last]]
-    mark = next((one for one in "\t;," if table and one in table[0].text), "")
+    mark = next((sign for sign in "\t;," if table and sign in table[0].text), "")
     if len(table) < 2 or not mark:
         return None
     sheet = replace(read_sheet(source, table, mark=mark), temperature=_celsius(title))
@@ -231,7 +231,7 @@ def _trios_json(source: str, text: str) -> list[Sheet]:
     except (RecursionError, ValueError):  # a number of too many digits
         raise FileError(source, 0, "cannot be read: must be JSON of a rheometer") from None
     try:
-        return [one for part in _json_tables(content) if (one := _json_sheet(source, *part)) is not None]
+        return [sheet for part in _json_tables(content) if (sheet := _json_sheet(source, *part)) is not None]
     except (AttributeError, KeyError, TypeError, IndexError):
         rule = "must have Results with ColumnHeaders and Rows, or DataSet with columns and values"
         raise FileError(source, 0, f"is no export of TRIOS: {rule}") from None
@@ -245,15 +245,15 @@ def _json_tables(content: Any) -> Iterator[_JsonTable]:
     results = content.get("Experiment", content)["Results"]
     if isinstance(results, list):
         for result in results:
-            for one in result["DataSet"]:
-                columns = [(str(each["name"]), each.get("unit") or None) for each in one["Data"]["columns"]]
+            for part in result["DataSet"]:
+                columns = [(str(each["name"]), each.get("unit") or None) for each in part["Data"]["columns"]]
                 title = (result.get("Properties") or {}).get("Name") or "step"
-                yield str(title), columns, one["Data"]["values"]
+                yield str(title), columns, part["Data"]["values"]
         return
     data = results.get("Processed") or next(iter(results.values()))
     headers = data["ColumnHeaders"]
-    columns = [(str(one["DisplayName"]), (one.get("Unit") or {}).get("Name")) for one in headers.values()]
-    titles = {one["Id"]: str(one["Name"]) for one in data.get("ResultsSteps", [])}
+    columns = [(str(header["DisplayName"]), (header.get("Unit") or {}).get("Name")) for header in headers.values()]
+    titles = {step["Id"]: str(step["Name"]) for step in data.get("ResultsSteps", [])}
     steps: dict[Any, list[list[Any]]] = {}
     for row in data["Rows"]:
         steps.setdefault(row.get("Results Step Id"), []).append([row.get(key) for key in headers])
@@ -368,8 +368,8 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
         return _joined(source, curves_read, unused)
     if len(tables) == 1:
         for kind in (_prony_terms, _shift_table):
-            if (one := kind(tables[0])) is not None:
-                return one
+            if (content := kind(tables[0])) is not None:
+                return content
     if len(tables) == 1 and not unused[0]:
         sheet = tables[0].sheet
         message = f"columns {', '.join(filter(None, sheet.labels))[:200]}: must be time and relaxation modulus; "
@@ -389,7 +389,7 @@ def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isot
     if len(alike) > 1 and any(curve.temperature is None for curve in alike):
         raise FileError(source, 0, f"holds {len(alike)} sweeps: the temperature of each must be stated, or one kept")
     groups: list[list[Curve]] = []
-    for curve in sorted(alike, key=lambda one: one.temperature or 0.0):
+    for curve in sorted(alike, key=lambda curve: curve.temperature or 0.0):
         if groups and (curve.temperature or 0.0) - (groups[-1][0].temperature or 0.0) < _SAME_TEMPERATURE:
             groups[-1].append(curve)
         else:
@@ -424,7 +424,7 @@ def _curves(table: Table) -> list[Curve]:
     if len(sweeps) == 1:
         return [read(table, columns, several=False)]
     return [
-        read(table.part(rows), [one._replace(values=one.values[rows]) for one in columns], several=True)
+        read(table.part(rows), [column._replace(values=column.values[rows]) for column in columns], several=True)
         for rows in sweeps
     ]
 
@@ -435,7 +435,7 @@ def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
     if table.sheet.scattered or x.size < 2:
         return every
     if numbers := table.columns((Role.SWEEP,)):
-        return [np.flatnonzero(numbers[0].values == one) for one in np.unique(numbers[0].values)]
+        return [np.flatnonzero(numbers[0].values == number) for number in np.unique(numbers[0].values)]
     # A table of one sweep may lack units of its temperatures, which are not needed.
     if Role.TEMPERATURE not in table.roles:
         return every
@@ -508,7 +508,7 @@ def _curve(
         table.refuse_growth(columns[1], falling, order, rule)
     kelvin, others = _temperature(table, several)
     about = table.about(*columns, *others)
-    values = (one[order] for one in (columns[0].values, *moduli))
+    values = (column[order] for column in (columns[0].values, *moduli))
     curve: Curve = kind(*values, *about, temperature=kelvin)
     return average([curve]) if table.sheet.scattered else curve
 

@@ -401,7 +401,7 @@ class Table(NamedTuple):
         label, column_unit = self.sheet.labels[index], self.sheet.units[index]
         scale = unit(role.assumed if column_unit is None else column_unit)
         if scale is None or scale.dimension not in role.dimensions:
-            usual = (name for name, one in PLAIN_UNITS.items() if one.dimension in role.dimensions and name)
+            usual = (name for name, scale in PLAIN_UNITS.items() if name and scale.dimension in role.dimensions)
             rule = f"must be a unit of {role.dimensions[0]}, such as {', '.join(usual)}"
             raise self.error(f"column {label!r}: unit {column_unit!r}: {rule}", self.sheet.unit_line)
         factor = scale.factor * (2.0 * math.pi if scale.dimension == "frequency" else 1.0)

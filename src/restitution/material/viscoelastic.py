@@ -115,9 +115,9 @@ class Material:
         elif shift is not None:
             temperature = shift.reference_temperature
         series = [part for part in (shear, bulk) if isinstance(part, PronySeries)]
-        known = common_window(part.window for part in series) if window is None else time_window(window)
+        times = common_window(part.window for part in series) if window is None else time_window(window)
         self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name, shift=shift, temperature=temperature)
-        self.__dict__.update(source=source, window=known, assumptions=assumptions, derivation=derivation)
+        self.__dict__.update(source=source, window=times, assumptions=assumptions, derivation=derivation)
         self.__dict__.update(undetermined=_names("undetermined", undetermined))
         shapes = {name: part.shape for name, part in zip(("shear", "bulk"), series, strict=False)}
         numbers: dict[str, Any] = {"density": density, "temperature": temperature}
@@ -336,11 +336,11 @@ class Material:
         bulk = replace(self.bulk, equilibrium_modulus=soft).simplified()
         n = math.prod(self.shape)
         shares, times = (np.full((n, shear.n_branches + bulk.n_branches + 1), value) for value in (0.0, 1.0))
-        for rows, common, own, other in on_common_times(shear, bulk):
-            constant, viscosity, weights = (2.0 * g + 6.0 * k for g, k in zip(own, other, strict=True))
+        for rows, common, shears, bulks in on_common_times(shear, bulk):
+            constant, viscosity, weights = (2.0 * g + 6.0 * k for g, k in zip(shears, bulks, strict=True))
             roots = secular_roots(constant, viscosity, weights, common)
-            at_roots = own.constant[:, None] - own.viscosity[:, None] / roots.times
-            at_roots = at_roots + (roots.terms * own.weights[:, None, :]).sum(axis=2)
+            at_roots = shears.constant[:, None] - shears.viscosity[:, None] / roots.times
+            at_roots = at_roots + (roots.terms * shears.weights[:, None, :]).sum(axis=2)
             count = roots.times.shape[1]
             shares[rows, :count], times[rows, :count] = 3.0 * at_roots / roots.slopes, roots.times
         branches = (*self.shape, shares.shape[1])
@@ -374,7 +374,7 @@ def _names(field: str, names: Any) -> tuple[str, ...] | None:
     """Names as a tuple; None if there are none."""
     if names is None:
         return None
-    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(one, str) for one in names):
+    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
         raise InputTypeError(field, names, "must be a list of names of constants")
     return tuple(names) or None
 

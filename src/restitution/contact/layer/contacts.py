@@ -126,6 +126,7 @@ class Contacts:
     def on(self, thickness: Array, contact: Contact, loads: bool = False) -> list[Array]:
         """Depth, stiffness radius and, with `loads`, force integral [SI] on layers, shape (n_layer, n)."""
         kappa, edge, sigma = self._means(thickness, contact.radius, contact.resolvent)
+        # d = (D + sigma G/h)/w(a), a kappa, and Pi = d a kappa - tau G; see `restitution.contact.layer.depths`.
         depth = (contact.depth + sigma * (contact.gap / thickness[:, None])) / np.exp(edge)
         radius = contact.radius * np.exp(kappa)
         if not loads:
@@ -164,6 +165,7 @@ class Contacts:
     def _interpolated(self, thickness: Array, start: _Start, least: Array, rtol: float) -> Tables | None:
         """Tables that are interpolated over ln h; None where this is more work or not accurate."""
         logs = np.log(thickness)
+        # Chebyshev nodes over ln h: so many that the series over them has the tolerance of the tables, as a rule.
         half = 0.5 * (logs[-1] - logs[0])
         count = math.ceil(_NODES + np.interp(math.log(self.end) - logs[0], *_RATES) * 2.0 * half)
         if thickness.size <= count:
@@ -171,6 +173,7 @@ class Contacts:
         x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
         places = logs[0] + half * (1.0 + x)
         lowest = np.exp(np.interp(places, logs, np.log(least)))
+        # Tables made together have the same cells, so that all coefficients are smooth functions of ln h.
         nodes, _ = self._tables(np.exp(places), start, lowest, rtol)
         between, tail = _between(nodes.table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
         return Tables(between, *self._ends(thickness, start)) if tail <= _TAIL * rtol else None
@@ -186,6 +189,7 @@ class Contacts:
             _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
             often = (start.ends, start.around, cell_nodes(cells))
             series = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
+            # More contacts would take too much memory.
             if cell_nodes(cells).size > _KEPT:
                 return series
             self._known[rtol] = series
@@ -214,6 +218,7 @@ class Contacts:
             return depth.reshape(-1, *y.shape), radius.reshape(-1, *y.shape)
 
         strengths = np.zeros((thickness.size, start.places.size))
+        # a kappa = smooth + w strength (d - d_j)^p/(dd/dD)^(p + 1), with dd/dD by differences around the kink.
         if start.places.size:
             # As for a single layer.
             around = self._known_at(start, start.around)
@@ -230,9 +235,9 @@ class Contacts:
 def series(panels: tuple[Array, ...], moments: Array) -> Array:
     """Series of means over a/h in some panels from the moments of contacts, shape (n_panel, n_term, n)."""
     chebyshev = np.empty((len(panels), len(panels[0]), len(moments)))
-    for one, panel in zip(chebyshev, panels, strict=True):
+    for coefficients, panel in zip(chebyshev, panels, strict=True):
         terms = min(panel.shape[1], moments.shape[1])
-        one[:] = product(panel[:, :terms], moments[:, :terms].T)
+        coefficients[:] = product(panel[:, :terms], moments[:, :terms].T)
     return chebyshev
 
 
@@ -246,15 +251,15 @@ def _between(table: PathTable, x: Array, places: Array) -> tuple[PathTable, floa
     # Forces depend on the radius through its integral, in which narrow cells hardly count.
     radii = 0.1 * (table.radius @ powers[: table.radius.shape[2]])
     checked = table.edges, radii, table.force_integral @ powers
-    tail = max(float(np.max(np.abs(np.tensordot(to_series[-2:], one, axes=1)))) for one in checked)
+    tail = max(float(np.max(np.abs(np.tensordot(to_series[-2:], part, axes=1)))) for part in checked)
     edges, origin, radius, integral, kinks, strengths = (
-        product(matrix, one.reshape(x.size, -1)).reshape(places.size, *one.shape[1:])
-        for one in (*table[:4], table.kinks, table.strengths)
+        product(matrix, part.reshape(x.size, -1)).reshape(places.size, *part.shape[1:])
+        for part in (*table[:4], table.kinks, table.strengths)
     )
     # Where a cell starts at a kink, rho = sqrt(s - origin) makes 1e-8 of a rounding of its start.
     starts = np.all(table.origin == table.edges[:, :-1], axis=0)
     origin[:, starts] = edges[:, :-1][:, starts]
-    errors, error = (np.repeat(np.max(one, axis=0)[None], places.size, axis=0) for one in table[4:6])
+    errors, error = (np.repeat(np.max(part, axis=0)[None], places.size, axis=0) for part in table[4:6])
     return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 
 

@@ -50,22 +50,12 @@ def power_law_series(punches: Punches, exponent: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Averages:
-    """Means over the transform of a profile in units of the thickness.
-
-    Parameters
-    ----------
-    punches : Punches
-        The flat punches.
-    transform : callable
-        Transform g(x) of the profile, with any unit.
-    face, joints, end : float, array, float
-        Radius of the flat face, radii at which g is not smooth, largest radius.
-    """
+    """Means over the transform g(x) of a profile, of any unit, whose lengths are in units of the thickness."""
 
     punches: Punches
     transform: Callable[[Array], Array]
     face: float
-    joints: Array
+    joints: Array  # radii at which g is not smooth
     end: float
 
     @cached_property
@@ -121,6 +111,7 @@ class Averages:
         x, masses = self._weighed(cells[interval], series[interval], reach)
         nodes, before = self._condensed(_ROUND * math.ceil(terms / _ROUND))
         moments, space = np.empty((radius.size, terms)), np.empty((4, nodes.size + _NODES))
+        # Without a contact all masses are zero, and so are the means.
         a = np.where(radius > 0.0, radius, 1.0)
         add_moments(a, interval, self._starts, nodes, before, x, masses, space, moments)
         return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
@@ -198,6 +189,7 @@ class Depths:
         most = float(PANELS[-1])
         self.face, self.end = face, min(largest_radius(profile) / thickness, most)
         self.means: PowerMeans | Averages = self._means()
+        # Samples of D whose contacts have radii on a logarithmic scale beyond the face.
         t = np.sqrt((self.end - face) * (self.end + face))
         radii = np.hypot(face, t * 10.0 ** np.linspace(-_DECADES - math.log10(max(t, 1.0)), 0.0, _STARTS))
         radii[-1] = self.end
@@ -205,6 +197,7 @@ class Depths:
         # Near an equator the depth rises much faster than the radius.
         start = np.sort(np.concatenate([start, start[-1] * np.linspace(0.02, 1.0, _STARTS // 2)]))
         start = np.minimum(start, self.profile.max_depth)
+        # The inverse d -> D interpolates in logarithms, so that the samples must rise.
         kept = np.append(np.diff(start) > 0.0, True) & (start > 0.0)
         self._start = np.log(start[kept])
         self._reached = np.log(self.depth(start[kept]))
@@ -214,6 +207,7 @@ class Depths:
 
     def _means(self) -> PowerMeans | Averages:
         exponent = self.profile.path_exponent
+        # A power law a ~ D^(p/2) has g = x^(2/p), whose means are exact; all other profiles need a quadrature of g.
         if exponent:
             return PowerMeans(self.punches, 2.0 / float(np.asarray(exponent)))
         joints = self.profile.joints / self.thickness
@@ -242,6 +236,7 @@ class Depths:
             return np.where(depth > 0.0, np.nan, np.minimum(depth, 0.0))
         target = np.log(np.where(inside, depth, self.max_depth))
         x = np.interp(target, self._reached, self._start)
+        # Below the samples the layer is a half-space, where d is proportional to D.
         x = np.where(target < self._reached[0], target + self._start[0] - self._reached[0], x)
         slope = np.interp(x, self._start, self._slope)
         before = reached = x
@@ -251,6 +246,7 @@ class Depths:
             moved = (np.abs(x - before) > 1e-9) & (rank > 0)
             slope = np.where(moved, (now - reached) / np.where(moved, x - before, 1.0), slope)
             step, before, reached = (target - now) / slope, x, now
+            # Beyond the last sample there is no profile.
             x = np.minimum(x + step, self._start[-1])
             if np.all(np.abs(step) <= 1e-15 * np.maximum(np.abs(x), 1.0)):
                 break
@@ -283,6 +279,7 @@ class Depths:
         inside = profile_kinks.depth < self._deepest
         place, strength, power = profile_kinks.depth[inside], profile_kinks.strength[inside], profile_kinks.power
         depth = self.depth(place)
+        # d' = d(ln d)/d(ln D) d/D
         log_slope = np.interp(np.log(place), self._start, self._slope)
         edge = self.punches.edge_load(self.contact_radius(place) / self.thickness)
         return Kinks(depth, edge * strength / (log_slope * depth / place) ** (power + 1.0), power)
@@ -291,6 +288,7 @@ class Depths:
 def largest_radius(profile: Profile) -> float:
     """Largest contact radius [m] that the tables describe, on a thick layer."""
     end = float(profile.max_contact_radius)
+    # g of a sphere has a logarithmic singularity at its equator, which no table resolves.
     if math.isfinite(end) and not math.isfinite(float(profile.transform(end))):
         end *= _EQUATOR
     return end

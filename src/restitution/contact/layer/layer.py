@@ -127,13 +127,13 @@ class EffectiveModuli:
             [rest * rest * rest, (3.0 * t - 6.0) * square + 4.0, ((3.0 - 3.0 * t) * t + 3.0) * t + 1.0, square * t]
         )
         chosen: list[tuple[NDArray[np.intp], Array, Array]] = []
-        for one in np.unique(first).tolist():
-            rows = np.flatnonzero(first == one)
-            chosen.append((rows, *self._within(one, splines[:, rows])))
-        most = max((len(own) for _, own, _ in chosen), default=0)
+        for interval in np.unique(first).tolist():
+            rows = np.flatnonzero(first == interval)
+            chosen.append((rows, *self._within(interval, splines[:, rows])))
+        most = max((len(weights) for _, weights, _ in chosen), default=0)
         moduli, times = np.zeros((radius.size, most)), np.ones((radius.size, most))
-        for rows, own, known in chosen:
-            moduli[rows, : len(own)], times[rows, : len(own)] = own.T, known.T
+        for rows, weights, places in chosen:
+            moduli[rows, : len(weights)], times[rows, : len(weights)] = weights.T, places.T
         equilibria = np.full(radius.size, self._spectrum.series.equilibrium_modulus)
         return PronySeries.from_checked(equilibria, moduli, times)
 
@@ -179,9 +179,9 @@ class EffectiveModuli:
 def _groups(sizes: Array, logs: Array) -> NDArray[np.intp]:
     """Numbers of the groups of some ln(tau), for the ascending ones of a material; those of no group are negative."""
     starts = sizes[:1].tolist()
-    for one in sizes.tolist():
-        if one > starts[-1] + _TOGETHER:
-            starts.append(one)
+    for size in sizes.tolist():
+        if size > starts[-1] + _TOGETHER:
+            starts.append(size)
     ends = np.append(sizes[np.searchsorted(sizes, starts[1:]) - 1], sizes[-1])
     distances = np.abs(logs[:, None] - np.clip(logs[:, None], starts, ends))
     near = np.min(distances, axis=1) < _CLOSE
@@ -225,17 +225,8 @@ effective_moduli = lru_cache(maxsize=64)(EffectiveModuli)
 def effective_modulus(material: Material, radius: float) -> PronySeries:
     """Reduced modulus [Pa] that gives a layer of the static Poisson ratio the stiffness of the relaxing one.
 
-    Parameters
-    ----------
-    material : Material
-        Material with a Poisson ratio that changes in time.
-    radius : float
-        Radius x of a flat punch over the thickness; 0 gives the modulus of the material.
-
-    Notes
-    -----
-    The Carson transform ``E*(s) kappa(x; nu(s))/kappa(x; nu_static)`` as a Prony series by nonnegative least squares.
-    A flat punch of this radius has exactly this modulus.
+    The Carson transform ``E*(s) kappa(x; nu(s))/kappa(x; nu_static)`` of a flat punch of the radius x over the
+    thickness, as a Prony series by nonnegative least squares. Such a punch has exactly this modulus.
     """
     if radius == 0.0:
         return reduced_modulus(material)
@@ -257,8 +248,8 @@ def _stiffness(radius: float) -> np.polynomial.Chebyshev:
     gauss = np.array([radius]), 0.5 + 0.5 * nodes, 0.5 * weights
     space = np.empty((nodes.size, nodes.size)), np.empty(nodes.size), np.empty((1, 2, nodes.size))
     ends, values = np.empty((1, 2)), np.empty(_RATIOS)
-    for n, one in enumerate(0.5 * (1.0 + _SHIFT - np.exp(places))):
-        kernel = _line_kernel(float(one))
+    for n, ratio in enumerate(0.5 * (1.0 + _SHIFT - np.exp(places))):
+        kernel = _line_kernel(float(ratio))
         solve_line_loads(kernel.cells, kernel.per_unit, *gauss, *space, ends)
         values[n] = np.log(ends[0, 0])
     return np.polynomial.Chebyshev.fit(places, values, _RATIOS - 1, domain=[low, high])
@@ -361,6 +352,7 @@ class LayerRows(Rows):
         """Depths and force integrals over the logarithm of the depth on a half-space."""
         thickness, chosen = self._distinct[0], self._similar[0]
         end = min(largest_radius(self.profile), PANELS[-1] * _power_of_two(float(thickness[-1]), math.ceil))
+        # Rounded to powers of two, so that other rows of the same profile find the contacts in the cache.
         layers = self._contacts(float(thickness[0]), end)
         knots, contact, flat = layers.sampled
         # Beyond the end of the tables.
@@ -397,6 +389,7 @@ class LayerRows(Rows):
         radii = np.minimum(self.profile.contact_radius(radii)[level.reshape(-1)], self._widest)
         groups, numbers = list[Tables](), list[NDArray[np.intp]]()
         pending = np.argsort(-radii, kind="stable")
+        # Layers share a table of contacts up to one radius if all are wide enough for it.
         while pending.size:
             end = float(radii[pending[0]])
             together = self._widest[pending] >= end
@@ -408,9 +401,9 @@ class LayerRows(Rows):
             return groups[0]
         # In the order of the layers.
         order = np.argsort(np.concatenate(numbers))
-        table = joined([one.table for one in groups])
-        depth, radius = np.hstack([one[1:] for one in groups])[:, order]
-        return Tables(PathTable._make([*(one[order] for one in table[:-1]), table.power]), depth, radius)
+        table = joined([group.table for group in groups])
+        depth, radius = np.hstack([group[1:] for group in groups])[:, order]
+        return Tables(PathTable._make([*(column[order] for column in table[:-1]), table.power]), depth, radius)
 
 
 def _power_of_two(value: float, rounded: Callable[[float], int]) -> float:
@@ -502,16 +495,18 @@ class Layer(Geometry):
         if self.base == "frictionless":
             return self
         low, high = poisson_ratios(material)
+        # With a constant ratio, or near 1/2, the compliance of the layer is E*(s) times a function of the radius.
         relaxes = high - low > CONSTANT and low <= INCOMPRESSIBLE
-        moduli = [one for one in (material.shear, material.bulk) if isinstance(one, PronySeries)]
-        if relaxes and any(one.parallel_viscosity > 0.0 for one in moduli):
+        moduli = [series for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
+        # With a dashpot the transform grows without bound, and no fit by branches follows it.
+        if relaxes and any(series.parallel_viscosity > 0.0 for series in moduli):
             rule = "must have no parallel dashpot on a bonded layer, unless its Poisson ratio is constant in time"
             raise InputError("material", rule=rule)
         if relaxes and self.strict and not self._is_punch:
             rule = "must have a Poisson ratio that does not change in time, or stays above "
             rule += f"{INCOMPRESSIBLE:g}, on a bonded layer; that of this one is between {low:.3g} and {high:.3g}"
             raise InputError("material", rule=rule)
-        # The same material gives slightly different numbers after changes of its form.
+        # The same material gives slightly different numbers after changes of its form, and layers are cached by them.
         poisson_ratio = round(material.poisson_ratio, _DIGITS)
         confinement = max(4.0 * high / (1.0 - 2.0 * high), 0.0) if high < 0.5 else np.inf
         details = {"_poisson_ratio": poisson_ratio, "_relaxes": relaxes, "_confinement": confinement}
@@ -616,6 +611,7 @@ class Layer(Geometry):
             return Similar(self, 1.0, 1.0)
         coefficient: Any = self.profile.path_coefficient
         exponent = float(np.asarray(self.profile.path_exponent))
+        # With radii a = h xi and depths d = (h/c)^(2/p) D, every power law a = c d^(p/2) is D = xi^(2/p).
         unit = replace(self, profile=_unit_power_law(2.0 / exponent), thickness=1.0)
         vars(unit).update(_poisson_ratio=self._poisson_ratio, similar=Similar(unit, 1.0, 1.0))
         with np.errstate(all="ignore"):
@@ -717,7 +713,7 @@ def poisson_ratios(material: Material) -> tuple[float, float]:
     if material.is_incompressible:
         return 0.5, 0.5
     times = [series.relaxation_times for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
-    all_times = np.concatenate([*times, [1.0] * all(one.size == 0 for one in times)])
+    all_times = np.concatenate([*times, [1.0] * all(part.size == 0 for part in times)])
     moments = np.geomspace(0.01 * all_times.min(), 100.0 * all_times.max(), _MOMENTS)
     values = material.relaxation_poisson_ratio(moments)
     ends = material.poisson_ratio, material.instantaneous_poisson_ratio

@@ -205,6 +205,7 @@ def _softness(table: Punches, place: Array) -> Array:
     low, high = np.log1p(table.ends[:-1, None]), np.log1p(table.ends[1:, None])
     target = np.expm1(0.5 * (low + high) + 0.5 * (high - low) * place)
     a = np.interp(target, table.ends, PANELS)
+    # d(a kappa)/da = w(a)^2, so that each step costs one evaluation of both series.
     for _ in range(60):
         step = (target - a * table.kappa(a)) / table.edge_load(a) ** 2
         a = np.clip(a + step, 0.0, PANELS[-1])
@@ -279,7 +280,7 @@ def stored_punches(poisson_ratio: float | None) -> Punches:
         with suppress(OSError):
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             write(path, table)
-            every = sorted(path.parent.glob("*.npz"), key=lambda one: one.stat().st_mtime, reverse=True)
+            every = sorted(path.parent.glob("*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
             for old in every[_MOST_FILES:]:
                 old.unlink(missing_ok=True)
     return table
