@@ -247,11 +247,11 @@ def on_common_times(first: PronySeries, second: PronySeries) -> Iterator[tuple[N
     sizes = ((moduli > 0.0) | (other_moduli > 0.0)).sum(axis=1)
     for size in np.unique(sizes).tolist():
         rows = np.flatnonzero(sizes == size)
-        both = (
+        part, other = (
             Part(spring[rows], dashpot[rows], weights[rows, :size][:, ::-1])
             for (spring, dashpot), weights in ((ends, moduli), (other_ends, other_moduli))
         )
-        yield rows, times[rows, :size][:, ::-1], *both
+        yield rows, times[rows, :size][:, ::-1], part, other
 
 
 def connected(

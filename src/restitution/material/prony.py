@@ -253,10 +253,10 @@ class PronySeries:
 
     def _each(self, change: Callable[[Array, tuple[int, ...]], Any]) -> PronySeries:
         """Return series with a change of the shape of all numbers, which have no further axis or that of branches."""
-        ends = (change(np.asarray(part), ())[()] for part in (self.equilibrium_modulus, self.parallel_viscosity))
-        branches = (change(part, part.shape[-1:]) for part in (self.branch_moduli, self.relaxation_times))
-        equilibrium, viscosity = ends
-        return PronySeries.from_checked(equilibrium, *branches, viscosity)
+        ends = self.equilibrium_modulus, self.parallel_viscosity
+        equilibrium, viscosity = (change(np.asarray(part), ())[()] for part in ends)
+        moduli, times = (change(part, part.shape[-1:]) for part in (self.branch_moduli, self.relaxation_times))
+        return PronySeries.from_checked(equilibrium, moduli, times, viscosity)
 
     def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> PronySeries:
         """Return the series of an array over axes of other names; their own are `axes`."""

@@ -113,9 +113,8 @@ class EffectiveModuli:
     def __init__(self, material: Material) -> None:
         self._spectrum = _Spectrum(material)
         # Each node is computed once for each material.
-        self._transform, self._node, self._interval = map(
-            cache, (self._transform_at, self._node_at, self._interval_at)
-        )
+        self._transform, self._node = cache(self._transform_at), cache(self._node_at)
+        self._interval = cache(self._interval_at)
 
     def at(self, radius: Array) -> PronySeries:
         """Reduced moduli [Pa] for punches of radii over the thickness, shape (n,)."""
