@@ -43,15 +43,15 @@ def law_of(d, force, **options):
     return rs.ForceLaw(d, force, modulus=MODULUS, poisson_ratio=0.5, **options)
 
 
-@pytest.mark.parametrize(("shape", "rtol"), [(one, 1e-5 if one == "flat-ended" else 1e-9) for one in SHAPES])
+@pytest.mark.parametrize(("shape", "rtol"), [(shape, 1e-5 if shape == "flat-ended" else 1e-9) for shape in SHAPES])
 def test_forces_without_noise_give_the_impact_of_the_body(shape, rtol):
     # The contact radius of the flat-ended tip bends within a depth of b cot(alpha): 40 rows resolve it to 1e-5.
     random, exact = np.random.default_rng(7), impact_of(SHAPES[shape])
     for n in (40, 400):
         law = law_of(*rows(shape, random, n, 1.3 * exact.max_indentation_depth))
-        found = impact_of(law)
-        assert found.restitution_coefficient == pytest.approx(exact.restitution_coefficient, rel=rtol)
-        assert found.max_force == pytest.approx(exact.max_force, rel=10 * rtol)
+        result = impact_of(law)
+        assert result.restitution_coefficient == pytest.approx(exact.restitution_coefficient, rel=rtol)
+        assert result.max_force == pytest.approx(exact.max_force, rel=10 * rtol)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -137,10 +137,10 @@ def test_other_exponents_are_fitted_or_given():
     law = law_of(d, 8 * quartic.force_integral_at_depth(d))
     assert law.fit.exponent == pytest.approx(1.25, rel=1e-10)
     assert law.fit.degree == 0
-    given = law_of(d, 8 * quartic.force_integral_at_depth(d), exponent=1.25)
-    assert given.fit.degree == 0
-    assert given.fit.misfit < 1e-14
-    assert given.fit.covariance.shape == (1, 1)
+    other = law_of(d, 8 * quartic.force_integral_at_depth(d), exponent=1.25)
+    assert other.fit.degree == 0
+    assert other.fit.misfit < 1e-14
+    assert other.fit.covariance.shape == (1, 1)
 
 
 def test_rows_in_any_order_and_at_depth_0():
@@ -276,5 +276,5 @@ def test_rubber_disc_of_finite_elements():
     series = rs.PronySeries(1.0, [10.0], [0.1])
     rubber = rs.Material(series, series.scaled(2 * 1.45 / (3 * 0.1)))
     assert rubber.instantaneous_poisson_ratio == pytest.approx(0.45)
-    found = rs.solve(rs.Impact(rubber, law, mass=1.0, velocity=1.0))
-    assert found.restitution_coefficient == pytest.approx(0.221921, abs=1.5e-6)
+    result = rs.solve(rs.Impact(rubber, law, mass=1.0, velocity=1.0))
+    assert result.restitution_coefficient == pytest.approx(0.221921, abs=1.5e-6)

@@ -76,11 +76,11 @@ def approx(expected, rel):
 @CASES
 def test_the_stiffness_radius_decides_the_impact_and_the_contact_radius_is_the_own(geometry, body, factor):
     impact = rs.Impact(RUBBER, geometry, mass=0.005, velocity=2.0)
-    found, same = rs.solve(impact), rs.solve(replace(impact, profile=body))
-    assert found.restitution_coefficient == pytest.approx(same.restitution_coefficient, rel=1e-9)
-    assert found.max_contact_radius == approx(factor * same.max_contact_radius, 1e-8)
-    times = np.linspace(0.0, min(found.contact_time, same.contact_time), 9)
-    history, half_space = found.sample(times), same.sample(times)
+    result, same = rs.solve(impact), rs.solve(replace(impact, profile=body))
+    assert result.restitution_coefficient == pytest.approx(same.restitution_coefficient, rel=1e-9)
+    assert result.max_contact_radius == approx(factor * same.max_contact_radius, 1e-8)
+    times = np.linspace(0.0, min(result.contact_time, same.contact_time), 9)
+    history, half_space = result.sample(times), same.sample(times)
     # Near separation the radius falls like a root of the time that is left.
     assert history.contact_radius.values[1:-1] == approx(factor * half_space.contact_radius.values[1:-1], 1e-6)
     assert history.force.values == pytest.approx(half_space.force.values, abs=1e-7 * float(same.max_force))
@@ -96,12 +96,12 @@ def test_scipy_and_indentations_give_the_own_contact_radius(geometry, body, fact
     assert slow.restitution_coefficient == pytest.approx(fast.restitution_coefficient, rel=1e-5)
     assert slow.max_contact_radius == approx(fast.max_contact_radius, 1e-5)
     for depth, force in ((rs.triangle(1e-3, 1e-3), None), (None, rs.triangle(10.0, 1e-3))):
-        found = rs.indent(RUBBER, geometry, depth=depth, force=force)
+        result = rs.indent(RUBBER, geometry, depth=depth, force=force)
         same = rs.indent(RUBBER, body, depth=depth, force=force)
-        assert found.max_force == pytest.approx(same.max_force, rel=1e-7)
-        assert found.max_contact_radius == approx(factor * same.max_contact_radius, 1e-7)
+        assert result.max_force == pytest.approx(same.max_force, rel=1e-7)
+        assert result.max_contact_radius == approx(factor * same.max_contact_radius, 1e-7)
         times = np.linspace(0.01, 0.99, 12) * same.contact_end_time
-        radii = [one.sample(times).contact_radius.values for one in (found, same)]
+        radii = [item.sample(times).contact_radius.values for item in (result, same)]
         assert radii[0] == approx(factor * radii[1], 1e-6)
 
 

@@ -351,8 +351,8 @@ def test_truncated_cone_against_high_precision(depth):
     radius, force_integral = CONE_ROOTS[depth]
     # A few roundings, including those of the argument.
     assert tip.contact_radius(depth * face * slope) == pytest.approx(radius * face, rel=2e-15)
-    found = tip.force_integral_at_depth(depth * face * slope)
-    assert found == pytest.approx(force_integral * face**2 * slope, rel=4e-15)
+    result = tip.force_integral_at_depth(depth * face * slope)
+    assert result == pytest.approx(force_integral * face**2 * slope, rel=4e-15)
 
 
 def test_deep_contacts_are_those_of_the_full_cone_or_parabola():

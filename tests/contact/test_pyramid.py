@@ -25,15 +25,15 @@ def test_pyramid_is_a_cone_of_the_same_stiffness(sides):
     assert tip.stiffness_radius(depth) == pytest.approx(cone.contact_radius(depth), rel=1e-14)
     # F = 2 E* Pi = c tan(alpha) E* d^2
     assert 2 * tip.force_integral_at_depth(0.3) == pytest.approx(tip.constant * math.tan(angle) * 0.3**2, rel=1e-15)
-    found, same = (rs.solve(rs.Impact(SOLID, one, 1.0, [0.5, 1.0])) for one in (tip, cone))
-    assert found.restitution_coefficient == pytest.approx(same.restitution_coefficient, rel=1e-12)
-    assert found.max_force == pytest.approx(same.max_force, rel=1e-12)
+    result, same = (rs.solve(rs.Impact(SOLID, item, 1.0, [0.5, 1.0])) for item in (tip, cone))
+    assert result.restitution_coefficient == pytest.approx(same.restitution_coefficient, rel=1e-12)
+    assert result.max_force == pytest.approx(same.max_force, rel=1e-12)
 
 
 def test_impact_against_boundary_elements_in_time():
     # layers.md, section 3: E* = 4 + 40 exp(-t/0.1), tan(alpha) = 1.
-    found = rs.solve(rs.Impact(SOLID, rs.Pyramid(math.pi / 4, 4), mass=1.0, velocity=1.0), rtol=1e-11)
-    assert found.restitution_coefficient == pytest.approx(0.2555678197, abs=1e-10)
+    result = rs.solve(rs.Impact(SOLID, rs.Pyramid(math.pi / 4, 4), mass=1.0, velocity=1.0), rtol=1e-11)
+    assert result.restitution_coefficient == pytest.approx(0.2555678197, abs=1e-10)
 
 
 def test_more_faces_are_nearer_to_a_cone():
@@ -68,8 +68,8 @@ def test_bad_input_is_refused(arguments, field):
 
 @pytest.mark.parametrize(("angle", "exceeded"), [(65.3, True), (80.0, False)])
 def test_validity_report_has_the_slope_of_the_faces(angle, exceeded):
-    found = rs.solve(rs.Impact(SOLID, rs.Pyramid(math.radians(angle), 3), mass=1.0, velocity=1.0)).validity
-    assert found["small_strain"].value == pytest.approx(1 / math.tan(math.radians(angle)))
-    assert found["small_strain"].exceeded is exceeded
-    assert "slope of the faces" in found["small_strain"].message
-    assert found["density"].value is None
+    result = rs.solve(rs.Impact(SOLID, rs.Pyramid(math.radians(angle), 3), mass=1.0, velocity=1.0)).validity
+    assert result["small_strain"].value == pytest.approx(1 / math.tan(math.radians(angle)))
+    assert result["small_strain"].exceeded is exceeded
+    assert "slope of the faces" in result["small_strain"].message
+    assert result["density"].value is None

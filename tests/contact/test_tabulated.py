@@ -236,8 +236,8 @@ def test_transform_beside_the_breaks(kind):
     for r, f, transform in tables(kind):
         tip = Tabulated(r, f)
         x = np.concatenate([r, np.nextafter(r[1:], 0.0), np.nextafter(r[1:-1], np.inf), 0.999 * r[1:]])
-        wanted = transform(x)
-        np.testing.assert_allclose(tip.transform(x), wanted, rtol=1e-9, atol=1e-9 * float(transform(r[-1])))
+        expected = transform(x)
+        np.testing.assert_allclose(tip.transform(x), expected, rtol=1e-9, atol=1e-9 * float(transform(r[-1])))
         flank = x > r[1] * (1.0 + 1e-6)
         np.testing.assert_allclose(tip.contact_radius(tip.transform(x[flank])), x[flank], rtol=1e-9)
 
@@ -258,8 +258,8 @@ def test_transform_of_long_tables(spacing):
     tip = Tabulated(r, 0.3 * r + r**2)
     x = np.sort(np.concatenate([r, rng.uniform(0.0, 1.0, 500)]))
     np.testing.assert_allclose(tip.transform(x), 0.15 * math.pi * x + 2.0 * x**2, rtol=1e-10)
-    wanted = 0.15 * math.pi * x**2 / 2.0 + 4.0 * x**3 / 3.0
-    np.testing.assert_allclose(tip.force_integral(x), wanted, rtol=1e-10)
+    expected = 0.15 * math.pi * x**2 / 2.0 + 4.0 * x**3 / 3.0
+    np.testing.assert_allclose(tip.force_integral(x), expected, rtol=1e-10)
 
 
 @pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")

@@ -158,7 +158,7 @@ def test_constant_data_give_no_branch_and_a_warning(noise):
     modulus = 1e6 * (1.0 + noise * np.random.default_rng(3).standard_normal(25))
     with pytest.warns(RestitutionWarning) as caught:
         fit = fit_prony(RelaxationTable(t, modulus))
-    assert [one.message.kind for one in caught] == ["fit"]
+    assert [warning.message.kind for warning in caught] == ["fit"]
     assert fit.n_terms == 0
     assert fit.series.equilibrium_modulus == pytest.approx(1e6, rel=0.01)
 
@@ -269,8 +269,8 @@ def test_a_material_made_by_hand_from_a_fit_has_its_window():
 
 def test_columns_are_any_sequences_of_one_length():
     times, moduli = [1e-3, 1e-2, 1e-1, 10.0], [1e7, 5e6, 3e6, 2e6]
-    wanted = fit_prony(RelaxationTable(np.array(times), np.array(moduli))).series
-    assert fit_prony(RelaxationTable(times, moduli)).series == wanted
+    expected = fit_prony(RelaxationTable(np.array(times), np.array(moduli))).series
+    assert fit_prony(RelaxationTable(times, moduli)).series == expected
     for call, message in (
         (lambda: RelaxationTable(times, moduli[:3]), "columns of one length"),
         (lambda: DynamicTable(times, moduli, "stiff"), "loss_modulus"),

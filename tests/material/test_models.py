@@ -47,15 +47,15 @@ def test_constants_come_from_the_signature(monkeypatch):
 def test_every_model_is_built_from_its_constants():
     ratio = {"poisson_ratio": 0.5}
     for name, model in material_models().items():
-        given = {
-            key: [1.0] if one.is_list else 0.5 if key == "exponent" else 1.0
-            for key, one in model.constants.items()
-            if one.required
+        arguments = {
+            key: [1.0] if item.is_list else 0.5 if key == "exponent" else 1.0
+            for key, item in model.constants.items()
+            if item.required
         }
         for group in model.one_of:
-            given |= ratio if "poisson_ratio" in group else {group[0]: 1.0}
-        found = model.build(**given, density=900.0, name="x")
-        material = found.within((1e-3, 1.0)) if model.needs_window else found
+            arguments |= ratio if "poisson_ratio" in group else {group[0]: 1.0}
+        result = model.build(**arguments, density=900.0, name="x")
+        material = result.within((1e-3, 1.0)) if model.needs_window else result
         assert (material.density, material.name) == (900.0, "x"), name
         assert material.is_incompressible or name in ("maxwell", "burgers")
 
@@ -69,4 +69,4 @@ def test_constants_carry_units():
 
 def test_constants_are_numbers_or_lists():
     constants = constants_of(material_models()["generalised_maxwell"].build)
-    assert [one.is_list for one in constants.values()][:3] == [False, True, True]
+    assert [constant.is_list for constant in constants.values()][:3] == [False, True, True]
