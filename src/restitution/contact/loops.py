@@ -11,17 +11,16 @@ from restitution.kernel.compile import cached, entry_point, inlined
 
 
 @entry_point
-def fit_cells(
-    depth: Any, radius: Any, deepest: Any, origin: Any, slopes: Any, weights: Any, place: Any, ends: Any,
-    coefficients: Any, sums: Any,
-) -> None:  # fmt: skip
+def fit_cells(depth: Any, radius: Any, deepest: Any, origin: Any, rule: Any, place: Any, results: Any) -> None:
     """Fit a polynomial to each cell of several tables and compare it with the values between its nodes.
 
-    `depth` and `radius` hold n nodes of each cell and then n Gauss nodes, shape (n_table, n_cell, 2 n), and `slopes`
-    and `weights` are those at the Gauss nodes of a cell of width 1; `place` is space for 2 n numbers. Results: `ends`
-    (s and rho at the start, and the width in rho), `coefficients` over the share of the width, lowest power first, and
-    `sums` (``int a dd``, ``int |delta a| dd`` and the largest error of a).
+    `depth` and `radius` hold n nodes of each cell and then n Gauss nodes, shape (n_table, n_cell, 2 n), and `rule` the
+    slopes from values at the nodes, and weights, at the Gauss nodes of a cell of width 1; `place` is space for 2 n
+    numbers. Results: ends (s and rho at the start, and the width in rho), coefficients over the share of the width,
+    lowest power first, and sums (``int a dd``, ``int |delta a| dd`` and the largest error of a).
     """
+    slopes, weights = rule
+    ends, coefficients, sums = results
     n = weights.shape[0]
     for table in range(depth.shape[0]):
         for cell in range(depth.shape[1]):
@@ -70,18 +69,17 @@ def _fast(function: Any) -> Any:
 
 
 @_fast
-def add_integrals(
-    x: Any, y: Any, breaks: Any, slopes: Any, rule: Any, far_from: Any, nodes: Any, masses: Any, starts: Any,
-    group_far_from: Any, group_nodes: Any, group_masses: Any, sums: Any,
-) -> None:  # fmt: skip
+def add_integrals(x: Any, y: Any, breaks: Any, slopes: Any, rule: Any, pieces: Any, groups: Any, sums: Any) -> None:
     """Add ``int f' dpsi``, ``int (f' + r f'') dpsi`` and ``int f' r^2 dpsi`` with r = x cos(psi) over all pieces.
 
     `x` are radii within the breaks, `y` are ``sqrt(x^2 - b^2)`` with the first break b, and `slopes` the coefficients
-    of f' over r - break in each piece. From `far_from` on, the nodes of a piece with masses of the three integrands
-    serve in place of the near `rule` over the angle. `starts` are the numbers of the first group of each level; the
-    first level has four pieces in a group, each next one two groups. In a level `group_far_from` rises, so that the
-    far groups are the first ones. The `sums` have the shape (m, 3).
+    of f' over r - break in each piece. From the first numbers of `pieces` on, their nodes with masses of the three
+    integrands serve in place of the near `rule` over the angle. The `groups` begin with the number of the first one of
+    each level: the first level has four pieces in a group, each next one two groups. In a level the radii from which
+    they are far rise, so that the far groups are the first ones. The `sums` have the shape (m, 3).
     """
+    far_from, nodes, masses = pieces
+    starts, group_far_from, group_nodes, group_masses = groups
     order = slopes.shape[1]
     for n in range(x.shape[0]):
         here = x[n]
@@ -167,14 +165,15 @@ def _kernel(cells: Any, per_unit: float, t: float) -> float:
 
 @entry_point
 def solve_line_loads(
-    cells: Any, per_unit: float, radii: Any, nodes: Any, weights: Any, matrix: Any, roots: Any, loads: Any, ends: Any
+    cells: Any, per_unit: float, radii: Any, nodes: Any, weights: Any, space: Any, loads: Any, ends: Any
 ) -> None:
     """Write the resolvent r and the load w at the nodes a x_j of each radius a, and ``int w dx`` and w(a).
 
     `cells` are polynomials of m(t), highest power first, `per_unit` of them for a unit of t, and x_j and weights are
-    Gauss nodes on [0, 1]; `matrix` and `roots` are space for n^2 and n numbers. Results: `loads`, shape (n_radius, 2,
-    n), and `ends`, shape (n_radius, 2).
+    Gauss nodes on [0, 1]; `space` is that for n^2 and for n numbers. Results: `loads`, shape (n_radius, 2, n), and
+    `ends`, shape (n_radius, 2).
     """
+    matrix, roots = space
     n = nodes.shape[0]
     for k in range(radii.shape[0]):
         a = radii[k]
@@ -260,10 +259,12 @@ def condense(starts: Any, nodes: Any, x: Any, masses: Any, weights: Any, space: 
 
 
 @entry_point
-def add_moments(
-    radius: Any, cells: Any, starts: Any, nodes: Any, before: Any, x: Any, masses: Any, space: Any, moments: Any
-) -> None:
-    """Write the moments at each radius > 0 of the masses before its cell, number `own`, and of further ones at x."""
+def add_moments(radius: Any, cells: Any, condensed: Any, x: Any, masses: Any, space: Any, moments: Any) -> None:
+    """Write the moments at each radius > 0 of the masses before its cell, and of further ones at x.
+
+    `condensed` are the starts of all cells, and the nodes and masses that stand for what is before.
+    """
+    starts, nodes, before = condensed
     for n in range(radius.shape[0]):
         cell = cells[n]
         _moments(radius[n], starts[cell], nodes, before[cell], x[n], masses[n], space, moments[n])

@@ -211,7 +211,7 @@ def path_tables(
         depth[:, at_kink, 0] = kink_depths[:, kink[at_kink]]
         ends, sums = np.empty((2, *origin.shape, 3))
         radius, space = np.empty((*origin.shape, _NODES.size)), np.empty(_PLACES.size)
-        fit_cells(depth, values, depth_max[:, 0], origin, _SLOPES, _WEIGHTS, space, ends, radius, sums)
+        fit_cells(depth, values, depth_max[:, 0], origin, (_SLOPES, _WEIGHTS), space, (ends, radius, sums))
         gain, missed, largest = np.moveaxis(sums, -1, 0)
         allowed = rtol * np.maximum(gain, least_integral[:, None] / _FIRST_CELLS**2)
         columns = origin, *np.moveaxis(ends, -1, 0), radius, missed, largest

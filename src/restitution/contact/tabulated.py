@@ -50,15 +50,6 @@ class Transformed(NamedTuple):
     force_integral: Array
 
 
-class _Groups(NamedTuple):
-    """Groups of pieces, level after level; see `restitution.contact.loops.add_integrals`."""
-
-    starts: NDArray[np.intp]
-    far_from: Array
-    nodes: Array
-    masses: Array
-
-
 class AbelTransform:
     """Transform of a profile that is flat for r < b, with a flank f(r) of degree <= 5 from b = flank.x[0] on.
 
@@ -84,8 +75,11 @@ class AbelTransform:
         self._slopes = np.ascontiguousarray(self._first.c[::-1].T)
         self._groups = self._grouped()
 
-    def _grouped(self) -> _Groups:
-        """Groups of pieces: the masses of their parts at Chebyshev nodes, by Lagrange polynomials."""
+    def _grouped(self) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """Number of the first group of each level, and for all groups the radius from which they are far, and nodes.
+
+        The masses there, in place of those of their parts, follow from Lagrange polynomials at Chebyshev nodes.
+        """
         places, lagrange = to_chebyshev(_GROUP_NODES)
         size, parts, nodes, masses = _GROUP, _GROUP, self._far_nodes, self._far_masses
         levels: list[tuple[Array, Array, Array]] = []
@@ -101,8 +95,9 @@ class AbelTransform:
             size, parts = 2 * size, 2
         starts = np.cumsum([0, *(len(level[0]) for level in levels)])
         if not levels:
-            return _Groups(starts, np.empty(0), np.empty((0, _GROUP_NODES)), np.empty((0, 3, _GROUP_NODES)))
-        return _Groups(starts, *(np.concatenate(parts) for parts in zip(*levels, strict=True)))
+            return starts, np.empty(0), np.empty((0, _GROUP_NODES)), np.empty((0, 3, _GROUP_NODES))
+        far_from, nodes, masses = (np.concatenate(parts) for parts in zip(*levels, strict=True))
+        return starts, far_from, nodes, masses
 
     def __call__(self, y: Array) -> Transformed:
         """Transform at flat y [m] within the breaks."""
@@ -182,10 +177,8 @@ class AbelTransform:
 
         def run(start: int) -> None:
             rows = slice(start, start + _BLOCK)
-            add_integrals(
-                x[rows], y[rows], self._breaks, self._slopes, _NEAR_RULE, self._far_from, self._far_nodes,
-                self._far_masses, *self._groups, sums[rows],
-            )  # fmt: skip
+            pieces = self._far_from, self._far_nodes, self._far_masses
+            add_integrals(x[rows], y[rows], self._breaks, self._slopes, _NEAR_RULE, pieces, self._groups, sums[rows])
 
         if len(y) <= _BLOCK:
             run(0)

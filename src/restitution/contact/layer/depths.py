@@ -113,7 +113,7 @@ class Averages:
         moments, space = np.empty((radius.size, terms)), np.empty((4, nodes.size + _NODES))
         # Without a contact all masses are zero, and so are the means.
         a = np.where(radius > 0.0, radius, 1.0)
-        add_moments(a, interval, self._starts, nodes, before, x, masses, space, moments)
+        add_moments(a, interval, (self._starts, nodes, before), x, masses, space, moments)
         return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
 
     @cached_property

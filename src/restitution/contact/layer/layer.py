@@ -245,11 +245,11 @@ def _stiffness(radius: float) -> np.polynomial.Chebyshev:
     places = 0.5 * (low + high) + 0.5 * (high - low) * np.polynomial.chebyshev.chebpts1(_RATIOS)
     nodes, weights = np.polynomial.legendre.leggauss(int(_NODES + _PER_RADIUS * radius))
     gauss = np.array([radius]), 0.5 + 0.5 * nodes, 0.5 * weights
-    space = np.empty((nodes.size, nodes.size)), np.empty(nodes.size), np.empty((1, 2, nodes.size))
+    space, lines = (np.empty((nodes.size, nodes.size)), np.empty(nodes.size)), np.empty((1, 2, nodes.size))
     ends, values = np.empty((1, 2)), np.empty(_RATIOS)
     for n, ratio in enumerate(0.5 * (1.0 + _SHIFT - np.exp(places))):
         kernel = _line_kernel(float(ratio))
-        solve_line_loads(kernel.cells, kernel.per_unit, *gauss, *space, ends)
+        solve_line_loads(kernel.cells, kernel.per_unit, *gauss, space, lines, ends)
         values[n] = np.log(ends[0, 0])
     return np.polynomial.Chebyshev.fit(places, values, _RATIOS - 1, domain=[low, high])
 

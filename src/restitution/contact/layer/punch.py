@@ -186,7 +186,7 @@ def punches(poisson_ratio: float | None) -> Punches:
         radii = 0.5 * (low + high) + 0.5 * (high - low) * places
         lines, ends = np.empty((_RADII, 2, count)), np.empty((_RADII, 2))
         space = np.empty((count, count)), np.empty(count)
-        solve_line_loads(kernel.cells, kernel.per_unit, radii, nodes, weights, *space, lines, ends)
+        solve_line_loads(kernel.cells, kernel.per_unit, radii, nodes, weights, space, lines, ends)
         fit = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * nodes * nodes - 1.0, count - 1))
         series = np.einsum("ij,jkl,ml->ikm", transform, lines, fit, optimize=True)
         stiffness.append(transform @ np.log(ends[:, 0] / radii))
