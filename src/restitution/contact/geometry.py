@@ -12,7 +12,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property
-from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_type_hints
 
 import numpy as np
@@ -28,7 +27,6 @@ from restitution.quantities import Quantity
 
 if TYPE_CHECKING:
     from restitution.contact.profiles import Profile
-    from restitution.material.viscoelastic import Material
 
 
 def as_array(values: ArrayLike) -> Array:
@@ -313,7 +311,7 @@ def _values(geometry: Any) -> list[Any]:
 
 # The contact of an indenter with a target: the geometry and the materials of both bodies.
 
-BALL_ON_TARGET = (inf, 2.0)
+BALL_ON_TARGET = (math.inf, 2.0)
 """Diameters of a flat target and of a ball over the radius of the profile."""
 
 

@@ -2,7 +2,6 @@
 
 The method of dimensionality reduction maps a profile f(r) onto g(x), the depth at which the contact radius is x. An
 impact needs the contact radius over the depth, a(d), and its integral, the force integral.
-
 """
 
 from __future__ import annotations
@@ -19,11 +18,6 @@ from restitution.checks import Array, Numeric, finite, plain
 from restitution.contact.geometry import Geometry, as_array
 from restitution.errors import InputError
 from restitution.quantities import INPUTS, NUMBER, Quantity
-
-# Axisymmetric indenter profiles: the interface that all share, and the parabola.
-#
-# The method of dimensionality reduction maps a profile f(r) onto g(x), the depth at which the contact radius is x. An
-# impact needs the contact radius over the depth, a(d), and its integral, the force integral.
 
 
 class Profile(Geometry):

@@ -239,11 +239,13 @@ def on_common_times(first: PronySeries, second: PronySeries) -> Iterator[tuple[N
     (*ends, moduli, times), (*other_ends, other_moduli, other_times) = (
         series.broadcast_to(shape).columns for series in (first, second)
     )
-    times, moduli, other_moduli = merged(
-        np.hstack([times, other_times]),
-        np.hstack([moduli, np.zeros_like(other_moduli)]),
-        np.hstack([np.zeros_like(moduli), other_moduli]),
-    )
+    absent, other_absent = np.zeros_like(other_moduli), np.zeros_like(moduli)
+    if other_moduli.shape[1]:
+        times = np.hstack([times, other_times])
+        both = np.hstack([moduli, absent]), np.hstack([other_absent, other_moduli])
+        times, moduli, other_moduli = merged(times, *both)
+    else:
+        other_moduli = other_absent
     sizes = ((moduli > 0.0) | (other_moduli > 0.0)).sum(axis=1)
     for size in np.unique(sizes).tolist():
         rows = np.flatnonzero(sizes == size)

@@ -531,9 +531,9 @@ def merged(times: Array, *moduli: Array) -> list[Array]:
 
     Equal times become one branch. Branches whose moduli are all zero come last, in fewer columns.
     """
-    there = np.any([part > 0.0 for part in moduli], axis=0)
-    order = np.argsort(np.where(there, times, np.inf), axis=-1, kind="stable")
-    there, times, *parts = (np.take_along_axis(part, order, axis=-1) for part in (there, times, *moduli))
+    order = np.argsort(np.where(_any(moduli), times, np.inf), axis=-1, kind="stable")
+    times, *parts = (np.take_along_axis(part, order, axis=-1) for part in (times, *moduli))
+    there = _any(parts)
     new = there.copy()
     new[..., 1:] &= times[..., 1:] != times[..., :-1]
     most = int(new.sum(axis=-1).max(initial=0))
@@ -546,3 +546,11 @@ def merged(times: Array, *moduli: Array) -> list[Array]:
         np.add.at(total, places, part[there])
     all_times[places] = times[there]
     return [all_times, *sums]
+
+
+def _any(moduli: Sequence[Array]) -> NDArray[np.bool_]:
+    """Whether a modulus of any series is above zero."""
+    there = moduli[0] > 0.0
+    for part in moduli[1:]:
+        there |= part > 0.0
+    return there
