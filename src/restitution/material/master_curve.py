@@ -352,15 +352,13 @@ def constants_of(
 def average(curves: Sequence[_C]) -> _C:
     """Return the curve of all data of some curves, in ascending order; data at one frequency or time are averaged."""
     first = curves[0]
-    names = ("angular_frequency" if isinstance(first, DynamicTable) else "time", *_moduli(first))
-    columns = [np.concatenate([getattr(curve, name) for curve in curves]) for name in names]
-    order = np.argsort(columns[0], kind="stable")
-    x = columns[0][order]
+    columns = {name: np.concatenate([getattr(curve, name) for curve in curves]) for name in first.columns}
+    x = next(iter(columns.values()))
+    order = np.argsort(x, kind="stable")
+    x = x[order]
     starts = np.flatnonzero(np.concatenate(((True,), np.diff(x) > _SAME * x[1:])))
     counts = np.diff(np.append(starts, x.size))
-    means: dict[str, Any] = {
-        name: np.add.reduceat(column[order], starts) / counts for name, column in zip(names, columns, strict=True)
-    }
+    means: dict[str, Any] = {name: np.add.reduceat(part[order], starts) / counts for name, part in columns.items()}
     if first.temperature is not None:
         means["temperature"] = float(np.mean([curve.temperature or 0.0 for curve in curves]))
     return replace(first, **means)
@@ -497,7 +495,7 @@ class Isotherms:
         numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(table).size for table in self.tables])
         x = np.concatenate([_abscissa(table) for table in self.tables])
         channels: list[Channel] = []
-        for name in _moduli(self.tables[0]):
+        for name in list(self.tables[0].columns)[1:]:
             values = np.concatenate([getattr(table, name) for table in self.tables])
             # A loss of zero and the time zero have no logarithm.
             there = (values > 0.0) & np.isfinite(x)
@@ -662,13 +660,9 @@ def _gaps(tables: Sequence[Curve], shifts: Array) -> Array:
     return np.append(-np.inf, np.minimum.accumulate(low)[:-1] - high[1:])
 
 
-def _moduli(table: Curve) -> tuple[str, ...]:
-    return ("storage_modulus", "loss_modulus") if isinstance(table, DynamicTable) else ("modulus",)
-
-
 def _reduced(table: Curve, shift: float, factor: float, reference: float) -> Curve:
     """Return the isotherm at the reduced frequencies or times of the reference temperature."""
-    changes: dict[str, Any] = {name: getattr(table, name) * factor for name in _moduli(table)}
+    changes: dict[str, Any] = {name: getattr(table, name) * factor for name in list(table.columns)[1:]}
     if isinstance(table, DynamicTable):
         changes["angular_frequency"] = table.angular_frequency * 10.0**shift
     else:
