@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,36 +81,44 @@ class Sheet:
 
     def numbers(self, column: int) -> Array:
         """Numbers of a column; other cells are refused."""
-        values = self._numbers
-        if values is not None:
-            return values[:, column]
-        # Another column holds words.
-        values = self._parsed(column)
+        values = self.values(column)
         if values is None:
             self.require(np.array([*map(is_number, self.cells(column))]), column, "must be a number")
             # Python's numbers may have underscores, and digits of other scripts.
             return np.array([*map(_number, self.cells(column))])
-        return values[:, 0]
+        return values
+
+    def values(self, column: int) -> Array | None:
+        """Numbers of a column; None if a cell holds none."""
+        if column not in self._numbers:
+            self._numbers.update(self._parsed([column]))
+        return self._numbers.get(column)
 
     @cached_property
-    def _numbers(self) -> Array | None:
-        return self._parsed()
-
-    def _parsed(self, column: int | None = None) -> Array | None:
-        """All columns, or one of them, as numbers; None if a cell holds none."""
+    def _numbers(self) -> dict[int, Array]:
+        """Columns that hold numbers in the first row, which are read at once."""
         if not self.rows:
-            return np.empty((0, len(self.labels)))
+            return dict.fromkeys(range(len(self.labels)), np.empty(0))
+        return self._parsed([i for i, cell in enumerate(_cells(self.rows[0].text, self.mark)) if is_number(cell)])
+
+    def _parsed(self, columns: list[int]) -> dict[int, Array]:
+        """Numbers of columns; none if a cell holds something else."""
         texts = [row.text for row in self.rows]
         if self.mark != ",":
             texts = [text.replace(",", ".") for text in texts]
         try:
-            return np.loadtxt(texts, delimiter=self.mark, comments=None, quotechar='"', usecols=column, ndmin=2)
+            numbers = np.loadtxt(texts, delimiter=self.mark, comments=None, quotechar='"', usecols=columns, ndmin=2)
         except ValueError:
-            return None
+            return {}
+        return dict(zip(columns, numbers.T, strict=True))
 
     def cells(self, column: int) -> list[str]:
         """Texts of a column."""
-        return [_cells(row.text, self.mark)[column] for row in self.rows]
+        return [row[column] for row in self._cells]
+
+    @cached_property
+    def _cells(self) -> list[list[str]]:
+        return [_cells(row.text, self.mark) for row in self.rows]
 
     def require(self, good: NDArray[np.bool_], column: int, rule: str, name: str = "") -> None:
         """Refuse the first cell of a column that is not good, with its line; `name` is that of its quantity."""
@@ -190,11 +198,13 @@ def read_sheet(
     comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
     in a second line of units. The `mark` separates the cells; without it the line of the names shows which one does.
     """
-    for n, line in lines:
-        if len(line) > _LONGEST_LINE:
-            raise FileError(source, n, f"has {len(line)} characters: must have at most {_LONGEST_LINE}")
-    comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
-    body = [line for line in lines if not line.text.startswith("#")]
+    comments: list[Line] = []
+    body: list[Line] = []
+    for line in lines:
+        if len(line.text) > _LONGEST_LINE:
+            raise FileError(source, line.number, f"has {len(line.text)} characters: must have at most {_LONGEST_LINE}")
+        (comments if line.text.startswith("#") else body).append(line)
+    comments = [Line(n, text.lstrip("#").strip()) for n, text in comments]
     if not body:
         raise FileError(source, 0, "holds no numbers" if lines else "is empty")
     start = _header(body, is_unit, is_name)
@@ -207,7 +217,8 @@ def read_sheet(
     else:
         body = body[start + 1 :]
     width = _count(header.text, separator)
-    if any(_count(line.text, separator) != width for line in body):
+    is_ragged = any(_count(line.text, separator) != width for line in body)
+    if is_ragged:
         # Tabs at both ends separate empty cells only where all lines have them.
         header, *body = (Line(n, line.strip()) for n, line in (header, *body))
     names = [_name_and_unit(cell, is_unit, is_name) for cell in _cells(header.text, separator)]
@@ -222,7 +233,7 @@ def read_sheet(
         units = [cell.strip("[]() ") or None for cell in below]
     if not body:
         raise FileError(source, header.number, "is followed by no numbers")
-    for n, line in body:
+    for n, line in body if is_ragged else ():
         if (count := _count(line, separator)) != len(labels):
             raise FileError(source, n, f"{count} values: must be {len(labels)}, one for each column")
     return Sheet(source, labels, units, header.number, unit_line, body, separator, comments)
@@ -318,7 +329,7 @@ class Role(Enum):
             return ""
         return ">= 0" if self in (Role.TIME, Role.LOSS, Role.TANGENT, Role.BRANCH, Role.SHARE) else "> 0"
 
-    def admits(self, values: Array | np.float64) -> Any:
+    def admits(self, values: Array) -> NDArray[np.bool_]:
         """Whether values are within the bound."""
         return (values > 0.0) | (values == 0.0) & (self.bound != "> 0") | (self.bound == "")
 
@@ -362,11 +373,8 @@ class Table(NamedTuple):
             if role is Role.SHARE and column_unit is not None and column_unit.dimension == "modulus":
                 roles[i] = Role.BRANCH
         if sheet.title:
-            kept = [
-                [_measured(cell, role) for cell in sheet.cells(i)]
-                for i, role in enumerate(roles)
-                if role is not None and role in _MEASURED
-            ]
+            measured = [(i, role) for i, role in enumerate(roles) if role is not None and role in _MEASURED]
+            kept = [_measured(sheet, i, role) for i, role in measured]
             good = np.all(kept, axis=0) if kept else np.ones(len(sheet.rows), dtype=bool)
             if not good.all():
                 first = f"the first is {sheet.place} {sheet.line(int(np.argmin(good)))}"
@@ -456,12 +464,14 @@ class Table(NamedTuple):
         return self.sheet.error(message, line if row is None else self.sheet.line(row))
 
 
-def _measured(cell: str, role: Role) -> bool:
-    """Whether a cell holds an admissible value, or something that is to be refused."""
-    if not is_number(cell):
-        return bool(cell)
-    value = np.float64(_number(cell))
-    return bool(role.admits(value) or np.isnan(value))
+def _measured(sheet: Sheet, column: int, role: Role) -> NDArray[np.bool_]:
+    """Whether cells hold admissible values, or something that is to be refused."""
+    values = sheet.values(column)
+    if values is None:
+        # Words are refused as they are; empty cells are not.
+        cells = sheet.cells(column)
+        values = np.array([_number(cell) if is_number(cell) else math.nan if cell else -1.0 for cell in cells])
+    return role.admits(values) | np.isnan(values)
 
 
 def _plain(label: str) -> str:
