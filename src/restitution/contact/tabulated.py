@@ -133,22 +133,6 @@ class AbelTransform:
         start, end = self._breaks[piece], self._breaks[piece + 1]
         return piece, np.sqrt(np.clip((x - start) / (end - start), 0.0, 1.0))
 
-    def falls(self) -> Array:
-        """First y [m], among the breaks and midpoints, from which g falls to the next one; empty if g rises."""
-        edges = self.beyond_face(self._breaks)
-        y = np.interp(np.arange(2 * len(edges) - 1), np.arange(0, 2 * len(edges), 2), edges)
-        falls = self._falling(y)
-        if falls.size:
-            # Search again around that place, with eight samples per piece.
-            near = int(np.searchsorted(edges, falls[0], side="right"))
-            ends = edges[max(near - 2, 0) : near + 2]
-            closer = self._falling(np.interp(np.arange(8 * len(ends) - 7) / 8.0, np.arange(len(ends)), ends))
-            falls = closer if closer.size else falls
-        return falls[:1]
-
-    def _falling(self, y: Array) -> Array:
-        return y[:-1][np.diff(self._integrated(y)[:, 0]) <= 0.0]
-
     @cached_property
     def _series(self) -> tuple[Array, Array]:
         """Piece, start and end of each cell beyond the first piece, and its Chebyshev coefficients."""
@@ -250,13 +234,11 @@ class Tabulated(Profile, case_name="tabulated"):
         falls_at = 0.0
         for pieces, order in _interpolants(r[face:], f[face:]):
             transform = AbelTransform(pieces)
-            falls = transform.falls()
+            y, depth, slope = _sampled(transform, pieces.x)
+            falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
             if not falls.size:
-                y, depth, slope = _sampled(transform, pieces.x)
-                falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
-                if not falls.size:
-                    parts = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
-                    break
+                parts = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
+                break
             falls_at = math.hypot(transform.face, float(falls[0]))
         else:
             rule = "g(x) must rise for the contact to be a full circle; smooth or thin the table"

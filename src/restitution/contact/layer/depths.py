@@ -224,10 +224,13 @@ class Depths:
 
     def depth(self, half_space_depth: Array) -> Array:
         """Depth d [m] on the layer where the contact radius is that of the depth D [m] on a half-space."""
+        chi, gap = self._contact(half_space_depth)
+        return (half_space_depth + self.means(chi)[0] * (gap / self.thickness)) / self.punches.edge_load(chi)
+
+    def _contact(self, half_space_depth: Array) -> tuple[Array, Array]:
+        """Return the radius a over the thickness, and G = a D - Pi_0 [m^2]."""
         a = self.contact_radius(half_space_depth)
-        chi = a / self.thickness
-        gap = (a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)) / self.thickness
-        return (half_space_depth + self.means(chi)[0] * gap) / self.punches.edge_load(chi)
+        return a / self.thickness, a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)
 
     def half_space_depth(self, depth: Array) -> Array:
         """Depth D [m] on a half-space with the same contact radius as the depth d [m] on the layer."""
@@ -263,10 +266,9 @@ class Depths:
 
     def force_integral_at_depth(self, half_space_depth: Array) -> Array:
         """Force integral [m^2] at the depth D [m] on a half-space."""
-        a = self.contact_radius(half_space_depth)
-        gap = a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)
-        stiffness_radius = a * self.punches.kappa(a / self.thickness)
-        return self.depth(half_space_depth) * stiffness_radius - self.means(a / self.thickness)[1] * gap
+        chi, gap = self._contact(half_space_depth)
+        stiffness_radius = self.stiffness_radius(half_space_depth)
+        return self.depth(half_space_depth) * stiffness_radius - self.means(chi)[1] * gap
 
     @property
     def kinks(self) -> Kinks:
