@@ -92,11 +92,11 @@ class ForceFit:
         return math.hypot(np.max(self._deviation(_force_columns(x, self.exponent, self.degree), x)), self.spread)
 
     def force(self, x: Array) -> Array:
-        """Force over F_1 at x."""
+        """Return the force over F_1 at x."""
         return x ** (2.0 * self.exponent) * chebyshev.chebval(2.0 * x - 1.0, self.coefficients)
 
     def stiffness(self, x: Array) -> Array:
-        """Stiffness dF/dd over F_1/d_1 at x."""
+        """Return the stiffness dF/dd over F_1/d_1 at x."""
         series = chebyshev.chebval(2.0 * x - 1.0, self.coefficients)
         slope = chebyshev.chebval(2.0 * x - 1.0, chebyshev.chebder(self.coefficients))
         return x ** (2.0 * self.exponent - 2.0) * (self.exponent * series + x * slope)
@@ -117,7 +117,7 @@ class ForceFit:
         return ForceFit(1.0, 1.0, self.exponent, unit, self.residual, self.covariance)
 
     def _deviation(self, columns: Array, x: Array) -> Array:
-        """Standard deviation of a linear function of the coefficients, given by its columns."""
+        """Return the standard deviation of a linear function of the coefficients, given by its columns."""
         if len(self.covariance) > columns.shape[1]:
             # The derivative with respect to the exponent, to leading order for the stiffness.
             free = columns @ self.coefficients * 2.0 * np.log(x)
@@ -197,7 +197,7 @@ def _trials(x: Array, y: Array, exponent: float | None) -> Iterator[_Trial]:
 
 
 def _score(residual: Array, leverage: Array, weights: Array) -> float:
-    """Minus twice the log-likelihood of rows that are left out one by one."""
+    """Return minus twice the log-likelihood of rows that are left out one by one."""
     left_out = np.mean((residual / np.maximum(1.0 - leverage, 1e-3)) ** 2)
     return residual.size * math.log(max(left_out, _ROUNDING**2)) - 2.0 * float(np.sum(np.log(weights)))
 
@@ -207,7 +207,7 @@ def _force_columns(x: Array, exponent: float, degree: int) -> Array:
 
 
 def _with_exponent(x: Array, y: Array, weights: Array, exponent: float, degree: int) -> tuple[Array, Array, Array]:
-    """Weighted columns with the derivative with respect to the exponent as the last, coefficients, and residuals."""
+    """Return weighted columns, the derivative with respect to the exponent as the last, coefficients, residuals."""
     columns = weights[:, None] * _force_columns(x, exponent, degree)
     coefficients = np.linalg.lstsq(columns, weights * y, rcond=None)[0]
     fitted = columns @ coefficients
@@ -216,7 +216,7 @@ def _with_exponent(x: Array, y: Array, weights: Array, exponent: float, degree: 
 
 
 def _fitted_exponent(x: Array, y: Array, weights: Array, degree: int) -> float:
-    """Exponent of the least squares, by Gauss-Newton; NaN where it does not converge."""
+    """Return the exponent of the least squares, by Gauss-Newton; NaN where it does not converge."""
     p, step = 1.5, math.inf
     for _ in range(50):
         columns, _, residual = _with_exponent(x, y, weights, p, degree)
@@ -366,16 +366,16 @@ class ForceLaw(Geometry, case_name="force_law"):
         return self.fit.depth_unit
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius (dF/dd)/(2 E*) [m] of the fit; 0 where d < 0."""
+        """Return the stiffness radius (dF/dd)/(2 E*) [m] of the fit; 0 where d < 0."""
         depth, unit = as_array(depth), self.fit.force_unit / self.fit.depth_unit / (2.0 * self.reduced_modulus)
         return np.where(depth >= 0.0, unit * self.fit.stiffness(self._place(depth)), 0.0)[()]
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral F/(2 E*) [m^2] of the fit."""
+        """Return the force integral F/(2 E*) [m^2] of the fit."""
         return self.fit.force_unit / (2.0 * self.reduced_modulus) * self.fit.force(self._place(as_array(depth)))
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """NaN: the contact radius is not known."""
+        """Return NaN: the contact radius is not known."""
         return np.full_like(as_array(depth), np.nan)[()]
 
     def plot(self) -> Figure:

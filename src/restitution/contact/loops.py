@@ -131,7 +131,7 @@ def add_integrals(x: Any, y: Any, breaks: Any, slopes: Any, rule: Any, pieces: A
 
 @_fast
 def evaluate_series(root: Any, cell: Any, low: Any, high: Any, series: Any, values: Any) -> None:
-    """Values of the Chebyshev series of cells from `low` to `high` at places `root`.
+    """Return values of the Chebyshev series of cells from `low` to `high` at places `root`.
 
     `series` has the shape (n_cell, 3, n_term) and `values` (m, 3).
     """
@@ -153,7 +153,7 @@ def evaluate_series(root: Any, cell: Any, low: Any, high: Any, series: Any, valu
 
 @inlined
 def _kernel(cells: Any, per_unit: float, t: float) -> float:
-    """Kernel m(t) from its polynomials over cells of equal width, highest power first."""
+    """Return the kernel m(t) from its polynomials over cells of equal width, highest power first."""
     place = t * per_unit
     cell = int(place)
     place = 2.0 * (place - cell) - 1.0
@@ -278,7 +278,7 @@ MOST = 128
 
 @inlined
 def _panel(panels: Any, radius: float) -> int:
-    """Panel that contains a radius over the thickness; the last one beyond its end."""
+    """Return the panel that contains a radius over the thickness; the last one beyond its end."""
     last = panels.shape[0] - 2
     panel = 0
     while panel < last and radius >= panels[panel + 1]:

@@ -169,7 +169,7 @@ def _fitted(function: Callable[[Array], ArrayLike], cells: Array) -> tuple[Array
 
 
 def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, tip_exponent: float = 1.0) -> Array:
-    """Contact pressure p(r) [Pa] under a line load.
+    """Return the contact pressure p(r) [Pa] under a line load.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, ti
 
 
 def surface_displacement(line_displacement: LineFunction, r: ArrayLike) -> Array:
-    """Normal displacement w(r) [m] of the surface, into the half-space, inside and outside the contact.
+    """Return the normal displacement w(r) [m] of the surface, into the half-space, inside and outside the contact.
 
     Parameters
     ----------
@@ -273,7 +273,7 @@ def _radii(r: ArrayLike) -> Array:
 
 
 def _outer_cells(load: LineFunction, r: Array) -> Array:
-    """Integral of q'/sqrt(x^2 - r^2) over x > r in all cells but the first."""
+    """Return the integral of q'/sqrt(x^2 - r^2) over x > r in all cells but the first."""
     edges = load.edges[1:]
     if len(edges) < 2:
         return np.zeros_like(r)
@@ -285,7 +285,7 @@ def _outer_cells(load: LineFunction, r: Array) -> Array:
 def _sum(
     function: LineFunction, series: Array, ends: Array, place: Callable[[Array], Array], *, over_x: bool = False
 ) -> Array:
-    """Integral of a series over the last cells, perhaps over x, by Gauss nodes between `ends` of a variable."""
+    """Return the integral of a series, perhaps over x, over the last cells, by Gauss nodes between `ends`."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     half = 0.5 * np.diff(ends, axis=1)[..., None]
     x = place(ends[:, :-1, None] + half * (1.0 + nodes))
@@ -296,7 +296,7 @@ def _sum(
 
 
 def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
-    """Integral of q'/sqrt(x^2 - r^2) over x > r in the first cell, by the recursion of its moments."""
+    """Return the integral of q'/sqrt(x^2 - r^2) over x > r in the first cell, by the recursion of its moments."""
     end = float(load.edges[1])
     # Powers of x/end: Chebyshev coefficients of a resolved cell fall faster than the conversion amplifies rounding.
     powers = np.polynomial.Chebyshev(load.slope[0] * end, domain=[0.0, 1.0]).convert(
@@ -322,7 +322,7 @@ def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
 
 
 def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array:
-    """The same integral for a series q in x^n, over y with x = r cosh(y), in which the terms are analytic."""
+    """Return the same integral for a series q in x^n, over y with x = r cosh(y), in which the terms are analytic."""
     end = float(load.edges[1])
     t = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, load.coefficients.shape[1]) / (load.coefficients.shape[1] - 1))
     powers = exponent * np.arange(1, _TIP_TERMS + 1)

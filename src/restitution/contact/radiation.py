@@ -67,7 +67,7 @@ def radiated(
     skewness: Array,
     sizes: tuple[Array, Array],
 ) -> Waves:
-    """Waves that contacts send into their bodies; the contacts last T [s] and reach the force F_max [N].
+    """Return waves that contacts send into their bodies; the contacts last T [s] and reach the force F_max [N].
 
     `pairs` are the first and, if any, the second bodies of the kinds of contacts, and `kind` is that of each contact;
     a kind that `is_single` has one body alone. Only the body that radiates more counts. The `skewness` is y = 1/2 less
@@ -107,7 +107,7 @@ def radiated(
 
 
 def radiation(poisson_ratio: ArrayLike) -> Array:
-    """Factor beta of the power ``beta F'^2/(rho c^3)`` that a normal point force radiates into a half-space.
+    """Return the factor beta of the power ``beta F'^2/(rho c^3)`` that a point force radiates into a half-space.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ class PathTable(NamedTuple):
         return _rho(self.edges[..., :-1], self.origin), _rho(self.edges[..., 1:], self.origin)
 
     def error_at(self, depth: ArrayLike) -> Array:
-        """Largest error for depths from that of the cell that contains a depth [m] on."""
+        """Return the largest error for depths from that of the cell that contains a depth [m] on."""
         cell = np.searchsorted(self.edges[1:-1], np.sqrt(as_array(depth)), side="right")
         return np.maximum.accumulate(self.errors[::-1])[::-1][cell]
 
@@ -107,7 +107,7 @@ class PathTable(NamedTuple):
 def path_table(
     profile: Geometry, depth_max: float, rtol: float = 1e-12, *, depth_min: float | None = None
 ) -> PathTable:
-    """Table of the stiffness radius a(s) over s = sqrt(depth) of a geometry, up to a largest depth.
+    """Return the table of the stiffness radius a(s) over s = sqrt(depth) of a geometry, up to a largest depth.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def _halved(cells: Array) -> Array:
 def path_tables(
     curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array, cells: Array
 ) -> tuple[PathTable, Array]:
-    """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1, and cells.
+    """Return tables of geometries whose kinks have the same places of a parameter y from 0 to 1, and their cells.
 
     `curve` gives depths and stiffness radii [m], shape ``(n_geometries, *y.shape)``, at y. Both are smooth over y
     between the kinks, and ``sqrt(depth)`` is nearly proportional to y there. The kinks are at depths in y^2, with
@@ -256,7 +256,7 @@ def joined(tables: list[PathTable]) -> PathTable:
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
-    """Stiffness radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)] in the table.
+    """Return the stiffness radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)].
 
     Examples
     --------
@@ -282,7 +282,7 @@ def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
 
 
 def scaled(table: PathTable, length: float, radius: float) -> PathTable:
-    """The same table with depths in units of `length` [m] and contact radii in units of `radius` [m]."""
+    """Return the same table with depths in units of `length` [m] and contact radii in units of `radius` [m]."""
     root = length**0.5
     return table._replace(
         edges=table.edges / root,
@@ -302,12 +302,12 @@ def _polynomial(coefficients: Array, t: Array) -> Array:
 
 
 def _rho(s: Array, origin: Array) -> Array:
-    """Coordinate rho in which a(s) is smooth."""
+    """Return the coordinate rho in which a(s) is smooth."""
     return np.where(origin < 0.0, s, np.sqrt(np.maximum(s - origin, 0.0)))
 
 
 def significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> Kinks:
-    """Kinks that a table of this tolerance resolves, at depths over the largest one."""
+    """Return kinks that a table of this tolerance resolves, at depths over the largest one."""
     depth, strength, power = profile.kinks
     place = np.sqrt(depth / depth_max)
     # d - d_j = (s - s_j) (s + s_j)
@@ -318,7 +318,7 @@ def significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> Kinks
 
 
 def _force_integral(depth_max: Array, origin: Array, left: Array, width: Array, radius: Array) -> Array:
-    """Coefficients of Pi in each cell: the integral of a d(s^2) = 2 a s (ds/drho) width dt."""
+    """Return coefficients of Pi in each cell: the integral of a d(s^2) = 2 a s (ds/drho) width dt."""
     straight = origin < 0.0
     # s as a polynomial in t, then ds/drho.
     s = [np.where(straight, left, origin + left**2), np.where(straight, width, 2.0 * left * width),
@@ -343,7 +343,7 @@ _MOST = 200_000
 
 
 def product(left: Any, right: Any) -> Array:
-    """Matrix product in blocks of rows that are small enough for one thread."""
+    """Return the matrix product in blocks of rows that are small enough for one thread."""
     result = np.empty((len(left), right.shape[1]))
     rows = max(1, _MOST // max(1, right.size))
     for start in range(0, len(left), rows):
@@ -370,7 +370,7 @@ class Samples(NamedTuple):
     integral: Array
 
     def at(self, x: Array, which: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Depth [m] and force integral [m^2] of the geometries `which` at values x."""
+        """Return the depth [m] and force integral [m^2] of the geometries `which` at values x."""
         if len(self.depth) == 1:
             return np.exp(np.interp(x, self.knots, self.depth[0])), np.exp(np.interp(x, self.knots, self.integral[0]))
         last = self.knots.size - 1
@@ -424,7 +424,7 @@ class Rows(Geometry):
 
     @abstractmethod
     def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
-        """Tables of the distinct geometries.
+        """Return tables of the distinct geometries.
 
         They reach to the depths `deepest` [m] or further; see `restitution.contact.table.path_table` for the
         smallest of the largest depths, `least` [m], and `rtol`.

@@ -76,7 +76,7 @@ class AbelTransform:
         self._groups = self._grouped()
 
     def _grouped(self) -> tuple[NDArray[np.intp], Array, Array, Array]:
-        """Number of the first group of each level, and for all groups the radius from which they are far, and nodes.
+        """Return the first group of each level, and for each group the radius from which it is far, nodes and masses.
 
         The masses there, in place of those of their parts, follow from Lagrange polynomials at Chebyshev nodes.
         """
@@ -247,29 +247,29 @@ class Tabulated(Profile, case_name="tabulated"):
             object.__setattr__(self, name, value)
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f(r) [m]."""
+        """Return the profile f(r) [m]."""
         r = self._inside("r", np.abs(as_array(r)))
         return np.where(r > self._transform.face, self._flank(r), 0.0)
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g(x) [m]."""
+        """Return the transformed profile g(x) [m]."""
         x = self._inside("x", np.abs(as_array(x)))
         return self._transform(self._transform.beyond_face(x.ravel())).depth.reshape(x.shape)[()]
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a = g^-1(d) [m]; that of the flat face, if there is one, at d = 0."""
+        """Return the contact radius a = g^-1(d) [m]; that of the flat face, if there is one, at d = 0."""
         depth = as_array(depth)
         y = self._inverse(depth).reshape(depth.shape)
         a = np.minimum(np.hypot(self._transform.face, y), self.r[-1])
         return np.where(depth >= 0.0, a, 0.0)[()]
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi(a) [m^2]."""
+        """Return the force integral Pi(a) [m^2]."""
         a = self._inside("contact_radius", as_array(contact_radius))
         return self._transform(self._transform.beyond_face(a.ravel())).force_integral.reshape(a.shape)[()]
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        """Return the force integral int_0^d a dd [m^2] at depth d [m]."""
         depth = as_array(depth)
         return self._transform(self._inverse(depth)).force_integral.reshape(depth.shape)[()]
 
@@ -356,7 +356,7 @@ def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array, Arr
 
 
 def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
-    """Places y at which g falls between the samples, found near the minima of its slope in three refinements."""
+    """Return places y at which g falls between the samples, near minima of its slope, by three refinements."""
     least = np.flatnonzero((slope[1:-1] <= slope[:-2]) & (slope[1:-1] <= slope[2:])) + 1
     if not least.size:
         return y[least]

@@ -55,7 +55,7 @@ class PronyTerms:
     def series(
         self, *, instantaneous_modulus: float | None = None, equilibrium_modulus: float | None = None
     ) -> PronySeries:
-        """Prony series, with the end modulus from the file unless R_0 or R_inf [Pa] is given here.
+        """Return the Prony series, with the end modulus from the file unless R_0 or R_inf [Pa] is given here.
 
         Absolute terms need no end modulus; without one they are those of a liquid. Relative terms are shares of the
         instantaneous modulus, or of the difference where both end moduli are given. If they add up to one, they are
@@ -85,7 +85,7 @@ class PronyTerms:
         return PronySeries(max(low, 0.0), self.moduli, self.relaxation_times)
 
     def _from_shares(self, high: float | None, low: float | None) -> tuple[float, Array]:
-        """Equilibrium modulus and branch moduli of relative terms."""
+        """Return the equilibrium modulus and branch moduli of relative terms."""
         total = float(self.moduli.sum())
         rule = ""
         if total > 1.0 + _SUM_TOLERANCE:
@@ -112,7 +112,7 @@ class PronyTerms:
 
 
 def beyond_one(shares: Array) -> int | None:
-    """Index of the relative modulus with which their sum passes one, None where it does not."""
+    """Return the index of the relative modulus with which their sum passes one, None where it does not."""
     beyond = np.flatnonzero(shares.cumsum() > 1.0 + _SUM_TOLERANCE)
     return int(beyond[0]) if beyond.size else None
 
@@ -136,7 +136,7 @@ class ViscoelasticDeck:
     shift: WLF | Arrhenius | None = None  # time-temperature shift
 
     def material(self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None) -> Material:
-        """Material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
+        """Return the material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
 
         A missing constant is refused, and so are constants of long times where the terms add up to one.
 
@@ -184,7 +184,7 @@ _KINDS: dict[str, Deformation] = {"SHEA": "shear", "": "shear", "BULK": "bulk"}
 
 
 def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
-    """Material of an ANSYS deck: TB,PRON in shear and bulk, MP,EX, PRXY or NUXY (instantaneous), and DENS.
+    """Return the material of an ANSYS deck: TB,PRON in shear and bulk, MP,EX, PRXY or NUXY (instantaneous), and DENS.
 
     TB,SHIFT of the kinds WLF and TN are read too, with the offset of TOFFST.
     """
@@ -249,7 +249,7 @@ def _ansys_terms(source: str, kind: Deformation, count: _Entry, data: dict[int, 
 
 
 def _shift(source: str, kind: str, line: int, values: Sequence[float], zero: float) -> WLF | Arrhenius:
-    """Shift of a kind of the two codes; `zero` is the temperature of absolute zero in the deck."""
+    """Return the shift of a kind of the two codes; `zero` is the temperature of absolute zero in the deck."""
     needed = 3 if kind == "WLF" else 2
     if len(values) != needed:
         raise FileError(source, line, f"{len(values)} constants of the shift: must be {needed}")
@@ -271,7 +271,7 @@ class _Block(NamedTuple):
 
 
 def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
-    """Material of an Abaqus deck: *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i), *ELASTIC (E, nu) and *DENSITY.
+    """Return the material of an Abaqus deck: *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i), *ELASTIC and *DENSITY.
 
     E and nu are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS. *TRS is read too, with the
     ABSOLUTE ZERO of *PHYSICAL CONSTANTS, unless a user subroutine defines it.
@@ -355,7 +355,7 @@ def _number(source: str, line: Line, cell: str) -> float:
 
 
 def _chosen(source: str, names: list[str], name: str | None) -> str:
-    """Name of the only material, or of the chosen one."""
+    """Return the name of the only material, or of the chosen one."""
     choices = list(dict.fromkeys(names))
     if name is None and len(choices) == 1:
         return choices[0]
@@ -486,7 +486,7 @@ class _Card(NamedTuple):
         return self.material.shift if relaxes and isinstance(self.material.shift, WLF | Arrhenius) else None
 
     def constants(self, moduli: Callable[[PronySeries], float]) -> tuple[float, float]:
-        """Young's modulus [Pa] and Poisson ratio [-] of instantaneous or equilibrium moduli."""
+        """Return Young's modulus [Pa] and Poisson ratio [-] of instantaneous or equilibrium moduli."""
         shear = moduli(self.shear)
         ratio = poisson_ratio(shear, math.inf if self.bulk is None else moduli(self.bulk))
         if ratio <= -1.0:
@@ -494,7 +494,7 @@ class _Card(NamedTuple):
         return shear * tension_factor(ratio), ratio
 
     def remarks(self, which: str) -> Iterator[str]:
-        """Lines of comment; `which` are the elastic constants."""
+        """Return lines of comment; `which` are the elastic constants."""
         glass, rest = (f"G = {modulus:.6g} Pa" for modulus in (_glass(self.shear), self.shear.equilibrium_modulus))
         if self.bulk is not None:
             glass, rest = (
@@ -521,7 +521,7 @@ class _Card(NamedTuple):
 
 
 def lost_shift(material: Material) -> str:
-    """Words on a shift that the codes do not have; empty if the material has none of that kind."""
+    """Return words on a shift that the codes do not have; empty if the material has none of that kind."""
     if isinstance(material.shift, WLF | Arrhenius | None):
         return ""
     return f"the cards cannot hold a {type(material.shift).__name__}, and so hold at {material.temperature:g} K alone"
@@ -588,7 +588,7 @@ def _ansys(card: _Card) -> Iterator[str]:
 
 
 def _text(value: float) -> str:
-    """Shortest text of a number that is read back exactly, or as many of its digits as Abaqus takes."""
+    """Return the shortest text of a number that is read back exactly, or as many of its digits as Abaqus takes."""
     texts = (repr(float(value)), *(f"{value:.{digits}g}" for digits in (16, 15, 14)))
     short = (re.sub(r"e([+-])0*", r"E\1", text).replace("E+", "E") for text in texts)
     return next(text for text in short if len(text) <= _WIDEST)

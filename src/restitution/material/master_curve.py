@@ -86,7 +86,7 @@ def superpose(
     high: Array,
     lifts: Array,
 ) -> Superposition:
-    """Shifts of least squares; the vertical shifts [decades] of the isotherms are of the order of `lifts`, shape (m,).
+    """Return the shifts of least squares; vertical shifts [decades] of the isotherms are of the order of `lifts`.
 
     The coefficients of the spline are projected out (Golub and Pereyra), with the Jacobian of Kaufman, whose
     gradient is exact. The scatter of each channel is the residual one for its degrees of freedom.
@@ -146,7 +146,7 @@ def _minimum(problem: _Problem, point: Array, low: Array, high: Array) -> Array:
 
 
 def _inverse(curvature: Array) -> Array:
-    """Covariance of the parameters; infinite variances where their directions leave the residuals unchanged."""
+    """Return the covariance of the parameters, infinite where their directions leave the residuals unchanged."""
     scale = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
     sizes, vectors = np.linalg.eigh(curvature / np.outer(scale, scale))
     dead = sizes <= 1e-10
@@ -281,7 +281,7 @@ def _sorted(channel: Channel, which: NDArray[np.bool_]) -> tuple[Array, Array]:
 
 
 def _step(cold: list[tuple[Array, Array]], warm: list[tuple[Array, Array]]) -> float:
-    """Shift [decades] of an isotherm over the next colder one."""
+    """Return the shift [decades] of an isotherm over the next colder one."""
     (low, high), (first, last) = ((x.min(), x.max()) for x in (cold[0][0], warm[0][0]))
     least = 0.2 * min(high - low, last - first)
     trials = np.arange(low - last + least, min(high - first, 0.5 + low - first) - least + 1e-9, 0.05)

@@ -41,7 +41,7 @@ class SecularRoots(NamedTuple):
 
 
 def secular_roots(constant: Numeric, viscosity: Numeric, weights: Array, times: Array) -> SecularRoots:
-    """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0, with tau_k = 1/lambda_k descending.
+    """Return the roots of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0, with tau_k = 1/lambda_k descending.
 
     One equation has weights and times of shape (n_pole,), many have (n, n_pole) and constants (n,); see
     `restitution.material.secular.secular_rows`. For one, roots that are not found raise an error.
@@ -286,7 +286,7 @@ class PronySeries:
         return self.__dict__.get("_window")
 
     def known_within(self, window: tuple[Any, Any] | None) -> PronySeries:
-        """The same series, known for times [s] within a window; a material that is made from it keeps the window."""
+        """Return the same series, known for times [s] within a window, which a material of this series keeps."""
         series = self._each(lambda part, more: part)
         series.__dict__["_window"] = window
         return series
@@ -327,7 +327,7 @@ class PronySeries:
         return self.equilibrium_modulus == 0
 
     def plot(self, window: tuple[float, float] | None = None) -> Figure:
-        """Figure of the relaxation modulus over time, and of storage and loss modulus over frequency.
+        """Return a figure of the relaxation modulus over time, and of storage and loss modulus over frequency.
 
         The window is the shortest and the longest time [s], by default a decade beyond the relaxation times.
         """
@@ -336,7 +336,7 @@ class PronySeries:
         return draw("material.overview", {"modulus": self}, window)
 
     def relaxation_modulus(self, time: ArrayLike) -> Any:
-        """Relaxation modulus R(t) [Pa] at the times t >= 0 [s]; infinite at t = 0 with a dashpot.
+        """Return the relaxation modulus R(t) [Pa] at the times t >= 0 [s]; infinite at t = 0 with a dashpot.
 
         The times have any shape, which broadcasts against that of an array of series.
 
@@ -351,11 +351,11 @@ class PronySeries:
         return np.where((t == 0) & (np.asarray(self.parallel_viscosity) > 0), np.inf, value)[()]
 
     def _sum(self, shares: NDArray[Any]) -> Any:
-        """Sum of the branch moduli times shares, over the branches; in an order that other series do not change."""
+        """Return the sum of branch moduli times shares, in an order that other series do not change."""
         return (shares * self.branch_moduli).sum(axis=-1)
 
     def creep_compliance(self, time: ArrayLike) -> Any:
-        """Creep compliance J(t) [1/Pa], the strain under a unit step of stress, at the times t >= 0 [s].
+        """Return the creep compliance J(t) [1/Pa], the strain under a unit step of stress, at the times t >= 0 [s].
 
         Examples
         --------
@@ -387,7 +387,7 @@ class PronySeries:
         return Retardation(glass, fluidity, compliances.reshape(shape), times.reshape(shape))
 
     def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Storage modulus R'(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
+        """Return the storage modulus R'(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
 
         Examples
         --------
@@ -398,16 +398,16 @@ class PronySeries:
         return self._dynamic(nonnegative("angular_frequency", angular_frequency, "rad/s"))[0]
 
     def loss_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Loss modulus R''(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
+        """Return the loss modulus R''(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
         return self._dynamic(nonnegative("angular_frequency", angular_frequency, "rad/s"))[1]
 
     def complex_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Complex modulus R' + i R'' [Pa] at the angular frequencies omega >= 0 [rad/s], any shape; NaN at NaN."""
+        """Return the complex modulus R' + i R'' [Pa] at angular frequencies omega >= 0 [rad/s]; NaN at NaN."""
         storage, loss = self._dynamic(angular_frequency)
         return storage + 1j * loss
 
     def loss_tangent(self, angular_frequency: ArrayLike) -> Any:
-        """Loss tangent R''/R' at the angular frequencies omega > 0 [rad/s]; infinite for a dashpot alone."""
+        """Return the loss tangent R''/R' at angular frequencies omega > 0 [rad/s]; infinite for a dashpot alone."""
         storage, loss = self._dynamic(nonnegative("angular_frequency", angular_frequency, "rad/s"))
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.divide(loss, storage)[()]
@@ -422,7 +422,7 @@ class PronySeries:
         return storage[()], loss[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
-        """Carson transform s int_0^inf R(t) exp(-s t) dt [Pa] at real or complex s [1/s], any shape.
+        """Return the Carson transform s int_0^inf R(t) exp(-s t) dt [Pa] at real or complex s [1/s], any shape.
 
         Equals R_inf + eta s + sum R_k s tau_k/(1 + s tau_k); at s = i omega it is the complex modulus.
 
@@ -436,7 +436,7 @@ class PronySeries:
         return (self.equilibrium_modulus + self.parallel_viscosity * point + self._sum(share))[()]
 
     def simplified(self) -> PronySeries:
-        """Same function in its shortest form: no negligible branches, equal times merged, times ascending.
+        """Return the same function in its shortest form: no negligible branches, equal times merged, times ascending.
 
         A branch is negligible if it changes the Carson transform at no s > 0 by more than the fraction 1e-60.
 
@@ -471,7 +471,7 @@ class PronySeries:
             yield places, rows._each(lambda part, more, n=count, at=places: part[at, :n] if more else part[at])
 
     def scaled(self, factor: ArrayLike, *, time_factor: ArrayLike = 1.0) -> PronySeries:
-        """Series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.
+        """Return series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.
 
         Arrays of factors broadcast against the shape of the series.
 
@@ -522,7 +522,7 @@ class PronySeries:
 
 
 def _view(values: Any, shape: tuple[int, ...]) -> Array:
-    """Array of a shape; `np.broadcast_to` takes two microseconds also where it has nothing to do."""
+    """Return an array of a shape; `np.broadcast_to` takes two microseconds also where it has nothing to do."""
     return values if np.shape(values) == shape else np.broadcast_to(values, shape)
 
 
@@ -549,7 +549,7 @@ def merged(times: Array, *moduli: Array) -> list[Array]:
 
 
 def _any(moduli: Sequence[Array]) -> NDArray[np.bool_]:
-    """Whether a modulus of any series is above zero."""
+    """Return whether a modulus of any series is above zero."""
     there = moduli[0] > 0.0
     for part in moduli[1:]:
         there |= part > 0.0

@@ -121,12 +121,12 @@ def _refuse_name(source: str, name: str | None) -> None:
 
 
 def read_sheets(source: str, text: str) -> list[Sheet]:
-    """Sheets of a text in the first format that it has; `source` is its name in messages."""
+    """Return sheets of a text in the first format that it has; `source` is its name in messages."""
     return next(sheets for has, sheets in FORMATS if has(text))(source, text)
 
 
 def read_workbook(source: str, content: bytes) -> list[Sheet]:
-    """Sheets of a workbook (.xlsx); those without a table are left out."""
+    """Return sheets of a workbook (.xlsx); those without a table are left out."""
     tables: list[Sheet] = []
     refused: list[FileError] = []
     for name, text in _worksheets(source, content):
@@ -143,7 +143,7 @@ def read_workbook(source: str, content: bytes) -> list[Sheet]:
 
 
 def _worksheets(source: str, content: bytes) -> Iterator[tuple[str, str]]:
-    """Names of the worksheets, and their cells as lines of text with tabs between them."""
+    """Return names of the worksheets, and their cells as lines of text with tabs between them."""
     if not content.startswith(b"PK"):
         raise FileError(source, 0, "cannot be read: is a workbook of the old kind (.xls); save it as .xlsx or CSV")
     try:
@@ -172,20 +172,20 @@ def _worksheets(source: str, content: bytes) -> Iterator[tuple[str, str]]:
 
 
 def _cell(value: Any) -> str:
-    """Text of a value in one cell."""
+    """Return the text of a value in one cell."""
     if value is None:
         return ""
     return repr(value) if isinstance(value, float) else " ".join(str(value).split())
 
 
 def _celsius(text: str) -> float | None:
-    """Temperature [K] that a title states in °C."""
+    """Return the temperature [K] that a title states in °C."""
     match = _CELSIUS.search(text[:500])
     return None if match is None else float(match[1].replace(",", ".")) + ZERO_CELSIUS
 
 
 def _trios_text(source: str, text: str) -> list[Sheet]:
-    """Steps of a TRIOS export to LIMS or CSV, with or without a word at the start of each line."""
+    """Return steps of a TRIOS export to LIMS or CSV, with or without a word at the start of each line."""
     lines = split_lines(text, " ")
     starts = [i for i, line in enumerate(lines) if line.text[:200].strip("\t,; ").lower() == "[step]"]
     sheets: list[Sheet] = []
@@ -216,14 +216,14 @@ def _trios_step(source: str, lines: list[Line]) -> Sheet | None:
 
 
 def _titled(sheet: Sheet, title: str, points: str) -> Sheet:
-    """Sheet of a step, with a remark if it has other rows than the number of points that its file states."""
+    """Return the sheet of a step, with a remark if its file states another number of points."""
     rows = str(len(sheet.rows))
     remarks = (f"{title}: {rows} of {points} points",) if points.isdecimal() and points != rows else ()
     return replace(sheet, title=title, remarks=remarks)
 
 
 def _trios_json(source: str, text: str) -> list[Sheet]:
-    """Steps of a TRIOS export to JSON: of its schema, with rows by name, or with lists of columns and values."""
+    """Return steps of a TRIOS export to JSON: of its schema, with rows by name, or with lists of values."""
     try:
         content = json.loads(text)
     except json.JSONDecodeError as error:
@@ -241,7 +241,7 @@ _JsonTable = tuple[str, list[tuple[str, str | None]], list[list[Any]]]
 
 
 def _json_tables(content: Any) -> Iterator[_JsonTable]:
-    """Title, names and units of the columns, and rows of each step."""
+    """Return the title, names and units of the columns, and rows of each step."""
     results = content.get("Experiment", content)["Results"]
     if isinstance(results, list):
         for result in results:
@@ -274,7 +274,7 @@ def _json_sheet(source: str, title: str, columns: list[tuple[str, str | None]], 
 
 
 def _rheocompass(source: str, text: str) -> list[Sheet]:
-    """Intervals of an export of RheoCompass; what lines with other keys state holds for those below."""
+    """Return intervals of an export of RheoCompass; what lines with other keys state holds for those below."""
     lines = [line for line in split_lines(text, " ") if line.text.strip(",;\t ")]
     keys = [(i, key) for i, line in enumerate(lines) if (key := _KEY.match(line.text))]
     sheets: list[Sheet] = []
@@ -311,7 +311,7 @@ def _is_reptate(text: str) -> bool:
 
 
 def _reptate(source: str, text: str) -> list[Sheet]:
-    """Table of RepTate: a line of parameters, perhaps names and units, then rows of omega, G', G'' or of t, G."""
+    """Return the table of RepTate: parameters, perhaps names and units, then rows of omega, G', G'' or of t, G."""
     header, *lines = split_lines(text)
     parameters = {key.strip(): value.strip() for key, _, value in (p.partition("=") for p in header.text.split(";"))}
     rows = [(line.number, line.text.split()) for line in lines if not line.text.startswith("#")]
@@ -341,7 +341,7 @@ def _reptate(source: str, text: str) -> list[Sheet]:
 
 
 def _plain(source: str, text: str) -> list[Sheet]:
-    """Table of named columns."""
+    """Return the table of named columns."""
     return [read_sheet(source, split_lines(text, " "))]
 
 
@@ -356,7 +356,7 @@ FORMATS: Sequence[tuple[Callable[[str], Any], Callable[[str, str], list[Sheet]]]
 
 
 def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
-    """Material data of sheets: that of the only one, or the sweeps of several."""
+    """Return the material data of sheets: that of the only one, or the sweeps of several."""
     tables = [Table.of(sheet) for sheet in sheets]
     curves_read: list[Curve] = []
     unused: list[str] = []
@@ -381,7 +381,7 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
 
 
 def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isotherms:
-    """The only sweep, or one at each temperature. Sweeps at one temperature are averaged."""
+    """Return the only sweep, or one at each temperature. Sweeps at one temperature are averaged."""
     kind = DynamicTable if any(isinstance(curve, DynamicTable) for curve in curves) else RelaxationTable
     alike = [curve for curve in curves if isinstance(curve, kind)]
     notes = [f"not used: {', '.join(unused)[:200]}"] if unused else []
@@ -405,7 +405,7 @@ def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isot
 
 
 def _curves(table: Table) -> list[Curve]:
-    """Sweeps of one table: a single one, or one at each temperature; none if it has not the columns."""
+    """Return sweeps of one table: a single one, or one at each temperature; none if it has not the columns."""
     loss = (Role.LOSS, Role.TANGENT) if Role.STORAGE in table.roles else (Role.TANGENT, Role.LOSS)
     read, columns = (
         _dynamic,
@@ -430,7 +430,7 @@ def _curves(table: Table) -> list[Curve]:
 
 
 def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
-    """Rows of each sweep over frequency or time: by their number, where the order turns back, or by temperature."""
+    """Return the rows of each sweep over frequency or time: by number, by turns of the order, or by temperature."""
     every = [np.arange(x.size)]
     if table.sheet.scattered or x.size < 2:
         return every
@@ -463,7 +463,7 @@ def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
 
 
 def _temperature(table: Table, several: bool) -> tuple[float | None, list[Column]]:
-    """Mean temperature [K] of a sweep, and the columns that it needs."""
+    """Return the mean temperature [K] of a sweep, and the columns that it needs."""
     stated = Role.TEMPERATURE in table.roles and table.sheet.units[table.roles.index(Role.TEMPERATURE)] is not None
     column = table.temperature if stated or several else None
     numbers = table.columns((Role.SWEEP,)) if several else []
@@ -501,7 +501,7 @@ def _curve(
     kind: type[Any], table: Table, columns: list[Column], moduli: Sequence[Array], falling: Array, rule: str,
     several: bool,
 ) -> Curve:  # fmt: skip
-    """Sweep of a kind in ascending order; its second column must not let `falling` grow."""
+    """Return the sweep of a kind in ascending order; its second column must not let `falling` grow."""
     order = slice(None)
     if not table.sheet.scattered:
         order = table.order(columns[0])

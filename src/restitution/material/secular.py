@@ -41,7 +41,7 @@ _MAX_ITERATIONS = 120
 
 @compiled
 def log_ratio(upper: float, lower: float) -> float:
-    """Logarithm of upper/lower, to full relative accuracy also where the two almost agree."""
+    """Return the logarithm of upper/lower, to full relative accuracy also where the two almost agree."""
     ratio = upper / lower
     log = math.log1p((upper - lower) / lower) if abs(ratio - 1.0) < 0.5 else math.log(ratio)
     return min(max(log, -_LARGEST_LOG), _LARGEST_LOG)
@@ -49,7 +49,7 @@ def log_ratio(upper: float, lower: float) -> float:
 
 @compiled
 def positive_root(square: float, linear: float, less: float) -> float:
-    """Positive root of square y^2 + linear y - less = 0."""
+    """Return the positive root of square y^2 + linear y - less = 0."""
     root = math.sqrt(linear * linear + 4.0 * square * less)
     return 2.0 * less / (linear + root) if linear > 0.0 else (root - linear) / (2.0 * square)
 
@@ -59,7 +59,7 @@ def secular_root(
     a: float, b: float, weights: Any, times: Any, count: int, origin: int, side: float, low: float, high: float,
     far: float, decay: Any, growth: Any, terms: Any,
 ) -> float:  # fmt: skip
-    """Time of the root next to a pole, and its terms; NaN if the iteration does not end.
+    """Return the time of the root next to a pole, and its terms; NaN if the iteration does not end.
 
     The root lies on one side of the pole, at a y between `low` and `high`; `far` is y at the far end of its interval.
     """
@@ -112,7 +112,7 @@ def secular_row(
     a: float, b: float, weights: Any, times: Any, count: int, roots: Any, slopes: Any, terms: Any, decay: Any,
     growth: Any,
 ) -> int:  # fmt: skip
-    """Number of roots of one equation, whose times, slopes and terms are written; see `secular_rows`."""
+    """Return the number of roots of one equation, and write their times, slopes and terms; see `secular_rows`."""
     total = 0.0
     for j in range(count):
         total += weights[j]
@@ -181,7 +181,7 @@ def secular_rows(
     constants: Any, viscosities: Any, weights: Any, times: Any, counts: Any, roots: Any, slopes: Any, terms: Any,
     room: Scratch,
 ) -> None:  # fmt: skip
-    """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0 in each row, 1/lambda_k descending.
+    """Return roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0 in each row, 1/lambda_k descending.
 
     There is one root below the first pole if a > 0 (a may be negative), one between each two neighbours, and one above
     the last pole if b > 0 or a + sum E_k < 0. The poles are given as times, as two neighbouring floats may have the
@@ -209,7 +209,7 @@ def connect_rows(
     constants: Any, viscosities: Any, moduli: Any, times: Any, factors: Any, ends: Any, branches: Any,
     branch_times: Any, room: Scratch,
 ) -> None:  # fmt: skip
-    """Series connections of two sums of two Prony series A and B, in each row.
+    """Return series connections of two sums of two Prony series A and B, in each row.
 
     Springs and dashpots have the shape (2, n), and a spring of B may be infinite. Branches have ascending times, shape
     (2, n, k); those of modulus 0 come last. `factors` are p and q of each sum p A + q B. The first two sums are
@@ -272,7 +272,7 @@ def connect_rows(
 
 @compiled
 def join_times(moduli: Any, times: Any, common: Any, shares: Any) -> int:
-    """Number of the times that occur in two series, which are written in descending order with the moduli of both."""
+    """Return the number of times of two series, and write these in descending order with the moduli of both."""
     a, b = moduli.shape[1] - 1, moduli.shape[1] - 1
     while a >= 0 and not moduli[0, a] > 0.0:
         a -= 1

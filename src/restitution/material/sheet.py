@@ -76,11 +76,11 @@ class Sheet:
     scattered: bool = False  # whether the rows are in any order, such as those of a master curve
 
     def line(self, row: int) -> int:
-        """Number of the line of a row."""
+        """Return the number of the line of a row."""
         return self.rows[row].number
 
     def numbers(self, column: int) -> Array:
-        """Numbers of a column; other cells are refused."""
+        """Return numbers of a column; other cells are refused."""
         values = self.values(column)
         if values is None:
             self.require(np.array([*map(is_number, self.cells(column))]), column, "must be a number")
@@ -89,7 +89,7 @@ class Sheet:
         return values
 
     def values(self, column: int) -> Array | None:
-        """Numbers of a column; None if a cell holds none."""
+        """Return numbers of a column; None if a cell holds none."""
         if column not in self._numbers:
             self._numbers.update(self._parsed([column]))
         return self._numbers.get(column)
@@ -102,7 +102,7 @@ class Sheet:
         return self._parsed([i for i, cell in enumerate(_cells(self.rows[0].text, self.mark)) if is_number(cell)])
 
     def _parsed(self, columns: list[int]) -> dict[int, Array]:
-        """Numbers of columns; none if a cell holds something else."""
+        """Return numbers of columns; none if a cell holds something else."""
         texts = [row.text for row in self.rows]
         if self.mark != ",":
             texts = [text.replace(",", ".") for text in texts]
@@ -113,7 +113,7 @@ class Sheet:
         return dict(zip(columns, numbers.T, strict=True))
 
     def cells(self, column: int) -> list[str]:
-        """Texts of a column."""
+        """Return texts of a column."""
         return [row[column] for row in self._cells]
 
     @cached_property
@@ -130,16 +130,16 @@ class Sheet:
             raise self.error(f"{name or self.labels[column]} = {shown}: {rule}", self.line(row))
 
     def error(self, message: str, line: int = 0) -> FileError:
-        """Error for one of its lines."""
+        """Return the error for one of its lines."""
         return FileError(self.source, line, message, self.place)
 
     def part(self, rows: Sequence[int] | NDArray[np.intp]) -> Sheet:
-        """Sheet of some of its rows."""
+        """Return the sheet of some of its rows."""
         return replace(self, rows=[self.rows[row] for row in rows])
 
 
 def read_bytes(path: Path) -> bytes:
-    """Content of a file, which is refused by its size before all of it is read."""
+    """Return the content of a file, which is refused by its size before all of it is read."""
     try:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
@@ -153,12 +153,12 @@ def read_bytes(path: Path) -> bytes:
 
 
 def is_workbook(content: bytes) -> bool:
-    """Whether the content is that of a workbook of Excel."""
+    """Return whether the content is that of a workbook of Excel."""
     return content.startswith(_ARCHIVES)
 
 
 def decoded(source: str, content: bytes) -> str:
-    """Text of a content in UTF-8, UTF-16 or Latin-1; `source` is the name of its file in messages."""
+    """Return the text of a content in UTF-8, UTF-16 or Latin-1; `source` is the name of its file in messages."""
     if is_workbook(content):
         raise FileError(source, 0, "cannot be read: is a workbook; save its sheet as CSV")
     # Without a mark, the zeros of most letters are the second byte of each pair, or the first one.
@@ -179,7 +179,7 @@ def decoded(source: str, content: bytes) -> str:
 
 
 def split_lines(text: str, ends: str | None = None) -> list[Line]:
-    """Lines that are not blank, with their numbers, without some characters at both ends (all blanks by default)."""
+    """Return lines that are not blank, with their numbers, without characters at both ends (blanks by default)."""
     lines = enumerate(text.splitlines(), 1)
     return [Line(i, line.strip(ends)) for i, line in lines if line and not line.isspace()]
 
@@ -192,7 +192,7 @@ def read_sheet(
     is_name: _Test = lambda text: role_of(text) is not None,
     mark: str = "",
 ) -> Sheet:
-    """Table of named columns in some lines; `source` is the name of their file in messages.
+    """Return the table of named columns in some lines; `source` is the name of their file in messages.
 
     The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
     comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
@@ -240,7 +240,7 @@ def read_sheet(
 
 
 def _header(body: list[Line], is_unit: _Test, is_name: _Test) -> int:
-    """Index of the first line with two known names, else of the first line."""
+    """Return the index of the first line with two known names, else of the first line."""
     for i, line in enumerate(body[:_HEADER_LINES]):
         cells = _cells(line.text, _separator(line.text))[:100]
         if sum(is_name(_name_and_unit(cell, is_unit, is_name)[0]) for cell in cells) >= 2:
@@ -263,12 +263,12 @@ def _count(line: str, separator: str | None) -> int:
 
 
 def _number(cell: str) -> float:
-    """Number in a cell, which may have a decimal comma."""
+    """Return the number in a cell, which may have a decimal comma."""
     return float(cell.replace(",", "."))
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell holds a number, perhaps nan or inf."""
+    """Return whether a cell holds a number, perhaps nan or inf."""
     try:
         _number(cell)
     except ValueError:
@@ -330,7 +330,7 @@ class Role(Enum):
         return ">= 0" if self in (Role.TIME, Role.LOSS, Role.TANGENT, Role.BRANCH, Role.SHARE) else "> 0"
 
     def admits(self, values: Array) -> NDArray[np.bool_]:
-        """Whether values are within the bound."""
+        """Return whether values are within the bound."""
         return (values > 0.0) | (values == 0.0) & (self.bound != "> 0") | (self.bound == "")
 
 
@@ -361,7 +361,7 @@ class Table(NamedTuple):
 
     @classmethod
     def of(cls, sheet: Sheet) -> Table:
-        """Table of a sheet.
+        """Return the table of a sheet.
 
         Instruments leave cells empty, and measure negative losses of glasses; such rows of theirs are left out.
         """
@@ -394,11 +394,11 @@ class Table(NamedTuple):
         return self._column(Role.TEMPERATURE)
 
     def part(self, rows: NDArray[np.intp]) -> Table:
-        """Table of some of its rows."""
+        """Return the table of some of its rows."""
         return Table(self.sheet.part(rows), self.roles)
 
     def columns(self, *choices: tuple[Role, ...]) -> list[Column]:
-        """Column of the first known role of each choice; empty if a choice has none."""
+        """Return the column of the first known role of each choice; empty if a choice has none."""
         present = [next((role for role in choice if role in self.roles), None) for choice in choices]
         return [] if None in present else [self._column(role) for role in present if role is not None]
 
@@ -422,7 +422,7 @@ class Table(NamedTuple):
         return Column(role, label, values, note)
 
     def about(self, *used: Column) -> tuple[Deformation | None, str, tuple[str, ...]]:
-        """Deformation that the columns state, source, and remarks: assumed units, columns that are not used."""
+        """Return the deformation that the columns state, the source, and remarks: assumed units, unused columns."""
         labels = [column.label for column in used]
         plain = [_plain(label).lower() for label in labels]
         tension, shear = (any(map(pattern.match, plain)) for pattern in (_TENSION, _SHEAR))
@@ -436,7 +436,7 @@ class Table(NamedTuple):
         return "tension" if tension else "shear" if shear else None, self.sheet.source, tuple(notes)
 
     def order(self, column: Column) -> slice:
-        """Order in which a column ascends; the file may list it in descending order."""
+        """Return the order in which a column ascends; the file may list it in descending order."""
         steps = np.diff(column.values)
         if steps.size and (steps < 0).all():
             return slice(None, None, -1)
@@ -460,12 +460,12 @@ class Table(NamedTuple):
             raise self.error(f"{message}: must {rule}, apart from noise", rows[last].number)
 
     def error(self, message: str, line: int = 0, *, row: int | None = None) -> FileError:
-        """Error for a line of the file, or for a row of the table."""
+        """Return the error for a line of the file, or for a row of the table."""
         return self.sheet.error(message, line if row is None else self.sheet.line(row))
 
 
 def _measured(sheet: Sheet, column: int, role: Role) -> NDArray[np.bool_]:
-    """Whether cells hold admissible values, or something that is to be refused."""
+    """Return whether cells hold admissible values, or something that is to be refused."""
     values = sheet.values(column)
     if values is None:
         # Words are refused as they are; empty cells are not.
@@ -479,7 +479,7 @@ def _plain(label: str) -> str:
 
 
 def role_of(label: str) -> Role | None:
-    """Role of a column of this name, None where it is unknown."""
+    """Return the role of a column of this name, None where it is unknown."""
     plain = _plain(label)
     # Only the capital T is a temperature, and the small one a time.
     if plain == "T":

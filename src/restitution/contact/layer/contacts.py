@@ -108,7 +108,7 @@ class Contacts:
         return as_array(knots), self.at(depth[-_SAMPLES:]), integral
 
     def at(self, depth: Array) -> Contact:
-        """Contacts at depths [m] on a half-space, shape (n,)."""
+        """Return contacts at depths [m] on a half-space, shape (n,)."""
         return self._contact(np.minimum(self.profile.contact_radius(depth), self.end), depth)
 
     def _contact(self, radius: Array, depth: Array) -> Contact:
@@ -124,7 +124,7 @@ class Contacts:
         return Contact(radius, depth, gap, moments, series(self.punches.resolvent[: self._count], moments))
 
     def on(self, thickness: Array, contact: Contact, loads: bool = False) -> list[Array]:
-        """Depth, stiffness radius and, with `loads`, force integral [SI] on layers, shape (n_layer, n)."""
+        """Return the depth, stiffness radius and, with `loads`, force integral [SI] on layers, shape (n_layer, n)."""
         kappa, edge, sigma = self._means(thickness, contact.radius, contact.resolvent)
         # d = (D + sigma G/h)/w(a), a kappa, and Pi = d a kappa - tau G; see `restitution.contact.layer.depths`.
         depth = (contact.depth + sigma * (contact.gap / thickness[:, None])) / np.exp(edge)
@@ -136,7 +136,7 @@ class Contacts:
         return [depth, radius, depth * radius - tau * contact.gap]
 
     def own_depth(self, thickness: Array, contact: Contact) -> Array:
-        """Depth [m] of each contact on a layer of its own, shape (n,)."""
+        """Return the depth [m] of each contact on a layer of its own, shape (n,)."""
         radius = contact.radius / thickness
         sigma, _ = self.punches.means(radius, contact.moments)
         return (contact.depth + sigma * contact.gap / thickness) / self.punches.edge_load(radius)
@@ -153,7 +153,7 @@ class Contacts:
         return means
 
     def tables(self, thickness: Array, least: Array, rtol: float) -> list[Tables]:
-        """Tables of rising thicknesses up to the largest radius; `least` are force integrals as for `path_tables`."""
+        """Return tables of rising thicknesses up to the largest radius; `least` is as for `path_tables`."""
         start = self._start(rtol)
         interpolated = self._interpolated(thickness, start, least, rtol)
         if interpolated is not None:
@@ -163,7 +163,7 @@ class Contacts:
         return [self._tables(thickness[part], start, least[part], rtol)[0] for part in parts]
 
     def _interpolated(self, thickness: Array, start: _Start, least: Array, rtol: float) -> Tables | None:
-        """Tables that are interpolated over ln h; None where this is more work or not accurate."""
+        """Return tables that are interpolated over ln h; None where this is more work or not accurate."""
         logs = np.log(thickness)
         # Chebyshev nodes over ln h: so many that the series over them has the tolerance of the tables, as a rule.
         half = 0.5 * (logs[-1] - logs[0])
@@ -196,7 +196,7 @@ class Contacts:
         return self._known[rtol]
 
     def _at_place(self, y: Array) -> Contact:
-        """Contacts at shares y of ``sqrt(a^2 - b^2)``, in which g is smooth at the radius b of a flat face."""
+        """Return contacts at shares y of ``sqrt(a^2 - b^2)``, in which g is smooth at the radius b of a flat face."""
         radius = np.minimum(np.hypot(self._face, self._reach * y.ravel()), self.end)
         return self._contact(radius, self.profile.transform(radius))
 
@@ -205,11 +205,11 @@ class Contacts:
         return self._at_place(y) if contact is None else contact
 
     def _ends(self, thickness: Array, start: _Start) -> Array:
-        """Depth and stiffness radius [m] at the end of the table of each layer."""
+        """Return the depth and stiffness radius [m] at the end of the table of each layer."""
         return np.array(self.on(thickness, self._known_at(start, start.ends)))[:, :, -1]
 
     def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[Tables, Array]:
-        """Tables of layers, and their cells."""
+        """Return tables of layers, and their cells."""
         depth_max, radius_max = self._ends(thickness, start)
         units = np.stack([depth_max, radius_max])[..., None]
 
@@ -233,7 +233,7 @@ class Contacts:
 
 
 def series(panels: tuple[Array, ...], moments: Array) -> Array:
-    """Series of means over a/h in some panels from the moments of contacts, shape (n_panel, n_term, n)."""
+    """Return series of means over a/h in some panels from the moments of contacts, shape (n_panel, n_term, n)."""
     chebyshev = np.empty((len(panels), len(panels[0]), len(moments)))
     for coefficients, panel in zip(chebyshev, panels, strict=True):
         terms = min(panel.shape[1], moments.shape[1])
@@ -242,7 +242,7 @@ def series(panels: tuple[Array, ...], moments: Array) -> Array:
 
 
 def _between(table: PathTable, x: Array, places: Array) -> tuple[PathTable, float]:
-    """Tables at places in [-1, 1] from those at the Chebyshev nodes x, and the tail of their series."""
+    """Return tables at places in [-1, 1] from those at the Chebyshev nodes x, and the tail of their series."""
     last = x.size - 1
     to_series: Any = np.linalg.inv(np.polynomial.chebyshev.chebvander(x, last))
     matrix = np.polynomial.chebyshev.chebvander(places, last) @ to_series

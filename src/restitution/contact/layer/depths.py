@@ -32,7 +32,7 @@ _TO_LEGENDRE: Any = np.linalg.inv(np.polynomial.legendre.legvander(_GAUSS, _NODE
 
 
 def power_law_series(punches: Punches, exponent: float) -> tuple[Array, Array]:
-    """Chebyshev coefficients of sigma and tau over each panel for g = x^n, shape (n_panel, n_radius).
+    """Return Chebyshev coefficients of sigma and tau over each panel for g = x^n, shape (n_panel, n_radius).
 
     The integrals over ``v = (x/a)^2`` with the weight ``v^((n - 1)/2)`` are exact by Gauss-Jacobi nodes.
     """
@@ -98,7 +98,7 @@ class Averages:
         return self.punches.means(flat, moments).reshape(2, *radius.shape)
 
     def moments(self, radius: Array, terms: int) -> Array:
-        """Means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
+        """Return means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
         # Numba takes half a second to import.
         from restitution.contact.loops import add_moments
 
@@ -123,7 +123,7 @@ class Averages:
         return self._place(cells, cells[:, 1:2])[0][:, 0]
 
     def _weighed(self, cells: Array, series: Array, reach: Array) -> tuple[Array, Array]:
-        """Gauss nodes x of cells up to t = `reach`, and their masses: weights times g."""
+        """Return Gauss nodes x of cells up to t = `reach`, and their masses: weights times g."""
         _, low, high = cells.T[..., None]
         half = 0.5 * (reach[:, None] - low)
         t = low + half * (1.0 + _GAUSS)
@@ -215,15 +215,15 @@ class Depths:
         return Averages(self.punches, self._transform, self.face, joints, self.end)
 
     def _transform(self, radius: Array) -> Array:
-        """Transform g [m] at radii over the thickness; rounding may put the last one beyond the profile."""
+        """Return the transform g [m] at radii over the thickness; rounding may put the last one beyond the profile."""
         return self.profile.transform(np.minimum(radius * self.thickness, self.profile.max_contact_radius))
 
     def contact_radius(self, half_space_depth: Array) -> Array:
-        """Contact radius [m] at the depth D [m] on a half-space, within the tables; 0 where D < 0."""
+        """Return the contact radius [m] at the depth D [m] on a half-space, within the tables; 0 where D < 0."""
         return np.minimum(self.profile.contact_radius(half_space_depth), self.end * self.thickness)
 
     def depth(self, half_space_depth: Array) -> Array:
-        """Depth d [m] on the layer where the contact radius is that of the depth D [m] on a half-space."""
+        """Return the depth d [m] on the layer where the contact radius is that of the depth D [m] on a half-space."""
         chi, gap = self._contact(half_space_depth)
         return (half_space_depth + self.means(chi)[0] * (gap / self.thickness)) / self.punches.edge_load(chi)
 
@@ -233,7 +233,7 @@ class Depths:
         return a / self.thickness, a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)
 
     def half_space_depth(self, depth: Array) -> Array:
-        """Depth D [m] on a half-space with the same contact radius as the depth d [m] on the layer."""
+        """Return the depth D [m] on a half-space with the same contact radius as the depth d [m] on the layer."""
         inside = (depth > 0.0) & (depth <= self.max_depth)
         if not np.any(inside):
             return np.where(depth > 0.0, np.nan, np.minimum(depth, 0.0))
@@ -256,16 +256,16 @@ class Depths:
         return np.where(inside, self._inside(x), np.where(depth > 0.0, np.nan, np.minimum(depth, 0.0)))
 
     def _inside(self, logarithm: Array) -> Array:
-        """Depth D [m], which rounding must not put beyond the end of the profile."""
+        """Return the depth D [m], which rounding must not put beyond the end of the profile."""
         return np.minimum(np.exp(logarithm), self._deepest)
 
     def stiffness_radius(self, half_space_depth: Array) -> Array:
-        """Stiffness radius [m] at the depth D [m] on a half-space."""
+        """Return the stiffness radius [m] at the depth D [m] on a half-space."""
         a = self.contact_radius(half_space_depth)
         return a * self.punches.kappa(a / self.thickness)
 
     def force_integral_at_depth(self, half_space_depth: Array) -> Array:
-        """Force integral [m^2] at the depth D [m] on a half-space."""
+        """Return the force integral [m^2] at the depth D [m] on a half-space."""
         chi, gap = self._contact(half_space_depth)
         stiffness_radius = self.stiffness_radius(half_space_depth)
         return self.depth(half_space_depth) * stiffness_radius - self.means(chi)[1] * gap
@@ -288,7 +288,7 @@ class Depths:
 
 
 def largest_radius(profile: Profile) -> float:
-    """Largest contact radius [m] that the tables describe, on a thick layer."""
+    """Return the largest contact radius [m] that the tables describe, on a thick layer."""
     end = float(profile.max_contact_radius)
     # g of a sphere has a logarithmic singularity at its equator, which no table resolves.
     if math.isfinite(end) and not math.isfinite(float(profile.transform(end))):

@@ -73,7 +73,7 @@ class _Spectrum:
         self.groups = _groups(np.log(np.sort(self.series.relaxation_times)), np.log(self.times))
 
     def transform(self, radius: float) -> Array:
-        """Carson transform [Pa] of the effective modulus for a punch of a radius over the thickness."""
+        """Return the Carson transform [Pa] of the effective modulus for a punch of a radius over the thickness."""
         if radius == 0.0:
             return self._modulus
         ratio = self._poisson_ratio
@@ -81,7 +81,7 @@ class _Spectrum:
         return self._modulus * np.exp(logarithm[:-1] - logarithm[-1])
 
     def moduli(self, transform: Array) -> Array:
-        """Branch moduli [Pa] >= 0 at the times, mostly zeros, whose series has a Carson transform [Pa]."""
+        """Return branch moduli [Pa] >= 0 at the times, mostly zeros, whose series has a Carson transform [Pa]."""
         fit, misfit = self.fitted(transform, np.arange(self.times.size))
         if misfit > _MISFIT:
             rule = f"must have a stiffness on the layer that only relaxes: a Prony series misses it by {misfit:.2g}"
@@ -89,7 +89,7 @@ class _Spectrum:
         return fit
 
     def fitted(self, transform: Array, places: NDArray[np.intp]) -> tuple[Array, float]:
-        """Branch moduli [Pa] by nonnegative least squares over some of the times, and the largest relative misfit."""
+        """Return branch moduli [Pa] by nonnegative least squares over some times, and the largest relative misfit."""
         from scipy.optimize import nnls
 
         matrix = self._shares[:, places] / transform[:, None]
@@ -117,7 +117,7 @@ class EffectiveModuli:
         self._interval = cache(self._interval_at)
 
     def at(self, radius: Array) -> PronySeries:
-        """Reduced moduli [Pa] for punches of radii over the thickness, shape (n,)."""
+        """Return reduced moduli [Pa] for punches of radii over the thickness, shape (n,)."""
         place = np.log1p(radius / _SCALE) / _DISTANCE
         first = np.floor(place).astype(np.intp)
         t = place - first
@@ -137,7 +137,7 @@ class EffectiveModuli:
         return PronySeries.from_checked(equilibria, moduli, times)
 
     def _within(self, n: int, splines: Array) -> tuple[Array, Array]:
-        """Branch moduli [Pa] and relaxation times [s] of rows between two nodes, shape (n_branch, n_row)."""
+        """Return branch moduli [Pa] and relaxation times [s] of rows between two nodes, shape (n_branch, n_row)."""
         parts: list[tuple[Array, Array]] = []
         for times, nodes in self._interval(n):
             # Term by term, so that a row does not depend on the others.
@@ -148,14 +148,14 @@ class EffectiveModuli:
         return np.concatenate(moduli), np.concatenate(times)
 
     def _interval_at(self, n: int) -> list[tuple[Array, Array]]:
-        """Relaxation times [s] between two nodes, and a sixth of the moduli [Pa] at four nodes around, by group."""
+        """Return relaxation times [s] between two nodes, and a sixth of the moduli [Pa] at four nodes, by group."""
         nodes = np.array([self._node(n + k) for k in range(-1, 3)])
         kept, spectrum = np.flatnonzero(nodes.any(axis=0)), self._spectrum
         parts = np.split(kept, 1 + np.flatnonzero(np.diff(spectrum.groups[kept])))
         return [(spectrum.times[part], nodes[:, part] / 6.0) for part in parts]
 
     def _node_at(self, n: int) -> Array:
-        """Branch moduli [Pa] of the fit at a node."""
+        """Return branch moduli [Pa] of the fit at a node."""
         before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
         target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
         fit, misfit = spectrum.fitted(target, spectrum.coarse)
@@ -167,7 +167,7 @@ class EffectiveModuli:
         return fit
 
     def _transform_at(self, n: int) -> Array:
-        """Carson transform [Pa] at a node."""
+        """Return the Carson transform [Pa] at a node."""
         if 0 <= n <= _LAST:
             return self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
         inward = 1 if n < 0 else -1
@@ -176,7 +176,7 @@ class EffectiveModuli:
 
 
 def _groups(sizes: Array, logs: Array) -> NDArray[np.intp]:
-    """Numbers of the groups of some ln(tau), for the ascending ones of a material; those of no group are negative."""
+    """Return the number of the group of each ln(tau), for the ascending ones of a material; negative for none."""
     starts = sizes[:1].tolist()
     for size in sizes.tolist():
         if size > starts[-1] + _TOGETHER:
@@ -188,7 +188,7 @@ def _groups(sizes: Array, logs: Array) -> NDArray[np.intp]:
 
 
 def _merged(moduli: Array, times: Array) -> tuple[Array, Array]:
-    """Moduli [Pa] and times [s], shape (3, n), of the Gauss rule of moduli of shape (n_branch, n) over ln(tau)."""
+    """Return moduli [Pa] and times [s], shape (3, n), of the Gauss rule of moduli (n_branch, n) over ln(tau)."""
     middle = 0.5 * (np.log(times[0]) + np.log(times[-1]))
     y = (np.log(times) - middle)[:, None]
     # Python's sum goes row by row: a column does not depend on the others.
@@ -222,7 +222,7 @@ effective_moduli = lru_cache(maxsize=64)(EffectiveModuli)
 
 @lru_cache(maxsize=64)
 def effective_modulus(material: Material, radius: float) -> PronySeries:
-    """Reduced modulus [Pa] that gives a layer of the static Poisson ratio the stiffness of the relaxing one.
+    """Return the reduced modulus [Pa] that gives a layer of the static Poisson ratio the true stiffness.
 
     The Carson transform ``E*(s) kappa(x; nu(s))/kappa(x; nu_static)`` of a flat punch of the radius x over the
     thickness, as a Prony series by nonnegative least squares. Such a punch has exactly this modulus.
@@ -237,7 +237,7 @@ def effective_modulus(material: Material, radius: float) -> PronySeries:
 
 @lru_cache(maxsize=64)
 def _stiffness(radius: float) -> np.polynomial.Chebyshev:
-    """Series of the logarithm of the stiffness of a flat punch over ``ln(1 - 2 nu + shift)``."""
+    """Return series of the logarithm of the stiffness of a flat punch over ``ln(1 - 2 nu + shift)``."""
     # Numba takes half a second to import.
     from restitution.contact.loops import solve_line_loads
 
@@ -304,19 +304,19 @@ class LayerRows(Rows):
         return result
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius a kappa [m] at depth d [m] of each row."""
+        """Return the stiffness radius a kappa [m] at depth d [m] of each row."""
         return self._each("stiffness_radius", depth)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a kappa dd [m^2] at depth d [m] of each row."""
+        """Return the force integral int_0^d a kappa dd [m^2] at depth d [m] of each row."""
         return self._each("force_integral_at_depth", depth)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a [m] at depth d [m] of each row."""
+        """Return the contact radius a [m] at depth d [m] of each row."""
         return self._each("contact_radius", depth)
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
-        """Contact radius a [m] from the stiffness radius a kappa [m]."""
+        """Return the contact radius a [m] from the stiffness radius a kappa [m]."""
         return self._punches.radius(as_array(stiffness_radius) / self.thickness) * self.thickness
 
     @property
@@ -368,11 +368,11 @@ class LayerRows(Rows):
         return Samples(knots, depth, integral)
 
     def _contacts(self, thinnest: float, end: float) -> Contacts:
-        """Contacts up to a radius [m]; similar rows share them."""
+        """Return contacts up to a radius [m]; similar rows share them."""
         return contacts(self.profile, self.poisson_ratio, _power_of_two(thinnest, math.floor), end)
 
     def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
-        """Tables of the distinct layers; those with tables of the same largest contact radius are made together."""
+        """Return tables of the distinct layers; those with the same largest contact radius are made together."""
         knots = self.samples.knots
         ends, small = np.empty((2, deepest.size))
         for n, (depth, integral) in enumerate(zip(*self.samples[1:], strict=True)):
@@ -527,7 +527,7 @@ class Layer(Geometry):
         return not self._relaxes
 
     def effective_moduli(self, material: Material, contact_radius: Array) -> PronySeries:
-        """Reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
+        """Return reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
         radii = np.ravel(contact_radius / self.thickness)
         if self._is_punch:
             # All contacts have the radius of the punch.
@@ -621,22 +621,22 @@ class Layer(Geometry):
         return Similar(unit, radius if np.ndim(radius) else float(radius), self.thickness)
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius a kappa [m] at depth d [m]."""
+        """Return the stiffness radius a kappa [m] at depth d [m]."""
         return self._value("stiffness_radius", depth, self.similar.radius)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a kappa dd [m^2] at depth d [m]."""
+        """Return the force integral int_0^d a kappa dd [m^2] at depth d [m]."""
         return self._value("force_integral_at_depth", depth, self.similar.depth * self.similar.radius)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a [m] at depth d [m]."""
+        """Return the contact radius a [m] at depth d [m]."""
         if self._is_punch:
             shape = np.broadcast_shapes(np.shape(depth), self.rows)
             return np.broadcast_to(self.profile.contact_radius(depth), shape)[()]
         return self._value("contact_radius", depth, self.similar.radius)
 
     def _value(self, name: str, depth: ArrayLike, unit: Numeric) -> Array:
-        """Value of a method at depths d [m], in a unit of the similar layer."""
+        """Return the value of a method at depths d [m], in a unit of the similar layer."""
         if self._is_punch:
             return getattr(self._punch, name)(depth)
         if self._is_several:
@@ -644,7 +644,7 @@ class Layer(Geometry):
         return getattr(self._depths, name)(self._half_space_depth(depth)) * unit
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
-        """Contact radius a [m] from the stiffness radius a kappa [m]."""
+        """Return the contact radius a [m] from the stiffness radius a kappa [m]."""
         return stored_punches(self._ratio).radius(as_array(stiffness_radius) / self.thickness) * self.thickness
 
     def curve(self, depth: float) -> Callable[[Array], tuple[Array, Array]]:
@@ -708,7 +708,7 @@ class Layer(Geometry):
 
 @lru_cache(maxsize=64)
 def poisson_ratios(material: Material) -> tuple[float, float]:
-    """Smallest and largest Poisson ratio over all times."""
+    """Return the smallest and largest Poisson ratio over all times."""
     if material.is_incompressible:
         return 0.5, 0.5
     times = [series.relaxation_times for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
@@ -721,5 +721,5 @@ def poisson_ratios(material: Material) -> tuple[float, float]:
 
 @lru_cache(maxsize=32)
 def _unit_power_law(exponent: float) -> PowerLaw:
-    """Profile with the transform g = x^n."""
+    """Return the profile with the transform g = x^n."""
     return PowerLaw(exponent, 1.0 / float(PowerLaw(exponent, 1.0).transform(1.0)))

@@ -41,7 +41,7 @@ _CELLS, _CELL_DEGREE = 8, 9
 
 
 def missing_compliance(z: Array, poisson_ratio: float | None) -> Array:
-    """Missing compliance 1 - K(z) [-] of a bonded layer of a Poisson ratio, or on a frictionless base for None.
+    """Return the missing compliance 1 - K(z) [-] of a layer, bonded with a Poisson ratio or frictionless for None.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class LineKernel:
         self.per_unit = float(_CELLS)
 
     def exact(self, t: Array) -> Array:
-        """Kernel at t in [0, 80] from its series."""
+        """Return the kernel at t in [0, 80] from its series."""
         piece = np.clip(np.searchsorted(_ENDS, t, side="right") - 1, 0, len(_ENDS) - 2)
         return chebyshev(self.series[piece], local(t, _ENDS[piece], _ENDS[piece + 1]))
 
@@ -131,29 +131,29 @@ class Punches(NamedTuple):
     ends: Array
 
     def kappa(self, radius: Array) -> Array:
-        """Ratio kappa [-] of the stiffness of a flat punch to that on a half-space."""
+        """Return the ratio kappa [-] of the stiffness of a flat punch to that on a half-space."""
         return np.exp(over_panels(self.stiffness, radius))
 
     def edge_load(self, radius: Array) -> Array:
-        """Line load w(a) at the edge, without the factor E* d; its square is d(a kappa)/da."""
+        """Return the line load w(a) at the edge, without the factor E* d; its square is d(a kappa)/da."""
         return np.exp(over_panels(self.edge, radius))
 
     def radius(self, stiffness_radius: Array) -> Array:
-        """Radius a of a flat punch of the stiffness radius a kappa."""
+        """Return the radius a of a flat punch of the stiffness radius a kappa."""
         ends = self.ends
         panel = np.clip(np.searchsorted(ends, stiffness_radius, side="right") - 1, 0, len(PANELS) - 2)
         place = local(np.log1p(stiffness_radius), np.log1p(ends[panel]), np.log1p(ends[panel + 1]))
         return stiffness_radius * np.exp(chebyshev(self.softness[panel], np.clip(place, -1.0, 1.0)))
 
     def terms(self, radius: float) -> int:
-        """Number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
+        """Return the number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
         panel = int(panel_of(np.array(radius)))
         basis = np.polynomial.chebyshev.chebvander(_local(panel, as_array([radius])), _RADII - 1)
         sizes = np.max([np.abs(basis @ part[panel])[0] for part in (self.resolvent, self.load)], axis=0)
         return 1 + int(np.flatnonzero(sizes > _ROUNDING * np.max(sizes))[-1])
 
     def means(self, radius: Array, moments: Array) -> Array:
-        """Means of r and w over a profile with the moments, shape (n, n_term), at radii, shape (n,)."""
+        """Return means of r and w over a profile with the moments, shape (n, n_term), at radii, shape (n,)."""
         averages, panels = np.empty((2, radius.size)), panel_of(radius)
         for panel in np.unique(panels):
             rows = panels == panel
@@ -201,7 +201,7 @@ def punches(poisson_ratio: float | None) -> Punches:
 
 
 def _softness(table: Punches, place: Array) -> Array:
-    """Values of -ln kappa at places in [-1, 1] between the ends of each panel, by Newton's method."""
+    """Return values of -ln kappa at places in [-1, 1] between the ends of each panel, by Newton's method."""
     low, high = np.log1p(table.ends[:-1, None]), np.log1p(table.ends[1:, None])
     target = np.expm1(0.5 * (low + high) + 0.5 * (high - low) * place)
     a = np.interp(target, table.ends, PANELS)
@@ -213,7 +213,7 @@ def _softness(table: Punches, place: Array) -> Array:
 
 
 def _half_gauss(count: int) -> tuple[Array, Array]:
-    """Positive Gauss nodes of an even count, and their weights by a sum that keeps all digits near the end.
+    """Return positive Gauss nodes of an even count, and their weights by a sum that keeps all digits near the end.
 
     Errors of weights grow 1e5-fold on thin incompressible layers.
     """
@@ -231,7 +231,7 @@ def _half_gauss(count: int) -> tuple[Array, Array]:
 
 
 def panel_of(radius: Array) -> Any:
-    """Index of the panel of each radius."""
+    """Return the index of the panel of each radius."""
     return np.clip(np.searchsorted(PANELS, radius, side="right") - 1, 0, len(PANELS) - 2)
 
 
@@ -241,7 +241,7 @@ def _local(panel: Any, radius: Array) -> Array:
 
 
 def over_panels(series: Array, radius: Array) -> Array:
-    """Series of each panel at radii of any shape."""
+    """Return series of each panel at radii of any shape."""
     panel = panel_of(radius)
     return chebyshev(series[panel], _local(panel, radius))
 
@@ -258,7 +258,7 @@ SHIPPED = {None: "frictionless.npz", 0.5: "incompressible.npz"}
 
 @lru_cache(maxsize=32)
 def stored_punches(poisson_ratio: float | None) -> Punches:
-    """Flat punches on a bonded layer of a Poisson ratio, or on a frictionless base for None.
+    """Return flat punches on a bonded layer of a Poisson ratio, or on a frictionless base for None.
 
     Those of a frictionless or a bonded incompressible layer come with the package. Others are read from the user's
     cache. Where there is none, or its content is damaged, they are computed and, if possible, written. The name of a
