@@ -38,6 +38,13 @@ def refine(
     -------
     list of array, bool
         The cells in no order, and the further arrays; whether the number of cells ended the halving.
+
+    Examples
+    --------
+    >>> fit = lambda cells: (np.diff(cells)[:, 0] <= 0.1 + cells[:, 0], np.diff(cells))
+    >>> (cells, widths), _ = refine(np.array([[0.0, 1.0]]), fit, halvings=9)
+    >>> print(np.sort(cells[:, 0]).tolist())
+    [0.0, 0.0625, 0.125, 0.25, 0.5]
     """
     done: list[list[Array]] = []
     size, is_cut = 0, False
