@@ -161,3 +161,14 @@ def test_rows_have_the_values_of_single_layers():
     several: Any = rs.Layer(PROFILES["sphere"], thickness).between(rs.Material(1.0, 2.6 / 1.2), None)
     assert several.stiffness_radius(depth.reshape(2, 2)).ravel().tolist() == rows.stiffness_radius(depth).tolist()
     assert several.stiffness_radius(0.1).shape == (2, 2)
+
+
+def test_layers_under_bodies_of_several_sizes_end_where_each_of_them_ends():
+    radii = [1.0, 2.0]
+    several = single(rs.Sphere(radii), 0.5, 0.5)
+    each = [single(rs.Sphere(radius), 0.5, 0.5) for radius in radii]
+    assert several.max_depth.tolist() == [layer.max_depth for layer in each]
+    assert single(rs.FlatPunch([0.1, 0.2]), 0.5, 0.5).max_depth == np.inf
+    with pytest.raises(rs.InputError, match=r"must be above 0\.005 m") as caught:
+        single(rs.FlatPunch([0.1, 0.2]), 0.001, 0.5).stiffness_radius(0.1)
+    assert (caught.value.field, caught.value.index) == ("thickness", (0,))

@@ -697,6 +697,9 @@ class Layer(Geometry):
         """Depth [m] at which the tables end: a/h = 40, or the end of the profile."""
         if self._is_punch:
             return math.inf
+        if self._is_split:
+            singles = (self.take(self.rows, np.array(n)) for n in range(math.prod(self.rows)))
+            return np.array([layer.max_depth for layer in singles]).reshape(self.rows)
         unit: Any = self.similar.geometry if self._is_several else self._depths
         return unit.max_depth * self.similar.depth
 
