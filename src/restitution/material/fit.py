@@ -37,12 +37,12 @@ _ROUNDING = 1e-9
 class _Columns:
     """Table whose first column has times or frequencies, and the others moduli."""
 
-    columns: ClassVar[dict[str, str]]  # units of the columns by name
+    _units: ClassVar[dict[str, str]]  # units of the columns by name
     source: str
 
     def __post_init__(self) -> None:
         """Set the columns as arrays in SI; refuse columns of different lengths."""
-        columns = {name: np.atleast_1d(number(name, getattr(self, name), unit)) for name, unit in self.columns.items()}
+        columns = {name: np.atleast_1d(number(name, getattr(self, name), unit)) for name, unit in self._units.items()}
         if len({column.shape for column in columns.values()}) > 1 or next(iter(columns.values())).ndim != 1:
             shapes = ", ".join(f"{name} {column.shape}" for name, column in columns.items())
             raise InputError(", ".join(columns), rule=f"must be columns of one length: {shapes}", where=self.source)
@@ -80,7 +80,7 @@ class RelaxationTable(_Columns):
     source: str = ""
     notes: tuple[str, ...] = ()
     temperature: float | None = None
-    columns: ClassVar[dict[str, str]] = {"time": "s", "modulus": "Pa"}
+    _units: ClassVar[dict[str, str]] = {"time": "s", "modulus": "Pa"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,12 @@ class DynamicTable(_Columns):
     source: str = ""
     notes: tuple[str, ...] = ()
     temperature: float | None = None
-    columns: ClassVar[dict[str, str]] = {"angular_frequency": "rad/s", "storage_modulus": "Pa", "loss_modulus": "Pa"}
+    _units: ClassVar[dict[str, str]] = {"angular_frequency": "rad/s", "storage_modulus": "Pa", "loss_modulus": "Pa"}
+
+
+def column_names(table: RelaxationTable | DynamicTable) -> list[str]:
+    """Return the names of the columns, that of the times or frequencies first."""
+    return list(table._units)  # pyright: ignore[reportPrivateUsage]
 
 
 @dataclass(frozen=True, eq=False)

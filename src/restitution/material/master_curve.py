@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from restitution.checks import Array
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation
-from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.fit import DynamicTable, RelaxationTable, column_names
 from restitution.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftTable
 from restitution.quantities import check_single
 from restitution.result import draw
@@ -352,7 +352,7 @@ def constants_of(
 def average(curves: Sequence[_C]) -> _C:
     """Return the curve of all data of some curves, in ascending order; data at one frequency or time are averaged."""
     first = curves[0]
-    columns = {name: np.concatenate([getattr(curve, name) for curve in curves]) for name in first.columns}
+    columns = {name: np.concatenate([getattr(curve, name) for curve in curves]) for name in column_names(first)}
     x = next(iter(columns.values()))
     order = np.argsort(x, kind="stable")
     x = x[order]
@@ -495,7 +495,7 @@ class Isotherms:
         numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(table).size for table in self.tables])
         x = np.concatenate([_abscissa(table) for table in self.tables])
         channels: list[Channel] = []
-        for name in list(self.tables[0].columns)[1:]:
+        for name in column_names(self.tables[0])[1:]:
             values = np.concatenate([getattr(table, name) for table in self.tables])
             # A loss of zero and the time zero have no logarithm.
             there = (values > 0.0) & np.isfinite(x)
@@ -662,7 +662,7 @@ def _gaps(tables: Sequence[Curve], shifts: Array) -> Array:
 
 def _reduced(table: Curve, shift: float, factor: float, reference: float) -> Curve:
     """Return the isotherm at the reduced frequencies or times of the reference temperature."""
-    changes: dict[str, Any] = {name: getattr(table, name) * factor for name in list(table.columns)[1:]}
+    changes: dict[str, Any] = {name: getattr(table, name) * factor for name in column_names(table)[1:]}
     if isinstance(table, DynamicTable):
         changes["angular_frequency"] = table.angular_frequency * 10.0**shift
     else:
