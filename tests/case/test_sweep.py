@@ -321,7 +321,6 @@ AXES = "[axes]\nvelocity = [1]\n"
             BODY + SOLID + "[axes]\nvelocity = { linear = [1, 2], n = 1000000000000000000 }\n",
             "axes.velocity: n = 1000000000000000000: must be at most 100000000, the most points along one axis",
         ),
-        (BODY + SOLID + "[axes]\nvelocity = [true, 1]\n", "impact.velocity = true: must be a velocity"),
         (BODY + SOLID + "[axes]\nvelocity = [1, true]\n", "velocity[1] = True: must be a real number"),
         (BODY + SOLID + AXES + "relaxation_time = [1]\nviscosity = [1]\n", "axes: relaxation_time and viscosity set the same"),
         (BODY + SOLID + AXES + "impact.speed = [1]\n", "impact.speed = 1: unknown key"),

@@ -5,17 +5,17 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from restitution.sweeps.axes import Grid, Linear, Samples, Uniform, boxes, make_grid
+from restitution.sweeps.axes import Grid, Linear, Samples, Uniform, boxes, lengths, make_grid, part_of
 
 
 def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:
     """All points, assembled from chunks and parts of chunks."""
     arrays = {name: np.full(grid.shape, np.nan) for name in grid.names}
     for index in grid.chunks():
-        points = grid.points(index)
-        for part in boxes(tuple(slice(0, n) for n in points.shape), block):
-            for name, values in points.box(part).items():
-                filled = arrays[name][grid.region(index)][part]
+        chunk, region = grid.values(index), grid.region(index)
+        for part in boxes(tuple(slice(0, n) for n in lengths(region)), block):
+            for name, values in part_of(chunk, part).items():
+                filled = arrays[name][region][part]
                 assert np.isnan(filled).all()
                 filled[...] = values
     return arrays
@@ -81,7 +81,7 @@ def test_random_chunks_are_nearly_square() -> None:
 def test_a_grid_without_axes_is_one_point() -> None:
     grid = make_grid({"velocity": 1.0})
     assert (grid.shape, grid.n_points, list(grid.chunks())) == ((), 1, [()])
-    assert grid.points(()).box(()) == {"velocity": 1.0}
+    assert part_of(grid.values(()), ()) == {"velocity": 1.0}
 
 
 @pytest.mark.parametrize(

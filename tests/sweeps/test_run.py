@@ -408,7 +408,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
         (impact(EPOXY), {"p3": [1.0]}, {}, "axes: p3 belongs to a rigid parabola on a standard solid"),
         (impact(EPOXY), {"temperature": [300.0, 150.0]}, {}, "temperature = 150 K: must be >=? 20"),
         (impact(velocity=[1.0, 2.0]), {"mass": [1.0]}, {}, r"base: has shape \(2,\); must be a single"),
-        (None, {"nu": 0.3, "p2": 1.0}, {}, "axes: must have p3 where there is no base"),
+        (None, {"nu": 0.3, "p2": 1.0}, {}, "axes: must have p3 where no impact is given"),
         (lambda radius: BALL, {"velocity": [1.0]}, {}, "axes: must have 'radius', which the function takes"),
         (BALL, {"velocity": [1.0]}, {"outputs": ["e"]}, "outputs = 'e': is not known; "),
         (BALL, {"velocity": [1.0]}, {"outputs": ["max_forces"]}, "outputs = .* did you mean max_force?"),

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 _RESULTS = (".zarr", *TABLES)
-# Places of the quantities of the paper's problem, and their options.
-_GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
+# Quantities of the paper's problem, and their options.
+_GROUPS = {"poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
 _POINTS = 80
 # A map is held in memory, and no picture shows more.
 _MOST_POINTS = 2000
@@ -145,7 +145,7 @@ def map_(
     target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
     cli.check_target("--out", target, cli.PICTURES)
     with cli.user_input():
-        from restitution.case.axes import known_place, read_axis
+        from restitution.case.axes import quantity_name, read_axis
         from restitution.case.section import read_toml
         from restitution.case.sweep import plan_case
         from restitution.sweeps.run import run
@@ -154,21 +154,21 @@ def map_(
         data = {} if case is None else read_toml(case)
         read: dict[str, Any] = {}
         for option, text in (("--x", x), ("--y", y), *(("--set", text) for text in fixed or ())):
-            name, value = _assignment(option, text)
-            where = f"{option} {name}"
-            place = known_place(where, tuple(name.split(".")))
-            if place in read:
-                raise cli.BadInput(f"{option} {text}: {name} is given twice")
+            key, value = _assignment(option, text)
+            where = f"{option} {key}"
+            name = quantity_name(where, tuple(key.split(".")))
+            if name in read:
+                raise cli.BadInput(f"{option} {text}: {key} is given twice")
             if option == "--set":
-                read[place] = read_axis(where, place, _plain(value))
+                read[name] = read_axis(where, name, _plain(value))
             else:
-                axis = read_axis(where, place, _range(option, text, value, points))
+                axis = read_axis(where, name, _range(option, text, value, points))
                 if axis.low == axis.high:
                     raise cli.BadInput(f"{option} {text}: low and high must differ")
                 low, high = sorted((axis.low, axis.high))
                 apart = low > 0.0 and high >= _LOG_RATIO * low
-                read[place] = rs.Logarithmic(axis.low, axis.high, axis.n) if apart else axis
-        if case is None and (missing := [name for place, name in _GROUPS.items() if place not in read]):
+                read[name] = rs.Logarithmic(axis.low, axis.high, axis.n) if apart else axis
+        if case is None and (missing := [key for name, key in _GROUPS.items() if name not in read]):
             advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
             raise cli.BadInput(f"map: {', '.join(missing)}: {advice}")
         outputs = output or ["restitution_coefficient"]
