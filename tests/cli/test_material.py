@@ -266,14 +266,11 @@ def test_several_temperatures_become_a_master_curve() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["dma.csv", "--superposition", "vft"], "--superposition vft: must be free, wlf or arrhenius"),
+        (["dma.csv", "--superposition", "vft"], r"--superposition.*vft.*free.*wlf.*arrhenius"),
         (["dma.csv", "--reference-temperature", "80 degC"], r"reference_temperature = 353.15 K: must be in \[283.15"),
         (["dma.csv", "--at", "80 degC"], r"temperature = 353.15 K: must be in \[283.15, 313.15\] K"),
-        (["ice", "--superposition", "wlf"], "--superposition wlf: ice must have moduli at several temperatures"),
-        (
-            ["t.csv", "--reference-temperature", "300"],
-            "--reference-temperature 300: t.csv must have moduli at several",
-        ),
+        (["ice", "--superposition", "wlf"], "--superposition: ice must have moduli at several temperatures"),
+        (["t.csv", "--reference-temperature", "300"], "--reference-temperature: t.csv must have moduli at several"),
     ],
 )
 def test_refused_superpositions(arguments: list[str], message: str) -> None:
