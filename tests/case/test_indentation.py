@@ -60,9 +60,9 @@ def test_all_forms_equal_the_same_calls_in_python(section, name, history):
     np.testing.assert_allclose(case.history.coefficients, history.coefficients, rtol=1e-14)
     assert case.profile == Parabola(2.5e-6)
     assert case.material.shear == GEL.shear
-    found, known = case.solve(), indent(GEL, Parabola(2.5e-6), **{name: history})
-    assert found.max_force == pytest.approx(known.max_force, rel=1e-13)
-    assert found.contact_end_time == pytest.approx(known.contact_end_time, rel=1e-13)
+    result, expected = case.solve(), indent(GEL, Parabola(2.5e-6), **{name: history})
+    assert result.max_force == pytest.approx(expected.max_force, rel=1e-13)
+    assert result.contact_end_time == pytest.approx(expected.contact_end_time, rel=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -112,8 +112,8 @@ def test_fractional_materials_hold_for_the_history():
     result = case.solve()
     t = np.array([0.1, 1.0, 99.0])
     creep = t**0.3 / (100.0 * math.gamma(1.3))
-    found = result.sample(t).contact_radius.values
-    assert found**3 == pytest.approx(0.75 * 2.5e-6 * 1e-9 * creep / 4.0, rel=1e-3)
+    radius = result.sample(t).contact_radius.values
+    assert radius**3 == pytest.approx(0.75 * 2.5e-6 * 1e-9 * creep / 4.0, rel=1e-3)
 
 
 def test_assumptions_are_noted():
@@ -180,10 +180,10 @@ def test_a_fractional_material_holds_for_a_fast_ramp_before_a_long_hold():
     )
     ramp_time = 10.0 ** np.random.default_rng(5).uniform(-4.0, -2.0)
     section = f'depth = "0.1 um"\nshape = "hold"\nduration = "1000 s"\nrise_time = {ramp_time}'
-    found = read(section, head=head, tail="[solver]\nrtol = 1e-6").solve()
-    assert not found.validity["window"].exceeded
+    result = read(section, head=head, tail="[solver]\nrtol = 1e-6").solve()
+    assert not result.validity["window"].exceeded
     gel = FractionalMaterial(fractional_zener(1e3, 1e4, 1.0, 0.4), bulk=math.inf)
     history = hold(1e-7, 1000.0, rise_time=ramp_time)
-    known = indent(gel.within((1e-3 * ramp_time, 2e3)), Parabola(2.5e-6), depth=history, rtol=1e-6)
+    expected = indent(gel.within((1e-3 * ramp_time, 2e3)), Parabola(2.5e-6), depth=history, rtol=1e-6)
     # The terms and the solves are good to 1e-6 each.
-    assert found.max_force == pytest.approx(known.max_force, rel=1e-5)
+    assert result.max_force == pytest.approx(expected.max_force, rel=1e-5)

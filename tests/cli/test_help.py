@@ -23,7 +23,7 @@ def help_of(*command: str) -> str:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_command_is_in_a_group_and_has_an_example(name: str) -> None:
-    command = next(one for one in app.registered_commands if one.name == name)
+    command = next(each for each in app.registered_commands if each.name == name)
     panels = "Solve", "From data to a material", "For other codes", "Explore, reproduce, cite"
     assert command.rich_help_panel in panels
     example = re.search(r"Example: restitution (.*)", command.callback.__doc__.replace("\b", ""))[1]
@@ -31,7 +31,7 @@ def test_each_command_is_in_a_group_and_has_an_example(name: str) -> None:
     assert first == name
     # Files of an example are those of the project, or written by another example.
     files = [word for word in words if word.startswith("examples/")]
-    assert all((ROOT / one).is_file() for one in files)
+    assert all((ROOT / each).is_file() for each in files)
     options = set(re.findall(r"--[a-z0-9-]+", help_of(name)))
     assert {word for word in words if word.startswith("--")} <= options
 

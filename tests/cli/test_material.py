@@ -170,15 +170,19 @@ def test_data_are_shifted_with_the_fit(kind: str, monkeypatch: pytest.MonkeyPatc
     drawn: list[Any] = []
     keep = pictures.overview
     monkeypatch.setattr(
-        pictures, "overview", lambda *given, **options: (drawn.append(given[2]), keep(*given, **options))[1]
+        pictures,
+        "overview",
+        lambda *arguments, **options: (drawn.append(arguments[2]), keep(*arguments, **options))[1],
     )
     content = shown("data.csv", "--at", "313.15", "--shift", "shift.csv", "--plot", "p.png")
     # log10 aT = -1.5 at 40 degrees.
     factor = 10.0**-1.5
     assert content["window_s"] == pytest.approx([1e-3 * factor, 1e3 * factor], rel=1e-6)
     (data,) = drawn
-    found, known = (data.time, x * factor) if kind == "relaxation" else (data.angular_frequency, x / factor)
-    np.testing.assert_allclose(found, known, rtol=1e-8)
+    drawn_abscissa, expected = (
+        (data.time, x * factor) if kind == "relaxation" else (data.angular_frequency, x / factor)
+    )
+    np.testing.assert_allclose(drawn_abscissa, expected, rtol=1e-8)
 
 
 def test_a_shift_table_gives_its_factor_at_a_temperature() -> None:

@@ -132,9 +132,9 @@ def test_numbers_in_place_of_distributions_are_refused() -> None:
 @pytest.mark.parametrize(
     "given", ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}]
 )
-def test_axes_that_are_no_numbers_are_refused(given: object) -> None:
+def test_axes_that_are_no_numbers_are_refused(entry: object) -> None:
     with pytest.raises(InputTypeError) as caught:
-        read_axis("velocity", given)
+        read_axis("velocity", entry)
     assert caught.value.field == "velocity"
 
 

@@ -30,8 +30,8 @@ def tree(folder: Path) -> dict[str, bytes]:
 @pytest.fixture(scope="module")
 def client() -> Any:
     options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
-    with distributed.LocalCluster(**options) as local, distributed.Client(local) as one:
-        yield one
+    with distributed.LocalCluster(**options) as local, distributed.Client(local) as connected:
+        yield connected
 
 
 def test_dask_and_threads_write_the_same_bytes(client: Any, tmp_path: Path) -> None:
@@ -205,9 +205,9 @@ def test_the_local_cluster_listens_on_this_machine_only() -> None:
     def look(*_: int) -> None:
         me = psutil.Process()
         for process in (me, *me.children(recursive=True)):
-            for one in process.net_connections(kind="inet"):
-                if one.status == psutil.CONN_LISTEN:
-                    addresses.add(one.laddr.ip)
+            for connection in process.net_connections(kind="inet"):
+                if connection.status == psutil.CONN_LISTEN:
+                    addresses.add(connection.laddr.ip)
 
     rs.sweep(BALL, {"velocity": AXES["velocity"]}, chunk=50, engine="dask", workers=1, progress=look)
     assert addresses

@@ -32,14 +32,14 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
     drawn = draws.columns("draw", 0, 8)
     v, m, r = np.meshgrid(velocities, masses.values(0, 3), drawn["radius"], indexing="ij")
     nu = np.meshgrid(velocities, masses.values(0, 3), drawn["poisson_ratio"], indexing="ij")[2]
-    for name, wanted in (
+    for name, expected in (
         ("velocity", v),
         ("mass", m),
         ("radius", r),
         ("poisson_ratio", nu),
         ("external_force", 0.5 + 0 * v),
     ):
-        np.testing.assert_array_equal(arrays[name], wanted)
+        np.testing.assert_array_equal(arrays[name], expected)
 
 
 @pytest.mark.parametrize(
@@ -57,10 +57,10 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
         ((10**8,), None, (65536,)),
     ],
 )
-def test_chunks_have_the_requested_size(shape: tuple[int, ...], chunk: int | None, wanted: tuple[int, ...]) -> None:
+def test_chunks_have_the_requested_size(shape: tuple[int, ...], chunk: int | None, expected: tuple[int, ...]) -> None:
     names = ("velocity", "mass", "radius")
     grid = make_grid({name: Linear(1.0, 2.0, n) for name, n in zip(names, shape, strict=False)}, chunk)
-    assert grid.chunk_shape == wanted
+    assert grid.chunk_shape == expected
 
 
 def test_random_chunks_are_nearly_square() -> None:

@@ -86,8 +86,8 @@ def test_labels_are_stored(tmp_path: Path) -> None:
 
 def test_a_single_point_is_stored(tmp_path: Path) -> None:
     for _ in range(2):
-        one = rs.sweep(BALL, {"velocity": 0.5}, out=tmp_path / "one.zarr")
-        assert float(one.contact_time) == rs.solve(rs.Impact(RUBBER, BALL.profile, 0.005, 0.5)).contact_time
+        single = rs.sweep(BALL, {"velocity": 0.5}, out=tmp_path / "one.zarr")
+        assert float(single.contact_time) == rs.solve(rs.Impact(RUBBER, BALL.profile, 0.005, 0.5)).contact_time
 
 
 class Cut(Exception):

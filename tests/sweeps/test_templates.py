@@ -17,8 +17,8 @@ OUTPUTS = ("restitution_coefficient", "max_indentation_depth", "max_force")
 )
 def test_each_coordinate_enters_its_impact(profile):
     axes = {"mass": [0.002, 0.02], "velocity": [0.3, 2.0], "external_force": [0.0, 0.4]}
-    found = sweep(Impact(RUBBER, profile, 0.005, 1.0), axes, OUTPUTS)
-    wanted = solve(
+    table = sweep(Impact(RUBBER, profile, 0.005, 1.0), axes, OUTPUTS)
+    expected = solve(
         Impact(
             RUBBER,
             profile,
@@ -28,8 +28,8 @@ def test_each_coordinate_enters_its_impact(profile):
         )
     )
     for name in OUTPUTS:
-        np.testing.assert_allclose(found[name], getattr(wanted, name), rtol=1e-9, err_msg=name)
+        np.testing.assert_allclose(table[name], getattr(expected, name), rtol=1e-9, err_msg=name)
     # All three coordinates matter.
-    e = wanted.restitution_coefficient
+    e = expected.restitution_coefficient
     for axis in range(3):
         assert np.all(np.abs(np.diff(e, axis=axis)) > 1e-6)

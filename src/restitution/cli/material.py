@@ -216,24 +216,23 @@ def material(
     Prony terms and of shift factors, the decks of ANSYS and Abaqus, and the materials of a case file are read too.
     Example: restitution material examples/beads_dma.csv --plot moduli.png
     """
-    with cli.user_input():
-        if list_:
-            sources = {name: rs.library.get(name).source or "" for name in rs.library.names()}
-            if json:
-                tables.write_json(sources)
-            else:
-                tables.print_rows("Materials of the library", ("name", "source"), list(sources.items()))
-            return
-        if source is None:
-            raise cli.BadInput("material: give a file or a name, or --list")
-        try:
-            with cli.progress_bar("reading", begin="reading and fitting"):
-                options = {"--reference-temperature": reference_temperature, "--superposition": superposition}
-                reports = _reports(source, at, shift, material_name, options)
-        except InputError as error:
-            if error.field == "temperature" and at is not None and _is_celsius(at):
-                raise cli.BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None
-            raise
+    if list_:
+        sources = {name: rs.library.get(name).source or "" for name in rs.library.names()}
+        if json:
+            tables.write_json(sources)
+        else:
+            tables.print_rows("Materials of the library", ("name", "source"), list(sources.items()))
+        return
+    if source is None:
+        raise cli.BadInput("material: give a file or a name, or --list")
+    try:
+        with cli.progress_bar("reading", begin="reading and fitting"):
+            options = {"--reference-temperature": reference_temperature, "--superposition": superposition}
+            reports = _reports(source, at, shift, material_name, options)
+    except InputError as error:
+        if error.field == "temperature" and at is not None and _is_celsius(at):
+            raise cli.BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None
+        raise
     if json:
         contents = [_content(report) for report in reports]
         tables.write_json(contents[0] if len(contents) == 1 else contents)

@@ -57,31 +57,30 @@ def sweep(
     After Ctrl-C or a crash, the same command continues; at most the unfinished chunks are computed again.
     Example: restitution sweep examples/velocity_sweep.toml --out v.zarr
     """
-    with cli.user_input():
-        from restitution.case.sweep import read_sweep
-        from restitution.sweeps.run import run
-        from restitution.validity import checks
+    from restitution.case.sweep import read_sweep
+    from restitution.sweeps.run import run
+    from restitution.validity import checks
 
-        plan = read_sweep(file)
-        is_table = out.suffix.lower() in TABLES
-        engine, store = "threads" if dask is None else "dask", None if is_table else out
-        # Points done and time: when imports and the store are ready, and at the last report.
-        marks: list[tuple[int, float]] = []
-        with cli.collected_warnings() as warnings, cli.progress_bar("sweeping", rate="impacts/s") as bar:
+    plan = read_sweep(file)
+    is_table = out.suffix.lower() in TABLES
+    engine, store = "threads" if dask is None else "dask", None if is_table else out
+    # Points done and time: when imports and the store are ready, and at the last report.
+    marks: list[tuple[int, float]] = []
+    with cli.collected_warnings() as warnings, cli.progress_bar("sweeping", rate="impacts/s") as bar:
 
-            def progress(done: int, total: int) -> None:
-                marks[1:] = [(done, time.monotonic())]
-                bar(done, total)
+        def progress(done: int, total: int) -> None:
+            marks[1:] = [(done, time.monotonic())]
+            bar(done, total)
 
-            try:
-                dataset = run(plan, out=store, engine=engine, cluster=dask, workers=workers, progress=progress)
-                _require_known(dataset, out, extrapolate)
-                if is_table:
-                    write_table(dataset, out)
-            except KeyboardInterrupt:
-                if not is_table:
-                    cli.report("note", f"{out}: the same command resumes")
-                raise
+        try:
+            dataset = run(plan, out=store, engine=engine, cluster=dask, workers=workers, progress=progress)
+            _require_known(dataset, out, extrapolate)
+            if is_table:
+                write_table(dataset, out)
+        except KeyboardInterrupt:
+            if not is_table:
+                cli.report("note", f"{out}: the same command resumes")
+            raise
     (before, start), (_, end) = marks[0], marks[-1]
     total, seconds = plan.grid.n_points, end - start
     if json:
@@ -114,12 +113,11 @@ def plot(
     named = result if result.name not in ("", "..") else result.resolve()
     target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
     cli.check_target("--out", target, cli.PICTURES)
-    with cli.user_input():
-        from restitution.validity import messages
+    from restitution.validity import messages
 
-        dataset = rs.open_sweep(result)
-        chosen = dict(_slice(dataset, text) for text in at or ())
-        _draw(dataset, target, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
+    dataset = rs.open_sweep(result)
+    chosen = dict(_slice(dataset, text) for text in at or ())
+    _draw(dataset, target, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
 
 
 def map_(
@@ -144,40 +142,39 @@ def map_(
     """
     target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
     cli.check_target("--out", target, cli.PICTURES)
-    with cli.user_input():
-        from restitution.case.axes import quantity_name, read_axis
-        from restitution.case.section import read_toml
-        from restitution.case.sweep import plan_case
-        from restitution.sweeps.run import run
+    from restitution.case.axes import quantity_name, read_axis
+    from restitution.case.section import read_toml
+    from restitution.case.sweep import plan_case
+    from restitution.sweeps.run import run
 
-        path = Path("standard solid") if case is None else case
-        data = {} if case is None else read_toml(case)
-        read: dict[str, Any] = {}
-        for option, text in (("--x", x), ("--y", y), *(("--set", text) for text in fixed or ())):
-            key, value = _assignment(option, text)
-            where = f"{option} {key}"
-            name = quantity_name(where, tuple(key.split(".")))
-            if name in read:
-                raise cli.BadInput(f"{option} {text}: {key} is given twice")
-            if option == "--set":
-                read[name] = read_axis(where, name, _plain(value))
-            else:
-                axis = read_axis(where, name, _range(option, text, value, points))
-                if axis.low == axis.high:
-                    raise cli.BadInput(f"{option} {text}: low and high must differ")
-                low, high = sorted((axis.low, axis.high))
-                apart = low > 0.0 and high >= _LOG_RATIO * low
-                read[name] = rs.Logarithmic(axis.low, axis.high, axis.n) if apart else axis
-        if case is None and (missing := [key for name, key in _GROUPS.items() if name not in read]):
-            advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
-            raise cli.BadInput(f"map: {', '.join(missing)}: {advice}")
-        outputs = output or ["restitution_coefficient"]
-        plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
-        with cli.collected_warnings() as warnings, cli.progress_bar("computing", rate="impacts/s") as progress:
-            dataset = run(plan, workers=workers, progress=progress)
-        _require_known(dataset, target, extrapolate)
-        names = list(plan.grid.axes)
-        _draw(dataset, target, outputs, warnings, json, x=names[0], y=names[1])
+    path = Path("standard solid") if case is None else case
+    data = {} if case is None else read_toml(case)
+    read: dict[str, Any] = {}
+    for flag, text in (("--x", x), ("--y", y), *(("--set", text) for text in fixed or ())):
+        key, value = _assignment(flag, text)
+        where = f"{flag} {key}"
+        name = quantity_name(where, tuple(key.split(".")))
+        if name in read:
+            raise cli.BadInput(f"{flag} {text}: {key} is given twice")
+        if flag == "--set":
+            read[name] = read_axis(where, name, _plain(value))
+        else:
+            axis = read_axis(where, name, _range(flag, text, value, points))
+            if axis.low == axis.high:
+                raise cli.BadInput(f"{flag} {text}: low and high must differ")
+            low, high = sorted((axis.low, axis.high))
+            apart = low > 0.0 and high >= _LOG_RATIO * low
+            read[name] = rs.Logarithmic(axis.low, axis.high, axis.n) if apart else axis
+    if case is None and (missing := [key for name, key in _GROUPS.items() if name not in read]):
+        advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
+        raise cli.BadInput(f"map: {', '.join(missing)}: {advice}")
+    outputs = output or ["restitution_coefficient"]
+    plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
+    with cli.collected_warnings() as warnings, cli.progress_bar("computing", rate="impacts/s") as progress:
+        dataset = run(plan, workers=workers, progress=progress)
+    _require_known(dataset, target, extrapolate)
+    names = list(plan.grid.axes)
+    _draw(dataset, target, outputs, warnings, json, x=names[0], y=names[1])
 
 
 def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
@@ -268,17 +265,16 @@ def surrogate(
 
     The case file needs no velocity. Example: restitution surrogate examples/epoxy.toml --velocity 0.1 1 --out e.json
     """
-    with cli.user_input():
-        if source.suffix.lower() == _SAVED:
-            for name, value in (("--velocity", velocity), ("--rtol", rtol), ("--out", out)):
-                if value is not None:
-                    raise cli.BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
-            result, notes = rs.Surrogate.load(source), []
-        else:
-            result, notes = build_surrogate(
-                source, velocity or _RANGE, _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
-            )
-        rows = [(v, result(v), result.contact_time(v), result.max_force(v)) for v in at or ()]
+    if source.suffix.lower() == _SAVED:
+        for name, value in (("--velocity", velocity), ("--rtol", rtol), ("--out", out)):
+            if value is not None:
+                raise cli.BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
+        result, notes = rs.Surrogate.load(source), []
+    else:
+        result, notes = build_surrogate(
+            source, velocity or _RANGE, _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
+        )
+    rows = [(v, result(v), result.contact_time(v), result.max_force(v)) for v in at or ()]
     if out is not None:
         if out.suffix.lower() == _SAVED:
             result.save(out)
