@@ -103,7 +103,7 @@ def test_a_file_of_another_kind_is_refused() -> None:
 
 
 def test_a_column_of_times_may_have_a_blank_before_its_unit() -> None:
-    from restitution.case.columns import read_columns
+    from restitution.case.quantity import read_columns
     from restitution.quantities import FORCE, TIME
 
     columns = read_columns(".", written("time [ms]  force [mN]\n1  2\n3  4\n"), {"time": TIME, "force": FORCE})

@@ -114,9 +114,9 @@ class SolverSection(AccuracySection):
 
     @model_validator(mode="after")
     def _check(self) -> SolverSection:
-        for key in self.given("n_elements", "time_step"):
-            if self.method != "elements":
-                refuse(f'is an option of method = "elements", not of method = "{self.method}"', key)
+        if self.method != "elements":
+            rule = f'is an option of method = "elements", not of method = "{self.method}"'
+            self.refuse_present(rule, "n_elements", "time_step")
         return self
 
 
@@ -156,7 +156,7 @@ class CaseFile(Section):
             if self.impact.impedance is not None:
                 refuse("is that of a target; a free body has its mass", "impact.impedance", self.impact.impedance)
             bodies = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
-            if sum(one is not None for one in bodies) > 1:
+            if sum(body is not None for body in bodies) > 1:
                 refuse("give one of counter_material, counter_body.material and rigid = true", "counter_body")
         if self.profile.on_layer and self.impact.material_of == "body":
             refuse("the layer is of [material]; leave it out", "impact.material_of", "body")
@@ -306,9 +306,9 @@ class Case:
 
 
 def notes_on(material: Material, counter: Material | None) -> list[str]:
-    """What was assumed about materials, one line each."""
+    """Return what was assumed about materials, one line each."""
     pair = (material, counter) if counter != material else (material,)
-    return [f"{one.name or 'material'}: {one.assumptions}" for one in pair if one and one.assumptions]
+    return [f"{each.name or 'material'}: {each.assumptions}" for each in pair if each and each.assumptions]
 
 
 def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:

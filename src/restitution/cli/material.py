@@ -327,7 +327,7 @@ def _relaxes(material: rs.Material) -> bool:
 
 def _other_use(source: str) -> str:
     """Return the advice on a table whose columns are those of an indentation or of bounces."""
-    from restitution.case.columns import named_columns
+    from restitution.case.quantity import named_columns
 
     try:
         columns = {name.casefold() for name in named_columns(".", source)}
