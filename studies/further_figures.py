@@ -15,8 +15,17 @@ import numpy as np
 from restitution.files import write_netcdf
 from restitution.paper import figures
 from restitution.paper.claims import EXAMPLES, TERMS, compare, compute_collapse, compute_terms
-from restitution.paper.computation import LOG_P3_RANGE, Computation, instantaneous_poisson_ratio
-from restitution.paper.figures import P3, RESTITUTION, curve_axes, mark_negative_glass, panels, plane_axes
+from restitution.paper.figures import (
+    LOG_P3_RANGE,
+    P3,
+    RESTITUTION,
+    Computation,
+    curve_axes,
+    instantaneous_poisson_ratio,
+    mark_negative_glass,
+    panels,
+    plane_axes,
+)
 from restitution.paper.reproduction import DEFAULT_SEED, FULL, QUICK, Resolution
 from restitution.plot import style
 from restitution.plot.style import contour_map, markers, save_figure

@@ -19,7 +19,7 @@ from restitution.case.section import CaseError
 BODY, SOLID, IMPACT = (
     f"[{name}]\n{lines}"
     for name, lines in (
-        ("body", cases.BODY), ("material", cases.SOLID.replace("10 kPa", "1 kPa")), ("impact", cases.IMPACT)
+        ("body", cases.BODY), ("material", cases.FAST), ("impact", cases.IMPACT)
     )
 )  # fmt: skip
 PRONY = """

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases import case_file
+from cases import case_file, isotherms_file
 from refusals import refuses
 from restitution import Case, Impact, Isotherms, Material, PronySeries, fit_prony, read_case, read_material, solve
 from restitution.case.section import CaseError
@@ -352,38 +352,26 @@ def test_the_counter_material_has_the_same_forms() -> None:
     assert read_material("terms.csv").deformation == "tension"
 
 
-def several_temperatures() -> Isotherms:
-    """File of dynamic moduli at three temperatures whose shifts obey WLF with C1 = 9 and C2 = 110 K at 20 °C."""
-    law, series = WLF(293.15, 9.0, 110.0), PronySeries(1e6, [3e6, 9e6, 2e7, 4e7], [10.0, 0.1, 1e-3, 1e-5])
-    omega = np.geomspace(0.1, 100.0, 16)
-    lines = ["omega,G',G'',T", "rad/s,Pa,Pa,°C"]
-    for celsius in (10.0, 20.0, 30.0):
-        reduced = omega * law.factor(celsius + 273.15)
-        columns = omega, series.storage_modulus(reduced), series.loss_modulus(reduced)
-        lines += [f"{','.join(map(repr, row))},{celsius}" for row in zip(*(x.tolist() for x in columns), strict=True)]
-    Path("dma.csv").write_text("\n".join(lines))
-    content = read_material("dma.csv")
-    assert isinstance(content, Isotherms)
-    return content
-
-
 def test_a_file_with_several_temperatures() -> None:
-    curve = several_temperatures().superposed(reference_temperature=293.15, shift="wlf")
+    isotherms_file("dma.csv")
+    isotherms = read_material("dma.csv")
+    assert isinstance(isotherms, Isotherms)
+    curve = isotherms.superposed(reference_temperature=293.15, shift="wlf")
     text = 'file = "dma.csv"\nbulk_modulus = "3 GPa"\nreference_temperature = "20 degC"\nsuperposition = "wlf"\n'
     solid = material(text)
     assert solid.shear == fit_prony(curve.data).series
     assert (solid.shift, solid.temperature) == (curve.shift, 293.15)
     warm = material(f'{text}temperature = "30 degC"')
     assert warm.shear.relaxation_times == pytest.approx(solid.shear.relaxation_times * curve.shift.factor(303.15))
-    # The middle temperature and free shifts by default.
-    assert material('file = "dma.csv"\nbulk_modulus = "3 GPa"').temperature == 293.15
+    # The third of four temperatures and free shifts by default.
+    assert material('file = "dma.csv"\nbulk_modulus = "3 GPa"').temperature == 303.15
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ('superposition = "vft"', "superposition"),
-        ("reference_temperature = 400", r"reference_temperature.*must be in \[283.15, 303.15\] K"),
+        ("reference_temperature = 400", r"reference_temperature.*must be in \[283.15, 313.15\] K"),
         (
             "shift = { reference_temperature = 300, c1 = 8, c2 = 100 }",
             "shift.*has no meaning for several temperatures",
@@ -392,7 +380,7 @@ def test_a_file_with_several_temperatures() -> None:
     ],
 )
 def test_refused_superpositions(text: str, message: str) -> None:
-    several_temperatures()
+    isotherms_file("dma.csv")
     with pytest.raises(CaseError, match=message):
         material(f'file = "dma.csv"\nbulk_modulus = "3 GPa"\n{text}')
     Path("t.csv").write_text("t,G\n1,3\n10,2\n100,1\n1000,1\n")

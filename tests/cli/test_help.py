@@ -9,7 +9,7 @@ import pytest
 import restitution as rs
 from cases import case_file
 from checkout import ROOT
-from commands import refused, run, words
+from commands import refused, run
 from restitution.calibration.calibrate import TARGETS
 from restitution.cli.main import app
 from restitution.rebound_resilience import STANDARDS
@@ -92,9 +92,3 @@ def test_the_unit_after_a_range_is_that_of_both_ends() -> None:
 @pytest.mark.usefixtures("_ball")
 def test_an_unknown_standard_has_a_near_one() -> None:
     assert refused("resilience", "ball.toml", "--standard", "din53512").endswith("did you mean DIN 53512?")
-
-
-def test_zero_degrees_are_zero() -> None:
-    """273.15 K, and the same by a unit, whose conversion rounds."""
-    for text in ("273.15", "0 degC", "32 degF"):
-        assert ["temperature", "[°C]", "0"] in words("material", "polyisobutylene", "--at", text)

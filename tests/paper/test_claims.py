@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from restitution.paper import claims
-from restitution.paper.computation import Computation
+from restitution.paper.figures import Computation
 
 
 def plane(e, nu: float) -> xr.Dataset:

@@ -9,9 +9,9 @@ import pytest
 import restitution as rs
 from restitution.impact.scaling import viscosity_unit
 from restitution.impact.status import SolverError, Status
-from restitution.paper import computation as module
+from restitution.paper import figures
 from restitution.paper.claims import compute_collapse
-from restitution.paper.computation import BODIES, Computation, instantaneous_poisson_ratio
+from restitution.paper.figures import BODIES, Computation, instantaneous_poisson_ratio
 
 AXES = {"poisson_ratio": [0.0, 0.45, 0.5], "p2": [0.01, 0.1], "p3": [0.1, 1.0, 10.0]}
 
@@ -94,7 +94,7 @@ def test_failed_impacts_are_errors_and_doubtful_random_bodies_are_not(monkeypatc
         compute_collapse(Computation(seed=3), 3, 2)
     table = rs.sweep(None, AXES)
     table["status"][1, 1, 1] = Status.TOO_MANY_STEPS
-    monkeypatch.setattr(module, "sweep", lambda *_, **__: table)
+    monkeypatch.setattr(figures, "sweep", lambda *_, **__: table)
     with pytest.raises(SolverError, match=r"TOO_MANY_STEPS.*some: impact 10"):
         Computation(seed=3).sweep("some", AXES)
 

@@ -12,8 +12,8 @@ from matplotlib.collections import QuadMesh
 
 from checkout import ROOT, blocks, run
 from restitution import Impact, Parabola, solve, standard_solid, standard_solid_restitution
-from restitution.paper import claims, computation, figures, reproduction
-from restitution.paper.computation import BODIES, Computation, instantaneous_poisson_ratio
+from restitution.paper import claims, figures, reproduction
+from restitution.paper.figures import BODIES, Computation, instantaneous_poisson_ratio
 from restitution.paper.reproduction import Resolution, reproduce
 from restitution.plot.style import new_figure
 
@@ -53,7 +53,7 @@ def read(path: Path) -> xr.Dataset:
 
 def test_full_resolution_is_at_least_that_of_the_paper() -> None:
     assert reproduction.FULL.plane >= 161
-    assert (computation.LOG_P2_RANGE, computation.LOG_P3_RANGE) == ((-3.0, 1.0), (-2.0, 2.0))
+    assert (figures.LOG_P2_RANGE, figures.LOG_P3_RANGE) == ((-3.0, 1.0), (-2.0, 2.0))
     assert figures.POISSON_RATIOS == (-1.0, -0.5, 0.0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499)
     assert figures.CURVES == {5: -2.0, 6: -3.0}
 

@@ -14,17 +14,13 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from cases import BALL, FAST, RUBBER, case_file
+from checkout import tree
 from restitution.sweeps import run
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")]
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
 AXES = {"velocity": rs.Logarithmic(0.01, 10.0, 200), "radius": rs.Linear(0.005, 0.02, 100)}
-
-
-def tree(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")
@@ -136,21 +132,11 @@ def test_a_missing_dask_is_reported_with_the_command_to_install_it(monkeypatch: 
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask")
 
 
-CASE = """
-[body]
-mass = "5 g"
-radius = "10 mm"
-[material]
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.45
-[axes]
-velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = 400 }
-radius = { linear = ["5 mm", "20 mm"], n = 50 }
-[sweep]
-chunk = 500
-"""
+CASE = case_file(
+    material=FAST, impact=None, sweep="chunk = 500",
+    axes="""velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = 400 }
+    radius = { linear = ["5 mm", "20 mm"], n = 50 }""",
+)  # fmt: skip
 
 
 def test_the_command_runs_and_resumes_on_a_local_cluster(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from cases import BALL, RUBBER
+from checkout import tree
 from restitution.errors import InputError, RestitutionWarning
 from restitution.sweeps import plan
 from restitution.sweeps.store import _is_intact
@@ -19,8 +21,6 @@ from restitution.sweeps.store import _is_intact
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
 OUTPUTS = ["restitution_coefficient", "contact_time"]
 
 
@@ -28,10 +28,6 @@ def run(out: Path, n: int = 12) -> Any:
     """Sweep over n chunks of one point each."""
     axes = {"velocity": rs.Logarithmic(0.01, 10.0, n), "material": [RUBBER], "external_force": 0.0}
     return rs.sweep(BALL, axes, OUTPUTS, out=out, chunk=1)
-
-
-def tree(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")

@@ -43,7 +43,7 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "chunk", "wanted"),
+    ("shape", "chunk", "expected"),
     [
         ((100, 1000), 3000, (54, 55)),
         ((100, 1000), 300, (17, 17)),

@@ -5,6 +5,7 @@ import os
 import threading
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import cases
 import checkout
 import restitution as rs
 from restitution import WLF, Cone, RestitutionWarning, Sphere, Tabulated, generalised_maxwell, parallel
@@ -25,12 +27,12 @@ from restitution.sweeps.plan import hash_of as hash_of_plan
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, name="rubber")
+RUBBER = replace(cases.RUBBER, name="rubber")
 EPOXY = rs.Material(
     rs.PronySeries(1e6, [4e6, 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8, name="epoxy", shift=WLF(300.0, 10.0, 100.0)
 )
 STEEL = rs.Material(80e9, 160e9, name="steel")
-BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+BALL = replace(cases.BALL, material=RUBBER)
 # The closed form of a standard solid and the general calculation differ by rounding.
 ROUNDING = 1e-10
 
@@ -214,6 +216,30 @@ def test_other_profiles(profile: Any, field: str, values: list[float]) -> None:
 
     # All velocities of a profile share a table with an error of 1e-12.
     check(result, single, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "profile", [rs.Parabola(0.01), Cone(1.2), Sphere(0.01), rs.PowerLaw(3.0, 1e4)], ids=lambda p: type(p).__name__
+)
+def test_each_coordinate_enters_its_impact(profile: Any) -> None:
+    outputs = ("restitution_coefficient", "max_indentation_depth", "max_force")
+    axes = {"mass": [0.002, 0.02], "velocity": [0.3, 2.0], "external_force": [0.0, 0.4]}
+    table = rs.sweep(rs.Impact(RUBBER, profile, 0.005, 1.0), axes, outputs)
+    expected = rs.solve(
+        rs.Impact(
+            RUBBER,
+            profile,
+            np.array(axes["mass"])[:, None, None],
+            np.array(axes["velocity"])[:, None],
+            external_force=axes["external_force"],
+        )
+    )
+    for name in outputs:
+        np.testing.assert_allclose(table[name], getattr(expected, name), rtol=1e-9, err_msg=name)
+    # All three coordinates matter.
+    e = expected.restitution_coefficient
+    for axis in range(3):
+        assert np.all(np.abs(np.diff(e, axis=axis)) > 1e-6)
 
 
 def test_a_function_of_some_axes_and_columns_for_the_others() -> None:

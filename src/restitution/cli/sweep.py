@@ -39,14 +39,7 @@ _RTOL = 1e-6
 
 def sweep(
     file: Annotated[Path, argument("SWEEP.toml", "Case file with axes.")],
-    out: Annotated[
-        Path,
-        option(
-            "Zarr store for the results; or a table, .csv or .nc, held in memory.",
-            "RESULT.zarr",
-            callback=lambda path: cli.check_target("--out", path, _RESULTS),
-        ),
-    ],
+    out: Annotated[Path, target("Store for the results, or a table, which is held in memory", "--out", *_RESULTS)],
     dask: Annotated[str | None, option("Dask: 'local', or a scheduler such as tcp://host:8786.", "ADDRESS")] = None,
     workers: cli.Workers = None,
     json: cli.Json = False,
@@ -59,7 +52,6 @@ def sweep(
     """
     from restitution.case.sweep import read_sweep
     from restitution.sweeps.run import run
-    from restitution.validity import checks
 
     plan = read_sweep(file)
     is_table = out.suffix.lower() in TABLES
@@ -83,15 +75,12 @@ def sweep(
             raise
     (before, start), (_, end) = marks[0], marks[-1]
     total, seconds = plan.grid.n_points, end - start
-    if json:
-        content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
-        tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
-        return
     resumed = f", {before} of them from before" if before else ""
     # No speed: the start takes most of the time of a short sweep.
     lasted = f"; took {seconds:.1f} s" if total > before else ""
-    print(f"{total} impact{'s' if total > 1 else ''} in {out}{resumed}{lasted}")
-    cli.report("warning", *warnings)
+    line = f"{total} impact{'s' if total > 1 else ''} in {out}{resumed}{lasted}"
+    content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
+    _answer(line, content, dataset, warnings, json)
 
 
 def plot(
@@ -111,13 +100,13 @@ def plot(
     """
     # The path of the current folder has no name.
     named = result if result.name not in ("", "..") else result.resolve()
-    target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
-    cli.check_target("--out", target, cli.PICTURES)
+    picture = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
+    cli.check_target("--out", picture, cli.PICTURES)
     from restitution.validity import messages
 
     dataset = rs.open_sweep(result)
     chosen = dict(_slice(dataset, text) for text in at or ())
-    _draw(dataset, target, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
+    _draw(dataset, picture, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
 
 
 def map_(
@@ -140,8 +129,8 @@ def map_(
     NAME is a key of the case file, such as velocity or material.density; without a file nu, p2 and p3.
     Example: restitution map examples/epoxy.toml --x velocity=1cm/s:1m/s --y radius=5:20mm
     """
-    target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
-    cli.check_target("--out", target, cli.PICTURES)
+    picture = out or Path("map.png" if case is None else f"{case.stem}-map.png")
+    cli.check_target("--out", picture, cli.PICTURES)
     from restitution.case.axes import quantity_name, read_axis
     from restitution.case.section import read_toml
     from restitution.case.sweep import plan_case
@@ -172,9 +161,9 @@ def map_(
     plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
     with cli.collected_warnings() as warnings, cli.progress_bar("computing", rate="impacts/s") as progress:
         dataset = run(plan, workers=workers, progress=progress)
-    _require_known(dataset, target, extrapolate)
+    _require_known(dataset, picture, extrapolate)
     names = list(plan.grid.axes)
-    _draw(dataset, target, outputs, warnings, json, x=names[0], y=names[1])
+    _draw(dataset, picture, outputs, warnings, json, x=names[0], y=names[1])
 
 
 def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
@@ -188,19 +177,24 @@ def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
         raise cli.BadInput(f"{check['message']}; {WAY_OUT}{stored}")
 
 
-def _draw(
-    dataset: xr.Dataset, target: Path, outputs: list[str], warnings: list[str], in_json: bool, **choice: Any
-) -> None:
+def _answer(line: str, content: dict[str, Any], dataset: xr.Dataset, warnings: list[str], in_json: bool) -> None:
+    """Print a line and the warnings, or the content with the validity of the impacts as JSON."""
     from restitution.validity import checks
 
-    tables.save_picture(rs.plot_sweep(dataset, outputs, **choice), target)
     if in_json:
-        shown = outputs or [str(name) for name in dataset.data_vars if name != "status"]
-        content = {"picture": str(target), "outputs": shown, "impacts": dataset["status"].size}
         tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
-        return
-    print(target)
-    cli.report("warning", *warnings)
+    else:
+        print(line)
+        cli.report("warning", *warnings)
+
+
+def _draw(
+    dataset: xr.Dataset, path: Path, outputs: list[str], warnings: list[str], in_json: bool, **choice: Any
+) -> None:
+    tables.save_picture(rs.plot_sweep(dataset, outputs, **choice), path)
+    shown = outputs or [str(name) for name in dataset.data_vars if name != "status"]
+    content = {"picture": str(path), "outputs": shown, "impacts": dataset["status"].size}
+    _answer(str(path), content, dataset, warnings, in_json)
 
 
 def _assignment(option: str, text: str) -> tuple[str, str]:
