@@ -97,7 +97,7 @@ LIST = BeforeValidator(split_list)
 
 
 def fields_of(constants: Iterable[Constant]) -> dict[str, Any]:
-    """Fields of a section, as `pydantic.create_model` takes them, for the constants of a material or a profile."""
+    """Return fields of a section, as `pydantic.create_model` takes them, for constants of a material or profile."""
     fields: dict[str, Any] = {}
     for constant in constants:
         kind: Any = Annotated[float, Reader(constant.quantity)]

@@ -123,7 +123,7 @@ class Section(BaseModel):
 
     @classmethod
     def alternatives(cls) -> set[str]:
-        """Keys of the other forms that the section may have."""
+        """Return the keys of the other forms that the section may have."""
         return set()
 
     def present(self, *keys: str) -> list[str]:

@@ -12,8 +12,9 @@ import typer
 import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
-from restitution.cli.terminal import argument, option, target
+from restitution.cli.terminal import argument, quantity, target
 from restitution.files import TABLES, write_table, write_text
+from restitution.units import TIME
 
 
 def solve(
@@ -21,8 +22,8 @@ def solve(
     json: cli.Json = False,
     plot: cli.Plot = None,
     pressure_at: Annotated[
-        list[str] | None,
-        option('Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Four times if not given.', "TIME"),
+        list[float] | None,
+        quantity("--pressure-at", TIME, 'Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Default: four.'),
     ] = None,
     history: cli.History = None,
     extrapolate: cli.Extrapolate = False,
@@ -32,19 +33,17 @@ def solve(
     Example: restitution solve examples/rubber_ball.toml --plot picture.png
     """
     from restitution.impact.window import require_known
-    from restitution.quantities import TIME
 
-    times = [cli.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
-    if times and plot is None:
+    if pressure_at and plot is None:
         raise cli.BadInput("--pressure-at: give --plot FILE as well")
     problem = rs.read_case(case)
     with cli.compilation():
         require_known(problem.impact, extrapolate=extrapolate)
         result = problem.solve()
-    for text, time in zip(pressure_at or [], times, strict=True):
+    for time in pressure_at or []:
         if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
             end = f"{result.contact_time:.6g} s"
-            raise cli.BadInput(f'--pressure-at "{text}": must be within the contact, which lasts {end}')
+            raise cli.BadInput(f"--pressure-at {time:g} s: must be within the contact, which lasts {end}")
     title, notes = problem.title or str(case), problem.notes(result.impact)
     tables.answer(result, title, problem.arrangement, json=json, notes=notes, energy_residual=result.energy.residual)
     if history is not None:
@@ -53,7 +52,7 @@ def solve(
         tables.require_end(result, "--plot", plot)
         from restitution.plot.impact import overview
 
-        tables.save_picture(overview(result, times or None, title=problem.title or ""), plot)
+        tables.save_picture(overview(result, pressure_at or None, title=problem.title or ""), plot)
 
 
 def standard_solid(

@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.indentation.result import IndentationStatus
 from restitution.plot import style
-from restitution.quantities import HISTORY
+from restitution.quantities import HISTORY, Quantity
 from restitution.units import ENERGY, FORCE, LENGTH, TIME, in_words, scaled_unit
 
 if TYPE_CHECKING:
@@ -31,21 +32,18 @@ _PARTS = {
 }
 
 
-def _column(history: xr.Dataset, name: str) -> tuple[Any, str]:
-    """Return the values of a variable of the history in a suitable unit, and the label of their axis."""
+def _column(history: xr.Dataset, name: str) -> tuple[Quantity, Array]:
+    """Return a quantity of the history with its values over time."""
     if name not in history.variables:
         raise InputError("history", list(history.data_vars), f"must have the variable {name!r}")
     column = np.asarray(history[name].values, dtype=np.float64)
     if column.ndim != 1:
         raise InputError(f"history.{name}.shape", column.shape, "must be over time alone")
-    axis = style.axis(HISTORY[name], column)
-    return column * axis.factor, axis.label
+    return HISTORY[name], column
 
 
 def _draw(ax: Axes, history: xr.Dataset, across: str, up: str, color: str) -> Axes:
-    (x, x_label), (y, y_label) = _column(history, across), _column(history, up)
-    ax.plot(x, y, color=color)
-    return style.labelled(ax, x_label, y_label)
+    return style.draw(ax, _column(history, across), _column(history, up), color=color)
 
 
 def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axes:
@@ -97,14 +95,24 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     if missing:
         rule = f"must have {missing[0]!r}, which only the exact method computes"
         raise InputError("history", list(history.data_vars), rule)
-    time, label = _column(history, "time")
+    quantity, time = _column(history, "time")
+    across = style.axis(quantity, time)
     energies = np.stack([np.asarray(history[name].values, dtype=np.float64) for name in parts])
     total = energies.sum(axis=0)
     factor, unit = scaled_unit(total, ENERGY.unit)
     words, colors = zip(*parts.values(), strict=True)
-    ax.stackplot(time, energies * factor, labels=words, colors=colors, alpha=0.75, linewidth=0.8, edgecolor="white")
+    ax.stackplot(
+        time * across.factor,
+        energies * factor,
+        labels=words,
+        colors=colors,
+        alpha=0.75,
+        linewidth=0.8,
+        edgecolor="white",
+    )
     ax.axhline(energies[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
-    ax.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.05 * total.max() * factor), xlabel=label, ylabel=f"energy [{unit}]")
+    ax.set(xlim=(0.0, time[-1] * across.factor), ylim=(0.0, 1.05 * total.max() * factor))
+    ax.set(xlabel=across.label, ylabel=f"energy [{unit}]")
     handles, labels = ax.get_legend_handles_labels()
     # Over the axes: within, it would hide a part.
     ax.legend(

@@ -172,6 +172,21 @@ def axis(quantity: Quantity, values: Any) -> Axis:
     return Axis(factor, unit, quantity.label(unit))
 
 
+def draw(ax: Axes, x: tuple[Quantity, Any], y: tuple[Quantity, Any], *fmt: str, **look: Any) -> Axes:
+    """Draw the values of a quantity over those of another, in suitable units.
+
+    Examples
+    --------
+    >>> from restitution.quantities import HISTORY
+    >>> ax = draw(new_figure().add_subplot(), (HISTORY["time"], [0.0, 1e-3]), (HISTORY["force"], [0.0, 2.0]))
+    >>> ax.get_xlabel(), ax.lines[0].get_xdata().tolist()
+    ('time since first touch $t$ [ms]', [0.0, 1.0])
+    """
+    across, up = axis(*x), axis(*y)
+    ax.plot(across.factor * np.asarray(x[1]), up.factor * np.asarray(y[1]), *fmt, **look)
+    return labelled(ax, across.label, up.label)
+
+
 def labelled(ax: Axes, x: str, y: str) -> Axes:
     """Return axes with their labels and a grid."""
     ax.set(xlabel=x, ylabel=y)

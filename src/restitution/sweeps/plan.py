@@ -536,7 +536,7 @@ class InMemory:
 
 
 def _memory() -> float:
-    """Memory for this process [bytes]: that of the machine, or of its control group; infinite if it is not known."""
+    """Return the memory [bytes] of the machine, or of the control group of this process; infinite if unknown."""
     try:
         whole = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):

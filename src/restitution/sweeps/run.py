@@ -67,7 +67,7 @@ def sweep(
     progress: Progress | None = None,
     title: str = "",
 ) -> xr.Dataset:
-    """Restitution coefficient, contact time, peaks and energies of many impacts over named axes.
+    """Return the restitution coefficient, contact time, peaks and energies of many impacts over named axes.
 
     Parameters
     ----------
