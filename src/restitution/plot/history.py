@@ -101,15 +101,8 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     total = energies.sum(axis=0)
     factor, unit = scaled_unit(total, ENERGY.unit)
     words, colors = zip(*parts.values(), strict=True)
-    ax.stackplot(
-        time * across.factor,
-        energies * factor,
-        labels=words,
-        colors=colors,
-        alpha=0.75,
-        linewidth=0.8,
-        edgecolor="white",
-    )
+    look: dict[str, Any] = {"colors": colors, "alpha": 0.75, "linewidth": 0.8, "edgecolor": "white"}
+    ax.stackplot(time * across.factor, energies * factor, labels=words, **look)
     ax.axhline(energies[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
     ax.set(xlim=(0.0, time[-1] * across.factor), ylim=(0.0, 1.05 * total.max() * factor))
     ax.set(xlabel=across.label, ylabel=f"energy [{unit}]")

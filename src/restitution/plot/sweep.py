@@ -98,7 +98,7 @@ def map_levels(output: xr.DataArray) -> MapLevels:
     return MapLevels(levels, low, high, factor, values.label, logarithmic)
 
 
-def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels | None = None) -> Axes:
+def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, shown: MapLevels) -> Axes:
     """Draw labelled isolines of an output over two axes, with a colour bar."""
     from matplotlib.colors import Normalize
 
@@ -106,7 +106,6 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
     ax.set(xscale=across.scale, yscale=up.scale, xlabel=across.label, ylabel=up.label)
     # Isolines need ascending axes.
     order = np.argsort(across.values), np.argsort(up.values)
-    shown = map_levels(output) if levels is None else levels
     z = np.asarray(output.transpose(y, x).values, dtype=np.float64)[np.ix_(order[1], order[0])] * shown.factor
     z = np.where(np.isfinite(z), z, np.nan)
     if output.name == RESTITUTION:
@@ -456,4 +455,4 @@ def _title(dataset: xr.Dataset, width: float) -> str:
 def _held(coordinate: xr.DataArray) -> str:
     if not np.issubdtype(coordinate.dtype, np.number):
         return str(coordinate.values)
-    return scaled(coordinate.expand_dims("one")).value_label(0)
+    return scaled(coordinate.expand_dims("point")).value_label(0)
