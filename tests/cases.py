@@ -29,6 +29,19 @@ def case_file(
     return text
 
 
+TRIANGLE = 'depth = "1 um"\nshape = "triangle"\nloading_time = "1 s"\n'
+
+
+def press_file(path: str, /, *, title: str | None = "A gel", **sections: str | None) -> str:
+    """Text of an indentation of a gel, written to `path`; sections as in `case_file`."""
+    named: dict[str, str | None] = {"body": None, "impact": None, "profile": 'radius = "2.5 um"'}
+    named["material"] = (
+        'shear = { equilibrium_modulus = "60 Pa", branch_moduli = "[250] Pa", relaxation_times = "[300] ms" }\n'
+        'bulk_modulus = "incompressible"'
+    )
+    return case_file(path, title=title, **named | {"indentation": TRIANGLE} | sections)
+
+
 def isotherms_file(path: str) -> None:
     """Write dynamic moduli at four temperatures that obey WLF with C1 = 9 and C2 = 110 K at 20 °C."""
     law, series = rs.WLF(293.15, 9.0, 110.0), rs.PronySeries(1e6, [3e6, 9e6, 2e7, 4e7], [10.0, 0.1, 1e-3, 1e-5])

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from cases import case_file
 from restitution.case.sweep import read_sweep
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
@@ -22,23 +23,6 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:(small strain|density|Poisson r
 RNG = np.random.default_rng(12)
 R = np.linspace(0.0, 0.004, 9)
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force", "max_contact_radius")
-CASE = """
-[body]
-density = "7800 kg/m^3"
-radius = "5 mm"
-[profile]
-thickness = "2 mm"
-[material]
-equilibrium_modulus = "2 MPa"
-branch_modulus = "4 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.5
-[impact]
-velocity = "0.1 m/s"
-[axes]
-thickness = ["1 mm", "50 mm"]
-radius = ["3 mm", "8 mm"]
-"""
 
 
 def solid(poisson_ratio: float = 0.5) -> rs.Material:
@@ -144,8 +128,12 @@ def test_a_poisson_ratio_that_begins_to_relax_is_counted_in_one_warning() -> Non
 
 
 def test_the_radius_of_a_case_is_that_of_the_tip_and_of_the_mass(tmp_path: Path) -> None:
-    file = tmp_path / "coat.toml"
-    file.write_text(CASE, encoding="utf-8")
+    file, constants = tmp_path / "coat.toml", "equilibrium_modulus = 2e6\nbranch_modulus = 4e6\nviscosity = 1e3"
+    case_file(
+        file, body='density = "7800 kg/m^3"\nradius = "5 mm"', profile='thickness = "2 mm"',
+        material=f"{constants}\npoisson_ratio = 0.5", impact='velocity = "0.1 m/s"',
+        axes='thickness = ["1 mm", "50 mm"]\nradius = ["3 mm", "8 mm"]',
+    )  # fmt: skip
     table = run(read_sweep(file))
     material = rs.standard_solid(2e6, 4e6, 1e3, poisson_ratio=0.5)
     for i, h in enumerate([1e-3, 50e-3]):
