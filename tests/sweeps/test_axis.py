@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.stats import qmc
 
 from restitution.errors import InputError, InputTypeError
-from restitution.sweeps.axes import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform, read_axis
+from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform, read_axis
 from restitution.units import unit_registry
 
 

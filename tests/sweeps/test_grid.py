@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from restitution.sweeps.axes import Grid, Linear, Samples, Uniform, boxes, lengths, make_grid, part_of
+from restitution.sweeps.grid import Grid, Linear, Samples, Uniform, boxes, lengths, make_grid, part_of
 
 
 def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:

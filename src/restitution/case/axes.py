@@ -14,7 +14,7 @@ from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice, key_of
-from restitution.sweeps.axes import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
+from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
 from restitution.units import to_si
 
 # Name of the dimension of random draws.

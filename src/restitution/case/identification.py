@@ -33,7 +33,7 @@ from restitution.identification.parameters import SPECTRUM
 from restitution.material.models import material_models
 from restitution.material.shift import WLF, Arrhenius
 from restitution.quantities import DENSITY, INPUTS, MEASURED, NUMBER, known
-from restitution.sweeps.axes import Linear
+from restitution.sweeps.grid import Linear
 from restitution.units import STIFFNESS, to_si
 
 if TYPE_CHECKING:

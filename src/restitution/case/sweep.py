@@ -24,7 +24,7 @@ from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.models import material_models
 from restitution.quantities import BODY, DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweeps.axes import Values, make_grid
+from restitution.sweeps.grid import Values, make_grid
 from restitution.sweeps.plan import Plan, Template, Vary, describe, dimensionless_template
 from restitution.variation import MATERIALS, check_rivals, varied
 

@@ -20,7 +20,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
 from restitution.paper import figures
 from restitution.paper.figures import POISSON_RATIOS
-from restitution.sweeps.axes import LogUniform, Samples
+from restitution.sweeps.grid import LogUniform, Samples
 
 if TYPE_CHECKING:
     import xarray as xr

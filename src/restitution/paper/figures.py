@@ -18,7 +18,7 @@ from restitution.impact.status import SolverError, Status
 from restitution.plot import style
 from restitution.plot.style import contour_map, curve_family
 from restitution.quantities import INPUTS, OUTPUTS, VALIDITY
-from restitution.sweeps.axes import Logarithmic, LogUniform
+from restitution.sweeps.grid import Logarithmic, LogUniform
 from restitution.sweeps.run import sweep
 
 if TYPE_CHECKING:

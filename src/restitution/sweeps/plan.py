@@ -30,7 +30,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.status import Status
 from restitution.material.classical import standard_solid
 from restitution.quantities import ENERGIES, NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, VALIDITY, input_attributes, needs
-from restitution.sweeps.axes import Grid, Index, Listed, Region, Values, boxes, halves, lengths, part_of
+from restitution.sweeps.grid import Grid, Index, Listed, Region, Values, boxes, halves, lengths, part_of
 from restitution.validity import COLUMNS, Numbers, Tally, numbers
 from restitution.variation import HeldElastic, check_names, check_rivals, varied
 

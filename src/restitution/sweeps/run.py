@@ -24,7 +24,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.status import Status, failures
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, SOLVER_RTOL, checked_outputs
-from restitution.sweeps.axes import Index, make_grid
+from restitution.sweeps.grid import Index, make_grid
 from restitution.sweeps.plan import (
     BuilderTemplate,
     ImpactTemplate,

@@ -22,7 +22,7 @@ from zarr.storage import LocalStore
 from restitution.errors import InputError, RestitutionWarning
 from restitution.files import PARTIAL, path_of, whole_file
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
-from restitution.sweeps.axes import Index
+from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Field, Plan, coordinate_blocks, coordinate_fields, hash_of, in_words, output_fields
 from restitution.validity import Tally
 

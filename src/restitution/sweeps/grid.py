@@ -548,7 +548,7 @@ class Samples(Axis):
 
     Examples
     --------
-    >>> from restitution.sweeps.axes import LogNormal, Uniform
+    >>> from restitution.sweeps.grid import LogNormal, Uniform
     >>> draws = Samples(4, {"mass": Uniform(1.0, 2.0), "radius": LogNormal(0.01, 0.1)}, seed=1)
     >>> sorted(draws.columns("draw", 0, 4))
     ['mass', 'radius']
