@@ -62,41 +62,21 @@ def flipped(content: bytes, bit: int) -> bytes:
     return bytes(changed)
 
 
-@pytest.mark.parametrize("name", ["contact_time", "status"])
-def test_every_flipped_bit_of_a_chunk_is_noticed(
-    intact_store: Path, out: Path, name: str, computed: list[Any]
-) -> None:
-    stored, chunk = rs.open_sweep(out), out / name / "c" / "7" / "0"
+@pytest.mark.parametrize("name", ["contact_time", "status", "velocity", "material", "external_force"])
+def test_every_flipped_bit_is_noticed(intact_store: Path, out: Path, name: str, computed: list[Any]) -> None:
+    folder = out / name / "c"
+    chunk = next(path for path in (folder / "7" / "0", folder / "0", folder) if path.is_file())
     content = chunk.read_bytes()
     bits = range(8 * len(content))
+    assert _is_intact(content)
     assert not any(_is_intact(flipped(content, bit)) for bit in bits)
-    for bit in random.sample(bits, 30):
-        chunk.write_bytes(flipped(content, bit))
-        with pytest.raises(InputError, match=rf"result\.zarr: {name}/c/7/0 is damaged; ") as caught:
-            stored[name][7].load()
-        assert "\n" not in str(caught.value)
     for bit in random.sample(bits, 5):
         chunk.write_bytes(flipped(content, bit))
-        run(out)
-        assert tree(out) == tree(intact_store), bit
-    assert computed == [(7, 0)] * 5
-
-
-@pytest.mark.parametrize("name", ["velocity", "material", "external_force"])
-def test_every_flipped_bit_of_an_axis_is_noticed(
-    intact_store: Path, out: Path, name: str, computed: list[Any]
-) -> None:
-    chunk = next(path for path in (out / name / "c", out / name / "c" / "0") if path.is_file())
-    content = chunk.read_bytes()
-    assert _is_intact(content)
-    assert not any(_is_intact(flipped(content, bit)) for bit in range(8 * len(content)))
-    for bit in np.linspace(0, 8 * len(content) - 1, 3, dtype=int):
-        chunk.write_bytes(flipped(content, int(bit)))
-        with pytest.raises(InputError, match="is damaged"):
+        with pytest.raises(InputError, match=rf"result\.zarr: {chunk.relative_to(out)} is damaged; [^\n]+\Z"):
             rs.open_sweep(out).load()
         run(out)
-        assert tree(out) == tree(intact_store)
-    assert computed == []
+        assert tree(out) == tree(intact_store), bit
+    assert computed == ([(7, 0)] * 5 if name in (*OUTPUTS, "status") else [])
 
 
 def remove(path: Path) -> None:
