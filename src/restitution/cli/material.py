@@ -15,7 +15,7 @@ from restitution.cli import tables
 from restitution.cli import terminal as cli
 from restitution.cli.terminal import argument, completed, option, quantity
 from restitution.errors import InputError
-from restitution.units import TEMPERATURE, celsius
+from restitution.units import DENSITY, MODULUS, MOLAR_ENERGY, TEMPERATURE, TIME, celsius
 
 if TYPE_CHECKING:
     from restitution.material.cards import PronyTerms, ViscoelasticDeck
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # Rows of the table of moduli: enough to see each transition, few enough for a screen.
 _ROWS = 9
+# Units at the end of the names of facts.
+_UNITS = [dimension.unit for dimension in (TIME, MODULUS, TEMPERATURE, DENSITY, MOLAR_ENERGY)]
 # Columns of tables that belong to another command, and advice on it.
 _OTHERS = (
     (
@@ -370,7 +372,7 @@ def _print(report: Report) -> None:
             columns, triples = (*columns, "standard error"), zip(pairs, curve.errors, strict=True)
             rows = [(celsius(kelvin, 5), f"{factor:.4g}", f"{error:.2g}") for (kelvin, factor), error in triples]
             tables.print_rows("Shifts", columns, rows)
-    unit = "-" if report.relative else "Pa"
+    unit = "-" if report.relative else MODULUS.unit
     for name, series in report.series.items():
         if report.window is None or not series.n_branches:
             modulus = f"{series.equilibrium_modulus:.6g}"
@@ -387,8 +389,8 @@ def _row(key: str, value: Any) -> tuple[str, str]:
     """Return the words with the unit, and value, of a fact; temperatures are in °C, as in the tables of shifts."""
     if key.endswith("temperature_K"):
         return f"{key.removesuffix('_K').replace('_', ' ')} [°C]", celsius(value)
-    name, _, unit = key.replace("_kg_m3", "_kg/m3").rpartition("_")
-    words = f"{name} [{unit}]" if unit in ("K", "s", "Pa", "kg/m3", "J/mol") else key
+    name, _, unit = key.replace("_kg_m3", f"_{DENSITY.unit}").rpartition("_")
+    words = f"{name} [{unit}]" if unit in _UNITS else key
     return words.replace("_", " "), _text(value)
 
 
@@ -414,5 +416,5 @@ def _picture(reports: list[Report]) -> Any:
     series = {f"{item.title}, {k}" if several else k: v for item in reports for k, v in item.series.items()}
     windows = [report.window for report in reports if report.window is not None] or [(1e-6, 1.0)]
     window = min(low for low, _ in windows), max(high for _, high in windows)
-    unit = "" if all(report.relative for report in reports) else "Pa"
+    unit = "" if all(report.relative for report in reports) else MODULUS.unit
     return pictures.overview(series, window, first.data, unit=unit)

@@ -242,7 +242,10 @@ def surrogate(
     velocity: Annotated[
         tuple[float, float] | None,
         quantity(
-            "--velocity", VELOCITY, "Range of velocities, e.g. 1mm/s 10m/s. Default: 1e-3 10, in m/s.", "LOW HIGH"
+            "--velocity",
+            VELOCITY,
+            f"Range of velocities, e.g. 1mm/s 10m/s. Default: {' '.join(map(str, _RANGE))}.",
+            "LOW HIGH",
         ),
     ] = None,
     rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
