@@ -241,12 +241,7 @@ def surrogate(
     source: Annotated[Path, argument("CASE.toml|FILE.json", "Case file, or a saved surrogate.")],
     velocity: Annotated[
         tuple[float, float] | None,
-        quantity(
-            "--velocity",
-            VELOCITY,
-            f"Range of velocities, e.g. 1mm/s 10m/s. Default: {' '.join(map(str, _RANGE))}.",
-            "LOW HIGH",
-        ),
+        quantity("--velocity", VELOCITY, "Range of velocities. Default: 1mm/s 10m/s.", "LOW HIGH"),
     ] = None,
     rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
     out: Annotated[Path | None, target("Save it, or a table of it", "--out", _SAVED, *TABLES)] = None,

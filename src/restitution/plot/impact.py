@@ -140,9 +140,8 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     if moments.size > len(_COLORS):
         raise InputError("times", moments.size, f"must be at most {len(_COLORS)} times, to keep the curves distinct")
     if (outside := moments[~((moments > 0.0) & (moments < end))]).size:
-        raise InputError(
-            "times", float(outside[0]), f"must be within the contact, which lasts {end:g} {TIME.unit}", TIME.unit
-        )
+        rule = f"must be within the contact, which lasts {in_words(end, TIME.unit)}"
+        raise InputError("times", float(outside[0]), rule, TIME.unit)
     radii = np.asarray(result.sample(moments)["contact_radius"].values)
     # The points are dense close to the edge, where the pressure changes fast.
     share = _LAST * np.sin(np.linspace(0.0, 0.5 * np.pi, _POINTS))
