@@ -212,9 +212,7 @@ def draw_plane(dataset: xr.Dataset) -> Figure:
             np.log10(dataset["p3"].values),
             dataset["restitution_coefficient"].transpose("p3", "p2").values,
             LEVELS,
-            cmap=style.SEQUENTIAL,
-            norm=Normalize(0.0, 1.0),
-            colorbar=RESTITUTION,
+            style.Shading(RESTITUTION, Normalize(0.0, 1.0)),
             labels_at=_LABELS[nu],
         )
         mark_negative_glass(ax, nu)

@@ -346,30 +346,36 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
         ax.annotate(words[n], at, ha="center", va="center", fontsize=7, color=colors[n], bbox=box)
 
 
+class Shading(NamedTuple):
+    """Shading of a map: the label of its colour bar, the scale of its values, and its colours."""
+
+    label: str
+    norm: Any = None
+    cmap: str = SEQUENTIAL
+
+
 def contour_map(
     ax: Axes,
     x: Any,
     y: Any,
     z: Any,
     levels: Sequence[float],
+    shading: Shading,
     *,
-    fmt: str | Callable[[float], str] = "%g",
-    cmap: Any = None,
-    norm: Any = None,
-    colorbar: str | None = None,
+    fmt: Callable[[float], str] = "{:g}".format,
     labels_at: Sequence[tuple[float, float]] = (),
 ) -> Axes:
-    """Draw labelled isolines of z(x, y), z[j, i] at x[i] and y[j], over a shading if `cmap` is given.
+    """Draw labelled isolines of z(x, y), z[j, i] at x[i] and y[j], over a shading with its colour bar.
 
     The grid lines x and y and the levels ascend. Levels that the values do not reach are left out, and no isoline
-    crosses values that are not finite. `colorbar` is the label of a colour bar with ticks at the isolines. Isolines
-    nearest to the points `labels_at` get their labels there; matplotlib chooses the places if there are none.
+    crosses values that are not finite. The ticks of the colour bar are those of the isolines. Isolines nearest to the
+    points `labels_at` get their labels there; matplotlib chooses the places if there are none.
 
     Examples
     --------
     >>> from restitution.plot.style import new_figure
     >>> x = np.linspace(0.0, 1.0, 5)
-    >>> ax = contour_map(new_figure().add_subplot(), x, x, np.add.outer(x, x), [0.5, 1.0])
+    >>> ax = contour_map(new_figure().add_subplot(), x, x, np.add.outer(x, x), [0.5, 1.0], Shading("sum"))
     >>> [text.get_text() for text in ax.texts]
     ['0.5', '1']
     """
@@ -380,16 +386,14 @@ def contour_map(
     # Ticks must lie over the shading.
     ax.set_axisbelow(False)
     figure: Any = ax.figure
-    words: Any = fmt if callable(fmt) else lambda level, _=None: fmt % level
-    if cmap is not None:
-        shading = ax.pcolormesh(x, y, z, cmap=_paler(cmap), norm=norm, shading="gouraud", rasterized=True)
-        if colorbar is not None:
-            bar = figure.colorbar(shading, ax=ax, label=colorbar, aspect=32, pad=0.02)
-            place = ax.get_subplotspec()
-            height = 72.0 * figure.get_figheight() / (place.get_gridspec().nrows if place else 1)
-            ticks = _apart(levels, shading.norm, 9.0 / height)
-            bar.set_ticks(ticks, labels=[words(level) for level in ticks], fontsize=7.5)
-            bar.ax.minorticks_off()
+    cmap = _paler(shading.cmap)
+    mesh = ax.pcolormesh(x, y, z, cmap=cmap, norm=shading.norm, shading="gouraud", rasterized=True)
+    bar = figure.colorbar(mesh, ax=ax, label=shading.label, aspect=32, pad=0.02)
+    place = ax.get_subplotspec()
+    height = 72.0 * figure.get_figheight() / (place.get_gridspec().nrows if place else 1)
+    ticks = _apart(levels, mesh.norm, 9.0 / height)
+    bar.set_ticks(ticks, labels=[fmt(level) for level in ticks], fontsize=7.5)
+    bar.ax.minorticks_off()
     finite = z[np.isfinite(z)]
     reached = [level for level in levels if finite.min() < level < finite.max()]
     if not reached:

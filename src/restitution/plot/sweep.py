@@ -114,11 +114,10 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, shown: MapLevels) -
     if not np.isfinite(z).any():
         ax.set_title(shown.label)
         return ax
-    return style.contour_map(
-        ax, across.values[order[0]], up.values[order[1]], np.log10(z) if shown.logarithmic else z,
-        list(shown.levels), fmt=_power if shown.logarithmic else "%g", cmap=style.SEQUENTIAL,
-        norm=Normalize(shown.low, shown.high), colorbar=shown.label,
-    )  # fmt: skip
+    shading = style.Shading(shown.label, Normalize(shown.low, shown.high))
+    values, fmt = (np.log10(z), _power) if shown.logarithmic else (z, "{:g}".format)
+    grid = across.values[order[0]], up.values[order[1]]
+    return style.contour_map(ax, *grid, values, list(shown.levels), shading, fmt=fmt)
 
 
 def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
