@@ -46,7 +46,7 @@ def _draw(ax: Axes, history: xr.Dataset, across: str, up: str, color: str) -> Ax
     return style.draw(ax, _column(history, across), _column(history, up), color=color)
 
 
-def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axes:
+def force_time(ax: Axes, history: xr.Dataset) -> Axes:
     """Draw the contact force F [N] over time t [s].
 
     The history is `ImpactResult.history` or `IndentationResult.history`, in SI. All functions here return `ax`.
@@ -60,28 +60,28 @@ def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axe
     >>> ax.get_xlabel(), ax.get_ylabel()
     ('time since first touch $t$ [ms]', 'normal force $F$ [N]')
     """
-    return _draw(ax, history, "time", "force", color)
+    return _draw(ax, history, "time", "force", style.BLUE)
 
 
-def force_indentation(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE, area: bool = True) -> Axes:
+def force_indentation(ax: Axes, history: xr.Dataset, *, area: bool = True) -> Axes:
     """Draw the force F [N] over the indentation depth d [m]; the area of the loop is the energy lost."""
-    _draw(ax, history, "indentation_depth", "force", color)
+    _draw(ax, history, "indentation_depth", "force", style.BLUE)
     if area:
-        ax.fill(*ax.lines[-1].get_data(), color=color, alpha=0.12, linewidth=0)
+        ax.fill(*ax.lines[-1].get_data(), color=style.BLUE, alpha=0.12, linewidth=0)
     return ax
 
 
-def contact_radius_time(ax: Axes, history: xr.Dataset, *, color: str = style.GREEN) -> Axes:
+def contact_radius_time(ax: Axes, history: xr.Dataset) -> Axes:
     """Draw the contact radius a [m] over time t [s]."""
-    _draw(ax, history, "time", "contact_radius", color)
+    _draw(ax, history, "time", "contact_radius", style.GREEN)
     # The contact radius of a flat face is constant.
     ax.set_ylim(bottom=0.0)
     return ax
 
 
-def depth_time(ax: Axes, history: xr.Dataset, *, color: str = style.VERMILION) -> Axes:
+def depth_time(ax: Axes, history: xr.Dataset) -> Axes:
     """Draw the indentation depth d [m] over time t [s]."""
-    return _draw(ax, history, "time", "indentation_depth", color)
+    return _draw(ax, history, "time", "indentation_depth", style.VERMILION)
 
 
 def energy_area(ax: Axes, history: xr.Dataset) -> Axes:

@@ -249,6 +249,10 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.2)), (0, (5, 1.2, 1, 1.2)))
 _MARKERS = "os^vD<>pPX"
 
+# End of the colours of a family: lighter ones are too pale on white paper.
+_LIGHTEST = 0.88
+# Share of white in a shading.
+_WHITE = 0.35
 # Curves of up to so many points have markers, and below that no line.
 FEW, _SPARSE = 12, 3
 # Room of a label of 7 points [points].
@@ -257,11 +261,11 @@ _LABEL_HEIGHT, _LABEL_WIDTH = 7.5, 24.0
 _SPREAD = 2.0
 
 
-def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[tuple[float, ...]]:
+def family_colors(n: int) -> list[tuple[float, ...]]:
     """Return `n` colours in the order of their lightness, without those that are too pale on white paper."""
     from matplotlib import colormaps
 
-    return [tuple(map(float, color)) for color in colormaps[cmap](np.linspace(0.0, high, n))]
+    return [tuple(map(float, color)) for color in colormaps["viridis"](np.linspace(0.0, _LIGHTEST, n))]
 
 
 def markers(count: int, number: int = 0) -> dict[str, Any]:
@@ -412,13 +416,13 @@ def contour_map(
     return ax
 
 
-def _paler(cmap: str, share: float = 0.35) -> Any:
-    """Return a colormap mixed with a share of white: opaque, as transparent areas show seams in PDF viewers."""
+def _paler(cmap: str) -> Any:
+    """Return a colormap mixed with white: opaque, as transparent areas show seams in PDF viewers."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 
     colors = colormaps[cmap](range(256))
-    colors[:, :3] += share * (1.0 - colors[:, :3])
+    colors[:, :3] += _WHITE * (1.0 - colors[:, :3])
     return ListedColormap(colors.tolist()).with_extremes(bad="white")
 
 
