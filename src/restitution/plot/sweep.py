@@ -325,17 +325,15 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
         if y is None and len(ranked) > 1 and sizes[ranked[1]] > _MOST_CURVES:
             x = next(name for name in numeric if name in ranked[:2])
     others = sorted((name for name in free if name != x), key=lambda name: (name not in numeric, -sizes[name]))
+    kind = "curves"
     if draws is not None:
-        slices = others[0] if others else None
-        return Layout("bands", x, None, slices, draws, tuple(others[1:]))
-    if y is not None:
-        others.remove(y)
-        return Layout("map", x, y, others[0] if others else None, None, tuple(others[1:]))
-    if others and others[0] in numeric and x in numeric and sizes[others[0]] > _MOST_CURVES:
-        return Layout("map", x, others[0], others[1] if others[1:] else None, None, tuple(others[2:]))
-    family = others[-1] if others and sizes[others[-1]] <= _MOST_CURVES else None
-    rest = [name for name in others if name != family]
-    return Layout("curves", x, family, rest[0] if rest else None, None, tuple(rest[1:]))
+        kind, y = "bands", None
+    elif y is not None or (others and {others[0], x} <= {*numeric} and sizes[others[0]] > _MOST_CURVES):
+        kind, y = "map", y or others[0]
+    elif others and sizes[others[-1]] <= _MOST_CURVES:
+        y = others[-1]
+    slices, *rest = [name for name in others if name != y] or [None]
+    return Layout(kind, x, y, slices, draws, tuple(map(str, rest)))
 
 
 def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
