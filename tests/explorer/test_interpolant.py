@@ -10,7 +10,7 @@ import pytest
 
 import restitution as rs
 from restitution.explorer import answers
-from restitution.paper.computation import instantaneous_poisson_ratio
+from restitution.paper.figures import instantaneous_poisson_ratio
 
 NODE = shutil.which("node")
 SCRIPT = """

@@ -16,7 +16,7 @@ from restitution.cli.main import app
 from restitution.explorer import answers, launch
 from restitution.explorer.downloads import download
 from restitution.paper import claims, reproduction
-from restitution.paper.computation import Computation
+from restitution.paper.figures import Computation
 from sockets import get, opened
 
 TEXT = download({"what": "case", "state": {"impact.velocity": 0.123}})["text"]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from restitution import checks
-from restitution.case.columns import in_si, open_sheet
+from restitution.case.quantity import in_si, open_sheet
 from restitution.errors import InputError
 from restitution.files import path_of
 from restitution.identification.observations import Noise, Observations

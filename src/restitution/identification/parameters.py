@@ -30,7 +30,7 @@ from restitution.quantities import (
     advice,
     check_single,
 )
-from restitution.sweeps.axes import LogNormal, LogUniform, Normal, Uniform
+from restitution.sweeps.grid import LogNormal, LogUniform, Normal, Uniform
 
 Kind = Literal["log", "logit", "linear"]
 Model = Callable[..., Material | FractionalMaterial]
