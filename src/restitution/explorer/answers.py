@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from functools import cache, lru_cache
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -26,16 +25,17 @@ from restitution.checks import Array
 from restitution.contact.profiles import Cone, Parabola, Profile
 from restitution.errors import InputError
 from restitution.explorer.inputs import State, case_content, indentation_content, inputs
-from restitution.impact.batch import Batch
+from restitution.impact.batch import solve_columns
 from restitution.impact.bounces import Ending
 from restitution.impact.problem import window_around
+from restitution.impact.window import compared
 from restitution.indentation.solve import MOST_ELEMENTS, indent
 from restitution.material.fractional import Window
 from restitution.paper import figures
 from restitution.quantities import BUDGET, DEFAULT_OUTPUTS, INDENTATION
 from restitution.result import nullable, plain
 from restitution.surrogates import standard_solid
-from restitution.surrogates.evaluation import TERMS
+from restitution.variation import vary
 
 Answer = dict[str, Any]
 
@@ -198,15 +198,13 @@ def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
 
 
 def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
-    impacts = replace(problem, velocity=speeds)
-    outputs = Batch.from_impact(impacts).solve(_RTOL, workers=1)
-    outputs = {name: np.array(values, dtype=np.float64) for name, values in outputs.items()}
-    failed = outputs["status"] >= rs.Status.TOO_MANY_STEPS
-    numbers = {name: outputs[name] for name in validity.COLUMNS} | {"velocity": speeds, "mass": problem.mass}
-    doubtful = np.zeros(speeds.size)
-    for values in validity.excess(validity.numbers(problem.contact, **numbers)).values():
-        doubtful = np.maximum(doubtful, np.nan_to_num(values) > 1.0)
-    return {name: np.where(failed, np.nan, outputs[name]) for name in DEFAULT_OUTPUTS} | {"doubtful": doubtful}
+    """Return the outputs at some velocities [m/s], and whether an assumption of the theory is doubtful there."""
+    impacts = vary(problem, {"velocity": speeds})
+    outputs = solve_columns(impacts, _RTOL, workers=1)
+    solved = outputs["status"] < rs.Status.TOO_MANY_STEPS
+    excess = np.array([*validity.excess(compared(impacts, outputs)).values()])
+    columns = {name: np.where(solved, outputs[name], np.nan) for name in DEFAULT_OUTPUTS}
+    return columns | {"doubtful": np.any(excess > 1.0, axis=0).astype(np.float64)}
 
 
 def surface(state: Mapping[str, Any]) -> Answer:
@@ -370,6 +368,7 @@ def interpolant() -> str:
     low, high = (corner.tolist() for corner in standard_solid.corners())
     content = {
         "nu": [-1.0, 0.5], "p2": standard_solid.P2, "p3": standard_solid.P3, "error": standard_solid.STATED_ERROR,
-        "terms": TERMS, "low": low, "high": high, "levels": levels, "places": places, "coefficients": coefficients,
+        "terms": standard_solid.TERMS, "low": low, "high": high, "levels": levels, "places": places,
+        "coefficients": coefficients,
     }  # fmt: skip
     return json.dumps(content, separators=(",", ":"))

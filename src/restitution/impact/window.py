@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -115,11 +116,16 @@ def _at(impact: Impact, velocity: Array) -> Impact:
     return replace(impact, velocity=velocity.reshape(-1, *(1,) * len(others)))
 
 
+def compared(impact: Impact, outputs: Mapping[str, Any]) -> Numbers:
+    """Return the numbers of the report for the contacts of an impact that were solved with these outputs."""
+    columns = {name: outputs[name].reshape(impact.shape) for name in validity.COLUMNS}
+    columns |= {name: getattr(impact, name) for name in ("velocity", "mass", "impedance")}
+    return validity.numbers(impact.contact, **columns)
+
+
 def _numbers(impact: Impact) -> Numbers:
-    """Numbers of the report for the contacts of an impact."""
-    solved = Batch.from_impact(impact).solve(_RTOL)
-    columns = {name: solved[name].reshape(impact.shape) for name in validity.COLUMNS}
-    return validity.numbers(impact.contact, **columns, velocity=impact.velocity, mass=impact.mass)
+    """Numbers of the report for the contacts of an impact, from a solution of few digits."""
+    return compared(impact, Batch.from_impact(impact).solve(_RTOL))
 
 
 def _range(low: float, high: float) -> str:

@@ -1,5 +1,5 @@
 // The paper's restitution coefficient e(nu, p2, p3) by the shipped interpolant: a translation of
-// restitution/surrogates/standard_solid.py and evaluation.py.
+// restitution/surrogates/standard_solid.py.
 
 /** Load the data and return {restitution(nu, p2, p3), map(nu, p2s, p3s), about}. */
 export async function load(address) {
