@@ -142,12 +142,11 @@ class Input:
         if self.options:
             return about | {"options": [option._asdict() | {"when": dict(option.when)} for option in self.options]}
         assert self.quantity is not None
-        least, most = self.ends
-        about |= describe(self.quantity) | {"words": self.words, "least": least, "most": most}
+        about |= describe(self.quantity) | {"words": self.words}
         if self.slider is None:
-            return about | {"most_items": MOST_TERMS}
-        slider = self.slider
-        return about | {"scale": slider.scale, "low": slider.low, "high": slider.high, "step": slider.step}
+            return about
+        # Below a logarithmic slider there may be a place for zero.
+        return about | self.slider._asdict() | {"least": self.ends[0], "default": self.default}
 
 
 _LETTERS = {

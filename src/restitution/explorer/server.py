@@ -23,7 +23,7 @@ import numpy as np
 
 from restitution.errors import InputError
 from restitution.explorer import answers, downloads, dropped_files
-from restitution.explorer.inputs import MOST_TERMS, PRESETS, State, describe, drop_height, inputs, one_line
+from restitution.explorer.inputs import PRESETS, State, describe, drop_height, inputs, one_line
 from restitution.impact.status import SolverError
 from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI, OUTPUTS, VALIDITY, Quantity
 from restitution.units import LENGTH, MODULUS, NUMBER, TIME, display_systems
@@ -191,7 +191,7 @@ def _about() -> dict[str, Any]:
         "outputs": outputs,
         "units": units,
         "presets": [{"name": name, "words": words, "state": state} for name, (words, state) in PRESETS.items()],
-        "limits": {"file_characters": dropped_files.LONGEST, "message_characters": LONGEST, "terms": MOST_TERMS},
+        "limits": {"file_bytes": dropped_files.LONGEST},
     }
 
 

@@ -69,10 +69,8 @@ export function interpolant(data) {
   const slack = 1e-12;
 
   function restitution(nu, p2, p3) {
-    const inside = nu >= data.nu[0] && nu <= data.nu[1]
-      && p2 >= data.p2[0] * (1 - slack) && p2 <= data.p2[1] * (1 + slack)
-      && p3 >= data.p3[0] * (1 - slack) && p3 <= data.p3[1] * (1 + slack);
-    if (!inside) return NaN;
+    const inside = (value, [low, high]) => value >= low * (1 - slack) && value <= high * (1 + slack);
+    if (!(nu >= data.nu[0] && nu <= data.nu[1] && inside(p2, data.p2) && inside(p3, data.p3))) return NaN;
     const q = 1 + 1 / p2;
     const logQ = Math.log(q);
     const r = ((1 + nu) + 2 * q * (1 - 2 * nu)) / (3 * (1 - nu));
@@ -84,9 +82,7 @@ export function interpolant(data) {
   }
 
   function map(nu, p2s, p3s) {
-    const found = new Float64Array(p2s.length * p3s.length);
-    p3s.forEach((p3, j) => p2s.forEach((p2, i) => { found[j * p2s.length + i] = restitution(nu, p2, p3); }));
-    return found;
+    return Float64Array.from({ length: p2s.length * p3s.length }, (_, n) => restitution(nu, p2s[n % p2s.length], p3s[Math.floor(n / p2s.length)]));
   }
 
   return { restitution, map, about: { nu: data.nu, p2: data.p2, p3: data.p3, error: data.error } };
