@@ -271,8 +271,11 @@ def _bulk_inputs(models: Mapping[str, Any]) -> Iterator[Input]:
 def _body_inputs() -> Iterator[Input]:
     profiles = {name: section.geometry for name, section in profile_sections().items()}
     # Tables have no sliders.
-    tables = [name for name, one in profiles.items() if any(key.is_list for key in constants_of(one).values())]
-    profiles = {name: one for name, one in profiles.items() if name not in tables}
+    profiles = {
+        name: profile
+        for name, profile in profiles.items()
+        if not any(constant.is_list for constant in constants_of(profile).values())
+    }
     names = sorted(profiles, key=lambda name: name != "parabola")
     options = [Option(name, _readable(name), {} if name == "parabola" else _CONSTANTS_ENTRY) for name in names]
     round_bodies = [name for name, profile in profiles.items() if profile.body_radius]

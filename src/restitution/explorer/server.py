@@ -175,21 +175,17 @@ _FURTHER = (
 
 @cache
 def _about() -> dict[str, Any]:
-    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OUTPUTS | {one.name: one for one in _FURTHER}
-    outputs = {name: describe(quantity) for name, quantity in registries.items()}
-    described: list[Any] = [*inputs().values(), *registries.values()]
-    quantities = [getattr(one, "quantity", one) for one in described]
-    units = display_systems(quantity.dimension for quantity in quantities if quantity is not None)
     height = drop_height()
-    assert height.quantity is not None
-    outputs[height.key] = describe(height.quantity)
+    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OUTPUTS
+    registries |= {quantity.name: quantity for quantity in (*_FURTHER, height.quantity) if quantity is not None}
+    quantities = [*(control.quantity for control in inputs().values()), *registries.values()]
     return {
         "version": version("restitution"),
-        "inputs": [one.describe() for one in inputs().values()],
+        "inputs": [control.describe() for control in inputs().values()],
         "drop_height": height.describe(),
         "groups": [{"name": name, "words": words} for name, words in _GROUPS.items()],
-        "outputs": outputs,
-        "units": units,
+        "outputs": {name: describe(quantity) for name, quantity in registries.items()},
+        "units": display_systems(quantity.dimension for quantity in quantities if quantity is not None),
         "presets": [{"name": name, "words": words, "state": state} for name, (words, state) in PRESETS.items()],
         "limits": {"file_bytes": dropped_files.LONGEST},
     }

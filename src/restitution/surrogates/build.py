@@ -187,15 +187,15 @@ def build_pieces(
     rng = np.random.default_rng(20)
     # Pieces as (level, place); they begin at the share place 2^-level of the interval.
     open_: list[Piece] = [(0, 0)]
-    done: dict[Piece, tuple[Array, Array]] = {}
+    accurate: dict[Piece, tuple[Array, Array]] = {}
     while open_:
         following: list[Piece] = []
         levels, places = np.array(open_).T
         width = (high - low) * 0.5**levels
         left = low + width * places
-        drawn = rng.uniform(-1.0, 1.0, (len(open_), _FRESH))
+        fresh = rng.uniform(-1.0, 1.0, (len(open_), _FRESH))
         fixed = np.broadcast_to(np.concatenate([_NODES, _BETWEEN]), (len(open_), 2 * DEGREE + 1))
-        local = np.hstack([fixed, drawn])
+        local = np.hstack([fixed, fresh])
         # Rounding must not move a point out of the interval.
         points = np.clip(left[:, None] + 0.5 * width[:, None] * (local + 1.0), low, high)
         values = sample(points.ravel()).reshape(-1, *points.shape)
@@ -206,16 +206,16 @@ def build_pieces(
         for n, (level, place) in enumerate(open_):
             here = errors[:, n]
             if np.all(here <= tolerance):
-                done[level, place] = coefficients[:, n], here.max(axis=1)
+                accurate[level, place] = coefficients[:, n], here.max(axis=1)
                 continue
-            if level == DEEPEST or len(done) + len(following) > MOST:
+            if level == DEEPEST or len(accurate) + len(following) > MOST:
                 function, at = np.unravel_index(np.argmax(here), here.shape)
                 raise NotMet(int(function), float(points[n, tested][at]), float(here[function, at]))
             following += [(level + 1, 2 * place), (level + 1, 2 * place + 1)]
         open_ = following
         if report is not None:
-            report(len(done), len(done) + len(open_))
-    ordered = sorted(done, key=lambda piece: piece[1] * 0.5 ** piece[0])
+            report(len(accurate), len(accurate) + len(open_))
+    ordered = sorted(accurate, key=lambda piece: piece[1] * 0.5 ** piece[0])
     lefts = [low + (high - low) * place * 0.5**level for level, place in ordered]
-    series, error = zip(*(done[piece] for piece in ordered), strict=True)
+    series, error = zip(*(accurate[piece] for piece in ordered), strict=True)
     return Pieces(np.array([*lefts, high]), np.stack(series, axis=1)), np.max(error, axis=0)
