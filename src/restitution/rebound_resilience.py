@@ -29,7 +29,7 @@ from restitution.quantities import CONTACT_TANGENT, INPUTS, OUTPUTS, Dimension, 
 from restitution.result import Result, Summary, Table, plain
 from restitution.units import celsius
 from restitution.validity import Validity
-from restitution.variation import vary
+from restitution.variation import varied
 
 if TYPE_CHECKING:
     import pandas
@@ -439,8 +439,8 @@ def resilience(
         Impact(material, geometry, weighed, test.velocity, external_force=force, body_size=stated)
         for geometry, stated in (_pad(held, radius, size) for held in bases)
     ]
-    points = [{}] if temperatures is None else [{"temperature": kelvin} for kelvin in temperatures.tolist()]
-    impacts = [vary(pad, point) for point in points for pad in pads]
+    materials = [material] if temperatures is None else [material.at(kelvin) for kelvin in temperatures.tolist()]
+    impacts = [varied(pad, {"material": heated}, "bulk_modulus") for heated in materials for pad in pads]
     columns = solve_columns(impacts, rtol)
     for status in columns["status"]:
         if Status(int(status)).failed:

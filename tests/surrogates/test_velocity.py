@@ -387,9 +387,9 @@ def test_a_single_piece_takes_few_solves_and_its_error_includes_that_of_the_solv
 
     counts, solved = [], build._solved
 
-    def counted(impact, speeds, accuracy, workers):
+    def counted(impacts, speeds, accuracy, workers):
         counts.append(speeds.size)
-        return solved(impact, speeds, accuracy, workers)
+        return solved(impacts, speeds, accuracy, workers)
 
     monkeypatch.setattr(build, "_solved", counted)
     made = rs.surrogate(BALL, (0.1, 1.0), 1e-8)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -115,11 +114,12 @@ def surrogate(
 
     def sample(log_velocity: Array) -> Array:
         speeds = np.clip(np.exp(log_velocity), low, high)
-        columns = _solved(impact, speeds, accuracy, workers)
+        impacts = vary(impact, {"velocity": speeds})
+        columns = _solved(impacts, speeds, accuracy, workers)
         require_separation(columns["status"], speeds, (low, high))
         if not reports:
             # The first round covers the whole range.
-            reports.append(validity.report(compared(vary(impact, {"velocity": speeds}), columns)))
+            reports.append(validity.report(compared(impacts, columns)))
         return np.log([columns[name] for name in OUTPUTS])
 
     try:
@@ -137,14 +137,15 @@ def surrogate(
     return Surrogate((low, high), tolerance, errors, reports[0], problem, pieces)
 
 
-def _solved(impact: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
-    """Return the outputs of an impact at an array of speeds [m/s]."""
+def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
+    """Return the outputs of impacts at an array of speeds [m/s]."""
+    if impacts.profile.path_exponent is not None:
+        return solve_columns(impacts, accuracy, workers=workers)
     # The error of the table of a profile is relative to the deepest impact and could be 1e-7 for a shallow one.
-    ratio = math.inf if impact.profile.path_exponent is not None else _TABLE_RATIO
-    place = np.floor(np.log(speeds / speeds.min()) / np.log(ratio))
+    place = np.floor(np.log(speeds / speeds.min()) / np.log(_TABLE_RATIO))
     columns: dict[str, Array] = {}
     for part in (np.flatnonzero(place == k) for k in np.unique(place)):
-        outputs = solve_columns(vary(impact, {"velocity": speeds[part]}), accuracy, workers=workers)
+        outputs = solve_columns(impacts.take(part), accuracy, workers=workers)
         for name, values in outputs.items():
             columns.setdefault(name, np.empty(speeds.size))[part] = values
     return columns
