@@ -161,7 +161,7 @@ def test_page_and_server_show_the_same_inputs(opened):
         state = random_messages.state(rng)
         with suppress(rs.InputError):
             settled(state)
-            states.append({key: one for key, one in state.items() if key != "page.tab"})
+            states.append({key: value for key, value in state.items() if key != "page.tab"})
     shown = page.evaluate(
         """states => states.map((state) => {
           const page = explorer.state;
@@ -170,11 +170,11 @@ def test_page_and_server_show_the_same_inputs(opened):
         })""",
         states,
     )
-    for state, found in zip(states, shown, strict=True):
+    for state, shown_values in zip(states, shown, strict=True):
         values = settled(state)
         # The server keeps the choices that the paper's numbers fix.
-        assert {key: values[key] for key in values if key in found} == found
-        assert values.keys() - found.keys() <= {"material.model", "bulk"}
+        assert {key: values[key] for key in values if key in shown_values} == shown_values
+        assert values.keys() - shown_values.keys() <= {"material.model", "bulk"}
 
 
 @pytest.mark.parametrize(

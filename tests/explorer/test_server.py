@@ -32,10 +32,10 @@ def test_the_page_needs_the_token(running):
 
 def test_tokens_are_random():
     servers = [listen(port=0) for _ in range(3)]
-    for one in servers:
-        one.listener.close()
-    assert len({one.access.token for one in servers}) == 3
-    assert all(len(one.access.token) >= 22 for one in servers)
+    for server_ in servers:
+        server_.listener.close()
+    assert len({server_.access.token for server_ in servers}) == 3
+    assert all(len(server_.access.token) >= 22 for server_ in servers)
 
 
 @pytest.mark.parametrize(
@@ -138,8 +138,8 @@ def test_the_schema_describes_every_number(running, ask):
         schema = socket_.schema
     assert schema["kind"] == "schema"
     assert schema["version"] == rs.__version__
-    dimensions = {one["dimension"] for one in schema["outputs"].values()}
-    dimensions |= {one["dimension"] for one in schema["inputs"] if one["type"] != "choice"}
+    dimensions = {about["dimension"] for about in schema["outputs"].values()}
+    dimensions |= {about["dimension"] for about in schema["inputs"] if about["type"] != "choice"}
     for units in schema["units"].values():
         assert dimensions - set(units) <= {"energy per amount of substance"}
     for kind in ("impact", "velocity", "surface", "bounces", "indentation"):
@@ -155,10 +155,10 @@ def test_curves_come_as_doubles(ask, monkeypatch):
     monkeypatch.setattr(answers, "TIME_LIMIT", 1e3)
     for kind in ("impact", "surface"):
         for name, expected in answers.KINDS[kind]({})["curves"].items():
-            found = ask(kind)["curves"][name]
-            assert found.keys() == expected.keys()
-            for column in found.keys() - {"displacement", "semi_axis"}:
-                doubles = np.frombuffer(base64.b64decode(found[column]["doubles"]), "<f8")
+            answered = ask(kind)["curves"][name]
+            assert answered.keys() == expected.keys()
+            for column in answered.keys() - {"displacement", "semi_axis"}:
+                doubles = np.frombuffer(base64.b64decode(answered[column]["doubles"]), "<f8")
                 np.testing.assert_array_equal(doubles, expected[column])
 
 
@@ -208,8 +208,12 @@ def test_requests_that_wait_are_replaced_by_newer_ones(running, monkeypatch):
         page.send("?")
         assert json.loads(page.recv(timeout=20))["kind"] is None
         go_on.set()
-        found = [json.loads(page.recv(timeout=20)) for _ in range(3)]
-        assert [(one["kind"], one["id"]) for one in found] == [("impact", 0), ("impact", 49), ("velocity", 49)]
+        answers_ = [json.loads(page.recv(timeout=20)) for _ in range(3)]
+        assert [(answer["kind"], answer["id"]) for answer in answers_] == [
+            ("impact", 0),
+            ("impact", 49),
+            ("velocity", 49),
+        ]
         with pytest.raises(TimeoutError):
             page.recv(timeout=0.2)
 
@@ -294,13 +298,13 @@ def test_eight_pages_are_answered(running):
 
     def drag(page: int) -> None:
         with opened(running) as socket_:
-            found = results[page] = []
+            answered = results[page] = []
             for step in range(5):
                 state = {"impact.velocity": 0.1 + 0.01 * (5 * page + step)}
                 socket_.send(json.dumps({"id": step, "kind": "impact", "state": state}))
                 answer = json.loads(socket_.recv(timeout=60))
                 assert answer["id"] == step
-                found.append(answer["numbers"]["restitution_coefficient"])
+                answered.append(answer["numbers"]["restitution_coefficient"])
 
     threads = [threading.Thread(target=drag, args=(page,)) for page in range(8)]
     for thread in threads:

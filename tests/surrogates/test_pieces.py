@@ -45,8 +45,8 @@ def test_pieces_are_halved_where_the_function_is_rough():
     assert widths.max() > 30.0 * widths.min()
     points = np.random.default_rng(5).uniform(-1.0, 1.0, 300)
     for function in (0, 1):
-        found = [look_up(pieces, function, x) for x in points]
-        assert np.abs(found - sample(points)[function]).max() < 1e-7
+        looked_up = [look_up(pieces, function, x) for x in points]
+        assert np.abs(looked_up - sample(points)[function]).max() < 1e-7
 
 
 @pytest.mark.plain

@@ -44,8 +44,8 @@ def test_rows_of_the_reference_table():
     nu, p2, p3, e = (rows[name] for name in ("nu", "p2", "p3", "restitution"))
     inside = (p2 >= 1e-3) & (p2 <= 10.0) & (p3 >= 1e-2) & (p3 <= 100.0)
     assert inside.sum() >= 8
-    found = rs.standard_solid_surrogate(nu[inside], p2[inside], p3[inside])
-    assert found == pytest.approx(e[inside], abs=STATED_ERROR)
+    interpolated = rs.standard_solid_surrogate(nu[inside], p2[inside], p3[inside])
+    assert interpolated == pytest.approx(e[inside], abs=STATED_ERROR)
 
 
 def test_bodies_without_bulk_stiffness_are_incompressible_ones_of_a_quarter_of_the_modulus():
@@ -102,9 +102,9 @@ def test_coordinates_can_be_inverted():
     solids = (rs.standard_solid(1.0, 1.0 / a, 1.0, poisson_ratio=b) for a, b in zip(p2, nu, strict=True))
     times = np.array([rs.reduced_modulus(solid).relaxation_times for solid in solids])
     x = np.log(times[:, 1] / times[:, 0]) / np.log(q)
-    found = plane.groups(np.column_stack([x, np.log10(p2), np.zeros(200)]))
-    assert found[0] == pytest.approx(nu, abs=1e-9)
-    assert found[1] == pytest.approx(p2)
+    e = plane.groups(np.column_stack([x, np.log10(p2), np.zeros(200)]))
+    assert e[0] == pytest.approx(nu, abs=1e-9)
+    assert e[1] == pytest.approx(p2)
 
 
 def test_the_script_attains_a_given_tolerance(tmp_path):
@@ -114,7 +114,7 @@ def test_the_script_attains_a_given_tolerance(tmp_path):
     error = make.measured_error(boxes, 3000, seed=1)
     # The script tests 136 points of each box, so that the error may exceed the tolerance by a factor.
     assert 1e-4 < error < 2e-2
-    assert all(one[0] <= two[0] for one, two in pairwise(reports))
+    assert all(before[0] <= after[0] for before, after in pairwise(reports))
     assert reports[-1] == (len(boxes.levels), len(boxes.levels))
     for name in ("one.npz", "two.npz"):
         make.write_file(tmp_path / name, boxes, error)

@@ -51,37 +51,37 @@ def drawn(low: float, high: float, n: int, seed: int = 7) -> np.ndarray:
     ("impact", "rtol"), [(BALL, 1e-3), (BALL, 1e-6), (BALL, 1e-10), (EPOXY, 1e-6), (KINK, 1e-4), (PRESSED, 1e-7)]
 )
 def test_error_is_below_the_stated_error_at_other_points(impact: rs.Impact, rtol: float) -> None:
-    made = rs.surrogate(impact, velocity=(1e-3, 10.0), rtol=rtol)
+    curve = rs.surrogate(impact, velocity=(1e-3, 10.0), rtol=rtol)
     v = drawn(1e-3, 10.0, 800)
     exact = rs.solve(replace(impact, velocity=v), rtol=max(1e-5 * rtol, 1e-12))
     for name in OUTPUTS:
         truth = getattr(exact, name)
         floor = 1e-3 if name == "restitution_coefficient" else 0.0
-        error = np.abs(getattr(made, name)(v) - truth) / np.maximum(truth, floor)
+        error = np.abs(getattr(curve, name)(v) - truth) / np.maximum(truth, floor)
         assert error.max() <= rtol
-        assert made.error[name] <= rtol
+        assert curve.error[name] <= rtol
         # The stated error also holds at points that were not used to measure it.
-        assert error.max() <= made.error[name]
+        assert error.max() <= curve.error[name]
 
 
 def test_shallow_impacts_with_a_tabulated_profile_are_accurate() -> None:
-    made = rs.surrogate(KINK, velocity=(1e-3, 100.0), rtol=1e-10)
+    curve = rs.surrogate(KINK, velocity=(1e-3, 100.0), rtol=1e-10)
     for v in (1e-3, 3e-3, 0.02):
         alone = rs.solve(replace(KINK, velocity=v), rtol=1e-12)
         for name in OUTPUTS:
-            assert getattr(made, name)(v) == pytest.approx(getattr(alone, name), rel=1e-10)
+            assert getattr(curve, name)(v) == pytest.approx(getattr(alone, name), rel=1e-10)
 
 
 def test_elastic_body_agrees_with_hertz() -> None:
     steel = rs.elastic(shear_modulus=8e10, poisson_ratio=0.3)
-    made = rs.surrogate(rs.Impact(steel, rs.Parabola(0.01), mass=0.03, velocity=1.0), velocity=(1e-3, 1.0))
+    curve = rs.surrogate(rs.Impact(steel, rs.Parabola(0.01), mass=0.03, velocity=1.0), velocity=(1e-3, 1.0))
     v = drawn(1e-3, 1.0, 50)
     modulus = 2.0 * 8e10 / (1.0 - 0.3)
     depth = elastic_max_indentation_depth(modulus, 0.1, 0.03, v)
-    assert made(v) == pytest.approx(1.0, abs=1e-10)
-    assert made(v).max() <= 1.0
-    assert made.contact_time(v) == pytest.approx(elastic_contact_time(depth, v), rel=1e-9)
-    assert made.max_force(v) == pytest.approx(elastic_max_force(depth, 0.03, v), rel=1e-9)
+    assert curve(v) == pytest.approx(1.0, abs=1e-10)
+    assert curve(v).max() <= 1.0
+    assert curve.contact_time(v) == pytest.approx(elastic_contact_time(depth, v), rel=1e-9)
+    assert curve.max_force(v) == pytest.approx(elastic_max_force(depth, 0.03, v), rel=1e-9)
 
 
 def test_flat_punch_on_a_maxwell_liquid_has_a_constant_e() -> None:
@@ -165,15 +165,15 @@ def test_other_processes_give_the_same_values(ball: rs.Surrogate) -> None:
 
 
 def test_results_do_not_depend_on_the_number_of_workers() -> None:
-    one, two = (rs.surrogate(BALL, (0.1, 1.0), 1e-8, workers=n) for n in (1, 2))
-    assert np.array_equal(one.pieces.coefficients, two.pieces.coefficients)
-    assert one.error == two.error
+    alone, shared = (rs.surrogate(BALL, (0.1, 1.0), 1e-8, workers=n) for n in (1, 2))
+    assert np.array_equal(alone.pieces.coefficients, shared.pieces.coefficients)
+    assert alone.error == shared.error
 
 
 def test_progress_ends_with_all_pieces() -> None:
     reports = []
-    made = rs.surrogate(KINK, (1e-3, 10.0), 1e-4, progress=lambda *report: reports.append(report))
-    n = made.pieces.edges.size - 1
+    curve = rs.surrogate(KINK, (1e-3, 10.0), 1e-4, progress=lambda *report: reports.append(report))
+    n = curve.pieces.edges.size - 1
     assert n > 1
     assert reports[-1] == (n, n)
 
@@ -286,7 +286,7 @@ def test_a_failed_write_keeps_the_old_file(
 
 def rehashed(content: dict[str, Any]) -> dict[str, Any]:
     """Content with its correct hash, as another program may write it."""
-    return content | {"sha256": content_hash({key: one for key, one in content.items() if key != "sha256"})}
+    return content | {"sha256": content_hash({key: value for key, value in content.items() if key != "sha256"})}
 
 
 @pytest.mark.parametrize(
@@ -366,17 +366,17 @@ def test_any_material_and_its_file(
 ) -> None:
     impact = rs.Impact(material, rs.Parabola(radius), mass=mass, velocity=1.0)
     assume(float(impact.reduced_modulus.instantaneous_modulus) > 0.0)
-    made = rs.surrogate(impact, (low, low * ratio), rtol)
-    v = np.append(drawn(low, low * ratio, 30), made.velocity)
-    e, time, force = made(v), made.contact_time(v), made.max_force(v)
+    curve = rs.surrogate(impact, (low, low * ratio), rtol)
+    v = np.append(drawn(low, low * ratio, 30), curve.velocity)
+    e, time, force = curve(v), curve.contact_time(v), curve.max_force(v)
     assert np.all((e > 0.0) & (e <= 1.0))
     order = np.argsort(v)
     # For any material a faster impact is shorter and has a larger force.
     assert np.all(np.diff(time[order]) < 2.0 * rtol * time.max())
     assert np.all(np.diff(force[order]) > -2.0 * rtol * force.max())
-    again = rs.Surrogate.load(made.save(tmp_path / "any.json"))
-    assert (again.velocity, again.rtol, again.error) == (made.velocity, made.rtol, made.error)
-    assert (again.warnings, again.problem) == (made.warnings, made.problem)
+    again = rs.Surrogate.load(curve.save(tmp_path / "any.json"))
+    assert (again.velocity, again.rtol, again.error) == (curve.velocity, curve.rtol, curve.error)
+    assert (again.warnings, again.problem) == (curve.warnings, curve.problem)
     for name, values in zip(OUTPUTS, (e, time, force), strict=True):
         assert np.array_equal(getattr(again, name)(v), values)
     assert again.save(tmp_path / "again.json").read_bytes() == (tmp_path / "any.json").read_bytes()
@@ -392,7 +392,7 @@ def test_a_single_piece_takes_few_solves_and_its_error_includes_that_of_the_solv
         return solved(impacts, speeds, accuracy, workers)
 
     monkeypatch.setattr(build, "_solved", counted)
-    made = rs.surrogate(BALL, (0.1, 1.0), 1e-8)
+    curve = rs.surrogate(BALL, (0.1, 1.0), 1e-8)
     assert sum(counts) <= 100
     # The tolerance of the solves is 1e-12, and the error of the largest force is up to 14 times as large.
-    assert min(made.error.values()) >= 1.4e-11
+    assert min(curve.error.values()) >= 1.4e-11
