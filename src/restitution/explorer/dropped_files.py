@@ -126,10 +126,7 @@ _TEMPERATURE: Question = {"key": "temperature", "words": "Temperature, with its 
 
 
 def _material(path: Path, state: State, answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return the state of the material in a table or a deck, and the questions that the file leaves open.
-
-    The volume changes as in the present state.
-    """
+    """Return the state of the material in a table or a deck, and the open questions; its bulk is as in the state."""
     about = rs.read_material(path)
     notes = [*getattr(about, "notes", ()), *_thinned(about, path)]
     questions = _questions(about)

@@ -192,7 +192,7 @@ class Surrogate(Result):
         return f"{self.velocity[0]:g} to {self.velocity[1]:g} m/s, error of e {self.error[OUTPUTS[0]]:.1e}"
 
     def __call__(self, velocity: Any) -> Any:
-        """Restitution coefficient e at a velocity or an array of them [m/s]."""
+        """Return the restitution coefficient e at a velocity or an array of them [m/s]."""
         return self.restitution_coefficient(velocity)
 
     def restitution_coefficient(self, velocity: Any) -> Any:
