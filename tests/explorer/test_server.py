@@ -21,13 +21,19 @@ from restitution.explorer.server import page_files
 from sockets import get, opened
 
 
-def test_the_page_needs_the_token(running):
+@pytest.mark.parametrize(
+    "query",
+    ["", "token=", "token={short}", "token={token}x", "token=wrong", "token=%00", "token=%C3%A4", "token=a&token={token}",
+     "token={token}&token=a", "token={token}&token={token}"],
+)  # fmt: skip
+def test_the_page_and_its_socket_need_the_token_alone(running, query):
     token = running.access.token
-    assert get(running, f"/?token={token}").status == 200
-    for path in ("/", "/?token=", f"/?token={token[:-1]}", f"/?token={token}x", "/?token=%C3%A4"):
-        answer = get(running, path)
-        assert answer.status == 403
-        assert token.encode() not in answer.content
+    query = query.format(token=token, short=token[:-1])
+    answer = get(running, f"/?{query}")
+    assert answer.status == 403
+    assert token.encode() not in answer.content
+    with pytest.raises(InvalidStatus), opened(running, address=f"ws://127.0.0.1:{running.port}/ws?{query}"):
+        pass
 
 
 def test_tokens_are_random():
@@ -40,19 +46,9 @@ def test_tokens_are_random():
 
 @pytest.mark.parametrize(
     "host",
-    [
-        "evil.com@127.0.0.1",
-        "evil.com@127.0.0.1:{port}",
-        "127.0.0.1/x",
-        "127.0.0.1?x",
-        "evil.example",
-        "evil.example:{port}",
-        "localhost.evil.example",
-        "",
-        "[",
-        "127.0.0.1.nip.io",
-    ],
-)
+    ["evil.com@127.0.0.1", "evil.com@127.0.0.1:{port}", "127.0.0.1/x", "127.0.0.1?x", "evil.example",
+     "evil.example:{port}", "localhost.evil.example", "", "[", "127.0.0.1.nip.io"],
+)  # fmt: skip
 def test_other_names_of_this_machine_are_refused(running, host):
     host = host.format(port=running.port)
     for path in (f"/?token={running.access.token}", "/static/interpolant.js"):
@@ -75,13 +71,6 @@ def test_sockets_of_other_pages_are_refused(running, origin):
     ):
         pass
     assert refused.value.response.status_code == 403
-
-
-@pytest.mark.parametrize("token", ["", "wrong", "%00"])
-def test_sockets_without_the_token_are_refused(running, token):
-    address = f"ws://127.0.0.1:{running.port}/ws?token={token}"
-    with pytest.raises(InvalidStatus), opened(running, address=address):
-        pass
 
 
 def test_headers_forbid_what_the_page_does_not_need(running):
@@ -249,16 +238,18 @@ def test_the_curve_over_velocity_waits_for_the_numbers_but_not_for_ever(running,
         go_on.release()
 
 
-def test_a_slow_answer_does_not_hold_a_slider_up(running, monkeypatch):
+@pytest.mark.parametrize(("kind", "same_page"), [("surface", True), ("paper", False)])
+def test_a_slow_answer_holds_neither_a_slider_nor_another_page_up(running, monkeypatch, kind, same_page):
     go_on = threading.Event()
-    monkeypatch.setitem(server._KINDS, "surface", lambda _: {"waited": go_on.wait(20)})
-    with opened(running) as page:
-        page.send(json.dumps({"id": 0, "kind": "surface"}))
+    monkeypatch.setitem(server._KINDS, kind, lambda _: {"waited": go_on.wait(20)})
+    with opened(running) as slow, opened(running) as other:
+        quick = slow if same_page else other
+        slow.send(json.dumps({"id": 0, "kind": kind}))
         for number in range(1, 20):
-            page.send(json.dumps({"id": number, "kind": "impact"}))
-            assert json.loads(page.recv(timeout=20))["id"] == number
+            quick.send(json.dumps({"id": number, "kind": "impact"}))
+            assert json.loads(quick.recv(timeout=20))["id"] == number
         go_on.set()
-        assert json.loads(page.recv(timeout=20))["waited"]
+        assert json.loads(slow.recv(timeout=20))["waited"]
 
 
 def test_the_newest_request_is_answered_when_the_turn_of_its_page_comes(running, monkeypatch):
@@ -279,18 +270,6 @@ def test_the_newest_request_is_answered_when_the_turn_of_its_page_comes(running,
             assert json.loads(exchange(second, "?"))["kind"] is None
         go_on.set()
         assert json.loads(second.recv(timeout=20))["id"] == 19
-
-
-def test_pages_do_not_wait_for_each_other(running, monkeypatch):
-    go_on = threading.Event()
-    monkeypatch.setitem(server._KINDS, "paper", lambda _: {"waited": go_on.wait(20)})
-    with opened(running) as slow, opened(running) as quick:
-        slow.send(json.dumps({"id": 1, "kind": "paper"}))
-        for number in range(20):
-            quick.send(json.dumps({"id": number, "kind": "impact", "state": {}}))
-            assert json.loads(quick.recv(timeout=20))["id"] == number
-        go_on.set()
-        assert json.loads(slow.recv(timeout=20))["waited"]
 
 
 def test_eight_pages_are_answered(running):
@@ -440,14 +419,6 @@ def test_a_task_that_fails_answers_and_goes_on(running, monkeypatch):
         assert server.BUG in answer["error"]
         page.send(json.dumps({"id": 2, "kind": "impact"}))
         assert json.loads(page.recv(timeout=20))["ok"]
-
-
-@pytest.mark.parametrize("query", ["token=a&token={token}", "token={token}&token=a", "token={token}&token={token}"])
-def test_an_address_has_one_token(running, query):
-    query = query.format(token=running.access.token)
-    assert get(running, f"/?{query}").status == 403
-    with pytest.raises(InvalidStatus), opened(running, address=f"ws://127.0.0.1:{running.port}/ws?{query}"):
-        pass
 
 
 def test_no_more_sockets_than_allowed_are_served(running, monkeypatch):
