@@ -113,22 +113,15 @@ def answer(request: Request) -> str:
     except InputError as error:
         content = refusal(error)
     except SolverError as error:
-        content = {"ok": False, "error": " ".join(str(error).split()), "field": None}
+        content = {"ok": False, "error": _line(error), "field": None}
     except (ValueError, ArithmeticError, MemoryError, RuntimeError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        content = {"ok": False, "error": f"cannot be computed: {reason[:200]}", "field": None}
-    except Exception as error:
-        content = failure(request.id, request.kind, error)
-    try:
-        return json.dumps({"id": request.id, "kind": request.kind} | content, allow_nan=False, default=_doubles)
-    except (TypeError, ValueError) as error:
-        return json.dumps(failure(request.id, request.kind, error))
+        reason = _line(error)[:200] or type(error).__name__
+        content = {"ok": False, "error": f"cannot be computed: {reason}", "field": None}
+    return json.dumps({"id": request.id, "kind": request.kind} | content, allow_nan=False, default=_doubles)
 
 
-def failure(number: int | float | str | None, kind: str, error: Exception) -> dict[str, Any]:
-    """Return the answer to a request that a mistake of the program ended."""
-    what = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
-    return {"id": number, "kind": kind, "ok": False, "error": f"{what}; {BUG}", "field": None}
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def _doubles(values: np.ndarray) -> dict[str, str]:
@@ -257,11 +250,12 @@ class Session:
 
 
 def _answered(request: Request) -> str:
-    """Return the answer to a request, whatever happens: the requests after it must be answered too."""
+    """Return the answer to a request, whatever happens: a mistake of the program must not end the session."""
     try:
         return answer(request)
     except Exception as error:
-        return json.dumps(failure(request.id, request.kind, error))
+        words = f"{type(error).__name__}: {_line(error)[:200]}; {BUG}"
+        return json.dumps({"id": request.id, "kind": request.kind, "ok": False, "error": words, "field": None})
 
 
 _TYPES = {
