@@ -180,9 +180,9 @@ def test_page_and_server_show_the_same_inputs(opened):
 @pytest.mark.parametrize(
     ("key", "text", "rule"),
     [
-        ("body.mass", "-1 kg", "body.mass = -1 kg: must be in [1e-15, 1e+08]"),
+        ("body.mass", "-1 kg", "body.mass = -1 kg: must be in [1e-15, 1e+08] kg"),
         ("material.poisson_ratio", "0.7", "material.poisson_ratio = 0.7: must be in [-1, 0.5]"),
-        ("impact.velocity", "1e9", "impact.velocity = 1000000000 m/s: must be in [1e-09, 1e+07]"),
+        ("impact.velocity", "1e9", "impact.velocity = 1000000000 m/s: must be in [1e-09, 1e+07] m/s"),
     ],
 )
 def test_a_number_that_the_server_refuses_is_named_at_its_input(opened, key, text, rule):

@@ -143,7 +143,8 @@ class Input(NamedTuple):
         low, high = self.ends
         # An integer may be too large for a float.
         if not low <= value <= high:
-            raise InputError(self.key, value, f"must be in [{low:g}, {high:g}]", self.quantity.unit)
+            rule = f"must be in [{low:g}, {high:g}] {self.quantity.unit}".rstrip()
+            raise InputError(self.key, value, rule, self.quantity.unit)
         return float(value)
 
     def describe(self) -> dict[str, Any]:

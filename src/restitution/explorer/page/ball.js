@@ -1,7 +1,7 @@
 // The body that falls, presses and flies back: once to scale, once the contact enlarged.
-import { draw, lines, node, round, words } from "./drawing.js";
+import { draw, filled, lines, node, round, words } from "./drawing.js";
 import { element } from "./elements.js";
-import { colours, onTheme, printing } from "./theme.js";
+import { colours } from "./theme.js";
 import { phrase } from "./units.js";
 
 const FLIGHT = 0.6; // The enlarged picture shows this part of the contact time before and after it.
@@ -155,15 +155,7 @@ class Scene {
     this.svg = node("svg", { "aria-hidden": true });
     this.caption = element("p", { className: "caption" }, text);
     this.root = element("div", { className: "scene" }, this.svg, this.caption);
-    this.size = { width: 0, height: 0 };
-    new ResizeObserver(() => {
-      const { width, height } = this.svg.getBoundingClientRect();
-      if (printing()) return;
-      this.size = { width, height };
-      this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-      onSize();
-    }).observe(this.svg);
-    onTheme(onSize);
+    this.size = filled(this.svg, this.svg, onSize);
   }
 
   show(shapes) {

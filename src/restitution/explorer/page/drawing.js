@@ -1,5 +1,5 @@
 // Pictures are nodes of SVG. Those on the screen are the ones that a file gets.
-import { colours } from "./theme.js";
+import { colours, onTheme, printing } from "./theme.js";
 
 const SPACE = "http://www.w3.org/2000/svg";
 
@@ -30,6 +30,21 @@ export function draw(parent, shapes) {
     else if (inside !== undefined && inside !== child.words) child.textContent = child.words = inside;
   });
   while (parent.childNodes.length > shapes.length) parent.lastChild.remove();
+}
+
+// The size of a node, which a picture fills; it is drawn anew when the size or the theme changes.
+export function filled(svg, host, redraw) {
+  const size = { width: 0, height: 0 };
+  new ResizeObserver(() => {
+    const { width, height } = host.getBoundingClientRect();
+    // On paper a picture keeps the proportions of the screen.
+    if (!width || !height || printing() || (width === size.width && height === size.height)) return;
+    Object.assign(size, { width, height });
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    redraw();
+  }).observe(host);
+  onTheme(redraw);
+  return size;
 }
 
 // Words whose middle is at this height. The edge in the colour of the card keeps them readable upon lines.

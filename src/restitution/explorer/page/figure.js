@@ -1,8 +1,8 @@
 // A picture of curves over two axes, with marks and a cursor of time.
 import { Axis, rangeOf } from "./axis.js";
-import { draw, lines, node, round, words } from "./drawing.js";
+import { draw, filled, lines, node, round, words } from "./drawing.js";
 import { element } from "./elements.js";
-import { colours, onTheme, printing } from "./theme.js";
+import { colours } from "./theme.js";
 
 const DASHES = { solid: [], dashed: [7, 4], dotted: [2, 3], dashdot: [8, 3, 2, 3] };
 
@@ -22,12 +22,11 @@ export function strokeOf(curve) {
 export class Figure {
   // options: x and y as {label, short, log, whole, room}, onPick(x, y, done)
   constructor(options) {
-    Object.assign(this, { options, curves: [], visible: true, stale: false, size: { width: 0, height: 0 } });
+    Object.assign(this, { options, curves: [], visible: true, stale: false });
     this.svg = node("svg", { "aria-hidden": true });
     this.root = element("div", { className: "plot" }, this.svg);
-    new ResizeObserver(() => this.fit()).observe(this.root);
+    this.size = filled(this.svg, this.root, () => this.redraw());
     new IntersectionObserver(([seen]) => this.appear(seen.isIntersecting), { rootMargin: "200px" }).observe(this.root);
-    onTheme(() => this.redraw());
     if (options.onPick) this.listen(options.onPick);
   }
 
@@ -55,14 +54,6 @@ export class Figure {
     if (!visible) return;
     if (this.stale) this.redraw();
     else this.point();
-  }
-
-  fit() {
-    const { clientWidth: width, clientHeight: height } = this.root;
-    if (!width || !height || printing() || (width === this.size.width && height === this.size.height)) return;
-    this.size = { width, height };
-    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    this.redraw();
   }
 
   redraw() {

@@ -11,8 +11,7 @@ export async function load(address) {
 export function interpolant(data) {
   const n = data.terms;
   const bytes = Uint8Array.from(atob(data.coefficients), (c) => c.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  const coefficients = Float64Array.from({ length: bytes.length / 4 }, (_, i) => view.getFloat32(4 * i, true));
+  const coefficients = Float64Array.from(new Float32Array(bytes.buffer));
   const { low, high, levels, places } = data;
   const finest = [0, 1, 2].map((d) => Math.max(...levels.map((level) => level[d])));
   const size = finest.map((level) => 2 ** level);

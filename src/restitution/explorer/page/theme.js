@@ -49,7 +49,6 @@ addEventListener("resize", () => {
   changed();
 });
 
-// On paper a picture keeps the proportions that it has on the screen.
 export const printing = () => matchMedia("print").matches;
 
 export const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
