@@ -29,7 +29,6 @@ from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI
 from restitution.units import LENGTH, MODULUS, NUMBER, TIME, display_systems
 
 if TYPE_CHECKING:
-    from starlette.applications import Starlette
     from starlette.requests import Request as HttpRequest
     from starlette.types import ASGIApp
     from starlette.websockets import WebSocket
@@ -134,12 +133,8 @@ def refusal(error: InputError) -> dict[str, Any]:
     return {"ok": False, "error": one_line(error), "field": error.field if error.field in inputs() else None}
 
 
-def _of_state(kind: Callable[[Mapping[str, Any]], dict[str, Any]]) -> Callable[[Mapping[str, Any]], dict[str, Any]]:
-    return lambda content: kind(content.get("state", {}))
-
-
 _KINDS: dict[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
-    **{name: _of_state(kind) for name, kind in answers.KINDS.items()},
+    **{name: lambda content, kind=kind: kind(content.get("state", {})) for name, kind in answers.KINDS.items()},
     "paper": lambda _: answers.paper(),
     "file": dropped_files.read,
     "download": downloads.download,
@@ -344,10 +339,9 @@ class Access:
         }
 
 
-def application(access: Access, state: State | None = None, title: str | None = None) -> Starlette:
+def application(access: Access, state: State | None = None, title: str | None = None) -> ASGIApp:
     """Return the web application, whose page starts from a state."""
     from starlette.applications import Starlette
-    from starlette.middleware import Middleware
     from starlette.responses import PlainTextResponse, Response
     from starlette.routing import Route, WebSocketRoute
 
@@ -383,37 +377,28 @@ def application(access: Access, state: State | None = None, title: str | None = 
             opened.discard(websocket)
 
     routes = [Route("/", page), Route("/static/{name}", static), WebSocketRoute("/ws", socket)]
-    return Starlette(routes=routes, middleware=[Middleware(_Guard, access)])
+    return _guarded(Starlette(routes=routes), access)
 
 
-class _Guard:
-    """Refuses foreign names of the server, and adds the headers of every answer."""
+def _guarded(app: ASGIApp, access: Access) -> ASGIApp:
+    """Return an application that refuses foreign names of the server, and adds the headers of every answer."""
+    from starlette.responses import PlainTextResponse
 
-    def __init__(self, app: ASGIApp, access: Access) -> None:
-        self.app, self.access = app, access
-
-    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        if scope["type"] not in ("http", "websocket"):
-            await self.app(scope, receive, send)
-            return
+    async def call(scope: Any, receive: Any, send: Any) -> None:
         host = next((value.decode("latin-1") for name, value in scope["headers"] if name == b"host"), "")
-        if not self.access.allows_host(host):
-            await self._refuse(scope, receive, send)
+        if not access.allows_host(host):
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": _REFUSED, "reason": ""})
+                return
+            await PlainTextResponse("this server does not go by that name\n", 403)(scope, receive, send)
             return
-        headers = [(name.encode(), value.encode("latin-1")) for name, value in self.access.headers(host).items()]
+        headers = [(name.encode(), value.encode("latin-1")) for name, value in access.headers(host).items()]
 
         async def send_with_headers(message: Any) -> None:
             if message["type"] == "http.response.start":
                 message = {**message, "headers": [*message.get("headers", []), *headers]}
             await send(message)
 
-        await self.app(scope, receive, send_with_headers)
+        await app(scope, receive, send_with_headers)
 
-    @staticmethod
-    async def _refuse(scope: Any, receive: Any, send: Any) -> None:
-        from starlette.responses import PlainTextResponse
-
-        if scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": _REFUSED, "reason": ""})
-            return
-        await PlainTextResponse("this server does not go by that name\n", 403)(scope, receive, send)
+    return call
