@@ -1,4 +1,5 @@
 // Puts the page together: schema, state, requests, tabs.
+import { LocalAnswers } from "./answers.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { describe } from "./description.js";
@@ -6,7 +7,6 @@ import { bindHeader } from "./header.js";
 import { ImpactTab } from "./impact.js";
 import { load } from "./interpolant.js";
 import { BounceTab, IndentationTab } from "./motions.js";
-import { Offline } from "./offline.js";
 import { PaperTab } from "./paper.js";
 import { Pins } from "./pins.js";
 import { State } from "./state.js";
@@ -38,13 +38,13 @@ class App {
     Object.assign(this, { last: {}, asked: {}, problems: {}, numbers: null });
     document.documentElement.dataset.mode = LIVE ? "live" : "static";
     if (LIVE) this.backend = new Connection((answer, asked) => this.receive(answer, asked), (word) => this.report(word));
-    else this.startOffline();
+    else this.startAlone();
   }
 
-  async startOffline() {
+  async startAlone() {
     const [schema, claims] = await Promise.all(["schema", "paper"].map(async (name) => (await fetch(`static/${name}.json`)).json()));
     this.paper = await load("static/interpolant.json");
-    this.backend = new Offline(schema, this.paper, claims, (answer, asked) => this.receive(answer, asked));
+    this.backend = new LocalAnswers(schema, this.paper, claims, (answer, asked) => this.receive(answer, asked));
     this.start(schema);
   }
 

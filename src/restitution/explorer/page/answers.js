@@ -5,7 +5,7 @@ import { digits } from "./units.js";
 
 const SHOWN = new Set(["impact", "velocity"]);
 
-export class Offline {
+export class LocalAnswers {
   constructor(schema, paper, claims, receive) {
     Object.assign(this, { schema, paper, claims, receive });
   }
