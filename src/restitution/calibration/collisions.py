@@ -16,8 +16,7 @@ from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import solve_columns
 from restitution.impact.closed_forms import elastic_contact_time, elastic_max_indentation_depth
 from restitution.impact.problem import Body, Impact, collision, two_bodies
-from restitution.impact.status import require_separation
-from restitution.impact.window import compared, require_known
+from restitution.impact.window import compared, require_known, require_separation
 from restitution.units import VELOCITY
 from restitution.validity import Validity
 from restitution.variation import vary

@@ -2,13 +2,8 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from restitution.checks import Array
-from restitution.errors import InputError
 from restitution.kernel import outcome
 from restitution.result import Outcome
-from restitution.units import VELOCITY
 
 
 class Status(Outcome):
@@ -62,20 +57,3 @@ def failures(counts: Sequence[int], total: int) -> str:
     listed = ", ".join(f"{counts[status]} {status.name}" for status in failed)
     number = sum(counts[status] for status in failed)
     return f"{number} of {total} impacts failed and are NaN: {listed}" if failed else ""
-
-
-def require_separation(statuses: Array, velocity: Array, span: tuple[float, float]) -> None:
-    """Raise if at one of the velocities [m/s] of a range a solve failed, or the body does not separate."""
-    bad = np.flatnonzero(statuses != Status.SEPARATED)
-    if not bad.size:
-        return
-    failed = bad[statuses[bad] >= Status.TOO_MANY_STEPS]
-    first = (failed if failed.size else bad)[0]
-    status = Status(int(statuses[first]))
-    if status.failed:
-        raise SolverError(status, f"at velocity = {velocity[first]:.6g} m/s")
-    good = velocity[statuses == Status.SEPARATED]
-    advice = f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
-    rule = f"must be a range in which the body separates; at {velocity[first]:.6g} m/s: {status.name}: "
-    rule += f"{status.message}{advice}"
-    raise InputError("velocity", list(span), rule, VELOCITY.unit)

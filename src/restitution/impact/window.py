@@ -1,4 +1,4 @@
-"""Refusal of contacts at times for which the materials are not known, with the velocities that are admissible."""
+"""Refusal of contacts that do not end, or last for times at which the materials are not known, with advice."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from restitution.checks import Array, truth
 from restitution.errors import ABSENT, InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
+from restitution.impact.status import SolverError, Status
 from restitution.units import VELOCITY
 from restitution.validity import Check, Numbers, Validity
 
@@ -47,6 +48,22 @@ def require_known(impact: Impact, velocity: ArrayLike | None = None, *, extrapol
     )
     ends = [float(f"{end:.6g}") for end in (velocities[0], velocities[-1])]
     raise _error(check, "velocity", ends if velocities.size > 1 else ends[0], f"{rule}; ", VELOCITY.unit)
+
+
+def require_separation(statuses: Array, velocity: Array, span: tuple[float, float]) -> None:
+    """Raise if at one of the velocities [m/s] of a range a solve failed, or the body does not separate."""
+    bad = np.flatnonzero(statuses != Status.SEPARATED)
+    if not bad.size:
+        return
+    failed = bad[statuses[bad] >= Status.TOO_MANY_STEPS]
+    first = (failed if failed.size else bad)[0]
+    status = Status(int(statuses[first]))
+    if status.failed:
+        raise SolverError(status, f"at velocity = {velocity[first]:.6g} m/s")
+    good = velocity[statuses == Status.SEPARATED]
+    advice = f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
+    rule = f"must be a range in which the body separates; at {velocity[first]:.6g} m/s: {status.name}: "
+    raise InputError("velocity", list(span), f"{rule}{status.message}{advice}", VELOCITY.unit)
 
 
 def validity_of(impact: Impact) -> Validity:

@@ -14,8 +14,8 @@ from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import solve_columns
 from restitution.impact.problem import Impact
 from restitution.impact.solution import Progress
-from restitution.impact.status import SolverError, Status, require_separation
-from restitution.impact.window import compared, require_known
+from restitution.impact.status import SolverError, Status
+from restitution.impact.window import compared, require_known, require_separation
 from restitution.result import plain
 from restitution.surrogates.velocity import DEEPEST, OUTPUTS, Pieces, Surrogate, velocity_range
 from restitution.variation import vary
