@@ -199,7 +199,7 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        (changed("time", 7, 0.0), {}, r"time\[7\].*must be after"),
+        (changed("time", 7, 0.0), {}, r"time\[7\].*must be ascending"),
         (changed("force", 7, math.nan), {}, "force.*finite"),
         ({"time": TIME, "depth": DEPTH, "force": FORCE[1:]}, {}, "equal length"),
         ({"time": TIME, "depth": DEPTH, "force": np.minimum(FORCE, 7e-10)}, {}, "saturated"),

@@ -214,7 +214,7 @@ def test_records_of_real_instruments_are_accepted():
         (lambda t, f: (t, 0.0 * f + 3.0), "baseline"),
         (lambda t, f: (t[::-1], f), "ascending"),
         (lambda t, f: (t[::20], f[::20]), "samples"),
-        (lambda t, f: (t[::2], f), "values"),
+        (lambda t, f: (t[::2], f), "equal length"),
         (lambda t, f: (1e3 * t, f), "radius"),
         (lambda t, f: (t, np.where(np.arange(t.size) == 90, np.nan, f)), "finite"),
     ],

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 import restitution as rs
 from restitution import InputError, read_case
 from restitution.identification.fit import minimise
-from restitution.identification.impacts import ImpactColumns, impact_nodes
+from restitution.identification.impacts import impact_nodes
 from restitution.identification.parameters import column
 from restitution.identification.uncertainty import Estimate, headline
 
@@ -187,12 +187,13 @@ def _columns(material):
 
 def test_equal_impacts_of_unequal_bodies_under_a_force_are_solved_once():
     one = np.linspace(1.0, 2.0, 1000)
-    assert impact_nodes(ImpactColumns(one, one, one, None, one), 1.0) is None
+    unequal = rs.Impact(rs.standard_solid(1e6, 5e6, 3e3, **FIXED), rs.Parabola(one), one, one, external_force=one)
+    assert impact_nodes(unequal) is None
     place = np.random.default_rng(5).integers(0, 300, 1000)
     v, mass, force = (low * one[place] for low in (0.05, 0.03, 0.02))
     balls = rs.Rebounds(v, 0.5, radius=0.01, mass=mass, contact_time=1e-4, external_force=force)
     assert balls._nodes is not None
-    assert balls._nodes.impacts.velocity.size == np.unique(place).size
+    assert balls._nodes.impact.velocity.size == np.unique(place).size
     solid = rs.standard_solid(1e6, 5e6, 3e3, **FIXED)
     exact = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass, v, external_force=force))
     for name, values in balls.predicted(_columns(solid)).items():
@@ -207,7 +208,7 @@ def test_outcomes_of_many_impacts_with_another_profile_are_those_of_each(profile
     v, mass = np.exp(random.uniform(math.log(0.02), math.log(0.5), n)), random.choice([0.02, 0.04], n)
     balls = rs.Rebounds(v, 0.5, profile=profile, mass=mass, contact_time=1e-4, max_force=1.0)
     assert balls._nodes is not None
-    assert balls._nodes.impacts.velocity.size < 0.6 * n
+    assert balls._nodes.impact.velocity.size < 0.6 * n
     solid = rs.standard_solid(1e6, 5e6, 3e3, **FIXED)
     shown = random.choice(n, 200, replace=False)
     exact = rs.solve(rs.Impact(solid, profile, mass[shown], v[shown]))

@@ -94,7 +94,7 @@ def test_tables_are_observations_with_relative_noise():
     [
         ({"deformation": "bulk"}, "deformation"),
         ({"noise": rs.Noise(modulus="x")}, "noise.modulus"),
-        ({"noise": rs.Noise(storage_modulus="1 %")}, "noise.modulus"),
+        ({"noise": rs.Noise(storage_modulus="1 %")}, "noise.storage_modulus"),
     ],
 )
 def test_wrong_options_of_tables_are_refused(options, field):

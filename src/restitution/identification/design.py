@@ -249,7 +249,9 @@ def design(
     def materials(coordinates: Array) -> Material:
         return space.materials(coordinates, (window.low, window.high))
 
-    noise = Noise(restitution_coefficient="1 %", contact_time="1 %") if noise is None else Noise.given(noise)
+    if noise is None:
+        noise = Noise(restitution_coefficient="1 %", contact_time="1 %")
+    checks.instance("noise", noise, Noise, "must be a Noise")
     values, jacobian = sensitivities(impacts, materials, theta, noise)
     possible = np.all(np.isfinite(jacobian), axis=(1, 2))
     if not np.any(possible):
