@@ -111,7 +111,8 @@ def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> No
     found = read_identification(folder / f"{name}.toml").solve()
     assert isinstance(found, rs.Identification)
     made = runpy.run_path(str(folder / "make_data.py"))
-    best = found.problem.space.values(found.coordinates[None])
+    space = found.problem.space
+    best = dict(zip(space.names, space.numbers(found.coordinates[None]).T, strict=True))
     for parameter, value in made[truth].items():
         low, high = found.parameters[parameter].interval
         end, middle = high if value > best[parameter][0] else low, best[parameter][0]

@@ -8,9 +8,8 @@ import pytest
 from tests.identification.balls import STANDARD_SOLIDS, rebounds, standard_solid
 
 import restitution as rs
-from restitution.identification.design import sensitivities
 from restitution.identification.parameters import parameters
-from restitution.identification.statements import knowledge, statements
+from restitution.identification.statements import knowledge, sensitivities
 
 NU = {"poisson_ratio": 0.5}
 ONE_BALL = {"radius": 0.01, "velocity": np.geomspace(0.1, 2.0, 12)}
@@ -47,7 +46,7 @@ def test_restitution_alone_determines_no_modulus_and_no_time(case, body):
     balls = rebounds(standard_solid(*STANDARD_SOLIDS[case]), seed=1, measured=(), **body)
     found = rs.identify(balls, rs.standard_solid, fixed=NU)
     assert not any(one.determined for one in found.parameters.values())
-    lines = statements(found)
+    lines = found.statements
     # E*(t) to L^(5/2) E*(L t): moduli times x^2.5, the viscosity times x^1.5.
     wanted = (
         "The data do not change at all when equilibrium_modulus and branch_modulus are multiplied by x^2.5 and viscosity "
@@ -178,7 +177,7 @@ def test_a_gain_and_a_velocity_that_are_both_unknown_leave_a_flat_direction():
 
 def test_determined_parameters_have_no_flat_direction():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1)
-    lines = statements(rs.identify(balls, rs.standard_solid, fixed=NU))
+    lines = rs.identify(balls, rs.standard_solid, fixed=NU).statements
     assert len(lines) == 1
     assert lines[0].startswith("At pi over the contact time")
 

@@ -237,7 +237,11 @@ class EstimationProblem:
                 record.residuals(materials, nuisances) / factor
                 for record, nuisances, factor in zip(self.data, self.nuisances(coordinates), self.factors, strict=True)
             ]
-        return np.hstack([*parts, penalties(self.space, coordinates[:, : self.n_parameters])])
+        return np.hstack([*parts, self.penalties(coordinates)])
+
+    def penalties(self, coordinates: Array) -> Array:
+        """Return further residuals, those of the priors, shape (m, n_prior)."""
+        return penalties(self.space, coordinates[:, : self.n_parameters])
 
     def jacobian(self, coordinates: Array) -> Array:
         """Return derivatives of the residuals, shape (n, n_unknown); one-sided differences where one side fails."""

@@ -147,7 +147,7 @@ def identify(
             break
         uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
         estimates = _estimates(uncertainty, profiles, report)
-    result = Identification(uncertainty, estimates, _nuisances(uncertainty))
+    result = Identification(uncertainty, estimates, uncertainty.nuisances())
     return replace(result, warnings=_warnings(result))
 
 
@@ -185,25 +185,6 @@ def _middle_temperature(sets: Sequence[Observations]) -> float | None:
     levels = [getattr(record, "temperature", None) for record in sets]
     temperatures = [np.ravel(level) for level in levels if level is not None]
     return float(np.median(np.concatenate(temperatures))) if temperatures else None
-
-
-def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
-    """Return unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
-    problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
-    materials, estimates, at = problem.materials(fit.coordinates[None]), dict[str, Estimate](), problem.n_parameters
-    quantile = uncertainty.quantile()
-    for n, (record, values) in enumerate(zip(problem.data, problem.nuisances(fit.coordinates[None]), strict=True)):
-        prefix = f"{record.label or n}: " if len(problem.data) > 1 else ""
-        for k, nuisance in enumerate(record.nuisances):
-            value, error = float(values[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
-            at += 1
-            reach = quantile * error
-            estimates[prefix + nuisance.name] = Estimate(
-                value, error, (value - reach, value + reach), True, nuisance.unit
-            )
-        for name, (value, unit) in record.linear_estimates(materials, values).items():
-            estimates[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
-    return estimates
 
 
 def _warnings(result: Identification) -> tuple[str, ...]:
