@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import Any, Literal, TypeGuard
 
@@ -111,10 +111,8 @@ def numbers_of(impact: Impact) -> tuple[str, ...]:
     return tuple(name for name in impact.profile.numbers if name not in MATERIAL_NAMES)
 
 
-def varied(
-    impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_modulus", *, checked: bool = True
-) -> Impact:
-    """Return an impact with other numbers in SI by name, of which at most the ranges are checked; see `vary`."""
+def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_modulus") -> Impact:
+    """Return an impact with other numbers in SI by name, which are not checked but for their ranges; see `vary`."""
     parts: dict[str, Any] = {name: values[name] for name in (*MATERIALS, *BODY) if name in values}
     geometry = {name: values[name] for name in numbers_of(impact) if name in values}
     parts["profile"] = profile = impact.profile.changed(geometry) if geometry else impact.profile
@@ -134,15 +132,7 @@ def varied(
         alone = counter is None or counter.shift is None
         counter = counter if counter is None or alone else counter.at(temperature)
         material = material.at(temperature) if alone or material.shift is not None else material
-    parts |= {"material": material, "counter_material": counter}
-    return replace(impact, **parts) if checked else _unchecked(impact, parts)
-
-
-def _unchecked(impact: Impact, parts: Mapping[str, Any]) -> Impact:
-    """Return an impact with other parts, without the checks of its constructor: a fit makes thousands of impacts."""
-    trial = object.__new__(Impact)
-    vars(trial).update({field.name: parts.get(field.name, getattr(impact, field.name)) for field in fields(Impact)})
-    return trial
+    return replace(impact, **parts | {"material": material, "counter_material": counter})
 
 
 def is_standard_solid(material: Material) -> bool:

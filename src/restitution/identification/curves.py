@@ -26,6 +26,7 @@ from restitution.identification.observations import (
     Nuisance,
     columns_over_time,
     modulus,
+    noise_of,
     number_or_none,
 )
 from restitution.indentation.history import without_collinear
@@ -342,10 +343,13 @@ class IndentationCurve(ForceRecord):
         self.lines = rising_and_falling(lines, touch.depth)
         self._set_nuisance(touch.depth, touch.noise)
         span = float(np.ptp(self.force))
-        deviations = Noise.stated(noise, ["force"]).of("force", self.force, span)
+        deviations = noise_of(noise, ["force"]).of("force", self.force, span)
         self.scaled = deviations is None
-        self.deviations = np.full(self.size, max(touch.noise, 1e-6 * span)) if deviations is None else deviations
-        self._set_baseline(baseline=(np.ones(self.size), "N"), baseline_slope=(self.time - self.time[0], "N/s"))
+        if deviations is None:
+            deviations = np.full(self.force.size, max(touch.noise, 1e-6 * span))
+        slope = self.time - self.time[0], "N/s"
+        constant = np.ones(self.time.size), "N"
+        self._set_record(self.time, self.force, deviations, baseline=constant, baseline_slope=slope)
 
     def _set_nuisance(self, touch: float, noise: float) -> None:
         """Start, range and step of the contact point."""
@@ -364,6 +368,10 @@ class IndentationCurve(ForceRecord):
         stiffness = 1.5 * float(np.ptp(self.force)) / (peak - touch)
         step = max(noise / stiffness, 1e-6 * (peak - touch))
         self.nuisances = (Nuisance("contact_point", "m", touch, low, high, step),)
+
+    def projected(self, forces: Array) -> Array:
+        """Return residuals of forces [N] of shape (m, n)."""
+        return self._compared(forces)
 
     @cached_property
     def block(self) -> IndentationBlock:

@@ -18,7 +18,7 @@ from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate, minimis
 from restitution.identification.observations import Moduli, Observations, as_observations, hollow_balls
 from restitution.identification.parameters import SPECTRUM, parameter_names, parameters
 from restitution.identification.result import Identification
-from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded
+from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded, nuisance_estimates
 from restitution.material.master_curve import Isotherms
 from restitution.quantities import MODULI, Quantity
 from restitution.result import Result, Summary, Table
@@ -147,7 +147,7 @@ def identify(
             break
         uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
         estimates = _estimates(uncertainty, profiles, report)
-    result = Identification(uncertainty, estimates, uncertainty.nuisances())
+    result = Identification(uncertainty, estimates, nuisance_estimates(uncertainty))
     return replace(result, warnings=_warnings(result))
 
 

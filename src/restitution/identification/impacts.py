@@ -14,8 +14,16 @@ from restitution import checks, quantities
 from restitution.checks import Array, instance
 from restitution.contact.geometry import Geometry
 from restitution.errors import InputError, InputTypeError
-from restitution.identification.observations import Curve, Noise, Observations, hollow_balls, modulus, profile_of
-from restitution.impact.batch import Batch
+from restitution.identification.observations import (
+    Curve,
+    Noise,
+    Observations,
+    hollow_balls,
+    modulus,
+    noise_of,
+    profile_of,
+)
+from restitution.impact.batch import Batch, flat
 from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
@@ -288,6 +296,11 @@ def _statements(loss: Array, storage: Array, by_force: NDArray[np.bool_]) -> tup
 
 # Impacts in place of many: nodes over the one number on which similar impacts depend.
 
+# Columns of a batch that a trial replaces.
+_SERIES = "equilibria", "viscosities", "moduli", "times"
+_BODY = "masses", "velocities", "forces", "coefficients", "ratios", "depth_units", "radius_units"
+# Impedance of targets that do not move.
+_STILL = np.array([math.inf])
 # Nodes of a group: these, and so many for each factor of e; points of a polynomial.
 _FEWEST, _DENSITY, _POINTS = 50, 200.0, 6
 
@@ -372,10 +385,23 @@ def impacts_of(profile: Geometry, mass: Any, velocity: Any, external_force: Any)
     return Impact(Material(1.0, math.inf), profile, mass, velocity, external_force=external_force)
 
 
-def trials(impact: Impact, materials: Material, reduced: PronySeries, **numbers: Any) -> Batch:
-    """Return impacts on materials of shape (m, 1) whose reduced moduli are known, and with other numbers, as rows."""
-    # Trials are materials of admissible coordinates; a row of other numbers has no result.
-    return Batch.from_impact(varied(impact, {"material": materials, **numbers}, checked=False), reduced)
+def bodies_of(impact: Impact) -> Batch:
+    """Return impacts as rows for `trials`, checked and translated once: a fit makes thousands of trials."""
+    return replace(Batch.from_impact(impact), impedances=_STILL)
+
+
+def trials(bodies: Batch, reduced: PronySeries, **numbers: Any) -> Batch:
+    """Return impacts of bodies on m materials, of reduced moduli of shape (m, 1) or (m, n), as rows.
+
+    Further numbers are columns of a batch that broadcast to the shape (m, n).
+    """
+    shape = np.broadcast_shapes(reduced.shape, (bodies.size,), *map(np.shape, numbers.values()))
+    columns: dict[str, Any] = dict(zip(_SERIES, reduced.broadcast_to(shape).columns, strict=True))
+    for name in _BODY:
+        values = numbers.get(name, getattr(bodies, name))
+        # Numbers of no unit of their own and coefficients of no power law are single ones, or None.
+        columns[name] = flat(values, shape) if np.ndim(values) or name in numbers else values
+    return replace(bodies, **columns)
 
 
 def _weights(x: Array) -> tuple[Array, Any]:
@@ -512,7 +538,7 @@ class Rebounds(Observations):
                 worst = int(np.nanargmax(strain))
                 rule = "must be in s: the body would move by more than its radius during contact"
                 raise InputError("contact_time", float(columns["contact_time"][worst]), rule, "s", index=(worst,))
-        self.noise = Noise.stated(noise, [*self.measured], ["velocity"])
+        self.noise = noise_of(noise, [*self.measured], ["velocity"])
         self._set_noise()
 
     def _set_noise(self) -> None:
@@ -535,28 +561,29 @@ class Rebounds(Observations):
         """Number of measured values."""
         return int(self._there.sum())
 
-    def predicted(self, materials: Material, velocity_factor: float = 1.0, weight: bool = True) -> dict[str, Array]:
+    def predicted(
+        self, materials: Material, velocity_factor: float = 1.0, external_force: Array | None = None
+    ) -> dict[str, Array]:
         """Return restitution coefficients, contact times and peak forces, shape (m, n); NaN without separation."""
-        impact, temperature, nodes = self._impact, self.temperature, self._nodes
-        if nodes is not None:
-            impact, temperature = nodes.impact, nodes.temperature
+        nodes = self._nodes
+        temperature = self.temperature if nodes is None else nodes.temperature
         if temperature is None:
             reduced = modulus(materials)
         else:
             levels, where = np.unique(temperature, return_inverse=True)
             reduced = modulus(materials, levels).broadcast_to((materials.shape[0], levels.size))
             reduced = reduced.take((slice(None), where))
-        numbers = {} if weight else {"external_force": 0.0}
-        velocity = velocity_factor * impact.velocity
-        batch = trials(impact, materials, self._contact(reduced), velocity=velocity, **numbers)
+        bodies = self._rows
+        numbers = {} if external_force is None else {"forces": external_force}
+        batch = trials(bodies, self._contact(reduced), velocities=velocity_factor * bodies.velocities, **numbers)
         outcomes = batch.solve(_RTOL, workers=1)
         good = outcomes["status"] == Status.SEPARATED
-        shape = materials.shape[0], impact.shape[0]
+        shape = materials.shape[0], bodies.size
         rows = {name: np.where(good, outcomes[name], np.nan).reshape(shape) for name in _NAMES}
         if nodes is None:
             return rows
         # The momentum is the scale of the force.
-        rows["max_force"] /= impact.mass * impact.velocity
+        rows["max_force"] /= bodies.masses * bodies.velocities
         rows = {name: np.exp(nodes.interpolated(np.log(values))) for name, values in rows.items()}
         rows["max_force"] *= self.mass * self.velocity
         return rows
@@ -565,6 +592,11 @@ class Rebounds(Observations):
     def _nodes(self) -> ImpactNodes | None:
         """Few impacts in place of many, if the outcomes are smooth functions of one number."""
         return impact_nodes(self._impact, self.temperature) if self.velocity.size > _MANY else None
+
+    @cached_property
+    def _rows(self) -> Batch:
+        """The impacts, or those in their place, as rows without a material."""
+        return bodies_of(self._impact if self._nodes is None else self._nodes.impact)
 
     def _contact(self, reduced: PronySeries) -> PronySeries:
         """Return reduced moduli of the contacts of both bodies."""
@@ -709,7 +741,7 @@ class Rebounds(Observations):
         shear = PronySeries.springs(np.full((1, 1), 0.5 if self.counter_material == "same" else 0.25))
         # Temperatures need a shift; a spring has no times.
         material = Material(shear, math.inf, shift=Arrhenius(300.0, 1.0))
-        outcomes = self.predicted(material, weight=False)
+        outcomes = self.predicted(material, external_force=np.zeros(1))
         return outcomes["contact_time"][0], outcomes["max_force"][0]
 
     def __repr__(self) -> str:

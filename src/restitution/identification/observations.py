@@ -45,16 +45,9 @@ class Noise:
         self.deviations: Mapping[str, Any] = dict(deviations)
 
     @staticmethod
-    def stated(noise: Any, measured: Sequence[str], further: Sequence[str] = ()) -> Noise:
-        """Return a noise, which is that of all measured quantities or of none, and perhaps of further ones."""
-        noise = Noise() if noise is None else checks.instance("noise", noise, Noise, "must be a Noise")
-        for name in noise.deviations:
-            if name not in (*measured, *further):
-                raise InputError(f"noise.{name}", rule=f"was not measured; measured are {', '.join(measured)}")
-        missing = [name for name in measured if name not in noise.deviations]
-        if 0 < len(missing) < len(measured):
-            raise InputError(f"noise.{missing[0]}", rule="must be given, as that of another quantity is")
-        return noise
+    def given(noise: Any) -> Noise:
+        """Return a noise, or none at all for None; other types are refused."""
+        return Noise() if noise is None else checks.instance("noise", noise, Noise, "must be a Noise")
 
     def of(self, name: str, values: Array, scale: Array | float | None = None) -> Array | None:
         """Return standard deviations of values in SI, shape (n,); None if unknown.
@@ -87,6 +80,18 @@ class Noise:
 
     def __repr__(self) -> str:
         return f"Noise({', '.join(f'{name}={value!r}' for name, value in self.deviations.items())})"
+
+
+def noise_of(noise: Any, measured: Sequence[str], further: Sequence[str] = ()) -> Noise:
+    """Return a noise, which is that of all measured quantities or of none, and perhaps of further ones."""
+    noise = Noise.given(noise)
+    for name in noise.deviations:
+        if name not in (*measured, *further):
+            raise InputError(f"noise.{name}", rule=f"was not measured; measured are {', '.join(measured)}")
+    missing = [name for name in measured if name not in noise.deviations]
+    if 0 < len(missing) < len(measured):
+        raise InputError(f"noise.{missing[0]}", rule="must be given, as that of another quantity is")
+    return noise
 
 
 class Nuisance(NamedTuple):
@@ -251,14 +256,6 @@ class Observations(ABC):
 class ForceRecord(Observations):
     """Force over time beside a baseline, a sum of columns whose factors are projected out of the residuals."""
 
-    time: Array  # [s], shape (n,)
-    force: Array  # measured [N], shape (n,)
-    deviations: Array  # of the measured force [N], shape (n,)
-    gain: float | None = 1.0  # measured over true force; None if unknown
-    ar1: float = 0.0  # correlation of the noise of successive samples
-    basis: Array
-    """Orthonormal columns of the whitened baseline, shape (n, n_column)."""
-
     @abstractmethod
     def forces(self, materials: Material, nuisances: Array) -> Array:
         """Return forces [N] at the times of the record, without gain and baseline, shape (m, n)."""
@@ -268,12 +265,20 @@ class ForceRecord(Observations):
         """Number of samples."""
         return self.time.size
 
-    def _set_baseline(self, **columns: tuple[Array, str]) -> None:
-        """Set the columns of the baseline, with the units of their factors."""
-        self._units = {name: unit for name, (_, unit) in columns.items()}
-        self._columns = np.stack([column for column, _ in columns.values()])
+    def _set_record(
+        self, time: Array, force: Array, deviations: Array, gain: float | None = 1.0, ar1: float = 0.0,
+        **baseline: tuple[Array, str],
+    ) -> None:  # fmt: skip
+        """Set measured forces [N], their deviations, and the columns of the baseline with the units of their factors.
+
+        The gain is the measured over the true force, None if it is unknown; `ar1` is the correlation of the noise of
+        successive samples.
+        """
+        self.time, self.force, self.deviations, self.gain, self.ar1 = time, force, deviations, gain, ar1
+        self._units = {name: unit for name, (_, unit) in baseline.items()}
+        self._columns = np.stack([column for column, _ in baseline.values()])
         self.basis, self._triangle = np.linalg.qr(self._whitened(self._columns).T)
-        self._data = self._projected(self.force)
+        self._data = self._projected(force)
 
     def _whitened(self, values: Array) -> Array:
         scaled = values / self.deviations
@@ -295,7 +300,10 @@ class ForceRecord(Observations):
 
     def residuals(self, materials: Material, nuisances: Array) -> Array:
         """Return residuals of the samples, whitened; NaN where a row has no result."""
-        projected = self._projected(self.forces(materials, nuisances))
+        return self._compared(self.forces(materials, nuisances))
+
+    def _compared(self, forces: Array) -> Array:
+        projected = self._projected(forces)
         return self._gains(projected) * projected - self._data
 
     def _linear(self, materials: Material, nuisances: Array) -> tuple[Array, Array, float]:
@@ -375,7 +383,7 @@ class Moduli(Observations):
             values = [table.storage_modulus[inside], table.loss_modulus[inside]]
             sizes = [np.hypot(*values)] * 2
         self._values, self._names = np.concatenate(values), names
-        noise = Noise.stated(noise, names)
+        noise = noise_of(noise, names)
         self.scaled = not noise.deviations
         noise = Noise(**dict.fromkeys(names, "1 %")) if self.scaled else noise
         self._deviations = np.concatenate([noise.of(*row) for row in zip(names, values, sizes, strict=True)])  # pyright: ignore

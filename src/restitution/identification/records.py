@@ -13,7 +13,7 @@ from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, RestitutionWarning
-from restitution.identification.impacts import Rebounds, impacts_of, trials
+from restitution.identification.impacts import Rebounds, bodies_of, impacts_of, trials
 from restitution.identification.observations import (
     Curve,
     ForceRecord,
@@ -22,6 +22,7 @@ from restitution.identification.observations import (
     Observations,
     columns_over_time,
     modulus,
+    noise_of,
     number_or_none,
     profile_of,
 )
@@ -55,11 +56,11 @@ class OneBall(Observations):
         self.profile = profile_of(number_or_none("radius", radius), profile)
         if np.ndim(self.profile.stiffness_radius(0.0)):
             raise InputError("profile", rule="must be that of one body")
-        self._impact = impacts_of(self.profile, self.mass, 1.0, self.mass * gravity)
+        self._body = bodies_of(impacts_of(self.profile, self.mass, 1.0, self.mass * gravity))
 
     def _trials(self, materials: Material, velocity: Any) -> Batch:
         """Return impacts on materials of shape (m, 1) with velocities that broadcast against them."""
-        return trials(self._impact, materials, modulus(materials, self.temperature), velocity=velocity)
+        return trials(self._body, modulus(materials, self.temperature), velocities=velocity)
 
 
 class ForceHistory(OneBall, ForceRecord):
@@ -154,9 +155,9 @@ class ForceHistory(OneBall, ForceRecord):
         self._pulse = pulse = _pulse_of(name, unit, self.time, values, self.profile)
         self._name, self._factor = name, 1.0 if acceleration is None else self.mass
         self._check_size()
-        self._set_noise(Noise.stated(noise, [name]), values)
-        self.force = values * self._factor
-        self._set_baseline(baseline=(np.full(values.size, self._factor), unit))
+        deviations = self._deviations_of(noise_of(noise, [name]), values) * self._factor
+        baseline = np.full(values.size, self._factor), unit
+        self._set_record(self.time, values * self._factor, deviations, self.gain, self.ar1, baseline=baseline)
         share = float(np.median(self.deviations)) / (pulse.height * self._factor * math.sqrt(pulse.samples))
         share = 0.01 if self.scaled else share
         start, duration = pulse.first_touch, pulse.duration
@@ -192,11 +193,10 @@ class ForceHistory(OneBall, ForceRecord):
         guess = min(max(3.0 * mean - gained, 0.51 * gained), 0.9 * gained)
         return guess, 0.5 * gained / (1.0 + _SLACK), gained * (1.0 + _SLACK)
 
-    def _set_noise(self, noise: Noise, values: Array) -> None:
+    def _deviations_of(self, noise: Noise, values: Array) -> Array:
+        """Return standard deviations in the unit of the record; warn of correlated noise."""
         stated = noise.of(self._name, values, self._pulse.height)
         self.scaled = stated is None
-        deviations = np.ones(values.size) if stated is None else stated
-        self.deviations = deviations * self._factor
         # The first touch is only a guess.
         margin = 0.1 * self._pulse.duration
         outside = self.time - self._pulse.first_touch
@@ -212,6 +212,7 @@ class ForceHistory(OneBall, ForceRecord):
                     f"neighbours), and errors would be too small; give ar1={correlation:.2g}"
                 )
                 warnings.warn(RestitutionWarning("correlated_noise", message), stacklevel=4)
+        return np.ones(values.size) if stated is None else stated
 
     @property
     def _impulse(self) -> float:
@@ -457,7 +458,7 @@ class BounceTimes(OneBall):
         density = checks.single_nonnegative("air_density", air_density, "kg/m^3")
         coefficient = checks.single_nonnegative("drag_coefficient", drag_coefficient)
         self.flight = Flight(self.gravity, self._drag(density, coefficient, "air_density"))
-        self._set_noise(Noise.stated(noise, ["time"], [] if self.drop_height is None else ["drop_height"]))
+        self._set_noise(noise_of(noise, ["time"], [] if self.drop_height is None else ["drop_height"]))
         longer = np.diff(self.intervals)
         if np.any(longer > (0.02 * self.intervals[:-1] if self.scaled else 15.0 * self._instants[1:-1])):
             place = int(np.argmax(longer)) + 2

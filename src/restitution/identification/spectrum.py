@@ -18,7 +18,7 @@ from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Observations
 from restitution.identification.parameters import Parameters
 from restitution.identification.result import FittedResult
-from restitution.identification.uncertainty import MODULUS_NAMES, Uncertainty, modulus_functions
+from restitution.identification.uncertainty import MODULUS_NAMES, Uncertainty, modulus_functions, nuisance_estimates
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -259,7 +259,7 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
     cost = float((problem.residuals(theta[None])[0] ** 2).sum())
     fit = Fit(theta, cost)
     uncertainty = Uncertainty(Estimation(problem, "linear", fit, (fit,), jacobian))
-    estimates = uncertainty.nuisances().items()
+    estimates = nuisance_estimates(uncertainty).items()
     # Unknowns without an error were projected out.
     nuisances = {name: float(each.value or 0.0) for name, each in estimates if each.standard_error is not None}
     return Spectrum(uncertainty, effective, nuisances)

@@ -479,23 +479,24 @@ class Uncertainty:
         size = error * float(parameter.slope(z)) if determined else None
         return Estimate(value, size, interval, determined, parameter.quantity.unit, ends)
 
-    def nuisances(self) -> dict[str, Estimate]:
-        """Return unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
-        problem, fit = self.estimation.problem, self.estimation.fit
-        point, estimates, at = fit.coordinates[None], dict[str, Estimate](), problem.n_parameters
-        materials, quantile = problem.materials(point), self.quantile()
-        for n, (record, values) in enumerate(zip(problem.data, problem.nuisances(point), strict=True)):
-            prefix = f"{record.label or n}: " if len(problem.data) > 1 else ""
-            for k, nuisance in enumerate(record.nuisances):
-                value, error = float(values[0, k]), float(self.standard_errors[at]) * nuisance.step
-                at += 1
-                reach = quantile * error
-                estimates[prefix + nuisance.name] = Estimate(
-                    value, error, (value - reach, value + reach), True, nuisance.unit
-                )
-            for name, (value, unit) in record.linear_estimates(materials, values).items():
-                estimates[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
-        return estimates
+
+def nuisance_estimates(uncertainty: Uncertainty) -> dict[str, Estimate]:
+    """Return unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
+    problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
+    point, estimates, at = fit.coordinates[None], dict[str, Estimate](), problem.n_parameters
+    materials, quantile = problem.materials(point), uncertainty.quantile()
+    for n, (record, values) in enumerate(zip(problem.data, problem.nuisances(point), strict=True)):
+        prefix = f"{record.label or n}: " if len(problem.data) > 1 else ""
+        for k, nuisance in enumerate(record.nuisances):
+            value, error = float(values[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
+            at += 1
+            reach = quantile * error
+            estimates[prefix + nuisance.name] = Estimate(
+                value, error, (value - reach, value + reach), True, nuisance.unit
+            )
+        for name, (value, unit) in record.linear_estimates(materials, values).items():
+            estimates[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
+    return estimates
 
 
 def without(jacobian: Array, other: Array) -> Array:
