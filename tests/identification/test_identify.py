@@ -116,6 +116,11 @@ def test_restitution_alone_has_the_exact_flat_direction_and_no_numbers(case):
     assert all(one.value is None and not one.determined for one in found.parameters.values())
     assert "not determined" in str(found)
     assert math.isnan(found.window[0])
+    words = "equilibrium_modulus and branch_modulus are multiplied by x^2.5 and viscosity is multiplied by x^1.5."
+    lines = [line for line in found.statements if f"do not change at all when {words}" in line]
+    assert ["contact time" in line for line in lines] == [True]
+    assert "abs(E*) not at all" in found.statements[0]
+    assert "tan delta to" in found.statements[0]
     # One known modulus settles the others.
     fixed = FIXED | {"equilibrium_modulus": STANDARD_SOLIDS[case][0]}
     settled = rs.identify(rebounds(material, measured=()), rs.standard_solid, fixed=fixed)

@@ -40,35 +40,6 @@ def impacts(profile=None, radius=0.01, velocity=ONE_BALL["velocity"]):
 SOLID = {MODULUS: 1e6, BRANCH: 1e7, VISCOSITY: 1e4}
 
 
-@pytest.mark.parametrize("case", STANDARD_SOLIDS)
-@pytest.mark.parametrize("body", [ONE_BALL, {}], ids=["one ball", "three radii"])
-def test_restitution_alone_determines_no_modulus_and_no_time(case, body):
-    balls = rebounds(standard_solid(*STANDARD_SOLIDS[case]), seed=1, measured=(), **body)
-    found = rs.identify(balls, rs.standard_solid, fixed=NU)
-    assert not any(one.determined for one in found.parameters.values())
-    lines = found.statements
-    # E*(t) to L^(5/2) E*(L t): moduli times x^2.5, the viscosity times x^1.5.
-    wanted = (
-        "The data do not change at all when equilibrium_modulus and branch_modulus are multiplied by x^2.5 and viscosity "
-        "is multiplied by x^1.5."
-    )
-    assert any(line.startswith(wanted) and "contact time" in line for line in lines)
-    assert "abs(E*) not at all" in lines[0]
-    assert "tan delta to" in lines[0]
-
-
-@pytest.mark.parametrize("factor", [0.5, 3.0])
-def test_a_factor_in_radius_is_equivalent_to_its_fifth_power_in_velocity(factor):
-    """For balls of one density e and the contact time depend on R^(-5/2) v^(1/2) alone."""
-    solid = rs.standard_solid(1e8, 1e9, 1e5, poisson_ratio=0.4)
-    first, second = (
-        rs.solve(rs.Impact(solid, rs.Parabola(0.01 * size), mass=0.03 * size**3, velocity=0.1 * size**5))
-        for size in (1.0, factor)
-    )
-    assert second.restitution_coefficient == pytest.approx(first.restitution_coefficient, rel=1e-8)
-    assert second.contact_time == pytest.approx(first.contact_time, rel=1e-8)
-
-
 def test_moduli_and_times_can_change_together_without_effect_on_restitution():
     velocities, changed = np.geomspace(0.01, 1.0, 5), 3.0
     results = [
