@@ -25,23 +25,23 @@ def written(text: str, name: str = "data.csv") -> str:
 
 
 def test_rebounds_in_any_units() -> None:
-    found = read_observations(written(BALLS), noise={"contact_time": "1 %"})
-    assert isinstance(found, Rebounds)
-    np.testing.assert_allclose(found.velocity, [0.5, 1.0])
-    np.testing.assert_allclose(found.mass, 0.033)
-    np.testing.assert_allclose(found.restitution_coefficient, [0.82, 0.79])
-    np.testing.assert_allclose(found.measured["contact_time"], [2e-3, 1.8e-3])
-    deviation = found.noise.of("restitution_coefficient", found.restitution_coefficient)
+    data = read_observations(written(BALLS), noise={"contact_time": "1 %"})
+    assert isinstance(data, Rebounds)
+    np.testing.assert_allclose(data.velocity, [0.5, 1.0])
+    np.testing.assert_allclose(data.mass, 0.033)
+    np.testing.assert_allclose(data.restitution_coefficient, [0.82, 0.79])
+    np.testing.assert_allclose(data.measured["contact_time"], [2e-3, 1.8e-3])
+    deviation = data.noise.of("restitution_coefficient", data.restitution_coefficient)
     assert deviation is not None
     np.testing.assert_allclose(deviation, [0.01, 0.02])
-    assert (found.label, found.size) == ("data.csv", 4)
+    assert (data.label, data.size) == ("data.csv", 4)
 
 
 def test_what_no_column_has_is_given_by_name() -> None:
     text = "velocity [m/s],e\n1.0,0.8\n2.0,0.7\n"
-    found = read_observations(written(text), radius=0.01, mass=0.03)
-    assert isinstance(found, Rebounds)
-    np.testing.assert_array_equal(found.mass, [0.03, 0.03])
+    data = read_observations(written(text), radius=0.01, mass=0.03)
+    assert isinstance(data, Rebounds)
+    np.testing.assert_array_equal(data.mass, [0.03, 0.03])
     with pytest.raises(InputError, match="mass: is missing"):
         read_observations("data.csv", radius=0.01)
     with pytest.raises(InputError, match="line 2: column 'radius' is given twice"):
@@ -49,15 +49,15 @@ def test_what_no_column_has_is_given_by_name() -> None:
 
 
 def test_a_temperature_in_degrees_is_in_kelvin() -> None:
-    found = read_observations(written("velocity,e,temperature [degC]\n1.0,0.8,20\n"), radius=0.01, mass=0.03)
-    assert isinstance(found, Rebounds)
-    assert found.temperature == pytest.approx([293.15])
+    data = read_observations(written("velocity,e,temperature [degC]\n1.0,0.8,20\n"), radius=0.01, mass=0.03)
+    assert isinstance(data, Rebounds)
+    assert data.temperature == pytest.approx([293.15])
 
 
 def test_a_relaxation_is_no_series_of_bounces() -> None:
-    found = read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,3\n"))
-    assert isinstance(found, Moduli)
-    assert found.size == 3
+    data = read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,3\n"))
+    assert isinstance(data, Moduli)
+    assert data.size == 3
     with pytest.raises(InputError, match="must be a number"):
         read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,three\n"))
 

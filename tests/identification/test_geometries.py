@@ -42,11 +42,11 @@ def test_indentation_gives_the_moduli_of_its_material(tip):
 
 def test_noise_on_a_thin_layer_moves_the_moduli_by_their_errors():
     curve = curve_under(THIN, scatter=1.0)
-    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
+    estimate = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
     # A fit on a half-space is far off.
     half = rs.IndentationCurve(TIME, HEIGHT, curve.force, profile=THIN.profile)
     wrong = rs.identify(half, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
-    assert abs(found.value - 70.0) < 4.0 * found.standard_error < 20.0
+    assert abs(estimate.value - 70.0) < 4.0 * estimate.standard_error < 20.0
     assert wrong.value > 140.0
 
 
@@ -61,12 +61,12 @@ def test_rebounds_and_force_histories_of_other_geometries():
     exact = rs.solve(rs.Impact(solid, body, 0.033, np.array([0.02, 0.1])))
     same = rs.solve(rs.Impact(solid, rs.Parabola(body.effective_radius), 0.033, np.array([0.02, 0.1])))
     noise = rs.Noise(restitution_coefficient="1 %", contact_time="1 %")
-    given = {"mass": 0.033, "contact_time": exact.contact_time, "noise": noise}
+    options = {"mass": 0.033, "contact_time": exact.contact_time, "noise": noise}
     for geometry in (body, rs.Parabola(body.effective_radius)):
-        balls = rs.Rebounds(exact.velocity, exact.restitution_coefficient, profile=geometry, **given)
+        balls = rs.Rebounds(exact.velocity, exact.restitution_coefficient, profile=geometry, **options)
         moduli = balls.effective_moduli().storage_modulus
         assert moduli == pytest.approx(rs.Rebounds(
-            exact.velocity, same.restitution_coefficient, radius=body.effective_radius, **given
+            exact.velocity, same.restitution_coefficient, radius=body.effective_radius, **options
         ).effective_moduli().storage_modulus, rel=1e-9)  # fmt: skip
     history = rs.solve(rs.Impact(solid, body, 0.033, 0.1)).history
     measured = rs.ForceHistory(history.time.values, history.force.values, mass=0.033, velocity=0.1, profile=body)

@@ -28,12 +28,12 @@ def least_errors(simulate, truth, steps, sd):
     return np.sqrt(np.diag(covariance))
 
 
-def check(found, names, truth, least):
+def check(fit, names, truth, least):
     """Each parameter is within three standard errors, and its error within 0.8 to 1.3 of the least one."""
     for name, value, bound in zip(names, np.exp(truth), least, strict=False):
-        one = found.parameters[name]
-        error = one.standard_error / one.value
-        assert abs(math.log(one.value / value)) < 3.0 * error, name
+        estimate = fit.parameters[name]
+        error = estimate.standard_error / estimate.value
+        assert abs(math.log(estimate.value / value)) < 3.0 * error, name
         assert 0.8 < error / bound < 1.3, name
 
 
@@ -65,8 +65,8 @@ TERMS = (
 )
 def test_balls(make, model, names, truth):
     def simulate(logs):
-        found = rs.solve(rs.Impact(make(logs), rs.Parabola(RADII), mass_of(RADII), VELOCITIES))
-        return np.log(np.concatenate([found.restitution_coefficient, found.contact_time]))
+        fit = rs.solve(rs.Impact(make(logs), rs.Parabola(RADII), mass_of(RADII), VELOCITIES))
+        return np.log(np.concatenate([fit.restitution_coefficient, fit.contact_time]))
 
     least = least_errors(simulate, truth, np.full(truth.size, 1e-4), SD)
     values = np.exp(simulate(truth) + SD * np.random.default_rng(1).standard_normal(2 * RADII.size))
@@ -76,10 +76,10 @@ def test_balls(make, model, names, truth):
     check(rs.identify(balls, model, fixed=NU), names, truth, least)
     noise = rs.Noise(restitution_coefficient="1 %")
     without_times = rs.Rebounds(VELOCITIES, e, radius=RADII, mass=mass_of(RADII), noise=noise)
-    found = rs.identify(without_times, model, fixed=NU)
-    assert all(found.parameters[name].value is None for name in names)
-    assert any(one.exact for one in found.flat_directions)
-    assert "not determined by these data" in str(found)
+    fit = rs.identify(without_times, model, fixed=NU)
+    assert all(fit.parameters[name].value is None for name in names)
+    assert any(direction.exact for direction in fit.flat_directions)
+    assert "not determined by these data" in str(fit)
 
 
 def test_force_history():
@@ -90,20 +90,20 @@ def test_force_history():
     peak, touch = exact.max_force, 0.2137 * exact.contact_time
 
     def simulate(unknowns):
-        one = rs.solve(rs.Impact(standard_solid(unknowns), rs.Parabola(radius), mass, velocity))
+        balls = rs.solve(rs.Impact(standard_solid(unknowns), rs.Parabola(radius), mass, velocity))
         force = np.zeros(time.size)
         since = time - touch - unknowns[3] * exact.contact_time
-        inside = (since > 0.0) & (since < one.contact_time)
-        force[inside] = one.sample(since[inside])["force"]
+        inside = (since > 0.0) & (since < balls.contact_time)
+        force[inside] = balls.sample(since[inside])["force"]
         return force / peak + unknowns[4]
 
     unknowns = np.append(truth, [0.0, 0.0])
     least = least_errors(simulate, unknowns, np.array([1e-4, 1e-4, 1e-4, 1e-5, 1e-4]), SD)
     force = peak * (simulate(unknowns) + 0.03 + SD * np.random.default_rng(2).standard_normal(time.size))
     record = rs.ForceHistory(time, force, radius=radius, mass=mass, velocity=velocity, noise=rs.Noise(force="1 %"))
-    found = rs.identify(record, rs.standard_solid, fixed=NU)
-    check(found, SOLID, truth, least)
-    start = found.nuisances["first_touch"]
+    fit = rs.identify(record, rs.standard_solid, fixed=NU)
+    check(fit, SOLID, truth, least)
+    start = fit.nuisances["first_touch"]
     assert abs(start.value - touch) < 3.0 * start.standard_error
     assert 0.8 < start.standard_error / (exact.contact_time * least[3]) < 1.3
 
@@ -134,9 +134,9 @@ def test_curve_of_a_standard_solid(contact):
     force = simulate(unknowns) + FORCE_NOISE * (3.0 - 2.0 * time)
     force += FORCE_NOISE * np.random.default_rng(3).standard_normal(time.size)
     curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=FORCE_NOISE))
-    found = rs.identify(curve, rs.standard_solid, fixed=NU)
-    check(found, SOLID, truth, least)
-    point = found.nuisances["contact_point"]
+    fit = rs.identify(curve, rs.standard_solid, fixed=NU)
+    check(fit, SOLID, truth, least)
+    point = fit.nuisances["contact_point"]
     assert abs(point.value - contact) < 3.0 * point.standard_error
     assert 0.8 < point.standard_error / (1e-6 * least[3]) < 1.3
 
@@ -158,12 +158,12 @@ def test_curve_of_a_power_law_with_a_hold():
     least = least_errors(simulate, unknowns, np.array([1e-3, 1e-2, 1e-4, 1.0, 1.0]), FORCE_NOISE)
     force = simulate(unknowns) + FORCE_NOISE * np.random.default_rng(4).standard_normal(time.size)
     curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=FORCE_NOISE))
-    found = rs.identify(curve, "springpot", fixed=NU)
-    check(found, ("coefficient",), truth, least)
-    one = found.parameters["exponent"]
-    assert abs(one.value - exponent) < 3.0 * one.standard_error
-    assert 0.8 < one.standard_error / (exponent * (1.0 - exponent) * least[1]) < 1.3
-    point = found.nuisances["contact_point"]
+    fit = rs.identify(curve, "springpot", fixed=NU)
+    check(fit, ("coefficient",), truth, least)
+    estimate = fit.parameters["exponent"]
+    assert abs(estimate.value - exponent) < 3.0 * estimate.standard_error
+    assert 0.8 < estimate.standard_error / (exponent * (1.0 - exponent) * least[1]) < 1.3
+    point = fit.nuisances["contact_point"]
     assert abs(point.value - contact) < 3.0 * point.standard_error
 
 

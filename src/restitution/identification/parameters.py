@@ -430,7 +430,9 @@ def parameters(
         {each.name: value for each in free if (value := _of_list(part, *_split(each.name))) is not None}
         for part in (start, prior)
     )
-    return Parameters(build, tuple(free), values, {name: float(one) for name, one in starts.items()}, priors, shift)
+    return Parameters(
+        build, tuple(free), values, {name: float(value) for name, value in starts.items()}, priors, shift
+    )
 
 
 def _chosen(

@@ -48,7 +48,9 @@ def overview(result: Identification | Spectrum) -> Figure:
             groups.setdefault((curve.name, curve.x_name), []).append((label, curve))
     # A spectrum has no parameters.
     profiled = hasattr(result, "profile")
-    draws: list[Callable[[Axes], Axes]] = [partial(data_and_fit, curves=one) for one in groups.values()][:_MOST_PANELS]
+    draws: list[Callable[[Axes], Axes]] = [partial(data_and_fit, curves=group) for group in groups.values()][
+        :_MOST_PANELS
+    ]
     draws.append(partial(residuals, result=result))
     if profiled:
         draws.append(partial(profiles, result=result))
