@@ -378,8 +378,10 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         fits.append(other)
     fits = _deeper(problem, fits, loss)
     if not math.isfinite(fits[0].cost):
+        # Rows of a refused material are NaN, which hides the reason.
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
         raise InputError("start", rule="no start leads to a result for all data; give start")
+    # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):
         rescaled = _rescaled(problem, fits[0], loss)
         if rescaled is None:

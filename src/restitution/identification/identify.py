@@ -142,6 +142,7 @@ def identify(
     estimates = _estimates(uncertainty, profiles, report)
     for _ in range(_RESTARTS):
         estimation, better = uncertainty.estimation, uncertainty.best
+        # A profile may find a better minimum, which is taken unless it is less plausible.
         rank, other = ranks(estimation.problem, (estimation.fit, better))
         if other > rank - _BETTER:
             break

@@ -136,7 +136,7 @@ class ForceHistory(OneBall, ForceRecord):
     ) -> None:
         if (force is None) == (acceleration is None):
             raise InputError("force, acceleration", rule="exactly one must be given")
-        if gain is None and velocity is None:
+        if gain is None and velocity is None:  # both change the height of the force alone
             rule = "must not both be unknown: the record is the same for all E sqrt(v) = const and gain v = const"
             raise InputError("gain, velocity", rule=rule)
         self._set_ball(radius, profile, mass, temperature, label)
@@ -319,6 +319,7 @@ def _refuse_damage(name: str, unit: str, values: Array, share: Array, peak: int)
             rule = f"must not be saturated: {width} samples have this same largest value"
             raise InputError(name, float(values[peak]), rule, unit, index=(first,))
     smooth = (4.0 * (share[1:-3] + share[3:-1]) - share[:-4] - share[4:]) / 6.0
+    # A damaged sample is farther from the cubic through its neighbours than its neighbours are from each other.
     off = np.abs(share[2:-2] - smooth)
     lone = (off > 0.25) & (np.abs(share[3:-1] - share[1:-3]) < off)
     if np.any(lone):
@@ -554,6 +555,7 @@ class BounceTimes(OneBall):
     def _velocities(self, near: Array, e: Array, times: Array, depths: Array) -> Array:
         """Return velocities of impact, from the intervals, and from outcomes at velocities near them."""
         velocities = near
+        # A fixed point: the outcomes change slowly with the velocity.
         for _ in range(3):
             T, d = _carried(near, times, velocities), _carried(near, depths, velocities)
             up = self.flight.launch(np.maximum(self.intervals - T, 0.1 * self.intervals), d)

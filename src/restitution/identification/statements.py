@@ -120,6 +120,7 @@ def knowledge(
     singular, rows = principal_directions(seen)
     exact, flat = singular <= EXACT * singular[0], singular < 1.0
     if unseen is not None:
+        # The Jacobian does not show the logarithm of a modulus near zero either, but a large change does.
         exact &= np.array([not small or unseen(row) for small, row in zip(exact, rows, strict=True)])
     information = seen.T @ seen
     directions: list[StatedDirection] = []
@@ -130,6 +131,7 @@ def knowledge(
         directions.append(StatedDirection(changes, exactly, f"{start} when {_listed(changes)}. {words}".strip()))
 
     space = rows[exact]
+    # Invariances that the theory knows come first, with their words; then what is left of the space.
     for vector, words in _invariances(materials, theta, window, exponent):
         if np.linalg.norm(vector - space.T @ (space @ vector)) < _SAME * np.linalg.norm(vector):
             add(vector, True, words)

@@ -256,7 +256,7 @@ class Estimate(NamedTuple):
             return math.inf
         if low == high == self.value or not (math.isfinite(low) and math.isfinite(high)):
             return 1.0  # known without an error, or an unknown that was projected out
-        if low <= 0.0:
+        if low <= 0.0:  # no factor leads from a positive value to zero
             return math.inf if self.value > 0.0 else 1.0
         return max(self.value / low, high / self.value)
 
@@ -433,7 +433,7 @@ class Uncertainty:
     def _bent(self, k: int, level: float) -> bool:
         """Return whether the least sum of squares at an end of the linearised interval is not as predicted."""
         if not np.any(self.standard_errors[: self.estimation.problem.n_parameters] > _LINEAR):
-            return False
+            return False  # all logarithms change too little for the problem to be nonlinear
         problem, fit, loss = self.estimation.problem, self.estimation.fit, self.estimation.loss
         excess = self.quantile(level) ** 2 * self._efficiency[1]
         move = math.sqrt(excess / self.covariance[k, k] * self._efficiency[0]) * self.covariance[:, k]
@@ -451,11 +451,13 @@ class Uncertainty:
         free = any(direction.exact and parameter.name in direction.exponents for direction in self.flat_directions)
         if free:
             low, high = -math.inf, math.inf
+        # The linearised problem fails where an error is large, or where the least sum of squares is no parabola.
         elif profiled or (profiled is None and (error > _LINEAR or self._curved or self._bent(k, level))):
             low, high = self.profile(k, level)[2:4]
         else:
             reach = self.quantile(level) * error
             low, high = (z - reach, z + reach) if reach < FAR else (-math.inf, math.inf)
+        # The data do not bound an estimate that lies at the end of its range.
         if z - problem.low[k] < 1e-6 * width or low < problem.low[k]:
             low = -math.inf
         if problem.high[k] - z < 1e-6 * width or high > problem.high[k]:
