@@ -59,10 +59,10 @@ def test_material_is_recovered_and_its_errors_are_the_least_possible(case):
         result.touch_time + 1e-5 * np.random.default_rng(5).standard_normal(result.n_bounces), noise=Noise(time=1e-5)
     )
     truth = np.log(CASES[case])
-    got = fit(data, truth + np.array([0.3, -0.3, 0.3]))
+    estimated = fit(data, truth + np.array([0.3, -0.3, 0.3]))
     bound = np.sqrt(np.diag(least_covariance(result, truth, 1e-5)))
-    assert np.all(np.abs(got.estimate - truth) < 3.0 * got.errors)
-    assert np.all((got.errors > 0.8 * bound) & (got.errors < 1.3 * bound))
+    assert np.all(np.abs(estimated.estimate - truth) < 3.0 * estimated.errors)
+    assert np.all((estimated.errors > 0.8 * bound) & (estimated.errors < 1.3 * bound))
 
 
 def least_covariance(result, truth, sd):
@@ -72,8 +72,8 @@ def least_covariance(result, truth, sd):
     def touches(point):
         g, b, t = np.exp(point[:3])
         material = standard_solid(g, b, b * t, poisson_ratio=0.5)
-        material = drop(Body(None, RADIUS, MASS), Body(material), math.exp(point[3]))
-        return bounces(material, max_bounces=n, min_height=0.0, rtol=1e-11).touch_time
+        impact = drop(Body(None, RADIUS, MASS), Body(material), math.exp(point[3]))
+        return bounces(impact, max_bounces=n, min_height=0.0, rtol=1e-11).touch_time
 
     point = np.append(truth, math.log(result.drop_height))
     steps = 1e-4 * np.eye(4)
@@ -87,17 +87,17 @@ def test_identify_finds_the_material_or_that_the_sound_does_not_show_it():
     for case, shown in (("B", True), ("D", False)):
         result = series(case)
         time = result.touch_time + SD * random.standard_normal(result.n_bounces)
-        got = identify(sound(time, noise=Noise(time=SD)), standard_solid, fixed={"poisson_ratio": 0.5})
-        modulus = got.parameters["equilibrium_modulus"]
+        identified = identify(sound(time, noise=Noise(time=SD)), standard_solid, fixed={"poisson_ratio": 0.5})
+        modulus = identified.parameters["equilibrium_modulus"]
         assert modulus.determined == shown
         if shown:
             assert abs(modulus.value - CASES[case][0]) < 3.0 * modulus.standard_error
-            low, high = got.window
+            low, high = identified.window
             assert low < math.pi / result.contact_time[4] < high
         else:
             assert modulus.value is None
         # The loss tangent at the time scale of the own contacts is known in both cases.
-        tangent = got.functionals["loss_tangent at pi over the contact time"]
+        tangent = identified.functionals["loss_tangent at pi over the contact time"]
         exact = np.sort(result.loss_tangent[1:-1])[(result.n_bounces - 2) // 2 + np.array([-1, 0, 1])]
         assert tangent.standard_error < 0.02 * tangent.value
         assert exact[0] - 3.0 * tangent.standard_error < tangent.value < exact[-1] + 3.0 * tangent.standard_error

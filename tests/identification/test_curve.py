@@ -160,14 +160,14 @@ def test_random_contact_points_give_the_force_of_a_history_that_starts_at_touch(
     places = rng.uniform(0.01e-6, 1.35e-6, count)
     data = curve()
     forces = data.forces(column([GEL] * count), places[:, None])
-    for place, fit in zip(places, forces, strict=True):
+    for place, force in zip(places, forces, strict=True):
         touch, above = place / 1e-6, place < DEPTH
         time, depth = [touch, *TIME[above], 2.8 - touch], [0.0, *(DEPTH[above] - place), 0.0]
         history = rs.History.from_points(time, depth)
         inside = (touch < TIME) & (2.8 - touch > TIME)
         reference = rs.indent(GEL, TIP, depth=history, time=TIME[inside])
-        assert np.abs(fit[inside] - reference.force).max() < 1e-7 * reference.max_force
-        assert not np.any(fit[~inside])
+        assert np.abs(force[inside] - reference.force).max() < 1e-7 * reference.max_force
+        assert not np.any(force[~inside])
 
 
 def test_units_do_not_change_the_fit():

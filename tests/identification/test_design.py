@@ -56,11 +56,11 @@ def test_several_radii_are_better_than_velocities_by_the_stated_gain():
 
 
 def test_predicted_errors_follow_from_the_jacobian_of_the_chosen_impacts():
-    outcome = plan(CASES["A"], [0.003, 0.03], n=7)
-    assert outcome.repeats.sum() == 7
+    result = plan(CASES["A"], [0.003, 0.03], n=7)
+    assert result.repeats.sum() == 7
     balls = Rebounds(
-        np.repeat(outcome.velocity, outcome.repeats), np.ones(7), radius=np.repeat(outcome.radius, outcome.repeats),
-        mass=np.repeat(outcome.mass, outcome.repeats),
+        np.repeat(result.velocity, result.repeats), np.ones(7), radius=np.repeat(result.radius, result.repeats),
+        mass=np.repeat(result.mass, result.repeats),
     )  # fmt: skip
     guess = np.array([1e6, 1e7, 1e-3])
 
@@ -74,7 +74,7 @@ def test_predicted_errors_follow_from_the_jacobian_of_the_chosen_impacts():
         [(logs(guess * np.exp(step * e)) - logs(guess * np.exp(-step * e))) / (2.0 * step) for e in np.eye(3)], axis=1
     )
     errors = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
-    np.testing.assert_allclose(list(outcome.standard_errors.values()), errors, rtol=1e-3)
+    np.testing.assert_allclose(list(result.standard_errors.values()), errors, rtol=1e-3)
 
 
 @pytest.mark.parametrize("criterion", ["E", "D"])

@@ -32,8 +32,8 @@ def rebounds(bounces, *names, **options):
 def test_errors_stay_within_the_stated_ones(family):
     validation = script("validation/effective_moduli.py")
     # The seed differs from that of the script for the stated errors.
-    moduli = validation.errors(family, 60, np.random.default_rng(20261122))
-    for name, values in moduli.items():
+    errors = validation.errors(family, 60, np.random.default_rng(20261122))
+    for name, values in errors.items():
         stated = getattr(FORMULA_ERRORS[family], name)
         size = np.abs(values)
         # At most 5 % of the materials exceed the stated error: fewer than 8 of 60, with a probability of 0.99.
@@ -98,9 +98,9 @@ def test_a_prony_series_fits_the_table():
     solid = rs.standard_solid(2e8, 2e8, 2e4, poisson_ratio=0.5)
     velocity, radius = np.tile(np.geomspace(0.1, 2.0, 4), 3), np.repeat([0.003, 0.01, 0.03], 4)
     mass = 7800.0 * 4.0 / 3.0 * math.pi * radius**3
-    moduli = rs.solve(rs.Impact(solid, rs.Parabola(radius), mass=mass, velocity=velocity))
+    result = rs.solve(rs.Impact(solid, rs.Parabola(radius), mass=mass, velocity=velocity))
     balls = Rebounds(
-        velocity, moduli.restitution_coefficient, radius=radius, mass=mass, contact_time=moduli.contact_time
+        velocity, result.restitution_coefficient, radius=radius, mass=mass, contact_time=result.contact_time
     )
     table = effective_moduli(balls).dynamic_table(poisson_ratio=0.5)
     assert table.deformation == "shear"

@@ -28,8 +28,8 @@ def curves_of(count, seed, spread=0.4):
     reduced = PronySeries(4.0 * equilibrium, 4.0 * branch[:, None], time[:, None])
     forces, _ = IndentationBlock(TIP, [(TIME, DEPTH, TIME)], 2e-6).forces(reduced, places)
     forces += rng.normal(0.0, SD, forces.shape)
-    material = [rs.IndentationCurve(TIME, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD)) for force in forces]
-    return material, np.stack([equilibrium, branch, branch * time, places])
+    curves = [rs.IndentationCurve(TIME, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD)) for force in forces]
+    return curves, np.stack([equilibrium, branch, branch * time, places])
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -78,15 +78,15 @@ def test_a_curve_that_fails_does_not_stop_the_map():
 def test_two_tips_and_lengths_in_one_map():
     curves, _ = curves_of(2, 4)
     half = slice(0, 120)
-    short = [rs.IndentationCurve(TIME[half], DEPTH[half], estimate.force[half], profile=TIP) for estimate in curves]
+    short = [rs.IndentationCurve(TIME[half], DEPTH[half], curve.force[half], profile=TIP) for curve in curves]
     cone = rs.Cone(half_angle=1.2)
     gel = rs.standard_solid(70.0, 270.0, 80.0, poisson_ratio=0.5)
     force = rs.indent(gel, cone, depth=DEPTH - 0.4e-6, time=TIME).force
     force += np.random.default_rng(0).normal(0.0, 0.005 * force.max(), TIME.size)
     items = [curves[0], rs.IndentationCurve(TIME, DEPTH, force, profile=cone), short[1]]
     table = rs.identify_map(items, rs.standard_solid, fixed=FIXED)
-    for n, estimate in enumerate(items):
-        alone = rs.identify(estimate, rs.standard_solid, fixed=FIXED, profiles=False).parameters
+    for n, curve in enumerate(items):
+        alone = rs.identify(curve, rs.standard_solid, fixed=FIXED, profiles=False).parameters
         reference = alone["branch_modulus"]
         assert table["branch_modulus"].values[n] == pytest.approx(reference.value, abs=0.02 * reference.standard_error)
 
@@ -132,20 +132,20 @@ def test_wrong_arguments_are_refused(items, options, message):
 def test_every_curve_without_a_fit_has_a_message(monkeypatch):
     """One descent has no result, and one does not end, and the fits from other starts are refused."""
     curves, _ = curves_of(4, 11)
-    separate, again = map_module.Descent.fits, map_module.estimate
+    descend, identify = map_module.Descent.fits, map_module.estimate
 
-    def table(self):
-        fits = separate(self)
+    def failing(self):
+        fits = descend(self)
         fits.chi2[1], fits.ended[1:3] = np.inf, False
         return fits
 
     def estimate(observations, space):
         if observations[0] in curves[1:3]:
             raise rs.InputError("start", rule="leads to no result")
-        return again(observations, space)
+        return identify(observations, space)
 
-    monkeypatch.setattr(map_module.Descent, "fits", table)
+    monkeypatch.setattr(map_module.Descent, "fits", failing)
     monkeypatch.setattr(map_module, "estimate", estimate)
-    material = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
-    assert material["status"].values.tolist() == [0, MapStatus.NO_FIT, MapStatus.NOT_CONVERGED, 0]
-    assert material["message"].values.tolist() == ["", "start: leads to no result", "start: leads to no result", ""]
+    table = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
+    assert table["status"].values.tolist() == [0, MapStatus.NO_FIT, MapStatus.NOT_CONVERGED, 0]
+    assert table["message"].values.tolist() == ["", "start: leads to no result", "start: leads to no result", ""]

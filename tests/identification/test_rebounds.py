@@ -116,9 +116,9 @@ def test_time_and_force_give_the_same_window():
     ],
 )
 def test_wrong_data_are_refused_in_one_line(change, field):
-    options = {"velocity": [0.1, 0.2], "restitution_coefficient": [0.5, 0.6], "radius": 0.01, "mass": 0.03} | change
+    columns = {"velocity": [0.1, 0.2], "restitution_coefficient": [0.5, 0.6], "radius": 0.01, "mass": 0.03} | change
     with pytest.raises(InputError) as caught:
-        rs.Rebounds(options.pop("velocity"), options.pop("restitution_coefficient"), **options)
+        rs.Rebounds(**columns)
     assert str(caught.value).startswith(field)
     assert "\n" not in str(caught.value)
 
@@ -179,14 +179,14 @@ def test_the_material_of_one_of_two_bodies_is_found(counter):
 
 
 @pytest.mark.parametrize(
-    ("model", "counter", "reference"),
+    ("model", "counter", "determined"),
     [("standard_solid", "same", False), ("standard_solid", STIFF, False), ("kelvin_voigt", STIFF, True)],
 )
-def test_restitution_with_a_known_body_determines_a_model_that_a_spring_in_series_changes(model, counter, reference):
+def test_restitution_with_a_known_body_determines_a_model_that_a_spring_in_series_changes(model, counter, determined):
     # A standard solid in series with a spring is a standard solid, a Kelvin-Voigt solid is not one of its kind.
     material = SOLID if model == "standard_solid" else rs.kelvin_voigt(2e7, 3e4, poisson_ratio=0.5)
     _, balls = _pair(material, counter, noise=rs.Noise(restitution_coefficient="0.1 %"))
     fit = rs.identify(balls, model, fixed={"poisson_ratio": 0.5}, profiles=False)
-    assert any(estimate.exact for estimate in fit.flat_directions) is not reference
-    if reference:
+    assert any(estimate.exact for estimate in fit.flat_directions) is not determined
+    if determined:
         np.testing.assert_allclose([estimate.value for estimate in fit.parameters.values()], [2e7, 3e4], rtol=1e-4)
