@@ -157,7 +157,7 @@ def test_determined_parameters_have_no_flat_direction():
 
 def test_errors_of_combinations_are_those_of_repeated_fits():
     material = standard_solid(*STANDARD_SOLIDS["strong"])
-    (directions, lines), _ = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
+    (_, lines), _ = known_from(rs.standard_solid, SOLID, impacts(), ["restitution_coefficient"])
     stated = re.search(r"viscosity/equilibrium_modulus\^0.6 to ([\d.]+) %", "\n".join(lines))
     assert stated is not None
     fit = [

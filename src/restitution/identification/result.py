@@ -156,6 +156,12 @@ class FittedResult(Result):
         return self.problem.materials(self.coordinates[None])
 
     @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the coordinates of the parameters."""
+        n = self.problem.n_parameters
+        return self.uncertainty.covariance[:n, :n]
+
+    @cached_property
     def residuals(self) -> tuple[Array, ...]:
         """Residuals of each set of data over their standard deviations."""
         ends = np.cumsum([record.size for record in self.data])
@@ -257,12 +263,6 @@ class Identification(FittedResult):
     def undetermined(self) -> tuple[str, ...]:
         """Names of the parameters that the data do not determine within a factor of 3."""
         return tuple(name for name, estimate in self.parameters.items() if estimate.factor > UNDETERMINED)
-
-    @cached_property
-    def covariance(self) -> Array:
-        """Covariance of the coordinates of the parameters."""
-        n = self.problem.n_parameters
-        return self.uncertainty.covariance[:n, :n]
 
     @property
     def correlation(self) -> Array:
