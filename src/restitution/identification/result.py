@@ -36,13 +36,14 @@ from restitution.identification.uncertainty import (
     limits,
     modulus_functions,
 )
-from restitution.impact.batch import Batch
+from restitution.impact.batch import solve_columns
 from restitution.impact.problem import Impact
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material, reduced_modulus
 from restitution.quantities import DEFAULT_OUTPUTS, MODULI, NUMBER, OUTPUTS, Quantity
 from restitution.result import Result, Summary, plain
+from restitution.variation import varied
 
 if TYPE_CHECKING:
     import xarray
@@ -380,14 +381,15 @@ class Identification(FittedResult):
         if not isinstance(impact, Impact):
             raise InputError("impact", impact, "must be an Impact")
 
-        def functions(coordinates: Array) -> Array:
-            materials, rows = self.problem.materials(coordinates), list[Array]()
-            for n in range(len(coordinates)):
-                outcomes = Batch.from_impact(replace(impact, material=materials.row(n, 0))).solve(1e-9, workers=1)
-                rows.append(np.stack([outcomes[name] for name in DEFAULT_OUTPUTS]))
-            return np.stack(rows)
-
         velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
+        # A row for each impact, beside which the materials have an axis of their own.
+        flat = impact.take(np.arange(velocity.size))
+
+        def functions(coordinates: Array) -> Array:
+            trials = varied(flat, {"material": self.problem.materials(coordinates)})
+            outcomes = solve_columns(trials, 1e-9, workers=1)
+            return np.stack([outcomes[name].reshape(len(coordinates), -1) for name in DEFAULT_OUTPUTS], axis=1)
+
         axis = Quantity("impact", NUMBER, "number of the impact")
         numbers = np.arange(velocity.size, dtype=np.float64)
         bands = self._banded(axis, numbers, [OUTPUTS[name] for name in DEFAULT_OUTPUTS], functions, level)
