@@ -232,7 +232,6 @@ _COMPONENT = 1e-3
 _LINEAR = 0.05
 # Share of the excess at an end by which the linearised problem may err.
 _BENT = 0.1
-_STEP = 1e-4
 CLOSE, UNDETERMINED = 1.3, 3.0
 """Factors between an estimate and the ends of its interval: a determined value, and one that results warn of."""
 _LEVEL = 0.95
