@@ -111,7 +111,8 @@ def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> No
     result = read_identification(folder / f"{name}.toml").solve()
     assert isinstance(result, rs.Identification)
     source = runpy.run_path(str(folder / "make_data.py"))
-    best = result.problem.space.values(result.coordinates[None])
+    space = result.problem.space
+    best = dict(zip(space.names, space.numbers(result.coordinates[None]).T, strict=True))
     for parameter, value in source[truth].items():
         low, high = result.parameters[parameter].interval
         end, middle = high if value > best[parameter][0] else low, best[parameter][0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -210,8 +210,9 @@ def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tupl
         time = length / velocities
         factor = 2.0 * radius * time * (time / masses)
         energy, force = masses * velocities * velocities, masses * velocities / time
-        units = np.stack(np.broadcast_arrays(length, time, radius, energy, force, factor))
-    return time, np.where(np.all((units > _SMALLEST) & (units < 1.0 / _SMALLEST), axis=0), factor, np.nan)
+        units = length, time, radius, energy, force, factor
+        normal = reduce(np.logical_and, [(unit > _SMALLEST) & (unit < 1.0 / _SMALLEST) for unit in units])
+    return time, np.where(normal, factor, np.nan)
 
 
 # Error of the table of a profile over the tolerance of e, and the limits of this error. Finer tables resolve kinks

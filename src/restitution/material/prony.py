@@ -168,7 +168,8 @@ class PronySeries:
         with np.errstate(over="ignore"):
             glass = equilibrium + moduli.sum(axis=-1)
         in_range("equilibrium_modulus + sum of branch_moduli", glass, "Pa")
-        in_range("parallel_viscosity", viscosity, "Pa s", EXTREME**2)
+        if np.ndim(viscosity) or viscosity:  # a fit makes thousands of series without a dashpot
+            in_range("parallel_viscosity", viscosity, "Pa s", EXTREME**2)
         in_range("relaxation_times", times, "s")
         if shape:
             branches = *shape, moduli.shape[-1]

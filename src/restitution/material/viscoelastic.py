@@ -423,7 +423,7 @@ def _bulk(value: Any) -> PronySeries | float:
     """Return the bulk relaxation; infinite if all materials are incompressible."""
     if isinstance(value, PronySeries):
         return math.inf if np.isinf(value.equilibrium_modulus).all() else value
-    return bulk_series(value)
+    return math.inf if value is math.inf else bulk_series(value)
 
 
 def _plain(value: Any) -> Any:
