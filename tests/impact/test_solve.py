@@ -276,6 +276,17 @@ def test_a_liquid_that_gives_back_less_than_a_millionth_holds_the_body(rtol):
     assert result.residual_indentation_depth == pytest.approx(result.max_indentation_depth, rel=1e-3)
 
 
+@pytest.mark.parametrize("rtol", [1e-9, 1e-12])
+@pytest.mark.parametrize(("viscosity", "fast", "slow"), [(0.08, 2e-7, 7e-13), (1.0, 2e-5, 1e-13), (10.0, 2e-7, 3e-10)])
+def test_no_rounding_of_a_liquid_that_holds_the_body_is_refused(viscosity, fast, slow, rtol):
+    """The velocity around the turning point is 1e-18 of the initial one, below the rounding of the latter."""
+    units = np.arange(-100.0, 101.0)
+    moduli = np.stack([viscosity / fast * (1.0 + 2.3e-16 * units), slow * (1.0 + 3e-15 * units)], axis=-1)
+    liquid = Material(PronySeries(0.0, moduli, [fast, 200.0]), math.inf)
+    result = solve(Impact(liquid, Parabola(1.0), 1.0, 1.0), rtol=rtol)
+    assert np.all(result.status == Status.SINKS_IN)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -153,7 +153,9 @@ _LAST, _SECOND_TO_LAST = 0.85, 0.09
 # Search for a crossing.
 _MARGIN = 0.01  # distance from the ends of the interval over its length
 _ROUNDS = 100
-_NO_VALUE, _NO_LENGTH = 1e-17, 1e-15  # size of the function and of the interval at the end
+# Size of the function and of the interval at the end. A body that has nearly stopped has velocities below 1e-17: there
+# the function ends at its own rounding, or the turning point would lie where the body still moves.
+_NO_VALUE, _NO_LENGTH, _ROUNDED = 1e-17, 1e-15, 1e-15
 
 
 @inlined
@@ -358,6 +360,7 @@ def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> 
     low, high = 0.0, end
     f_low, f_high = row[0] - level, value(scheme, work, row, end) - level
     rising = f_high > f_low
+    no_value = min(_NO_VALUE, _ROUNDED * (abs(f_low) + abs(f_high)))
     x = 0.5 * end
     for _ in range(_ROUNDS):
         x = low + (high - low) * f_low / (f_low - f_high)
@@ -368,6 +371,6 @@ def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> 
             low, f_low = x, f
         else:
             high, f_high = x, f
-        if abs(f) < _NO_VALUE or high - low < _NO_LENGTH:
+        if abs(f) < no_value or high - low < _NO_LENGTH:
             break
     return x
