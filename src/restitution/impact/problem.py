@@ -124,7 +124,7 @@ class Impact:
         both = pair("diameters", self.diameters, "must be a pair of numbers")
         object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", one) for one in both))
         for name in quantities.BODY:
-            object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
+            object.__setattr__(self, name, quantities.INPUTS[name].check(getattr(self, name)))
         _ = self.shape
         forces = np.where(np.isinf(self.impedance), 0.0, self.external_force)
         if np.any(forces):

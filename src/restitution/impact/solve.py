@@ -252,7 +252,9 @@ def _result(
     impact: Impact | list[Impact], method: str, rtol: float | None, fields: dict[str, Any],
     solution: Solution | Sampled | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
 ) -> ImpactResult:  # fmt: skip
-    numbers: dict[str, Any] = {name: shaped(values, shape) for name, values in fields.items()}
+    numbers: dict[str, Any] = {
+        name: shaped(values, shape) if shape else float(np.asarray(values).item()) for name, values in fields.items()
+    }
     status: Any = numbers.pop("status")
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     axes = None if isinstance(impact, list) else impact.axes

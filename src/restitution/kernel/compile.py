@@ -202,3 +202,11 @@ def inlined(function: Callable[..., Any]) -> Any:
     """Compile a piece of the kernel into its callers, where the sizes that they pass are constants."""
     dispatcher = numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
     return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)
+
+
+def merged(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Merge a piece of the kernel into its only caller before compilation.
+
+    Compiled alone, it would take the time of its own code and of everything that it calls once more.
+    """
+    return function if config.DISABLE_JIT else numba.njit(inline="always", **_FLAGS)(function)
