@@ -16,8 +16,8 @@ from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere
 from restitution.errors import RestitutionWarning
 from restitution.impact import solution
 from restitution.impact.batch import Batch
+from restitution.impact.problem import dimensionless_groups
 from restitution.impact.result import BUDGET
-from restitution.impact.scaling import dimensionless_groups
 from restitution.impact.solve import solve, standard_solid_restitution
 from restitution.impact.status import SolverError, Status
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from restitution import Impact, InputError, Material, PronySeries, SolverError, Status, solve, standard_solid
 from restitution.contact.profiles import Cone, FlatPunch, Parabola, PowerLaw, Sphere
 from restitution.impact.batch import Batch
-from restitution.impact.scaling import dimensionless_groups
+from restitution.impact.problem import dimensionless_groups
 from strategies import logarithmic
 
 SOLID = standard_solid(2.0, 5.0, 3.0, poisson_ratio=0.25)

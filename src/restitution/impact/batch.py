@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Profile
 from restitution.contact.table import Rows
 from restitution.errors import InputError
-from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import (
     Progress,
@@ -30,6 +29,9 @@ from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
 from restitution.material.prony import PronySeries
 from restitution.quantities import BODY, ENERGIES, OUTPUTS, derived
+
+if TYPE_CHECKING:
+    from restitution.impact.problem import Impact
 
 # Error of the table of a profile that counts as rounding.
 _TABLE_ROUNDING = 1e-11
@@ -126,9 +128,9 @@ class Batch:
     @classmethod
     def parts(cls, impact: Impact | Sequence[Impact]) -> list[tuple[Places, Batch]]:
         """Return batches of the rows of an impact, or of single impacts, with their places."""
-        if isinstance(impact, Impact):
-            return cls.joined([(places, cls.from_impact(part)) for places, part in impact.parts()])
-        return cls.from_impacts(impact)
+        if isinstance(impact, Sequence):
+            return cls.from_impacts(impact)
+        return cls.joined([(places, cls.from_impact(part)) for places, part in impact.parts()])
 
     @classmethod
     def joined(cls, batches: Sequence[tuple[Places, Batch]]) -> list[tuple[Places, Batch]]:
@@ -350,7 +352,7 @@ def solve_columns(
     energy: bool = False, pressure: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the outputs of impacts by name, raveled; see `Batch.solve`."""
-    columns, done, count = dict[str, Any](), 0, math.prod(impact.shape) if isinstance(impact, Impact) else len(impact)
+    columns, done, count = dict[str, Any](), 0, len(impact) if isinstance(impact, list) else math.prod(impact.shape)
 
     def advance(finished: int, _: int) -> None:
         if progress is not None:
