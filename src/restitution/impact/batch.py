@@ -153,14 +153,10 @@ class Batch:
 
     def scaled(self, depth_factor: Numeric = _DEPTH_FACTOR, rtol: float = 0.0) -> ScaledBlock:
         """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
-        series = self.equilibria, self.viscosities, self.moduli, self.times
-        bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
         # Without a row there is nothing to tabulate.
         if self.profile is not None and self.size:
-            units = self.depth_units, self.radius_units
-            factors = np.broadcast_to(depth_factor, self.masses.shape)
-            return table_block(self.profile, *series, *bodies, factors, rtol, units, self.smooth)
-        return power_block(*series, self.coefficients if self.size else self.masses, self.exponent or 0.0, *bodies)
+            return table_block(self, np.broadcast_to(depth_factor, self.masses.shape), rtol)
+        return power_block(self)
 
     def solve(
         self, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
