@@ -131,6 +131,15 @@ def aligned(values: Mapping[str, Any], lists: Collection[str] = ()) -> tuple[dic
     return {name: _spread(name, value, common, of_arrays, name in lists) for name, value in values.items()}, common
 
 
+def align(thing: Any, names: Collection[str]) -> None:
+    """Give those attributes of a frozen object that have axes the same ones, which become its `axes`."""
+    with_parts = [name for name in names if type(getattr(thing, name)) not in _PLAIN]
+    if all(axes_of(getattr(thing, name)) is None for name in with_parts):
+        return
+    values, axes = aligned({name: getattr(thing, name) for name in names})
+    vars(thing).update(values, axes=axes)
+
+
 def _common(places: Mapping[str, DataArray]) -> DataArray:
     """Return the places over the dimensions of all, in the order in which they appear."""
     import xarray as xr

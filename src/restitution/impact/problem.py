@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.axes import Axes, aligned, axes_of, named, spread_array
+from restitution.axes import Axes, align, aligned, axes_of, named, spread_array
 from restitution.checks import (
     Array,
     Numeric,
@@ -119,9 +119,7 @@ class Impact:
     """Names of the axes of an array of impacts; None where they have no names."""
 
     def __post_init__(self) -> None:
-        values, axes = aligned({name: getattr(self, name) for name in (*_OBJECTS, *quantities.BODY)})
-        if axes is not None:
-            vars(self).update(values, axes=axes)
+        align(self, (*_OBJECTS, *quantities.BODY))
         object.__setattr__(self, "profile", self.contact.profile)
         both = pair("diameters", self.diameters, "must be a pair of numbers")
         object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", one) for one in both))
@@ -290,9 +288,7 @@ class Body:
     def __post_init__(self) -> None:
         if self.material is not None and not isinstance(self.material, Material):
             raise InputTypeError("material", self.material, "must be a Material, or None for a rigid body")
-        values, axes = aligned({"material": self.material, "radius": self.radius, "mass": self.mass})
-        if axes is not None:
-            vars(self).update(values, axes=axes)
+        align(self, ("material", "radius", "mass"))
         radius = positive_or_infinite("radius", self.radius, "m")
         object.__setattr__(self, "radius", radius)
         mass = self.mass
