@@ -53,9 +53,9 @@ def test_one_warning_counts_the_impacts_beyond_each_limit():
     for impacts, size in ((many, 12), (singles, 12), (mixed, 13)):
         with pytest.warns(RestitutionWarning) as caught:
             result = solve(impacts)
-        count = sum(solve(one).validity["small_strain"].exceeded for one in (singles if size == 12 else mixed))
+        count = sum(solve(item).validity["small_strain"].exceeded for item in (singles if size == 12 else mixed))
         assert 0 < count < size
-        assert [one.message.kind for one in caught] == ["small_strain"]
+        assert [item.message.kind for item in caught] == ["small_strain"]
         assert f"; exceeded in {count} of {size} impacts. " in str(caught[0].message)
         assert result.warnings == [str(caught[0].message)]
         assert caught[0].filename == __file__
@@ -66,8 +66,8 @@ def test_doubtful_materials_among_500_different_ones_are_counted():
     rng = np.random.default_rng(3)
     sound = {"density": 1000.0, "window": (1e-9, 1e9)}
 
-    def material(**given):
-        return Material(PronySeries(rng.uniform(5e6, 6e6), [rng.uniform(4e6, 5e6)], [1e-3]), **(sound | given))
+    def material(**options):
+        return Material(PronySeries(rng.uniform(5e6, 6e6), [rng.uniform(4e6, 5e6)], [1e-3]), **(sound | options))
 
     def impact(material, counter_material=None):
         return Impact(material, Parabola(0.01), 0.005, 1e-3, counter_material=counter_material)
@@ -79,14 +79,14 @@ def test_doubtful_materials_among_500_different_ones_are_counted():
         "poisson_ratio": [impact(material(bulk=5e6), material(bulk=2e9)) for _ in range(3)],
     }
     places = rng.permutation(500)
-    for one in (one for some in doubtful.values() for one in some):
-        impacts[places[0]], places = one, places[1:]
+    for item in (item for some in doubtful.values() for item in some):
+        impacts[places[0]], places = item, places[1:]
     with pytest.warns(RestitutionWarning) as caught:
         result = solve(impacts)
-    assert {one.message.kind for one in caught} == doubtful.keys()
-    for one in caught:
-        kind = one.message.kind
-        assert f"; exceeded in {len(doubtful[kind])} of 500 impacts" in str(one.message)
+    assert {item.message.kind for item in caught} == doubtful.keys()
+    for item in caught:
+        kind = item.message.kind
+        assert f"; exceeded in {len(doubtful[kind])} of 500 impacts" in str(item.message)
         worst = max(abs(solve(impact).validity[kind].value) for impact in doubtful[kind])
         assert abs(result.validity[kind].value) == pytest.approx(worst, rel=1e-12)
 
@@ -95,5 +95,5 @@ def test_a_body_and_a_ball_of_one_material_are_not_a_body_alone():
     """Two equal balls have four times their density by reduced mass and radius: their limit is four times higher."""
     mass = 5e4 * 4.0 / 3.0 * math.pi
     impacts = [Impact(SOLID, Parabola(1.0), mass, 1e-3, counter_material=counter) for counter in (SOLID, None)]
-    assert [solve(one).validity["density"].exceeded for one in impacts] == [False, True]
+    assert [solve(item).validity["density"].exceeded for item in impacts] == [False, True]
     assert "; exceeded in 1 of 2 impacts" in solve(impacts).validity["density"].message

@@ -35,9 +35,9 @@ def standard(nu: float, p2: float, p3: float, **options) -> Impact:
     return Impact(standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu), Parabola(1.0), 1.0, 1.0, **options)
 
 
-def same_to(found, wanted, rtol=RTOL) -> bool:
+def same_to(result, expected, rtol=RTOL) -> bool:
     """Whether two values of e agree within the sum of their tolerances."""
-    return abs(found - wanted) <= 2.0 * rtol * max(wanted, 1e-3)
+    return abs(result - expected) <= 2.0 * rtol * max(expected, 1e-3)
 
 
 # Other programs
@@ -46,51 +46,51 @@ def same_to(found, wanted, rtol=RTOL) -> bool:
 @pytest.mark.plain
 @pytest.mark.parametrize("row", rows(DATA / "standard_solid.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
 def test_tabulated_values(row):
-    found = solve(standard(row["nu"], row["p2"], row["p3"]))
-    assert found.status is Status.SEPARATED
-    assert same_to(found.restitution_coefficient, row["restitution"])
-    assert found.contact_time == pytest.approx(row["contact_time"], rel=1e-8)
-    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], rel=1e-9)
+    result = solve(standard(row["nu"], row["p2"], row["p3"]))
+    assert result.status is Status.SEPARATED
+    assert same_to(result.restitution_coefficient, row["restitution"])
+    assert result.contact_time == pytest.approx(row["contact_time"], rel=1e-8)
+    assert result.max_indentation_depth == pytest.approx(row["max_indentation"], rel=1e-9)
     # The force of the table is a maximum over samples.
-    assert found.max_force == pytest.approx(row["max_force"], rel=1e-6)
-    assert found.residual_indentation_depth == pytest.approx(
+    assert result.max_force == pytest.approx(row["max_force"], rel=1e-6)
+    assert result.residual_indentation_depth == pytest.approx(
         row["residual_indentation"], abs=1e-8 * row["max_indentation"]
     )
-    assert found.max_contact_radius == pytest.approx(row["max_indentation"] ** 0.5, rel=1e-9)
+    assert result.max_contact_radius == pytest.approx(row["max_indentation"] ** 0.5, rel=1e-9)
 
 
 def test_whole_shared_table(shared_reference):
     table = rows(shared_reference / "standard_solid.csv")
     columns = {key: np.array([row[key] for row in table]) for key in table[0]}
-    wanted = columns["restitution"]
+    expected = columns["restitution"]
     for rtol in (1e-6, 1e-9):
-        found = standard_solid_restitution(columns["nu"], columns["p2"], columns["p3"], rtol=rtol)
-        assert np.all(np.abs(found - wanted) <= 2.0 * rtol * np.maximum(wanted, 1e-3))
+        result = standard_solid_restitution(columns["nu"], columns["p2"], columns["p3"], rtol=rtol)
+        assert np.all(np.abs(result - expected) <= 2.0 * rtol * np.maximum(expected, 1e-3))
 
 
 @pytest.mark.parametrize("row", rows(DATA / "finite_element.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
 def test_finite_elements(row):
-    found = solve(standard(row["nu"], row["p2"], row["p3"]))
-    assert found.restitution_coefficient == pytest.approx(row["restitution"], abs=row["restitution_error"])
-    assert found.contact_time == pytest.approx(row["contact_time"], abs=row["contact_time_error"])
-    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], abs=row["max_indentation_error"])
-    assert found.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
+    result = solve(standard(row["nu"], row["p2"], row["p3"]))
+    assert result.restitution_coefficient == pytest.approx(row["restitution"], abs=row["restitution_error"])
+    assert result.contact_time == pytest.approx(row["contact_time"], abs=row["contact_time_error"])
+    assert result.max_indentation_depth == pytest.approx(row["max_indentation"], abs=row["max_indentation_error"])
+    assert result.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
 
 
 @pytest.mark.plain
-@pytest.mark.parametrize(("p3", "wanted"), cf.KELVIN_VOIGT_RESTITUTION.items())
-def test_kelvin_voigt(p3, wanted):
-    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=p3)))
-    assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-8)
+@pytest.mark.parametrize(("p3", "expected"), cf.KELVIN_VOIGT_RESTITUTION.items())
+def test_kelvin_voigt(p3, expected):
+    result = solve(unit_impact(PronySeries(1.0, parallel_viscosity=p3)))
+    assert result.restitution_coefficient == pytest.approx(expected, abs=6e-8)
 
 
 @pytest.mark.plain
-@pytest.mark.parametrize(("ratio", "wanted"), cf.MAXWELL_RESTITUTION.items())
-def test_maxwell(ratio, wanted):
+@pytest.mark.parametrize(("ratio", "expected"), cf.MAXWELL_RESTITUTION.items())
+def test_maxwell(ratio, expected):
     # The ratio is the Hertz time for E* = 4 G over tau.
     time = cf.elastic_contact_time(cf.elastic_max_indentation_depth(4.0, 1.0, 1.0, 1.0), 1.0)
-    found = solve(unit_impact(PronySeries(0.0, [1.0], [time / ratio])))
-    assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-9)
+    result = solve(unit_impact(PronySeries(0.0, [1.0], [time / ratio])))
+    assert result.restitution_coefficient == pytest.approx(expected, abs=6e-9)
 
 
 # Closed forms
@@ -110,14 +110,14 @@ def test_maxwell(ratio, wanted):
 def test_elastic_impact(profile, coefficient, exponent):
     if coefficient is None:
         coefficient = float(profile.contact_radius(1.0))
-    found = solve(Impact(Material(1.3, 2.1), profile, mass=0.7, velocity=1.9))
+    result = solve(Impact(Material(1.3, 2.1), profile, mass=0.7, velocity=1.9))
     modulus = 4.0 * 1.3 * (3.0 * 2.1 + 1.3) / (3.0 * 2.1 + 4.0 * 1.3)
     depth = cf.elastic_max_indentation_depth(modulus, coefficient, 0.7, 1.9, path_exponent=exponent)
-    assert found.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
-    assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
-    assert found.contact_time == pytest.approx(cf.elastic_contact_time(depth, 1.9, path_exponent=exponent), rel=1e-8)
-    assert found.max_force == pytest.approx(cf.elastic_max_force(depth, 0.7, 1.9, path_exponent=exponent), rel=1e-8)
-    assert found.residual_indentation_depth == pytest.approx(0.0, abs=1e-8 * depth)
+    assert result.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
+    assert result.max_indentation_depth == pytest.approx(depth, rel=1e-9)
+    assert result.contact_time == pytest.approx(cf.elastic_contact_time(depth, 1.9, path_exponent=exponent), rel=1e-8)
+    assert result.max_force == pytest.approx(cf.elastic_max_force(depth, 0.7, 1.9, path_exponent=exponent), rel=1e-8)
+    assert result.residual_indentation_depth == pytest.approx(0.0, abs=1e-8 * depth)
 
 
 @pytest.mark.plain
@@ -125,8 +125,8 @@ def test_elastic_impact(profile, coefficient, exponent):
 def test_flat_punch_kelvin_voigt(damping):
     # F = 2 * 4 G a d: k = 8 and D = omega0 tau/2
     tau = 2.0 * damping / math.sqrt(8.0)
-    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0)))
-    assert same_to(found.restitution_coefficient, cf.flat_punch_kelvin_voigt_restitution(damping))
+    result = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0)))
+    assert same_to(result.restitution_coefficient, cf.flat_punch_kelvin_voigt_restitution(damping))
 
 
 @pytest.mark.plain
@@ -134,8 +134,8 @@ def test_flat_punch_kelvin_voigt(damping):
 def test_flat_punch_maxwell(damping):
     # D = 1/(2 omega0 tau)
     tau = 1.0 / (2.0 * damping * math.sqrt(8.0))
-    found = solve(unit_impact(PronySeries(0.0, [1.0], [tau]), profile=FlatPunch(1.0)))
-    assert same_to(found.restitution_coefficient, cf.flat_punch_maxwell_restitution(damping))
+    result = solve(unit_impact(PronySeries(0.0, [1.0], [tau]), profile=FlatPunch(1.0)))
+    assert same_to(result.restitution_coefficient, cf.flat_punch_maxwell_restitution(damping))
 
 
 @settings(max_examples=100, deadline=None)
@@ -207,14 +207,16 @@ def test_energy_is_conserved(nu, p2, p3):
 def test_only_the_three_groups_matter(nu, p2, p3, mass, radius, velocity, modulus):
     time = (mass**2 / (radius * velocity * modulus**2)) ** 0.2
     material = standard_solid(modulus, modulus / p2, p3 * modulus * time, poisson_ratio=nu)
-    found = solve(Impact(material, Parabola(radius), mass, velocity))
-    wanted = solve(standard(nu, p2, p3))
-    assert same_to(found.restitution_coefficient, wanted.restitution_coefficient)
-    assert found.contact_time == pytest.approx(wanted.contact_time * time, rel=1e-7)
+    result = solve(Impact(material, Parabola(radius), mass, velocity))
+    expected = solve(standard(nu, p2, p3))
+    assert same_to(result.restitution_coefficient, expected.restitution_coefficient)
+    assert result.contact_time == pytest.approx(expected.contact_time * time, rel=1e-7)
     length = velocity * time
-    assert found.max_indentation_depth == pytest.approx(wanted.max_indentation_depth * length, rel=1e-8)
-    assert found.max_force == pytest.approx(wanted.max_force * mass * velocity / time, rel=1e-7)
-    assert found.max_contact_radius == pytest.approx(wanted.max_contact_radius * math.sqrt(length * radius), rel=1e-8)
+    assert result.max_indentation_depth == pytest.approx(expected.max_indentation_depth * length, rel=1e-8)
+    assert result.max_force == pytest.approx(expected.max_force * mass * velocity / time, rel=1e-7)
+    assert result.max_contact_radius == pytest.approx(
+        expected.max_contact_radius * math.sqrt(length * radius), rel=1e-8
+    )
 
 
 PROFILES = st.one_of(
@@ -317,9 +319,9 @@ def test_overflowing_impacts_fail_alone():
     with pytest.raises(SolverError, match="NOT_FINITE"):
         solve(Impact(solid, Parabola(0.01), 0.005, 1e-300))
     with pytest.warns(RestitutionWarning, match="1 of 2 impacts failed and are NaN: 1 NOT_FINITE"):
-        found = solve(Impact(solid, Parabola(0.01), 0.005, [1e300, 1.0])).restitution_coefficient
-    assert math.isnan(found[0])
-    assert 0.7 < found[1] < 0.8
+        result = solve(Impact(solid, Parabola(0.01), 0.005, [1e300, 1.0])).restitution_coefficient
+    assert math.isnan(result[0])
+    assert 0.7 < result[1] < 0.8
 
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-10])
@@ -344,8 +346,8 @@ def test_dashpot_beside_weak_fast_branches(profile, rtol):
     shear = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], parallel_viscosity=0.9)
     impact = Impact(Material(shear, math.inf), profile, 1.0, 1.0)
     fine = solve(impact, rtol=1e-12).restitution_coefficient
-    found = solve(impact, rtol=rtol).restitution_coefficient
-    assert abs(found - fine) <= rtol * max(fine, 1e-3)
+    result = solve(impact, rtol=rtol).restitution_coefficient
+    assert abs(result - fine) <= rtol * max(fine, 1e-3)
 
 
 @pytest.mark.parametrize("radius", [0.265, 0.05])
@@ -372,8 +374,8 @@ def test_tip_with_kinks(heights, rtol):
     """Kinks of the tip do not spoil the order of the elements."""
     tip = Tabulated(np.linspace(0.0, 3.0, len(heights)), heights)
     impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
-    wanted = solve(impact, rtol=1e-11).restitution_coefficient
-    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, rel=rtol)
+    expected = solve(impact, rtol=1e-11).restitution_coefficient
+    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(expected, rel=rtol)
 
 
 def test_shallow_impacts_beside_deep_ones():
@@ -401,8 +403,8 @@ def test_kinks_that_a_table_does_not_resolve(monkeypatch):
 )
 def test_flat_face_on_fast_branches(moduli, times):
     impact = Impact(Material(PronySeries(1.0, moduli, times), math.inf), FlatPunch(1.0), 1.0, 1.0)
-    wanted = solve(impact, rtol=1e-11).restitution_coefficient
-    assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(wanted, rel=1e-9)
+    expected = solve(impact, rtol=1e-11).restitution_coefficient
+    assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("profile", [FlatPunch(0.3), TruncatedCone(0.3, 1.0), FlatEndedParabola(1.0, 0.3)])
