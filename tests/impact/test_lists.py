@@ -5,7 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from restitution import Cone, Impact, Material, Parabola, PronySeries, RestitutionWarning, SolverError, Status, solve
+from restitution import (
+    Cone,
+    Impact,
+    Material,
+    Parabola,
+    PronySeries,
+    RestitutionWarning,
+    SolverError,
+    Sphere,
+    Status,
+    TruncatedCone,
+    solve,
+)
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -18,11 +30,13 @@ TOO_FAST = Impact(SOLID, Parabola(1.0), 1.0, 1e200)
 
 
 def test_a_failure_affects_no_other_impact_of_its_block():
+    alone = solve(GOOD).restitution_coefficient
     for impacts, place in (([GOOD, TOO_FAST, GOOD], 1), ([GOOD, GOOD, TOO_FAST], 2), ([TOO_FAST, GOOD], 0)):
         with pytest.warns(RestitutionWarning, match=f"^1 of {len(impacts)} impacts failed and are NaN: 1 "):
             result = solve(impacts)
         failed = np.isnan(result.restitution_coefficient)
         assert np.flatnonzero(failed).tolist() == [place]
+        assert set(result.restitution_coefficient[~failed]) == {alone}
         assert [Status(int(status)).failed for status in result.status] == failed.tolist()
         with pytest.raises(SolverError, match=rf"\(impact {place} of {len(impacts)}\)$"):
             solve(impacts, errors="raise")
@@ -35,13 +49,19 @@ def test_results_of_several_blocks_keep_their_order():
         Impact(SOLID, Cone(1.2), 1.0, 1.0),
         Impact(SOLID, Parabola(1.0), 1.0, 2.0),
         Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=30.0),
+        Impact(SOLID, Sphere(3.0), 1.0, 1.0),
+        Impact(Material(PronySeries(1.0, [3.0, 0.3], [0.5, 5.0]), 10.0), Parabola(2.0), 0.8, 0.1),
+        Impact(SOLID, TruncatedCone(0.1, 1.2), 1.0, 1.0, external_force=0.05),
     ]
     together = solve(impacts)
-    assert together.status.tolist() == [Status.SINKS_IN, 0, 0, 0, Status.CAPTURED]
+    assert together.status.tolist() == [Status.SINKS_IN, 0, 0, 0, Status.CAPTURED, 0, 0, 0]
+    assert together.velocity.tolist() == [impact.velocity for impact in impacts]
     for n, impact in enumerate(impacts):
         alone = solve(impact)
         for name in ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force"):
             assert getattr(together, name)[n] == getattr(alone, name), (n, name)
+        dissipated = together.energy.dissipated[n]
+        assert dissipated == pytest.approx(alone.energy.dissipated, rel=1e-9, nan_ok=True)
 
 
 def test_one_warning_counts_the_impacts_beyond_each_limit():

@@ -52,8 +52,8 @@ class Batch:
 
     Examples
     --------
-    >>> one = np.ones(3)
-    >>> batch = Batch(4.0 * one, 0.0 * one, np.empty((3, 0)), np.empty((3, 0)), one, one, 0.0 * one, one, 1.0)
+    >>> ones = np.ones(3)
+    >>> batch = Batch(4.0 * ones, 0.0 * ones, np.empty((3, 0)), np.empty((3, 0)), ones, ones, 0.0 * ones, ones, 1.0)
     >>> batch.solve(1e-9)["restitution_coefficient"].round(9).tolist()
     [1.0, 1.0, 1.0]
     """
@@ -317,7 +317,7 @@ class Batch:
             return stiffness_radius if self.ratios is None else stiffness_radius * self.ratios
         is_finite = np.isfinite(depth) & np.isfinite(stiffness_radius)
         scaled = depth / self.depth_units, stiffness_radius / self.radius_units
-        place = (np.where(is_finite, one, 0.0) for one in scaled)
+        place = (np.where(is_finite, length, 0.0) for length in scaled)
         return np.where(is_finite, self.profile.contact_radius_at(*place) * self.radius_units, stiffness_radius)
 
     def _stiffness_radius(self, depth: Array) -> Array:

@@ -333,15 +333,6 @@ class StandardSolidElement:
             energy += (self.ginf / 3.0 + self.k0) * (u2 - u) ** 2 + (self.g1 / 3.0) * (u2 - u1) ** 2
         return 2.0 * energy
 
-    def release(self, load: Array, step: float) -> Array:
-        """Let go of elements with a negative line load [N/m]: growth [m] of u in the step, with which it is zero."""
-        ginf, g1, stiff = self.ginf, self.g1, self.ginf / 3.0 + self.k0 + self.g1 / 3.0
-        share = 1.0 if math.isinf(stiff) else stiff / (stiff + g1 + ginf)
-        du = np.maximum(-load, 0.0) / (4.0 * (ginf + g1) * share)
-        for inner, part in ((self.u1, 1.0), (self.u2, share), (self.u3, share)):
-            inner[: du.size] += part * du
-        return du
-
     def inner(self, n: int) -> dict[str, Array]:
         """Inner displacements [m] of the first n elements by name."""
         return {"u1": self.u1[:n].copy(), "u2": self.u2[:n].copy(), "u3": self.u3[:n].copy()}
@@ -375,12 +366,6 @@ class MaxwellElement:
     def energy(self, u: Array) -> Array:
         """Energy per length [J/m] of all springs."""
         return 0.5 * (self.equilibrium * u**2 + self.moduli @ self.w[:, : u.size] ** 2)
-
-    def release(self, load: Array, step: float) -> Array:
-        """Let go of elements with a negative line load [N/m]: growth [m] of u in the step, with which it is zero."""
-        du = np.maximum(-load, 0.0) / (self.equilibrium + self.viscosity / step + self.moduli.sum())
-        self.w[:, : du.size] += du
-        return du
 
     def inner(self, n: int) -> dict[str, Array]:
         """Return nothing: only the paper's element has such displacements."""

@@ -122,7 +122,7 @@ class Impact:
         align(self, (*_OBJECTS, *quantities.BODY))
         object.__setattr__(self, "profile", self.contact.profile)
         both = pair("diameters", self.diameters, "must be a pair of numbers")
-        object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", one) for one in both))
+        object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", each) for each in both))
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.INPUTS[name].check(getattr(self, name)))
         _ = self.shape
@@ -381,7 +381,7 @@ def _collision(body_1: Body, body_2: Body, velocity: Any, external_force: Any) -
 def two_bodies(problem: Any) -> tuple[Body, Body]:
     """Return the members of a pair of bodies, which stands for an impact where the velocity does not matter."""
     members: list[Any] = list(problem) if isinstance(problem, (tuple, list)) else []
-    if len(members) != 2 or not all(isinstance(one, Body) for one in members):
+    if len(members) != 2 or not all(isinstance(body, Body) for body in members):
         raise InputTypeError("problem", problem, "must be an Impact or a pair of Body")
     return members[0], members[1]
 

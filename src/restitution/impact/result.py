@@ -526,8 +526,8 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
     shown = [(OUTPUTS[name], float(value)) for name, value in result.outputs.items() if name != "energy_residual"]
     values = [
-        (one.words, plain_symbol(one.symbol), 0.0 if abs(value) < noise.get(one.unit, 0.0) else value, one.unit)
-        for one, value in shown
+        (output.words, plain_symbol(output.symbol), 0.0 if abs(x) < noise.get(output.unit, 0.0) else x, output.unit)
+        for output, x in shown
     ]
     long, short = result.max_semi_axes
     if short < long:
@@ -558,13 +558,13 @@ def of_impacts(result: ImpactResult, title: str = "") -> Summary:
         factor, prefixed = scaled_unit(values, quantity.unit)
         ends = [f"{factor * end:.6g}" for end in (values.min(), values.max())] if values.size else ["-", "-"]
         rows.append((quantity.words, plain_symbol(quantity.symbol), *ends, prefixed))
-    counts = [(one, int(np.count_nonzero(statuses == one))) for one in Status]
+    counts = [(status, int(np.count_nonzero(statuses == status))) for status in Status]
     shape = f"a list of {statuses.size}" if isinstance(result.impact, list) else f"shape {statuses.shape}"
     stated = "" if result.rtol is None else f", rtol {result.rtol:g}"
     return Summary(
         title or f"{statuses.size} impacts, {shape}",
         Table(("quantity", "symbol", "lowest", "highest", "unit"), rows),
-        (", ".join(f"{n} {one.name}" for one, n in counts if n), f"method {result.method}{stated}"),
+        (", ".join(f"{n} {status.name}" for status, n in counts if n), f"method {result.method}{stated}"),
         warnings=result.warnings,
     )
 

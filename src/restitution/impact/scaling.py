@@ -218,7 +218,7 @@ def _tables_of_levels(profile: Geometry, levels: list[complex], rtol: float) -> 
         tables.append(_of_profile(_path_table, profile, length, min(least, length), rtol))
     if len(tables) == 1:
         return tables[0]
-    return Tables(joined([one.table for one in tables]), *np.hstack([one[1:] for one in tables]))
+    return Tables(joined([each.table for each in tables]), *np.hstack([each[1:] for each in tables]))
 
 
 def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:

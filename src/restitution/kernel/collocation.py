@@ -224,7 +224,9 @@ def _pivot_rows(builder: Any, rows: list[Any], p: int) -> tuple[Any, Any]:
     number = builder.fdiv(ir.Constant(ir.DoubleType(), 1.0), builder.extract_element(determinant, zero))
     inverse = repeated(builder, number)
     ones = [ir.Constant(constant(0.0).type, [float(n == lane) for n in range(WIDTH)]) for lane in (p, p + 1)]
-    upper, lower = (builder.select(unit(p, 2), one, row) for one, row in zip(ones, (upper, lower), strict=True))
+    upper, lower = (
+        builder.select(unit(p, 2), diagonal, row) for diagonal, row in zip(ones, (upper, lower), strict=True)
+    )
     first = builder.fsub(builder.fmul(d, upper), builder.fmul(b, lower))
     second = builder.fsub(builder.fmul(a, lower), builder.fmul(c, upper))
     return builder.fmul(first, inverse), builder.fmul(second, inverse)
