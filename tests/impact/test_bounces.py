@@ -77,11 +77,11 @@ def test_each_bounce_is_an_impact_and_each_flight_a_throw():
 
 def test_height_and_velocity_are_equivalent():
     impact = drop(BALL, FLOOR, height=0.5, gravity=3.7)
-    options = bounces(replace(impact, velocity=17.0), height=0.5, gravity=3.7)
-    taken = bounces(impact, gravity=3.7)
-    assert options.drop_height == pytest.approx(taken.drop_height, rel=1e-15)
-    assert options.height == pytest.approx(taken.height, rel=1e-7)
-    assert taken.gravity == 3.7
+    by_height = bounces(replace(impact, velocity=17.0), height=0.5, gravity=3.7)
+    by_velocity = bounces(impact, gravity=3.7)
+    assert by_height.drop_height == pytest.approx(by_velocity.drop_height, rel=1e-15)
+    assert by_height.height == pytest.approx(by_velocity.height, rel=1e-7)
+    assert by_velocity.gravity == 3.7
 
 
 # Ends

@@ -64,8 +64,8 @@ def test_radius_from_exponent_table_and_function():
     power = solve_scaled_by_scipy(scaled(1.0, [2.0], [0.5]))
     table = scaled_table(path_table(Parabola(0.02), 3e-4), 1e-4, math.sqrt(2e-6))
     tabulated = scaled(1.0, [2.0], [0.5], exponent=-1.0, table=table)
-    options = scaled(1.0, [2.0], [0.5], exponent=-1.0)
-    for result in (solve_scaled_by_scipy(tabulated), solve_scaled_by_scipy(options, stiffness_radius=lambda s: s)):
+    unlike = scaled(1.0, [2.0], [0.5], exponent=-1.0)
+    for result in (solve_scaled_by_scipy(tabulated), solve_scaled_by_scipy(unlike, stiffness_radius=lambda s: s)):
         assert result.restitution_coefficient == pytest.approx(power.restitution_coefficient, rel=1e-10)
         assert result.contact_time == pytest.approx(power.contact_time, rel=1e-10)
 

@@ -179,10 +179,10 @@ def profile(random: Random, kind: str) -> Any:
 
 def of_impact(result: Any, *, energy: bool = True) -> dict[str, Any]:
     """Numbers of an impact, single or an array."""
-    solution = {name: getattr(result, name) for name in NUMBERS} | {"zero_overlap_time": result.zero_overlap_time}
+    numbers = {name: getattr(result, name) for name in NUMBERS} | {"zero_overlap_time": result.zero_overlap_time}
     if energy:
-        solution |= {f"energy.{name}": getattr(result.energy, name) for name in ENERGIES}
-    return solution
+        numbers |= {f"energy.{name}": getattr(result.energy, name) for name in ENERGIES}
+    return numbers
 
 
 def of_prony(series: Any) -> dict[str, Any]:

@@ -57,17 +57,17 @@ def library(random: Random, name: str) -> Any:
 
 @problem("profile", PROFILES)
 def impact_of(random: Random, kind: str) -> Any:
-    medium = profile(random, kind)
+    geometry = profile(random, kind)
     target = solid(random, poisson_ratio=0.5) if "layer" in kind or "law" in kind else solid(random)
     mass = power(random, -3.0, -2.0)
-    if np.all(np.isfinite(getattr(medium, "max_contact_radius", math.inf))):
+    if np.all(np.isfinite(getattr(geometry, "max_contact_radius", math.inf))):
         mass = 0.3 * mass
-    hit = rs.Impact(target, medium, mass, power(random, -2.0, -0.5))
+    hit = rs.Impact(target, geometry, mass, power(random, -2.0, -0.5))
     result = rs.solve(hit, errors="warn")
-    branches = rs.solve(rs.Impact(rubber(random), medium, mass, power(random, -2.0, -0.5)), errors="warn")
+    branches = rs.solve(rs.Impact(rubber(random), geometry, mass, power(random, -2.0, -0.5)), errors="warn")
     depth = 1e-4 * np.array([0.0, 0.3, 1.0])
     plain = np.size(result.contact_time) == 1 and "layer" not in kind
-    radius = {"contact_radius": medium.contact_radius(depth)} if plain else {}
+    radius = {"contact_radius": geometry.contact_radius(depth)} if plain else {}
     return {"solid": of_impact(result), "branches": of_impact(branches, energy=False)} | radius
 
 
@@ -112,10 +112,10 @@ def constant_force(random: Random, kind: str) -> Any:
 
 @problem("options", ["parabola", "cone", "ellipsoid", "layer, bonded"])
 def impedance(random: Random, kind: str) -> Any:
-    medium = profile(random, kind)
+    geometry = profile(random, kind)
     target = solid(random, poisson_ratio=0.5)
-    hit = rs.Impact(target, medium, 0.005, 0.2, impedance=power(random, 0.5, 3.0, 4))
-    single = rs.Impact(target, medium, 0.005, 0.2, impedance=power(random, 0.5, 3.0))
+    hit = rs.Impact(target, geometry, 0.005, 0.2, impedance=power(random, 0.5, 3.0, 4))
+    single = rs.Impact(target, geometry, 0.005, 0.2, impedance=power(random, 0.5, 3.0))
     return {"several": of_impact(rs.solve(hit), energy=False), "single": of_impact(rs.solve(single))}
 
 
@@ -209,8 +209,8 @@ def history_on(random: Random, kind: str) -> Any:
 
 @problem("history", ["parabola", "sphere", "cone", "ellipsoid", "tabulated"], rtol=1e-7)
 def pressure(random: Random, kind: str) -> Any:
-    target = profile(random, kind)
-    result = rs.solve(rs.Impact(solid(random, poisson_ratio=0.5), target, 2e-3, power(random, -1.5, -0.7)))
+    geometry = profile(random, kind)
+    result = rs.solve(rs.Impact(solid(random, poisson_ratio=0.5), geometry, 2e-3, power(random, -1.5, -0.7)))
     r = result.max_contact_radius * np.linspace(0.05, 1.2, 5)
     t = result.contact_time * np.array([0.2, 0.5, 0.8])
     numbers = {"max_pressure": result.max_pressure}

@@ -177,11 +177,11 @@ TARGETS = ("lammps-viscoelastic", "lammps-tsuji", "lammps-coeff-restitution", "l
 
 @problem("calibration", TARGETS, rtol=1e-6, slow=["lammps-tsuji", "mujoco-solref"])
 def calibrate(random: Random, target: str) -> Any:
-    medium = rs.standard_solid(1e6, power(random, 6.0, 6.8), 500.0, poisson_ratio=0.49, density=1100.0)
-    bead = rs.Body(medium, radius=0.001)
+    grain = rs.standard_solid(1e6, power(random, 6.0, 6.8), 500.0, poisson_ratio=0.49, density=1100.0)
+    bead = rs.Body(grain, radius=0.001)
     law = rs.calibrate((bead, bead), target, velocity=(0.02, 0.2), points=9)
     result = {"e": law.restitution_coefficient(np.array([0.03, 0.1])), "error": law.largest_error}
-    return result | {"parameters": {name: medium.value for name, medium in law.parameters.items()}}
+    return result | {"parameters": {name: parameter.value for name, parameter in law.parameters.items()}}
 
 
 @problem("calibration", ["wall", "radius", "restitution"], rtol=1e-6)
@@ -191,7 +191,10 @@ def calibrate_with(random: Random, kind: str) -> Any:
     options: Any = {"wall": {"contact": "wall"}, "radius": {"radius": (0.001, 0.003)},
                     "restitution": {"restitution": 0.7}}[kind]  # fmt: skip
     law = rs.calibrate((bead, bead), "lammps-viscoelastic", velocity=(0.02, 0.2), points=9, **options)
-    return {"error": law.largest_error, "parameters": {name: target.value for name, target in law.parameters.items()}}
+    return {
+        "error": law.largest_error,
+        "parameters": {name: parameter.value for name, parameter in law.parameters.items()},
+    }
 
 
 @problem("resilience", ["ISO 4662", "DIN 53512", "ASTM D2632", "ISO 8307", "ASTM D3574"])
