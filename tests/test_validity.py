@@ -53,7 +53,7 @@ def solved(material, profile, mass, velocity, counter_material=None, **more):
     return of_impact(impact, rs.solve(impact), **more)
 
 
-def item(profile=None, material=None, **options):
+def report_of(profile=None, material=None, **options):
     """Report of a contact that is far from every limit, apart from the given quantities."""
     options = {
         "max_contact_radius": 1e-4, "max_indentation_depth": 1e-6, "velocity": 1e-3, "contact_time": 3e-3, **options
@@ -208,7 +208,7 @@ def test_the_slower_body_counts_in_either_order():
 
 
 def test_waves_are_not_checked_without_a_density():
-    assert item()["waves"].value is None
+    assert report_of()["waves"].value is None
     hard = rs.Material(1e9, math.inf, density=1000.0)
     impact = solved(hard, rs.Parabola(0.1), 1e-3, 0.01, rs.Material(1e6, math.inf))
     check = report(impact)["waves"]
@@ -218,7 +218,7 @@ def test_waves_are_not_checked_without_a_density():
 
 
 def test_waves_without_a_mass_compare_the_velocity():
-    check = item(material=rs.Material(1e6, 1e9, density=1000.0), velocity=1.0)["waves"]
+    check = report_of(material=rs.Material(1e6, 1e9, density=1000.0), velocity=1.0)["waves"]
     assert check.value == pytest.approx(1.0 / math.sqrt(1000.0))
     assert check.exceeded
 
@@ -238,7 +238,7 @@ def test_strain_of_a_sphere_does_not_saturate():
      (1.1e-2, 1.21e-2, 1.1, True)],
 )  # fmt: skip
 def test_strain_of_a_round_body(radius, depth, value, buried):
-    check = item(max_contact_radius=radius, max_indentation_depth=depth)["small_strain"]
+    check = report_of(max_contact_radius=radius, max_indentation_depth=depth)["small_strain"]
     assert check.value == pytest.approx(value)
     assert check.exceeded == (value > STRAIN_LIMIT)
     assert ("no such contact" in check.message) == buried
@@ -246,7 +246,7 @@ def test_strain_of_a_round_body(radius, depth, value, buried):
 
 @pytest.mark.parametrize("profile", [rs.Cone(1.2), rs.FlatPunch(1e-3), rs.FlatEndedParabola(0.01, 1e-3)])
 def test_strain_of_other_bodies_is_depth_over_contact_radius(profile):
-    check = item(profile, max_contact_radius=2e-3, max_indentation_depth=1e-3)["small_strain"]
+    check = report_of(profile, max_contact_radius=2e-3, max_indentation_depth=1e-3)["small_strain"]
     assert check.value == 0.5
     assert "d/a" in check.message
     assert "representative" not in check.message
@@ -267,7 +267,7 @@ def test_softness_of_the_exact_sphere_at_the_limit():
 @pytest.mark.parametrize(("ratio", "excess"), [(0.1, 12.91), (0.2, 29.79), (0.5, 115.6)])
 def test_half_space_against_the_exact_layer(ratio, excess):
     # Force of a parabola on a bonded incompressible layer over that on a half-space, at sqrt(R d)/h.
-    check = item(max_contact_radius=ratio * 0.01, body_size=0.01)["half_space"]
+    check = report_of(max_contact_radius=ratio * 0.01, body_size=0.01)["half_space"]
     assert check.value == pytest.approx(ratio)
     assert check.exceeded
     shown = float(check.message.split("would be ")[1].split(" %")[0])
@@ -275,10 +275,10 @@ def test_half_space_against_the_exact_layer(ratio, excess):
 
 
 def test_half_space_at_the_limit_and_without_a_size():
-    assert not item(max_contact_radius=SIZE_LIMIT * 0.01, body_size=0.01)["half_space"].exceeded
-    assert "more than 100 %" in item(max_contact_radius=0.01, body_size=0.01)["half_space"].message
-    assert item()["half_space"].value is None
-    assert "no size" in item()["half_space"].message
+    assert not report_of(max_contact_radius=SIZE_LIMIT * 0.01, body_size=0.01)["half_space"].exceeded
+    assert "more than 100 %" in report_of(max_contact_radius=0.01, body_size=0.01)["half_space"].message
+    assert report_of()["half_space"].value is None
+    assert "no size" in report_of()["half_space"].message
 
 
 @pytest.mark.parametrize(
@@ -287,7 +287,7 @@ def test_half_space_at_the_limit_and_without_a_size():
 )
 def test_window_of_the_material(window, exceeded):
     # d/v0 = 1 ms and T = 3 ms: the contact needs 0.33 ms to 3 ms.
-    check = item(material=rs.Material(1e6, 1e9, window=window))["window"]
+    check = report_of(material=rs.Material(1e6, 1e9, window=window))["window"]
     assert check.exceeded == exceeded
     assert (check.value is None) == (window is None)
     assert window is None or ("0.003 s" in check.message and f"{window[0]:.3g} s" in check.message)
@@ -304,7 +304,7 @@ def test_window_of_a_polymer_that_begins_after_the_contact():
 def test_instantaneous_poisson_ratio_of_the_paper(nu, p2, glass):
     # nu_0 = (3K - 2G_0)/(6K + 2G_0) of the curves of its figures 5 and 6.
     rubber = rs.standard_solid(1e6, 1e6 / p2, 1e3, poisson_ratio=nu)
-    check = item(material=rubber)["poisson_ratio"]
+    check = report_of(material=rubber)["poisson_ratio"]
     assert check.value == pytest.approx(glass, abs=6e-4)
     assert check.exceeded == (glass < 0)
     ratio = 2 * (1 + nu) / (3 * (1 - 2 * nu)) / (1 + 1 / p2)
@@ -312,15 +312,15 @@ def test_instantaneous_poisson_ratio_of_the_paper(nu, p2, glass):
 
 
 def test_a_constant_negative_poisson_ratio_is_not_doubtful():
-    assert not item(material=rs.elastic(shear_modulus=1e6, poisson_ratio=-0.3))["poisson_ratio"].exceeded
-    assert item(material=rs.Material(1e6, math.inf))["poisson_ratio"].value == 0.5
+    assert not report_of(material=rs.elastic(shear_modulus=1e6, poisson_ratio=-0.3))["poisson_ratio"].exceeded
+    assert report_of(material=rs.Material(1e6, math.inf))["poisson_ratio"].value == 0.5
 
 
 @pytest.mark.parametrize(
     ("mass", "radius", "exceeded"), [(0.004, 0.005, False), (5.0, 0.01, True), (0.005, 10.0, True)]
 )
 def test_a_mass_in_grams_or_a_radius_in_millimetres_gives_an_absurd_density(mass, radius, exceeded):
-    check = item(rs.Parabola(radius), mass=mass)["density"]
+    check = report_of(rs.Parabola(radius), mass=mass)["density"]
     assert check.value == pytest.approx(mass / (4 / 3 * math.pi * radius**3))
     assert check.exceeded == exceeded
 
@@ -336,7 +336,7 @@ def test_density_of_two_equal_balls_is_not_that_of_the_reduced_one():
 
 
 def test_no_limit_is_exceeded_far_from_the_limits():
-    result = item()
+    result = report_of()
     assert result.warnings == []
     assert [check.kind for check in result] == KINDS
 
@@ -352,15 +352,15 @@ def test_worst_of_an_array_and_of_several_contacts():
 
 def test_contacts_that_were_not_solved_are_left_out():
     bad = dict.fromkeys(("max_contact_radius", "max_indentation_depth", "contact_time"), math.nan)
-    result = item(**bad)
+    result = report_of(**bad)
     assert result.warnings == []
     assert result["small_strain"].value is None
-    some = item(max_contact_radius=[math.nan, 3e-3], max_indentation_depth=[math.nan, 9e-4])
+    some = report_of(max_contact_radius=[math.nan, 3e-3], max_indentation_depth=[math.nan, 9e-4])
     assert some["small_strain"].value == pytest.approx(0.3)
 
 
 def test_the_time_of_a_contact_without_an_end_follows_from_its_depth():
-    result = item(material=rs.Material(1e6, 1e9, window=(1e-6, 1e-3)), contact_time=math.inf)
+    result = report_of(material=rs.Material(1e6, 1e9, window=(1e-6, 1e-3)), contact_time=math.inf)
     # 2.943 d/v0
     assert result["window"].value == pytest.approx(2.9432751843e-3 / 1e-3)
 
@@ -377,7 +377,7 @@ def test_columns_are_registered_quantities():
 
 
 def test_report_is_plain_data():
-    result = item(max_contact_radius=3e-3, max_indentation_depth=9e-4, mass=1.0)
+    result = report_of(max_contact_radius=3e-3, max_indentation_depth=9e-4, mass=1.0)
     assert pickle.loads(pickle.dumps(result)) == result
     assert list(json.loads(json.dumps(result.to_dict()))) == KINDS
     assert result.to_dict()["small_strain"]["value"] == result["small_strain"].value
@@ -387,7 +387,7 @@ def test_report_is_plain_data():
 
 
 def test_report_as_text_and_as_html():
-    result = item(max_contact_radius=3e-3, max_indentation_depth=9e-4)
+    result = report_of(max_contact_radius=3e-3, max_indentation_depth=9e-4)
     lines = str(result).splitlines()
     assert len(lines) == 1 + len(KINDS) + 2
     assert result["small_strain"].advice in str(result)

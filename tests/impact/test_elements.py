@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from checkout import DATA, rows
+from refusals import refusal
 from restitution import Impact, Material, PronySeries, Status, generalised_maxwell, standard_solid
 from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere, TruncatedCone
 from restitution.impact import closed_forms as cf
@@ -300,25 +301,23 @@ def test_refusal_names_a_number_of_elements_that_works(monkeypatch):
 
 def test_long_time_step_is_refused():
     # tau = 0.1, but the accuracy with 16 elements demands an even shorter step.
-    with pytest.raises(ValueError, match=r"^time_step = 0.5 s: must be <= \S+ s here, for explicit Euler$"):
-        solve_elements(unit_impact(0.3, 0.1, 1.0), time_step=0.5)
+    error = refusal(lambda: solve_elements(unit_impact(0.3, 0.1, 1.0), time_step=0.5))
+    assert (error.field, error.value) == ("time_step", 0.5)
+    assert error.rule.endswith("s here, for explicit Euler")
 
 
-@pytest.mark.parametrize("n_elements", [15, 20001, -1])
-def test_number_of_elements_out_of_range(n_elements):
-    with pytest.raises(ValueError, match=rf"^n_elements = {n_elements}: .*\[16, 20000\]$"):
-        solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=n_elements)
-
-
-@pytest.mark.parametrize("n_elements", [100.0, True, "100"])
-def test_number_of_elements_of_wrong_type(n_elements):
-    with pytest.raises(TypeError, match=r"^n_elements = .*whole number"):
-        solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=n_elements)
+@pytest.mark.parametrize("n_elements", [15, 20001, -1, 100.0, True, "100"])
+def test_number_of_elements_out_of_range_or_of_wrong_type(n_elements):
+    error = refusal(lambda: solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=n_elements))
+    assert (error.field, error.value) == ("n_elements", n_elements)
+    assert error.rule == "must be a whole number in [16, 20000]"
+    assert isinstance(error, TypeError) is (type(n_elements) is not int)
 
 
 def test_arrays_are_refused():
-    with pytest.raises(ValueError, match=r"\(2,\).*a single impact"):
-        solve_elements(Impact(SOLID, Parabola(1.0), 1.0, [1.0, 2.0]))
+    error = refusal(lambda: solve_elements(Impact(SOLID, Parabola(1.0), 1.0, [1.0, 2.0])))
+    assert (error.field, error.value) == ("impact.shape", (2,))
+    assert error.rule.endswith("a single impact")
 
 
 def test_history_of_the_elements_obeys_the_equations_of_the_paper() -> None:
