@@ -44,10 +44,10 @@ from .impact.impedance import rod_impedance as rod_impedance
 from .impact.problem import Body as Body
 from .impact.problem import Impact as Impact
 from .impact.problem import collision as collision
+from .impact.problem import dimensionless_groups as dimensionless_groups
 from .impact.problem import drop as drop
 from .impact.problem import for_contact as for_contact
 from .impact.result import ImpactResult as ImpactResult
-from .impact.scaling import dimensionless_groups as dimensionless_groups
 from .impact.solve import solve as solve
 from .impact.solve import standard_solid_restitution as standard_solid_restitution
 from .impact.status import SolverError as SolverError
