@@ -400,9 +400,9 @@ def test_a_sampler_of_the_log_probability_has_the_covariance_of_the_fit():
     heights = fit.log_probability(places)
     for _ in range(steps):
         trials = places + 1.3 * rng.standard_normal(places.shape) @ root.T
-        found_there = fit.log_probability(trials)
-        taken = np.log(rng.random(chains)) < found_there - heights
-        places[taken], heights[taken] = trials[taken], found_there[taken]
+        heights_there = fit.log_probability(trials)
+        taken = np.log(rng.random(chains)) < heights_there - heights
+        places[taken], heights[taken] = trials[taken], heights_there[taken]
     white = np.linalg.solve(root, (places - fit.coordinates).T)
     # The ends of independent chains: standard errors of means, variances and correlations.
     assert np.abs(white.mean(axis=1)).max() < 4.0 / math.sqrt(chains)

@@ -295,7 +295,7 @@ class IndentationCurve(ForceRecord):
     >>> depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
     >>> force = rs.indent(gel, rs.Parabola(2.5e-6), depth=depth - 0.4e-6, time=time).force
     >>> curve = IndentationCurve(time, depth, force, profile=rs.Parabola(2.5e-6), noise=rs.Noise(force="1 %"))
-    >>> curve.size, [one.name for one in curve.nuisances]
+    >>> curve.size, [nuisance.name for nuisance in curve.nuisances]
     (480, ['contact_point'])
     """
 

@@ -114,7 +114,7 @@ class ForceHistory(OneBall, ForceRecord):
     >>> impact = rs.Impact(rubber, rs.Parabola(0.01), mass=0.033, velocity=1.0)
     >>> history = rs.solve(impact).sample(n_points=100)
     >>> record = ForceHistory(history["time"], history["force"], radius=0.01, mass=0.033, velocity=1.0)
-    >>> record.size, [one.name for one in record.nuisances]
+    >>> record.size, [nuisance.name for nuisance in record.nuisances]
     (100, ['first_touch'])
     """
 

@@ -655,7 +655,7 @@ def _abscissa(table: Curve) -> Array:
 
 def _gaps(tables: Sequence[Curve], shifts: Array) -> Array:
     """Return the gap [decades] between each isotherm and the colder ones; negative where they overlap, shape (m,)."""
-    ends = [(x.min(), x.max()) for x in (one[np.isfinite(one)] for one in map(_abscissa, tables))]
+    ends = [(x.min(), x.max()) for x in (column[np.isfinite(column)] for column in map(_abscissa, tables))]
     low, high = (np.array(end) + shifts for end in zip(*ends, strict=True))
     return np.append(-np.inf, np.minimum.accumulate(low)[:-1] - high[1:])
 
