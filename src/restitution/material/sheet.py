@@ -110,7 +110,8 @@ class Sheet:
             numbers = np.loadtxt(texts, delimiter=self.mark, comments=None, quotechar='"', usecols=columns, ndmin=2)
         except ValueError:
             return {}
-        return dict(zip(columns, numbers.T, strict=True))
+        # A quotation mark that stands alone joins lines.
+        return dict(zip(columns, numbers.T, strict=True)) if len(numbers) == len(self.rows) else {}
 
     def cells(self, column: int) -> list[str]:
         """Return texts of a column."""
