@@ -219,63 +219,72 @@ def touch(solid: Solid, parts: Any, loads: Any) -> None:
         loads[k] = value
 
 
+@inlined
+def front_value(
+    solid: Solid, panels: Stack, p: int, follows: bool, z: float, t: float, drive: float, basis: Any, slopes: Any
+) -> tuple[float, float, float, float]:
+    """What vanishes at the front, the load or the gap; see `load` and `gap`."""
+    if follows:
+        return load(solid, panels, p, z, t, drive, basis, slopes)
+    return gap(solid, panels, p, z, t, drive, basis, slopes)
+
+
 @compiled
 def locate(
     solid: Solid, panels: Stack, count: int, follows: bool, t: float, drive: float, p: int, z: float, basis: Any,
     slopes: Any,
-) -> tuple[int, float, float]:  # fmt: skip
-    """Panel, z and y at which the load (`follows`) or the gap is zero; both fall towards the top.
+) -> tuple[int, float, float, float]:  # fmt: skip
+    """Panel, z and y at which the load (`follows`) or the gap is zero, and its slope over y there.
 
-    `drive` is the shared load, or the depth. The search starts at z of panel p. Below the lowest panel: panel -1.
+    Both fall towards the top. `drive` is the shared load, or the depth. The search starts at z of panel p. Below the lowest panel: panel -1.
     Above the top: the top, since next to a smooth turning a second root lies behind it.
     """
     low, high = 0.0, panels.end[p]
-    below_checked = False
-    y = 0.0
-    z = min(z, high)
-    for _ in range(100):
-        if follows:
-            f, slope, y, _ = load(solid, panels, p, z, t, drive, basis, slopes)
-        else:
-            f, slope, y, _ = gap(solid, panels, p, z, t, drive, basis, slopes)
-        if f == 0.0:
-            return p, z, y
+    low_known, high_known = False, False
+    z = min(max(z, low), high)
+    y, last, steepness = 0.0, 1.0, 0.0
+    for _ in range(80):
+        f, slope, y, rise = front_value(solid, panels, p, follows, z, t, drive, basis, slopes)
+        steepness = abs(slope / rise) if rise != 0.0 else 0.0
         if f < 0.0:
-            high = z
+            high, high_known = z, True
         else:
-            low = z
-            below_checked = True
-        step = -f / slope if slope < 0.0 else (-math.inf if f < 0.0 else math.inf)
+            low, low_known = z, True
+        step = -f / slope if slope < 0.0 else math.copysign(math.inf, f)
         target = z + step
-        if target <= low:
-            if not below_checked:
-                if follows:
-                    f, _, y, _ = load(solid, panels, p, 0.0, t, drive, basis, slopes)
-                else:
-                    f, _, y, _ = gap(solid, panels, p, 0.0, t, drive, basis, slopes)
-                if f <= 0.0:
-                    if p == 0 or f == 0.0:
-                        return (p if f == 0.0 else -1), 0.0, y
-                    p -= 1
-                    low, high = 0.0, panels.end[p]
-                    z = high
-                    continue
-                below_checked = True
-            target = 0.5 * (low + high)
-        elif target >= high:
-            if high == panels.end[p] and p < count - 1 and f > 0.0:
-                p += 1
-                low, high = 0.0, panels.end[p]
-                z = 0.0
-                below_checked = True
+        if not high_known and target >= high:
+            if z < high:
+                # The top of the panel has to be looked at.
+                z = high
                 continue
-            if f > 0.0 and high - z <= 1e-15:
-                return p, z, y
-            target = 0.5 * (low + high) if f < 0.0 or not math.isfinite(target) else high
-        if abs(target - z) <= 2e-16 * max(z, 1e-6):
-            return p, z, y + 0.0
-        z = target
-    return p, z, y
+            if p == count - 1:
+                return p, z, y, steepness
+            p, z = p + 1, 0.0
+            low, high = 0.0, panels.end[p]
+            low_known, last = True, 1.0
+            continue
+        if not low_known and target <= 0.0:
+            if z > 0.0:
+                z = 0.0
+                continue
+            if p == 0:
+                return -1, 0.0, y, steepness
+            p -= 1
+            low, high = 0.0, panels.end[p]
+            z = high
+            low_known, high_known, last = False, True, 1.0
+            continue
+        if not low <= target <= high:
+            target = 0.5 * (low + high)
+            step = target - z
+            last = 1.0
+        elif abs(step) <= 1e-11 or abs(step * step * step) <= 1e-16 * last * last:
+            # The next step of Newton's method would be step^3/last^2.
+            return p, target, y + rise * step, steepness
+        if abs(step) <= 1e-16 or high - low <= 1e-16:
+            return p, z, y, steepness
+        last, z = abs(step), target
+    return p, z, y, steepness
 
 
 @inlined
