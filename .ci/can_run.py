@@ -17,7 +17,7 @@ if sys.argv[1] == "--numpy-avx512":
     wide = [name for name in umath.__cpu_dispatch__ if features[name] and ("512" in name or name == "X86_V4")]
     print(" ".join(wide))
 else:
-    wanted = NEEDED[sys.argv[1]]
+    needed = NEEDED[sys.argv[1]]
     host = llvm.get_host_cpu_features()
-    known = not wanted or platform.machine().lower() in ("x86_64", "amd64")
-    sys.exit(not (known and all(host.get(feature, False) for feature in wanted)))
+    suitable = not needed or platform.machine().lower() in ("x86_64", "amd64")
+    sys.exit(not (suitable and all(host.get(feature, False) for feature in needed)))

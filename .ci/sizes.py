@@ -1,4 +1,8 @@
-"""Lines of code (without blank lines, comments and docstrings) of each package, beside those of another revision."""
+"""Print the lines of code of each package, beside those of another revision.
+
+Blank lines, comments and docstrings do not count. The other revision is the argument, or the last release, or
+`REFERENCE` while there is no release.
+"""
 
 import ast
 import io
@@ -9,11 +13,12 @@ from collections import Counter
 from pathlib import Path
 
 PACKAGE = "src/restitution"
+REFERENCE = "bd859e8"
 SKIPPED = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 
 
 def code_lines(text: str) -> int:
-    """Lines that hold code."""
+    """Return the number of lines that hold code."""
     rows = {
         row
         for token in tokenize.generate_tokens(io.StringIO(text).readline)
@@ -29,7 +34,7 @@ def code_lines(text: str) -> int:
 
 
 def sizes(sources: dict[str, str]) -> Counter[str]:
-    """Lines of code of each package; modules that stand in none are one package, "."."""
+    """Return the lines of code of each package; modules outside every package count as "."."""
     total: Counter[str] = Counter()
     for path, text in sources.items():
         parts = Path(path).relative_to(PACKAGE).parts
@@ -38,21 +43,21 @@ def sizes(sources: dict[str, str]) -> Counter[str]:
 
 
 def git(*arguments: str) -> str:
-    """Output of a git command, empty where it fails."""
+    """Return the output of a git command, or an empty text if it fails."""
     return subprocess.run(["git", *arguments], capture_output=True, text=True, check=False).stdout
 
 
 def at(revision: str) -> dict[str, str]:
-    """Sources of a revision."""
+    """Return the sources of a revision."""
     names = git("ls-tree", "-r", "--name-only", revision, PACKAGE).split()
     return {name: git("show", f"{revision}:{name}") for name in names if name.endswith(".py")}
 
 
 if __name__ == "__main__":
-    revision = sys.argv[1] if len(sys.argv) > 1 else git("describe", "--tags", "--abbrev=0").strip()
+    revision = sys.argv[1] if len(sys.argv) > 1 else git("describe", "--tags", "--abbrev=0").strip() or REFERENCE
     now = sizes({str(path): path.read_text(encoding="utf-8") for path in Path(PACKAGE).rglob("*.py")})
-    then = sizes(at(revision)) if revision else Counter[str]()
-    print(f"{'package':<20}{'lines of code':>14}{revision[:12] or 'no release':>14}")
-    for name in sorted(now | then):
-        print(f"{name:<20}{now[name]:>14}{then[name] or '-':>14}")
-    print(f"{'all':<20}{now.total():>14}{then.total() or '-':>14}")
+    then = sizes(at(revision))
+    rows = [(name, now[name], then[name]) for name in sorted(now | then)]
+    print(f"{'package':<20}{'lines of code':>14}{revision:>14}")
+    for name, lines, before in [*rows, ("all", now.total(), then.total())]:
+        print(f"{name:<20}{lines or '-':>14}{before or '-':>14}")

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from restitution.case import axes, identification, impact, indentation, material, profile, shift, sweep
+from restitution.case import axes, identification, impact, indentation, material, profile, sweep
 from restitution.case.observations import KINDS
 from restitution.case.quantity import Reader
 from restitution.case.section import Section
@@ -178,8 +178,8 @@ def page() -> str:
     ):
         lines += table(title, one, [key for key in one.model_fields if key not in shared])
     lines += table("`[material.shear]`, `[material.bulk]`: a Prony series", material.PronySection)
-    lines += table("`[material.shift]`: Williams, Landel and Ferry", shift.WLFSection)
-    lines += table("`[material.shift]`: Arrhenius", shift.ArrheniusSection)
+    lines += table("`[material.shift]`: Williams, Landel and Ferry", material.WLFSection)
+    lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
     lines += table("`[impact]`", impact.ImpactSection)
     lines += table("`[bounces]`", impact.BouncesSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)

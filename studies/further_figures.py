@@ -15,8 +15,17 @@ import numpy as np
 from restitution.files import write_netcdf
 from restitution.paper import figures
 from restitution.paper.claims import EXAMPLES, TERMS, compare, compute_collapse, compute_terms
-from restitution.paper.computation import LOG_P3_RANGE, Computation, instantaneous_poisson_ratio
-from restitution.paper.figures import P3, RESTITUTION, curve_axes, mark_negative_glass, panels, plane_axes
+from restitution.paper.figures import (
+    LOG_P3_RANGE,
+    P3,
+    RESTITUTION,
+    Computation,
+    curve_axes,
+    instantaneous_poisson_ratio,
+    mark_negative_glass,
+    panels,
+    plane_axes,
+)
 from restitution.paper.reproduction import DEFAULT_SEED, FULL, QUICK, Resolution
 from restitution.plot import style
 from restitution.plot.style import contour_map, markers, save_figure
@@ -68,16 +77,16 @@ def draw_error(dataset: xr.Dataset) -> Figure:
     x, y = np.log10(dataset["p2"].values), np.log10(dataset["p3"].values)
     error, excess = (100.0 * dataset[f"relative_{name}"].transpose("p3", "p2").values for name in ("error", "excess"))
     words = r"$(e_\mathrm{inc} - e)\,/\,e$ [%]", r"$(e - e_\mathrm{inc})\,/\,e_\mathrm{inc}$ [%]"
-    signed: Any = {"cmap": style.DIVERGING, "norm": TwoSlopeNorm(0.0, vmin=-100.0, vmax=150.0), "fmt": _signed}
-    above: Any = {"cmap": "YlOrBr", "norm": LogNorm(0.1, 1e4, clip=True)}
+    signed = style.Shading(words[0], TwoSlopeNorm(0.0, vmin=-100.0, vmax=150.0), style.DIVERGING)
+    above = style.Shading(words[1], LogNorm(0.1, 1e4, clip=True), "YlOrBr")
     with style.context():
         figure, (left, right) = panels("AB", height=3.6)
         figure.suptitle(rf"error of the incompressible value for $\nu = {nu:g}$", fontsize=11)
         for ax in (left, right):
             plane_axes(ax)
         right.set_ylabel("")
-        contour_map(left, x, y, error, _ERROR_LEVELS, colorbar=words[0], labels_at=_ERROR_LABELS, **signed)
-        contour_map(right, x, y, excess, _EXCESS_LEVELS, colorbar=words[1], labels_at=_EXCESS_LABELS, **above)
+        contour_map(left, x, y, error, _ERROR_LEVELS, signed, fmt=_signed, labels_at=_ERROR_LABELS)
+        contour_map(right, x, y, excess, _EXCESS_LEVELS, above, labels_at=_EXCESS_LABELS)
         # A logarithmic scale has no place for the region where the incompressible value is the higher one.
         right.contourf(x, y, error, levels=[0.0, np.inf], colors="white")
         for ax in (left, right):

@@ -43,3 +43,8 @@ def run(page: str) -> dict[str, Any]:
     for block in code:
         exec(compile(block, Path(page).name, "exec"), names)
     return names
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    """Files of a folder by their paths."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

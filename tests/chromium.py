@@ -54,10 +54,10 @@ def number(page, name):
     return float(text) if text else np.nan
 
 
-def wait_for(page, name, wanted, rtol=SHOWN):
+def wait_for(page, name, expected, rtol=SHOWN):
     """Wait until the page shows a number."""
-    found = f"[...document.querySelectorAll('[data-output={name}]')].map(one => Number(one.dataset.value))"
-    until(page, f"{found}.some(one => Math.abs(one - {wanted!r}) <= {rtol} * Math.abs({wanted!r}))")
+    result = f"[...document.querySelectorAll('[data-output={name}]')].map(x => Number(x.dataset.value))"
+    until(page, f"{result}.some(x => Math.abs(x - {expected!r}) <= {rtol} * Math.abs({expected!r}))")
 
 
 def ball(**changes):

@@ -11,9 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution import Impact
-from restitution.impact.elements import element_law
+from restitution.impact.elements import MaxwellElement, StandardSolidElement, element_law
 
 Array = NDArray[np.float64]
+
+
+def release(law: MaxwellElement | StandardSolidElement, pull: Array, step: float) -> Array:
+    """Let elements go that pull [N/m]: the growth [m] of u in the step, with which their line load is zero."""
+    if isinstance(law, MaxwellElement):
+        du = pull / (law.equilibrium + law.viscosity / step + law.moduli.sum())
+        law.w[:, : du.size] += du
+        return du
+    stiff = law.ginf / 3.0 + law.k0 + law.g1 / 3.0
+    share = 1.0 if np.isinf(stiff) else stiff / (stiff + law.g1 + law.ginf)
+    du = pull / (4.0 * (law.ginf + law.g1) * share)
+    for inner, part in ((law.u1, 1.0), (law.u2, share), (law.u3, share)):
+        inner[: du.size] += part * du
+    return du
 
 
 def element_forces(impact: Impact, time: Array, depth: Array, *, n_elements: int = 800) -> Array:
@@ -35,7 +49,7 @@ def element_forces(impact: Impact, time: Array, depth: Array, *, n_elements: int
         u += growth
         law.advance(u, growth, step)
         load = law.line_load(u, growth / step)
-        u += law.release(load, step)
+        u += release(law, np.maximum(-load, 0.0), step)
         # A dashpot that was touched within the step has the velocity of the body at its end.
         later = series.parallel_viscosity * (d - before - growth) / step
         force[n] = 2.0 * spacing * float((load + later)[load > 0.0].sum())

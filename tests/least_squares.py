@@ -46,9 +46,9 @@ def residuals(data, points):
 
 def jacobian(data, point):
     """Central differences at a point."""
-    steps = np.append([1e-4] * 3, [0.1 * one.step for one in data.nuisances])
-    found = residuals(data, np.vstack([point + np.diag(steps), point - np.diag(steps)]))
-    return ((found[: steps.size] - found[steps.size :]) / (2.0 * steps[:, None])).T
+    steps = np.append([1e-4] * 3, [0.1 * item.step for item in data.nuisances])
+    result = residuals(data, np.vstack([point + np.diag(steps), point - np.diag(steps)]))
+    return ((result[: steps.size] - result[steps.size :]) / (2.0 * steps[:, None])).T
 
 
 def covariance(data, point):
@@ -60,11 +60,11 @@ def covariance(data, point):
 
 def fit(data, start):
     """Least squares from the logarithms `start`."""
-    first = np.append(start, [one.start for one in data.nuisances])
-    low = np.append(start - 9.0, [one.low for one in data.nuisances])
-    high = np.append(start + 9.0, [one.high for one in data.nuisances])
-    scale = np.append([1.0] * 3, [one.step for one in data.nuisances])
-    found = least_squares(
+    first = np.append(start, [item.start for item in data.nuisances])
+    low = np.append(start - 9.0, [item.low for item in data.nuisances])
+    high = np.append(start + 9.0, [item.high for item in data.nuisances])
+    scale = np.append([1.0] * 3, [item.step for item in data.nuisances])
+    result = least_squares(
         lambda x: residuals(data, x)[0], first, lambda x: jacobian(data, x), (low, high), x_scale=scale, xtol=1e-9
     )
-    return Fit(found.x, covariance(data, found.x), 2.0 * float(found.cost))
+    return Fit(result.x, covariance(data, result.x), 2.0 * float(result.cost))

@@ -21,39 +21,39 @@ TEXTS = (
 
 def value(rng: random.Random, key: str) -> Any:
     """A value of an input: on its slider mostly, at an end of its range, or of no use."""
-    one, draw = inputs()[key], rng.random()
+    item, draw = inputs()[key], rng.random()
     if draw < 0.03:
         return rng.choice(ODD)
-    if one.options:
-        return rng.choice(one.options).value
-    low, high = one.ends
-    if one.slider is None:
+    if item.options:
+        return rng.choice(item.options).value
+    low, high = item.ends
+    if item.slider is None:
         return [10.0 ** rng.uniform(-12, 12) for _ in range(rng.choice((1, 2, 5, MOST_TERMS)))]
     if draw < 0.1:
         return rng.choice((low, high))
-    low, high = one.slider.low, one.slider.high
-    return rng.uniform(low, high) if not one.slider.logarithmic else low * (high / low) ** rng.random()
+    low, high = item.slider.low, item.slider.high
+    return rng.uniform(low, high) if not item.slider.logarithmic else low * (high / low) ** rng.random()
 
 
 def state(rng: random.Random) -> dict[str, Any]:
     """A random state; lists of one part have equal lengths."""
     keys = list(inputs())
-    found = {key: value(rng, key) for key in rng.sample(keys, rng.randrange(len(keys)))}
+    result = {key: value(rng, key) for key in rng.sample(keys, rng.randrange(len(keys)))}
     for part in ("shear", "bulk"):
         pair = [f"material.{part}.{name}" for name in ("branch_moduli", "relaxation_times")]
         if rng.random() < 0.8:
             n = rng.choice((1, 2, 5, MOST_TERMS))
-            found |= {pair[0]: [10.0 ** rng.uniform(2, 10) for _ in range(n)]}
-            found |= {pair[1]: sorted(10.0 ** rng.uniform(-9, 6) for _ in range(n))}
+            result |= {pair[0]: [10.0 ** rng.uniform(2, 10) for _ in range(n)]}
+            result |= {pair[1]: sorted(10.0 ** rng.uniform(-9, 6) for _ in range(n))}
     if rng.random() < 0.02:
-        found[rng.choice(("material.file", "nothing", "page.tab", "body", "", "\n"))] = rng.choice(ODD)
-    return found
+        result[rng.choice(("material.file", "nothing", "page.tab", "body", "", "\n"))] = rng.choice(ODD)
+    return result
 
 
 def request(rng: random.Random, number: int) -> dict[str, Any]:
     """A random request."""
     kind = rng.choice(KINDS)
-    found: dict[str, Any] = {"id": number, "kind": kind, "state": state(rng)}
+    result: dict[str, Any] = {"id": number, "kind": kind, "state": state(rng)}
     if kind == "file":
         text = rng.choice(TEXTS)
         place = rng.randrange(len(text) + 1)
@@ -61,22 +61,24 @@ def request(rng: random.Random, number: int) -> dict[str, Any]:
             text if rng.random() < 0.5 else text[:place] + rng.choice((",", "\n", "x", "9", "-", '"')) + text[place:]
         )
         data = base64.b64encode(text.encode("utf-8", "replace")).decode()
-        found["files"] = [{"name": rng.choice(("a.csv", "b.toml", "", "../c", "d\n.inp")), "data": data}]
+        result["files"] = [{"name": rng.choice(("a.csv", "b.toml", "", "../c", "d\n.inp")), "data": data}]
         if rng.random() < 0.2:
-            found["files"].append({"name": rng.choice(("e.csv", "../f", "/etc/passwd", "dropped.toml")), "data": data})
+            result["files"].append(
+                {"name": rng.choice(("e.csv", "../f", "/etc/passwd", "dropped.toml")), "data": data}
+            )
         if rng.random() < 0.5:
-            found["answers"] = {"deformation": rng.choice(("shear", "tension", "torsion", ""))}
+            result["answers"] = {"deformation": rng.choice(("shear", "tension", "torsion", ""))}
     if kind == "download":
-        found["what"] = rng.choice(("case", "indentation", "python", "else", None))
-    return found
+        result["what"] = rng.choice(("case", "indentation", "python", "else", None))
+    return result
 
 
 def message(rng: random.Random, number: int) -> str:
     """A random message, damaged now and then."""
-    found = request(rng, number)
+    result = request(rng, number)
     if rng.random() < 0.05:
-        found[rng.choice(("id", "kind", "state", "files", "answers", "what"))] = rng.choice(ODD)
-    text = json.dumps(found)
+        result[rng.choice(("id", "kind", "state", "files", "answers", "what"))] = rng.choice(ODD)
+    text = json.dumps(result)
     if rng.random() < 0.05:
         place = rng.randrange(len(text))
         text = text[:place] + rng.choice(('"', "{", "]", "\\", "e999", "NaN", "")) + text[place + rng.randrange(3) :]

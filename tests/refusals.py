@@ -29,6 +29,13 @@ def refusal(call: Callable[[], Any]) -> InputError:
     return caught.value
 
 
+def in_one_line(call: Callable[[], Any]) -> InputError:
+    """The error of a call that is refused in one line."""
+    error = refusal(call)
+    assert "\n" not in str(error)
+    return error
+
+
 def refuses(call: Callable[[], Any], message: str) -> None:
     """Check that a call is refused with the field, value and range of a message."""
     error = refusal(call)

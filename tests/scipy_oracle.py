@@ -278,15 +278,15 @@ class _Equations:
         # At each Jacobian SciPy widens the step of its finite differences tenfold for a state on which nothing depends
         # (t in the approach, d in the rebound), until it overflows; the derivative stays zero.
         with np.errstate(over="ignore"):
-            found = solve_ivp(
+            solution = solve_ivp(
                 rates, span, start, method="Radau", rtol=self.rtol, atol=atol, dense_output=True,
                 events=[event for event, _ in events], **options,
             )  # fmt: skip
-        if found.status < 0:
-            raise SolverError(Status.STEP_TOO_SMALL, found.message)
-        if not np.all(np.isfinite(found.y)):
+        if solution.status < 0:
+            raise SolverError(Status.STEP_TOO_SMALL, solution.message)
+        if not np.all(np.isfinite(solution.y)):
             raise SolverError(Status.NOT_FINITE)
-        return found
+        return solution
 
     def count(self) -> None:
         self.evaluations += 1

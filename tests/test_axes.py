@@ -114,9 +114,9 @@ def test_some_of_the_impacts_by_coordinates():
     result = rs.solve(
         rs.Impact(solid(along("viscosity", 500.0, 2e3).sortby("viscosity")), rs.Parabola(0.01), 0.005, velocity)
     )
-    one = result.sel({"viscosity": 1000.0, "velocity": 1.4}, method="nearest")
-    assert one.velocity == 1.0
-    assert one.history.sizes == {"time": 401}
+    item = result.sel({"viscosity": 1000.0, "velocity": 1.4}, method="nearest")
+    assert item.velocity == 1.0
+    assert item.history.sizes == {"time": 401}
     rows = result.sel(velocity=[2.0, 0.5])
     assert rows.restitution_coefficient.dims == ("viscosity", "velocity")
     expected = result.restitution_coefficient.sel(velocity=[2.0, 0.5])

@@ -52,9 +52,9 @@ def test_a_link_at_the_target_is_replaced_and_not_followed(tmp_path: Path) -> No
 
 
 def test_names_of_partial_files_are_random(tmp_path: Path) -> None:
-    with whole_file(tmp_path / "a") as one, whole_file(tmp_path / "a") as other:
-        assert one.name != other.name
-        assert str(os.getpid()) not in one.name.split(".")
+    with whole_file(tmp_path / "a") as first, whole_file(tmp_path / "a") as other:
+        assert first.name != other.name
+        assert str(os.getpid()) not in first.name.split(".")
 
 
 def test_fsync_of_the_content_before_the_rename_and_of_the_folder_after_it(

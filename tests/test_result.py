@@ -92,42 +92,42 @@ KINDS = ("impact", "array", "list", "indentation", "bounces", "calibration", "su
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_result_shows_itself_with_its_warnings(shown, kind):
-    one = shown[kind]
-    text, page = str(one), one._repr_html_()
+    item = shown[kind]
+    text, page = str(item), item._repr_html_()
     parser = Tags()
     parser.feed(page)
     parser.close()
     assert parser.open == []
     cells = "\n".join(parser.cells)
-    assert one.summary().title in cells
-    for line in getattr(one, "warnings", ()):
+    assert item.summary().title in cells
+    for line in getattr(item, "warnings", ()):
         assert f"warning: {line}" in text
         assert line in cells
-    for row in [] if one.summary().table is None else one.summary().table.rows:
+    for row in [] if item.summary().table is None else item.summary().table.rows:
         assert all(cell in text for word in row for cell in word.split())
         assert all(cell in parser.cells for cell in row if cell)
-    short = repr(one)
+    short = repr(item)
     assert "\n" not in short
     assert len(short) < 250
-    count = len(getattr(one, "warnings", ()))
+    count = len(getattr(item, "warnings", ()))
     assert (f"; {count} warning" in short) == (count > 0)
 
 
 def test_print_is_whole_in_a_notebook(shown, monkeypatch):
     """There rich displays a table at once, whatever its file is."""
-    wanted = str(shown["impact"])
+    expected = str(shown["impact"])
     monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
-    assert str(shown["impact"]) == wanted
+    assert str(shown["impact"]) == expected
 
 
 def test_an_array_shows_its_range(shown):
-    found = shown["array"]
-    row = next(row for row in found.summary().table.rows if row[1] == "T")
-    factor, unit = scaled_unit(found.contact_time, "s")
-    assert float(row[2]) == pytest.approx(factor * min(found.contact_time), rel=1e-5)
-    assert float(row[3]) == pytest.approx(factor * max(found.contact_time), rel=1e-5)
+    result = shown["array"]
+    row = next(row for row in result.summary().table.rows if row[1] == "T")
+    factor, unit = scaled_unit(result.contact_time, "s")
+    assert float(row[2]) == pytest.approx(factor * min(result.contact_time), rel=1e-5)
+    assert float(row[3]) == pytest.approx(factor * max(result.contact_time), rel=1e-5)
     assert row[4] == unit
-    assert "2 SEPARATED" in str(found)
+    assert "2 SEPARATED" in str(result)
 
 
 def test_a_body_that_stays_shows_why():

@@ -53,13 +53,13 @@ def solved(material, profile, mass, velocity, counter_material=None, **more):
     return of_impact(impact, rs.solve(impact), **more)
 
 
-def one(profile=None, material=None, **given):
+def report_of(profile=None, material=None, **options):
     """Report of a contact that is far from every limit, apart from the given quantities."""
-    given = {
-        "max_contact_radius": 1e-4, "max_indentation_depth": 1e-6, "velocity": 1e-3, "contact_time": 3e-3, **given
+    options = {
+        "max_contact_radius": 1e-4, "max_indentation_depth": 1e-6, "velocity": 1e-3, "contact_time": 3e-3, **options
     }  # fmt: skip
     contact = Contact(material or rs.Material(1e6, 1e9), profile or rs.Parabola(0.01))
-    return validity(contact, **given)
+    return validity(contact, **options)
 
 
 def lamb(poisson_ratio):
@@ -175,9 +175,9 @@ def test_share_of_energy_of_equal_bodies(ratio):
     solid = rs.Material(1.2e9, 2e9, density=1200.0)
     wave = math.sqrt(1.2e9 / 1200.0)
     mass = 4 / 3 * math.pi * 1200.0 * 0.01**3
-    found = solved(solid, rs.Parabola(0.01), mass, ratio * wave, counter_material=solid)
-    assert found.mach_number[0] == pytest.approx(ratio)
-    assert found.radiated_energy_ratio[0] == pytest.approx(0.84 * ratio**0.6, rel=0.02)
+    result = solved(solid, rs.Parabola(0.01), mass, ratio * wave, counter_material=solid)
+    assert result.mach_number[0] == pytest.approx(ratio)
+    assert result.radiated_energy_ratio[0] == pytest.approx(0.84 * ratio**0.6, rel=0.02)
 
 
 @pytest.mark.parametrize("denser", [1.0, 7.0])
@@ -186,29 +186,29 @@ def test_share_of_energy_of_a_rigid_ball_on_rubber(denser):
     rubber = rs.Material(1e6, math.inf, density=1000.0)
     velocity = 0.002 * math.sqrt(1e6 / 1000.0)
     mass = 4 / 3 * math.pi * 1000.0 * denser * 0.01**3
-    found = solved(rubber, rs.Parabola(0.01), mass, velocity)
-    assert found.radiated_energy_ratio[0] == pytest.approx(2.22 * denser**-0.2 * 0.002**0.6, rel=0.01)
+    result = solved(rubber, rs.Parabola(0.01), mass, velocity)
+    assert result.radiated_energy_ratio[0] == pytest.approx(2.22 * denser**-0.2 * 0.002**0.6, rel=0.01)
 
 
 def test_wave_speed_follows_the_modulus_at_the_contact_time():
     # Polyisobutylene at 293 K: 22 m/s, not the 1099 m/s of the glass (G(T) = 0.45 MPa).
     rubber = rs.library.get("polyisobutylene").at(293.0)
     rubber = rs.Material(rubber.shear, rubber.bulk, density=920.0)
-    found = solved(rubber, rs.Parabola(0.005), 0.004, 10.0)
-    assert found.wave_speed[0] == pytest.approx(math.sqrt(0.45e6 / 920.0), rel=0.3)
-    assert report(found)["waves"].exceeded
+    result = solved(rubber, rs.Parabola(0.005), 0.004, 10.0)
+    assert result.wave_speed[0] == pytest.approx(math.sqrt(0.45e6 / 920.0), rel=0.3)
+    assert report(result)["waves"].exceeded
 
 
 def test_the_slower_body_counts_in_either_order():
     light, heavy = (rs.Material(modulus, math.inf, density=1000.0) for modulus in (1e6, 1e9))
     pairs = [solved(a, rs.Parabola(0.1), 1e-3, 0.5, b) for a, b in ((light, heavy), (heavy, light))]
-    for found in pairs:
-        assert found.mach_number[0] == pytest.approx(0.5 / math.sqrt(1000.0))
+    for result in pairs:
+        assert result.mach_number[0] == pytest.approx(0.5 / math.sqrt(1000.0))
     assert pairs[0].radiated_energy_ratio[0] == pytest.approx(pairs[1].radiated_energy_ratio[0], rel=1e-9)
 
 
 def test_waves_are_not_checked_without_a_density():
-    assert one()["waves"].value is None
+    assert report_of()["waves"].value is None
     hard = rs.Material(1e9, math.inf, density=1000.0)
     impact = solved(hard, rs.Parabola(0.1), 1e-3, 0.01, rs.Material(1e6, math.inf))
     check = report(impact)["waves"]
@@ -218,15 +218,15 @@ def test_waves_are_not_checked_without_a_density():
 
 
 def test_waves_without_a_mass_compare_the_velocity():
-    check = one(material=rs.Material(1e6, 1e9, density=1000.0), velocity=1.0)["waves"]
+    check = report_of(material=rs.Material(1e6, 1e9, density=1000.0), velocity=1.0)["waves"]
     assert check.value == pytest.approx(1.0 / math.sqrt(1000.0))
     assert check.exceeded
 
 
 def test_strain_of_a_sphere_does_not_saturate():
     # Ginf = 10 kPa at 100 m/s: d/R = 61 where a/R ends at 1.
-    found = solved(rs.Material(1e4, math.inf), rs.Sphere(0.005), 0.004, 100.0)
-    check = report(found)["small_strain"]
+    result = solved(rs.Material(1e4, math.inf), rs.Sphere(0.005), 0.004, 100.0)
+    check = report(result)["small_strain"]
     assert check.value > 10.0
     assert "no such contact" in check.message
     assert "Discard" in check.advice
@@ -238,7 +238,7 @@ def test_strain_of_a_sphere_does_not_saturate():
      (1.1e-2, 1.21e-2, 1.1, True)],
 )  # fmt: skip
 def test_strain_of_a_round_body(radius, depth, value, buried):
-    check = one(max_contact_radius=radius, max_indentation_depth=depth)["small_strain"]
+    check = report_of(max_contact_radius=radius, max_indentation_depth=depth)["small_strain"]
     assert check.value == pytest.approx(value)
     assert check.exceeded == (value > STRAIN_LIMIT)
     assert ("no such contact" in check.message) == buried
@@ -246,7 +246,7 @@ def test_strain_of_a_round_body(radius, depth, value, buried):
 
 @pytest.mark.parametrize("profile", [rs.Cone(1.2), rs.FlatPunch(1e-3), rs.FlatEndedParabola(0.01, 1e-3)])
 def test_strain_of_other_bodies_is_depth_over_contact_radius(profile):
-    check = one(profile, max_contact_radius=2e-3, max_indentation_depth=1e-3)["small_strain"]
+    check = report_of(profile, max_contact_radius=2e-3, max_indentation_depth=1e-3)["small_strain"]
     assert check.value == 0.5
     assert "d/a" in check.message
     assert "representative" not in check.message
@@ -267,7 +267,7 @@ def test_softness_of_the_exact_sphere_at_the_limit():
 @pytest.mark.parametrize(("ratio", "excess"), [(0.1, 12.91), (0.2, 29.79), (0.5, 115.6)])
 def test_half_space_against_the_exact_layer(ratio, excess):
     # Force of a parabola on a bonded incompressible layer over that on a half-space, at sqrt(R d)/h.
-    check = one(max_contact_radius=ratio * 0.01, body_size=0.01)["half_space"]
+    check = report_of(max_contact_radius=ratio * 0.01, body_size=0.01)["half_space"]
     assert check.value == pytest.approx(ratio)
     assert check.exceeded
     shown = float(check.message.split("would be ")[1].split(" %")[0])
@@ -275,10 +275,10 @@ def test_half_space_against_the_exact_layer(ratio, excess):
 
 
 def test_half_space_at_the_limit_and_without_a_size():
-    assert not one(max_contact_radius=SIZE_LIMIT * 0.01, body_size=0.01)["half_space"].exceeded
-    assert "more than 100 %" in one(max_contact_radius=0.01, body_size=0.01)["half_space"].message
-    assert one()["half_space"].value is None
-    assert "no size" in one()["half_space"].message
+    assert not report_of(max_contact_radius=SIZE_LIMIT * 0.01, body_size=0.01)["half_space"].exceeded
+    assert "more than 100 %" in report_of(max_contact_radius=0.01, body_size=0.01)["half_space"].message
+    assert report_of()["half_space"].value is None
+    assert "no size" in report_of()["half_space"].message
 
 
 @pytest.mark.parametrize(
@@ -287,7 +287,7 @@ def test_half_space_at_the_limit_and_without_a_size():
 )
 def test_window_of_the_material(window, exceeded):
     # d/v0 = 1 ms and T = 3 ms: the contact needs 0.33 ms to 3 ms.
-    check = one(material=rs.Material(1e6, 1e9, window=window))["window"]
+    check = report_of(material=rs.Material(1e6, 1e9, window=window))["window"]
     assert check.exceeded == exceeded
     assert (check.value is None) == (window is None)
     assert window is None or ("0.003 s" in check.message and f"{window[0]:.3g} s" in check.message)
@@ -295,16 +295,16 @@ def test_window_of_the_material(window, exceeded):
 
 def test_window_of_a_polymer_that_begins_after_the_contact():
     polymer = rs.library.relaxation_polymer
-    found = solved(polymer, rs.Parabola(0.005), 0.004, 1.0)
-    assert report(found)["window"].exceeded
-    assert found.contact_time[0] < polymer.window[0]
+    result = solved(polymer, rs.Parabola(0.005), 0.004, 1.0)
+    assert report(result)["window"].exceeded
+    assert result.contact_time[0] < polymer.window[0]
 
 
 @pytest.mark.parametrize(("nu", "p2", "glass"), [(0.49, 1e-3, -0.806), (0.45, 1e-2, -0.665), (0.499, 1e-2, 0.405)])
 def test_instantaneous_poisson_ratio_of_the_paper(nu, p2, glass):
     # nu_0 = (3K - 2G_0)/(6K + 2G_0) of the curves of its figures 5 and 6.
     rubber = rs.standard_solid(1e6, 1e6 / p2, 1e3, poisson_ratio=nu)
-    check = one(material=rubber)["poisson_ratio"]
+    check = report_of(material=rubber)["poisson_ratio"]
     assert check.value == pytest.approx(glass, abs=6e-4)
     assert check.exceeded == (glass < 0)
     ratio = 2 * (1 + nu) / (3 * (1 - 2 * nu)) / (1 + 1 / p2)
@@ -312,15 +312,15 @@ def test_instantaneous_poisson_ratio_of_the_paper(nu, p2, glass):
 
 
 def test_a_constant_negative_poisson_ratio_is_not_doubtful():
-    assert not one(material=rs.elastic(shear_modulus=1e6, poisson_ratio=-0.3))["poisson_ratio"].exceeded
-    assert one(material=rs.Material(1e6, math.inf))["poisson_ratio"].value == 0.5
+    assert not report_of(material=rs.elastic(shear_modulus=1e6, poisson_ratio=-0.3))["poisson_ratio"].exceeded
+    assert report_of(material=rs.Material(1e6, math.inf))["poisson_ratio"].value == 0.5
 
 
 @pytest.mark.parametrize(
     ("mass", "radius", "exceeded"), [(0.004, 0.005, False), (5.0, 0.01, True), (0.005, 10.0, True)]
 )
 def test_a_mass_in_grams_or_a_radius_in_millimetres_gives_an_absurd_density(mass, radius, exceeded):
-    check = one(rs.Parabola(radius), mass=mass)["density"]
+    check = report_of(rs.Parabola(radius), mass=mass)["density"]
     assert check.value == pytest.approx(mass / (4 / 3 * math.pi * radius**3))
     assert check.exceeded == exceeded
 
@@ -329,16 +329,16 @@ def test_density_of_two_equal_balls_is_not_that_of_the_reduced_one():
     steel = rs.library.steel
     ball = rs.Body(steel, radius=0.01)
     impact = rs.collision(ball, ball, velocity=0.1)
-    found = of_impact(impact, rs.solve(impact))
-    assert found.mean_density[0] == pytest.approx(4 * steel.density)
-    assert found.mean_density[0] > DENSITY_LIMITS[1]
-    assert not report(found)["density"].exceeded
+    result = of_impact(impact, rs.solve(impact))
+    assert result.mean_density[0] == pytest.approx(4 * steel.density)
+    assert result.mean_density[0] > DENSITY_LIMITS[1]
+    assert not report(result)["density"].exceeded
 
 
 def test_no_limit_is_exceeded_far_from_the_limits():
-    found = one()
-    assert found.warnings == []
-    assert [check.kind for check in found] == KINDS
+    result = report_of()
+    assert result.warnings == []
+    assert [check.kind for check in result] == KINDS
 
 
 def test_worst_of_an_array_and_of_several_contacts():
@@ -352,46 +352,46 @@ def test_worst_of_an_array_and_of_several_contacts():
 
 def test_contacts_that_were_not_solved_are_left_out():
     bad = dict.fromkeys(("max_contact_radius", "max_indentation_depth", "contact_time"), math.nan)
-    found = one(**bad)
-    assert found.warnings == []
-    assert found["small_strain"].value is None
-    some = one(max_contact_radius=[math.nan, 3e-3], max_indentation_depth=[math.nan, 9e-4])
+    result = report_of(**bad)
+    assert result.warnings == []
+    assert result["small_strain"].value is None
+    some = report_of(max_contact_radius=[math.nan, 3e-3], max_indentation_depth=[math.nan, 9e-4])
     assert some["small_strain"].value == pytest.approx(0.3)
 
 
 def test_the_time_of_a_contact_without_an_end_follows_from_its_depth():
-    found = one(material=rs.Material(1e6, 1e9, window=(1e-6, 1e-3)), contact_time=math.inf)
+    result = report_of(material=rs.Material(1e6, 1e9, window=(1e-6, 1e-3)), contact_time=math.inf)
     # 2.943 d/v0
-    assert found["window"].value == pytest.approx(2.9432751843e-3 / 1e-3)
+    assert result["window"].value == pytest.approx(2.9432751843e-3 / 1e-3)
 
 
 def test_columns_are_registered_quantities():
-    found = solved(rs.Material(1e6, 1e9, density=1000.0), rs.Parabola(0.01), 0.005, [0.1, 1.0], body_size=0.01)
-    table = {name: getattr(found, name) for name in VALIDITY}
+    result = solved(rs.Material(1e6, 1e9, density=1000.0), rs.Parabola(0.01), 0.005, [0.1, 1.0], body_size=0.01)
+    table = {name: getattr(result, name) for name in VALIDITY}
     assert list(table) == list(VALIDITY)
     for name, values in table.items():
         assert values.shape == (2,)
         quantity = VALIDITY[name]
-        known = values[np.isfinite(values)]
-        assert np.all((known >= quantity.low) & (known <= quantity.high)), name
+        reference = values[np.isfinite(values)]
+        assert np.all((reference >= quantity.low) & (reference <= quantity.high)), name
 
 
 def test_report_is_plain_data():
-    found = one(max_contact_radius=3e-3, max_indentation_depth=9e-4, mass=1.0)
-    assert pickle.loads(pickle.dumps(found)) == found
-    assert list(json.loads(json.dumps(found.to_dict()))) == KINDS
-    assert found.to_dict()["small_strain"]["value"] == found["small_strain"].value
-    assert found.warnings == [f"{check.message}. {check.advice}" for check in found if check.exceeded]
+    result = report_of(max_contact_radius=3e-3, max_indentation_depth=9e-4, mass=1.0)
+    assert pickle.loads(pickle.dumps(result)) == result
+    assert list(json.loads(json.dumps(result.to_dict()))) == KINDS
+    assert result.to_dict()["small_strain"]["value"] == result["small_strain"].value
+    assert result.warnings == [f"{check.message}. {check.advice}" for check in result if check.exceeded]
     with pytest.raises(KeyError):
-        found["adhesion"]
+        result["adhesion"]
 
 
 def test_report_as_text_and_as_html():
-    found = one(max_contact_radius=3e-3, max_indentation_depth=9e-4)
-    lines = str(found).splitlines()
+    result = report_of(max_contact_radius=3e-3, max_indentation_depth=9e-4)
+    lines = str(result).splitlines()
     assert len(lines) == 1 + len(KINDS) + 2
-    assert found["small_strain"].advice in str(found)
-    page = found._repr_html_()
+    assert result["small_strain"].advice in str(result)
+    page = result._repr_html_()
     assert page.count("<tr>") == 1 + len(KINDS)
     assert "above the limit 0.2" in page
 
@@ -422,7 +422,7 @@ def of_sweep(impact):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         table = rs.sweep(impact, {"velocity": [0.5 * impact.velocity, impact.velocity]})
-    return json.loads(table.attrs["validity"])["checks"], [str(one.message) for one in caught]
+    return json.loads(table.attrs["validity"])["checks"], [str(item.message) for item in caught]
 
 
 def of_indentation(impact):
@@ -454,7 +454,7 @@ RESULTS = {
 def test_every_result_warns_of_every_assumption(result, kind):
     checks, words = RESULTS[result](DOUBTFUL[kind] if kind else SOUND)
     assert list(checks) == KINDS
-    exceeded = [one for one in KINDS if checks[one]["exceeded"]]
+    exceeded = [item for item in KINDS if checks[item]["exceeded"]]
     if (result, kind) == ("indentation", "density"):
         # A prescribed indentation has no mass.
         assert checks["density"]["value"] is None
@@ -514,11 +514,11 @@ def test_a_soft_ball_keeps_its_waves():
 def test_waves_of_a_soft_ball_leave_a_soft_target():
     # Of two equal materials the half-space radiates, in either order, and a stated size is that of the flat body.
     ball, ground = rs.Body(RUBBER, 0.015), rs.Body(RUBBER)
-    pair = [rs.collision(*one, velocity=1.0) for one in ((ball, ground), (ground, ball))]
-    checks = [waves_of(one) for one in pair]
+    pair = [rs.collision(*item, velocity=1.0) for item in ((ball, ground), (ground, ball))]
+    checks = [waves_of(item) for item in pair]
     assert checks[0].value == pytest.approx(checks[1].value, rel=1e-12)
-    assert all("in the target if" in one.message for one in checks)
-    assert all(waves_of(replace(one, body_size=0.04)).value == 0.0 for one in pair)
+    assert all("in the target if" in item.message for item in checks)
+    assert all(waves_of(replace(item, body_size=0.04)).value == 0.0 for item in pair)
 
 
 @pytest.mark.parametrize("diameters", [(2.0,), (0.0, 2.0), (-1.0, 2.0), (math.nan, 1.0)])

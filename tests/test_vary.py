@@ -58,8 +58,8 @@ def test_what_is_held_while_the_equilibrium_modulus_changes(held):
     kept = {"bulk_modulus": RUBBER.bulk.equilibrium_modulus} if held == "bulk_modulus" else {"poisson_ratio": 0.45}
     constants = {"poisson_ratio": None} | kept
     expected = solid(equilibrium_modulus=3e6, **constants)
-    found = rs.vary(BALL, {"equilibrium_modulus": 3e6}, held=held)
-    assert coefficient(found) == pytest.approx(coefficient(expected), rel=1e-11)
+    result = rs.vary(BALL, {"equilibrium_modulus": 3e6}, held=held)
+    assert coefficient(result) == pytest.approx(coefficient(expected), rel=1e-11)
 
 
 def test_arrays_and_sweeps_have_the_bits_of_single_impacts():
@@ -84,26 +84,26 @@ def test_the_groups_of_the_paper_follow():
     axes = {"nu": RNG.uniform(0.1, 0.5, 3), "p2": RNG.uniform(0.01, 1.0, 3), "p3": RNG.uniform(0.1, 10.0, 3)}
     # The groups determine e, for bodies and materials of all sizes.
     sizes = {"velocity": 0.3, "radius": 0.03, "mass": 0.02, "equilibrium_modulus": 3e6}
-    found = coefficient(rs.vary(BALL, axes | sizes))
-    np.testing.assert_allclose(found, rs.standard_solid_restitution(*axes.values()), rtol=1e-9)
+    result = coefficient(rs.vary(BALL, axes | sizes))
+    np.testing.assert_allclose(result, rs.standard_solid_restitution(*axes.values()), rtol=1e-9)
 
 
 def test_temperatures_shift_the_materials():
     shift = rs.WLF(300.0, 10.0, 100.0)
     impact = replace(BALL, material=replace(SERIES, shift=shift, temperature=300.0))
     warm = RNG.uniform(305.0, 330.0, 4)
-    found = coefficient(rs.vary(impact, {"temperature": warm}))
+    result = coefficient(rs.vary(impact, {"temperature": warm}))
     for n, temperature in enumerate(warm):
         alone = coefficient(replace(impact, material=impact.material.at(float(temperature))))
-        assert found[n] == pytest.approx(alone, rel=1e-11)
+        assert result[n] == pytest.approx(alone, rel=1e-11)
 
 
 def test_numbers_of_layers_and_of_their_profiles():
     pad = replace(BALL, profile=rs.Layer(rs.Sphere(0.01), 0.02))
     numbers = {"thickness": RNG.uniform(0.01, 0.03, (3, 1)), "radius": RNG.uniform(0.005, 0.02, 2)}
-    found = rs.vary(pad, numbers)
-    assert found.shape == (3, 2)
-    e = coefficient(found)
+    result = rs.vary(pad, numbers)
+    assert result.shape == (3, 2)
+    e = coefficient(result)
     for index in np.ndindex(3, 2):
         layer = rs.Layer(rs.Sphere(float(numbers["radius"][index[1]])), float(numbers["thickness"][index[0], 0]))
         assert e[index] == pytest.approx(coefficient(replace(BALL, profile=layer)), rel=1e-9)
@@ -111,9 +111,9 @@ def test_numbers_of_layers_and_of_their_profiles():
 
 def test_an_incompressible_row_stands_beside_a_bulk_that_relaxes():
     impact = replace(BALL, material=SERIES)
-    found = rs.vary(impact, {"bulk_modulus": [1e8, math.inf]})
+    result = rs.vary(impact, {"bulk_modulus": [1e8, math.inf]})
     rigid = replace(impact, material=rs.Material(SERIES.shear, math.inf))
-    assert coefficient(found) == pytest.approx([coefficient(impact), coefficient(rigid)], rel=1e-11)
+    assert coefficient(result) == pytest.approx([coefficient(impact), coefficient(rigid)], rel=1e-11)
 
 
 @pytest.mark.parametrize(

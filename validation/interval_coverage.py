@@ -76,10 +76,11 @@ def repetition(seed: int, number: int) -> list[dict[str, Any]]:
         found = rs.identify(data, rs.standard_solid, fixed=FIXED)
     except rs.errors.InputError as error:
         return [row | {"name": "", "state": f"refused: {error.field}", "inside": True, "errors": 0.0}]
-    best = found.problem.space.values(found.coordinates[None])
+    space = found.problem.space
+    best = dict(zip(space.names, space.numbers(found.coordinates[None])[0], strict=True))
     rows = []
     for name, value in zip(NAMES, truth, strict=True):
-        one, middle = found.parameters[name], float(best[name][0])
+        one, middle = found.parameters[name], float(best[name])
         low, high = one.interval
         state = ("closed", "one-sided", "open")[sum(one.open_ends)]
         # The interval is that of the best value, which may lie beyond an open end.

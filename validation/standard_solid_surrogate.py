@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from restitution import standard_solid_restitution
 from restitution.files import whole_file
 from restitution.surrogates import standard_solid
-from restitution.surrogates.evaluation import TERMS, ready_boxes
-from restitution.surrogates.standard_solid import P2, P3, STATED_ERROR, corners, groups, restitution
+from restitution.surrogates.standard_solid import P2, P3, STATED_ERROR, TERMS, corners, groups, ready_boxes
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
@@ -45,7 +44,7 @@ _TO_COEFFICIENTS[0] *= 0.5
 
 
 class Series(NamedTuple):
-    """Tensor Chebyshev series in boxes; see `restitution.surrogates.evaluation.ready_boxes`."""
+    """Tensor Chebyshev series in boxes; see `restitution.surrogates.standard_solid.ready_boxes`."""
 
     levels: NDArray[np.int64]
     places: NDArray[np.int64]
@@ -135,7 +134,7 @@ def measured_error(series: Series, n: int, seed: int) -> float:
     """Largest error of e at random points of the plane."""
     nu, p2, p3 = random_groups(n, seed)
     e = np.empty(n)
-    restitution(nu, p2, p3, *ready_boxes(*corners(), *series), e)
+    standard_solid.restitution(nu, p2, p3, ready_boxes(*series), e)
     return float(np.abs(e - standard_solid_restitution(nu, p2, p3, rtol=RTOL, errors="raise")).max())
 
 

@@ -117,18 +117,27 @@ def aligned(values: Mapping[str, Any], lists: Collection[str] = ()) -> tuple[dic
         If dimensions of one name differ in length or coordinates, or an array without names stands beside others.
     """
     axes = {
-        name: own
+        name: its_axes
         for name, value in values.items()
-        if type(value) not in _PLAIN and (own := axes_of(value, is_list=name in lists)) is not None
+        if type(value) not in _PLAIN and (its_axes := axes_of(value, is_list=name in lists)) is not None
     }
     if not axes:
         return dict(values), None
-    places = _common({name: own.places for name, own in axes.items()})
+    places = _common({name: each.places for name, each in axes.items()})
     common = Axes(places.dims, places)
     # An array beside objects has their axes, as in a copy of a material with another density.
-    names = {own.names for own in axes.values()}
+    names = {each.names for each in axes.values()}
     of_arrays = None if any(map(is_named, values.values())) or len(names) > 1 else Axes(names.pop(), places)
     return {name: _spread(name, value, common, of_arrays, name in lists) for name, value in values.items()}, common
+
+
+def align(thing: Any, names: Collection[str]) -> None:
+    """Give those attributes of a frozen object that have axes the same ones, which become its `axes`."""
+    with_parts = [name for name in names if type(getattr(thing, name)) not in _PLAIN]
+    if all(axes_of(getattr(thing, name)) is None for name in with_parts):
+        return
+    values, axes = aligned({name: getattr(thing, name) for name in names})
+    vars(thing).update(values, axes=axes)
 
 
 def _common(places: Mapping[str, DataArray]) -> DataArray:
@@ -160,9 +169,8 @@ def _spread(name: str, value: Any, axes: Axes, of_arrays: Axes | None, is_list: 
         ordered = value.transpose(*there, *last)
         missing = {each: place for place, each in enumerate(axes.names) if each not in there}
         return ordered.drop_vars(ordered.coords).expand_dims(list(missing), list(missing.values()))
-    own = axes_of(value)
-    if own is not None:
-        return named(value.spread(axes.names), Axes(axes.names, own.places))
+    if (its_axes := axes_of(value)) is not None:
+        return named(value.spread(axes.names), Axes(axes.names, its_axes.places))
     shape = _shape(value)
     shape = shape[: len(shape) - is_list]
     if not shape:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -57,44 +58,66 @@ def number(name: str, value: Any, unit: str = "") -> Array:
         raise InputTypeError(name, value, _NUMBER) from None
 
 
-def _checked(name: str, array: Array, good: NDArray[np.bool_], unit: str, rule: str) -> Numeric:
+def plain(value: Any) -> Numeric:
+    """Return a 0-d value as a float, an array as it is."""
+    return float(value) if np.ndim(value) == 0 else value
+
+
+def in_range(
+    name: str, value: Any, unit: str = "", low: float = -math.inf, high: float = math.inf, *,
+    is_open: bool = False, infinite: bool = False,
+) -> Numeric:  # fmt: skip
+    """Return `value` as a float or a read-only array, refusing numbers outside a range.
+
+    The ends belong to the range unless it `is_open`. Infinite numbers do not, unless `infinite`.
+    """
+    array = number(name, value, unit)
+    good = (array > low if is_open else array >= low) & (array < high if is_open and not infinite else array <= high)
+    if not infinite:
+        good = good & np.isfinite(array)
     if not good.all():
-        where = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
-        bad = float(np.atleast_1d(array)[where])
-        raise InputError(name, bad, rule, unit, index=where if array.ndim else ())
+        refuse(name, array, ~good, _rule(low, high, unit, is_open, infinite), unit)
     if array.ndim == 0:
         return float(array)
     array.setflags(write=False)
     return array
 
 
-def plain(value: Any) -> Numeric:
-    """Return a 0-d value as a float, an array as it is."""
-    return float(value) if np.ndim(value) == 0 else value
+def _rule(low: float, high: float, unit: str, is_open: bool, infinite: bool) -> str:
+    """Return the words for a range."""
+    if low == -math.inf and high == math.inf:
+        return "must be finite"
+    if low == 0.0 and high == math.inf and (is_open or not infinite):
+        return f"must be {'' if infinite else 'finite and '}{'>' if is_open else '>='} 0"
+    ends = f"> {low:g} and < {high:g}" if is_open else f"in [{low:g}, {high:g}]"
+    return f"must be {ends} {unit}".rstrip()
+
+
+def refuse(name: str, values: Array, bad: NDArray[np.bool_], rule: str, unit: str = "") -> None:
+    """Refuse values of which some are bad; the error has the first of these and its index."""
+    if bad.any():
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise InputError(name, float(values[index]), rule, unit, index=index)
 
 
 def finite(name: str, value: Any, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing NaN and infinities."""
-    array = number(name, value, unit)
-    return _checked(name, array, np.isfinite(array), unit, "must be finite")
+    return in_range(name, value, unit)
 
 
 def positive(name: str, value: Any, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers that are not finite and above zero."""
-    array = number(name, value, unit)
-    return _checked(name, array, np.isfinite(array) & (array > 0), unit, "must be finite and > 0")
+    return in_range(name, value, unit, 0.0, is_open=True)
 
 
 def positive_or_infinite(name: str, value: Any, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers that are not above zero."""
-    array = number(name, value, unit)
-    return _checked(name, array, array > 0, unit, "must be > 0")
+    return in_range(name, value, unit, 0.0, is_open=True, infinite=True)
 
 
 def nonnegative(name: str, value: Any, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers that are not finite and at least zero."""
-    array = number(name, value, unit)
-    return _checked(name, array, np.isfinite(array) & (array >= 0), unit, "must be finite and >= 0")
+    return in_range(name, value, unit, 0.0)
 
 
 def single(name: str, value: Numeric, unit: str = "") -> float:
@@ -116,16 +139,12 @@ def single_nonnegative(name: str, value: Any, unit: str = "") -> float:
 
 def within(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers outside the closed interval [low, high]."""
-    array = number(name, value, unit)
-    rule = f"must be in [{low:g}, {high:g}] {unit}".rstrip()
-    return _checked(name, array, (array >= low) & (array <= high), unit, rule)
+    return in_range(name, value, unit, low, high, infinite=True)
 
 
 def between(name: str, value: Any, low: float, high: float, unit: str = "") -> Numeric:
     """Return `value` as a float or array, refusing numbers outside the open interval (low, high)."""
-    array = number(name, value, unit)
-    rule = f"must be > {low:g} and < {high:g} {unit}".rstrip()
-    return _checked(name, array, (array > low) & (array < high), unit, rule)
+    return in_range(name, value, unit, low, high, is_open=True)
 
 
 def whole(name: str, value: Any, low: int = 1, high: int | None = None) -> int:

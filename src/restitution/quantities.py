@@ -120,14 +120,8 @@ class Quantity(NamedTuple):
             array = value.copy()
             array.setflags(write=False)
             return array
-        name = field or self.name
-        if self.open and self.infinite:
-            return checks.positive_or_infinite(name, value, self.unit)
-        if self.low == 0.0 and self.high == math.inf and not self.infinite:
-            return (checks.positive if self.open else checks.nonnegative)(name, value, self.unit)
-        if math.isinf(self.low) and math.isinf(self.high):
-            return checks.finite(name, value, self.unit)
-        return (checks.between if self.open else checks.within)(name, value, self.low, self.high, self.unit)
+        name, unit = field or self.name, self.unit
+        return checks.in_range(name, value, unit, self.low, self.high, is_open=self.open, infinite=self.infinite)
 
 
 _positive = partial(Quantity, low=0.0, open=True)

@@ -20,7 +20,7 @@ from restitution.contact.geometry import Contact, Geometry
 from restitution.contact.layer.layer import Base, Layer
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError
-from restitution.impact.batch import Batch, solve_columns
+from restitution.impact.batch import solve_columns
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.status import SolverError, Status
 from restitution.material.prony import PronySeries
@@ -29,6 +29,7 @@ from restitution.quantities import CONTACT_TANGENT, INPUTS, OUTPUTS, Dimension, 
 from restitution.result import Result, Summary, Table, plain
 from restitution.units import celsius
 from restitution.validity import Validity
+from restitution.variation import varied
 
 if TYPE_CHECKING:
     import pandas
@@ -139,8 +140,10 @@ def _power_laws() -> tuple[Array, Array]:
 
 
 def _solved(series: PronySeries) -> tuple[Array, Array]:
-    """Return the restitution and loss tangent of impacts of unit mass, velocity and radius."""
-    columns = Batch.from_columns(series, Parabola(1.0), 1.0, 1.0, 0.0).solve(1e-7)
+    """Return the restitution and loss tangent of impacts of unit mass, velocity and radius, whose E* are a series."""
+    # Of an incompressible material E* = 4 G.
+    impacts = Impact(Material(series.scaled(0.25), math.inf), Parabola(1.0), 1.0, 1.0)
+    columns = solve_columns(impacts, 1e-7)
     omega = np.pi / columns["contact_time"]
     phase = omega[:, None] * series.relaxation_times
     loss_modulus = (series.branch_moduli * phase / (1.0 + phase**2)).sum(axis=1)
@@ -411,7 +414,7 @@ def resilience(
     single_material("material", material)
     test = STANDARDS[known("standard", standard, STANDARDS)]
     named = [base] if isinstance(base, str) else [] if base is None else items("base", base, "must be names of bases")
-    bases = tuple(known("base", one, BASES) for one in named)
+    bases = tuple(known("base", name, BASES) for name in named)
     if base is not None and not bases:
         raise InputError("base", rule="must name at least one")
     single("rtol", within("rtol", rtol, 1e-12, 1e-2))
@@ -432,11 +435,12 @@ def resilience(
     if not bases:
         raise InputError("base", rule=f"must be another: {'; '.join(notes)}")
     force = weighed * STANDARD_GRAVITY if test.falls else 0.0
-    impacts = [
-        Impact(one, geometry, weighed, test.velocity, external_force=force, body_size=stated)
-        for one in ([material] if temperatures is None else [material.at(float(t)) for t in temperatures])
+    pads = [
+        Impact(material, geometry, weighed, test.velocity, external_force=force, body_size=stated)
         for geometry, stated in (_pad(held, radius, size) for held in bases)
     ]
+    materials = [material] if temperatures is None else [material.at(kelvin) for kelvin in temperatures.tolist()]
+    impacts = [varied(pad, {"material": heated}, "bulk_modulus") for heated in materials for pad in pads]
     columns = solve_columns(impacts, rtol)
     for status in columns["status"]:
         if Status(int(status)).failed:
@@ -470,10 +474,7 @@ def _pad(base: str, radius: float, thickness: float) -> tuple[Geometry, float | 
 def _columns(columns: dict[str, Array], impacts: list[Impact], n_bases: int) -> dict[str, Array]:
     time = columns["contact_time"]
     omega = math.pi / np.where(np.isfinite(time), time, 1.0)
-    tangent = [
-        impact.reduced_modulus.loss_modulus(rate) / impact.reduced_modulus.storage_modulus(rate)
-        for impact, rate in zip(impacts, omega, strict=True)
-    ]
+    tangent = [impact.reduced_modulus.loss_tangent(rate) for impact, rate in zip(impacts, omega, strict=True)]
     values: dict[str, Any] = {
         **columns,
         "rebound_resilience": 100.0 * columns["restitution_coefficient"] ** 2,

@@ -154,10 +154,10 @@ def celsius(kelvin: float, digits: int = 6) -> str:
 # Texts with a unit. Units that most files have need no pint, whose import and set-up take 0.4 s.
 
 
-def _prefixed(unit: str, low: int = -9, high: int = 9, *, zero: int = 0) -> dict[str, int]:
-    """Return the powers of ten to SI of a unit with each prefix in a range; `zero` is that of the unit itself."""
+def _prefixed(unit: str, high: int = 9, zero: int = 0) -> dict[str, int]:
+    """Return the powers of ten to SI of a unit with each prefix up to one; `zero` is that of the unit itself."""
     prefixes = {prefix: power for power, prefix in _PREFIXES.items()} | {"u": -6}
-    return {prefix + unit: power + zero for prefix, power in prefixes.items() if low <= power <= high}
+    return {prefix + unit: power + zero for prefix, power in prefixes.items() if -9 <= power <= high}
 
 
 _PLAIN = {

@@ -7,7 +7,6 @@ import math
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -253,8 +252,9 @@ def numbers(contact: Contact | Sequence[Contact], **columns: ArrayLike) -> Numbe
     The columns are those of `Outputs`. The window must contain the times from a third of d/v0 (T/10) to T.
     """
     contacts = [contact] if isinstance(contact, Contact) else contact
-    outputs, shapes = Outputs(**columns), _shapes(contacts)
-    arrays = np.broadcast_arrays(*outputs, *shapes, *_sizes(contacts, shapes, outputs.body_size))
+    of_contacts, n = _of_contacts(contacts), len(_Shapes._fields)
+    outputs, shapes = Outputs(**columns), _Shapes(*of_contacts[:n])
+    arrays = np.broadcast_arrays(*outputs, *shapes, *_sizes(shapes, outputs.body_size, *of_contacts[n:]))
     flat = [np.asarray(array, dtype=np.float64).reshape(-1) for array in arrays]
     first, second = len(outputs), len(outputs) + len(shapes)
     outputs, shapes, sizes = Outputs(*flat[:first]), _Shapes(*flat[first:second]), _Sizes(*flat[second:])
@@ -341,42 +341,48 @@ def _materials(
         by_pair = dict(zip(pairs, contacts, strict=True))
         order = {pair: n for n, pair in enumerate(by_pair)}
         kind, kinds = np.array([order[pair] for pair in pairs]), list(by_pair.values())
-    several = any(contact.counter_material is not None for contact in kinds)
     # A body without a counter-body counts twice, which changes no extreme.
     places = [[(contact.material, contact.shape) for contact in kinds]]
-    if several:
+    if any(contact.counter_material is not None for contact in kinds):
         places.append([(contact.counter_material or contact.material, contact.shape) for contact in kinds])
-    is_single = np.concatenate(
-        [np.full(math.prod(contact.shape), contact.counter_material is None) for contact in kinds]
-    )
-    bodies = [Bodies(_stacked(place, "shear"), _stacked(place, "bulk"), _rows(place, _density_of)) for place in places]
-    instantaneous, static = _least_poisson_ratios(places)
-    return (
-        bodies,
-        is_single,
-        kind,
-        _Materials(
-            window_low=reduce(
-                np.fmax, [_rows(place, lambda body: body.window[0] if body.window else math.nan) for place in places]
-            ),
-            window_high=reduce(
-                np.fmin, [_rows(place, lambda body: body.window[1] if body.window else math.nan) for place in places]
-            ),
-            instantaneous_poisson_ratio=instantaneous,
-            poisson_ratio=static,
-            density_factor=np.where(is_single, 1.0, _PAIR),
-            density_missing=reduce(np.fmax, [np.isnan(body.density).astype(np.float64) for body in bodies]),
-            undetermined_constants=reduce(np.fmax, [_rows(place, _doubt) for place in places]),
-        ),
-    )
+    single = [np.full(math.prod(contact.shape), contact.counter_material is None) for contact in kinds]
+    is_single = np.concatenate(single) if len(single) > 1 else single[0]
+    columns = [_in_rows([_of_body(*body) for body in place]) for place in places]
+    bodies = [
+        Bodies(_stacked(place, "shear"), _stacked(place, "bulk"), of_place[_DENSITY])
+        for place, of_place in zip(places, columns, strict=True)
+    ]
+    low, high, instantaneous, static, density, doubt = columns[0]
+    missing = np.isnan(density)
+    for other in columns[1:]:
+        # The Poisson ratios are those of the body with the lower instantaneous one.
+        less = (other[2] < instantaneous) | ((other[2] == instantaneous) & (other[3] < static))
+        instantaneous, static = np.where(less, other[2:4], (instantaneous, static))
+        low, high, doubt = np.fmax(low, other[0]), np.fmin(high, other[1]), np.fmax(doubt, other[5])
+        missing = missing | np.isnan(other[_DENSITY])
+    factor = np.where(is_single, 1.0, _PAIR)
+    return bodies, is_single, kind, _Materials(low, high, instantaneous, static, factor, missing.astype(float), doubt)
 
 
 _Place = Sequence[tuple[Material, tuple[int, ...]]]
+_DENSITY = 4  # place of the density in the numbers of a body
 
 
-def _rows(place: _Place, number: Callable[[Material], Any]) -> Array:
-    """A number of each body, in rows."""
-    return np.concatenate([np.broadcast_to(np.float64(number(body)), shape).reshape(-1) for body, shape in place])
+def _of_body(body: Material, shape: tuple[int, ...]) -> Array:
+    """Ends of the window, instantaneous and static Poisson ratio, density, doubt of a body, in rows."""
+    low, high = body.window or (math.nan, math.nan)
+    density = math.nan if body.density is None else body.density
+    # Without a window no time and no force is known of data that do not determine all constants.
+    doubt = 0.0 if not body.undetermined else _SOME if body.window else _SCALE
+    numbers = (low, high, body.instantaneous_poisson_ratio, body.poisson_ratio, density, doubt)
+    if not shape:
+        return np.array(numbers, dtype=np.float64)[:, None]
+    return np.stack([np.broadcast_to(number, shape).reshape(-1) for number in numbers])
+
+
+def _in_rows(columns: Sequence[Array]) -> Array:
+    """Join the columns of several bodies."""
+    return np.concatenate(columns, axis=1) if len(columns) > 1 else columns[0]
 
 
 def _stacked(place: _Place, name: str) -> PronySeries:
@@ -388,42 +394,24 @@ def _stacked(place: _Place, name: str) -> PronySeries:
     return PronySeries.stacked(series)
 
 
-def _density_of(material: Material) -> Any:
-    return math.nan if material.density is None else material.density
-
-
-def _doubt(material: Material) -> float:
-    """Level of the doubt about undetermined constants; without a window no time and no force is known of the data."""
-    return 0.0 if not material.undetermined else _SOME if material.window else _SCALE
-
-
-def _least_poisson_ratios(places: Sequence[_Place]) -> tuple[Array, Array]:
-    """Instantaneous and static Poisson ratio of the body with the lower instantaneous one."""
-    pairs = [
-        (_rows(place, lambda body: body.instantaneous_poisson_ratio), _rows(place, lambda body: body.poisson_ratio))
-        for place in places
+def _of_contacts(contacts: Sequence[Contact]) -> list[Array]:
+    """Numbers of each contact, or the arrays that a single one has: `_Shapes`, then what `_sizes` takes."""
+    rows = [
+        (
+            *(getattr(contact.profile, name) for name in _Shapes._fields),
+            contact.body_size or math.nan,
+            contact.counter_material is not None,
+            *contact.diameters,
+        )
+        for contact in contacts
     ]
-    instantaneous, static = pairs[0]
-    for other, own in pairs[1:]:
-        less = (other < instantaneous) | ((other == instantaneous) & (own < static))
-        instantaneous, static = np.where(less, other, instantaneous), np.where(less, own, static)
-    return instantaneous, static
+    columns = zip(*rows, strict=True) if len(rows) > 1 else rows[0]
+    return [np.asarray(column, dtype=np.float64) for column in columns]
 
 
-def _each(numbers: Sequence[Any]) -> Array:
-    """A number of each contact, or the array that a single one has."""
-    return np.asarray(numbers if len(numbers) > 1 else numbers[0], dtype=np.float64)
-
-
-def _shapes(contacts: Sequence[Contact]) -> _Shapes:
-    return _Shapes(*[_each([getattr(contact.profile, name) for contact in contacts]) for name in _Shapes._fields])
-
-
-def _sizes(contacts: Sequence[Contact], shapes: _Shapes, body_size: ArrayLike) -> _Sizes:
-    tip, layer = shapes.tip_radius, shapes.target_thickness
-    stated = np.fmin(body_size, _each([contact.body_size or math.nan for contact in contacts]))
-    ratios = [_each([contact.diameters[place] for contact in contacts]) for place in (0, 1)]
-    pair = _each([contact.counter_material is not None for contact in contacts]) > 0.0
+def _sizes(shapes: _Shapes, body_size: ArrayLike, known_size: Array, has_pair: Array, *ratios: Array) -> _Sizes:
+    tip, layer, pair = shapes.tip_radius, shapes.target_thickness, has_pair > 0.0
+    stated = np.fmin(body_size, known_size)
     flat, flat_other = map(np.isinf, ratios)
     # A stated size is that of the flat body, or else of the balls.
     any_flat = flat | (flat_other & pair)
@@ -474,15 +462,16 @@ def report(numbers: Numbers) -> Validity:
     checks: list[Check] = []
     for kind, values in excess(numbers).items():
         name, limit, reason, describe = _KINDS[kind]
-        is_known = ~np.isnan(values)
-        if kind in ("separability", "constants") and not is_known.any():
+        unknown = np.isnan(values)
+        is_known = not unknown.all()
+        if kind in ("separability", "constants") and not is_known:
             continue
-        place = int(np.argmax(np.where(is_known, values, -np.inf)))
+        place = int(np.where(unknown, -np.inf, values).argmax())
         worst: Any = Numbers(*[column[place] for column in numbers])
         exceeded = bool(values[place] > 1.0)
         # A body without a density may have the slower waves.
         sure = exceeded or kind != "waves" or not numbers.density_missing.any()
-        if not (is_known.any() and sure):
+        if not (is_known and sure):
             message = f"{_TITLES[kind]}: not checked, {reason}"
             checks.append(Check(kind, VALIDITY[name].words, None, limit, False, message, ""))
             continue
@@ -527,7 +516,7 @@ def _half_space(worst: Any, exceeded: bool) -> tuple[str, str]:
 
 def _waves(worst: Any, exceeded: bool) -> tuple[str, str]:
     share, deep = worst.radiated_energy_ratio, f"{0.5 * worst.wave_speed * worst.contact_time:.3g} m"
-    place = int(np.nan_to_num(worst.wave_body))
+    place = 0 if math.isnan(worst.wave_body) else int(worst.wave_body)
     body = _BODIES[place]
     if share == 0.0:
         return f"they return in contact, as the {body} is not deeper than {deep}, or count by its impedance", ""

@@ -111,7 +111,7 @@ def numbers_of(impact: Impact) -> tuple[str, ...]:
     return tuple(name for name in impact.profile.numbers if name not in MATERIAL_NAMES)
 
 
-def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic) -> Impact:
+def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_modulus") -> Impact:
     """Return an impact with other numbers in SI by name, which are not checked but for their ranges; see `vary`."""
     parts: dict[str, Any] = {name: values[name] for name in (*MATERIALS, *BODY) if name in values}
     geometry = {name: values[name] for name in numbers_of(impact) if name in values}

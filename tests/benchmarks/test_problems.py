@@ -14,11 +14,11 @@ from restitution import Cone, Parabola, dimensionless_groups, standard_solid_res
 
 @pytest.mark.parametrize(("points", "p2", "p3"), [(plane, (-3, 1), (-2, 2)), (wide, (-5, 2), (-4, 4))])
 def test_points_fill_their_domain(points, p2, p3):
-    found = points(3000)
-    assert np.mean(found.nu == 0.5) == pytest.approx(1 / 3)
-    compressible = found.nu[found.nu < 0.5]
+    result = points(3000)
+    assert np.mean(result.nu == 0.5) == pytest.approx(1 / 3)
+    compressible = result.nu[result.nu < 0.5]
     for values, (low, high) in (
-        (compressible, (-0.9, 0.5)), (np.log10(found.p2), p2), (np.log10(found.p3), p3),
+        (compressible, (-0.9, 0.5)), (np.log10(result.p2), p2), (np.log10(result.p3), p3),
     ):  # fmt: skip
         assert low <= values.min() < low + 0.01 * (high - low)
         assert high - 0.01 * (high - low) < values.max() <= high
@@ -34,10 +34,10 @@ def test_copies_repeat_the_given_impact():
     points = plane(5)
     assert points.copies(3, 4).solve(1e-8) == pytest.approx(points.solve(1e-8)[3], rel=1e-12)
     impacts = random_prony(3, 4)
-    found = impacts.solve(1e-8)
-    assert impacts.size == found.size == 12
+    result = impacts.solve(1e-8)
+    assert impacts.size == result.size == 12
     for n in (0, 3, 4, 11):
-        assert impacts.copies(n, 2).solve(1e-8) == pytest.approx(found[n], rel=1e-12)
+        assert impacts.copies(n, 2).solve(1e-8) == pytest.approx(result[n], rel=1e-12)
 
 
 def test_materials_of_random_terms():
@@ -99,8 +99,8 @@ def test_time_of_one_of_many_copies(monkeypatch):
             return np.zeros(1)
 
     advanced = []
-    found = timing.one_by_one(Slow(), [0, 2], 1e-8, copies=8, repeats=2, advance=lambda: advanced.append(1))
-    assert found.tolist() == [1.0, 3.0]
+    result = timing.one_by_one(Slow(), [0, 2], 1e-8, copies=8, repeats=2, advance=lambda: advanced.append(1))
+    assert result.tolist() == [1.0, 3.0]
     assert len(advanced) == 2
 
 
@@ -130,32 +130,32 @@ def test_name_of_the_processor():
     assert machine._from_cpuinfo(text) == "AMD EPYC: one (family 25, model 17)"
     with pytest.raises(KeyError):
         machine._from_cpuinfo("processor\t: 0\n")
-    found = machine.describe()
-    assert found.processor
-    assert set(found.versions) >= {"restitution", "Python", "numba", "numpy", "scipy"}
+    result = machine.describe()
+    assert result.processor
+    assert set(result.versions) >= {"restitution", "Python", "numba", "numpy", "scipy"}
     assert machine.Machine("x", 1, "y", {"a": "1", "b": "2"}).lines() == ("x, 1 core, y", "a 1, b 2")
 
 
 def test_progress_and_table_of_a_summary():
     steps = []
-    found = summary.measure(summary.Size(60, 4, 1, 1), lambda done, total: steps.append((done, total)))
+    result = summary.measure(summary.Size(60, 4, 1, 1), lambda done, total: steps.append((done, total)))
     done, totals = zip(*steps, strict=True)
     assert len(set(totals)) == 1
     assert done == tuple(sorted(done))
     assert done[-1] == totals[0]
-    assert list(found.speeds) == [("paper's plane", 1e-8), ("paper's plane", 1e-9), ("Prony, 20 terms", 1e-8)]
-    for (_, rtol), speed in found.speeds.items():
+    assert list(result.speeds) == [("paper's plane", 1e-8), ("paper's plane", 1e-9), ("Prony, 20 terms", 1e-8)]
+    for (_, rtol), speed in result.speeds.items():
         assert 0.0 < speed.median <= speed.worst
         assert 0.0 < speed.error < rtol
         assert speed.share < 1.0
-    assert found.reference_error < 1e-6
-    text = summary.table(found._replace(cores=4, parallel=found.speeds["paper's plane", 1e-8].mean / 3.0))
+    assert result.reference_error < 1e-6
+    text = summary.table(result._replace(cores=4, parallel=result.speeds["paper's plane", 1e-8].mean / 3.0))
     assert "on 4 cores" in text
     assert "3.00 times as fast" in text
     assert [line.split()[:3] for line in text.splitlines()[1:3]] == [
         ["paper's", "plane", r] for r in ("1e-08", "1e-09")
     ]
-    assert "cores" not in summary.table(found._replace(cores=1))
+    assert "cores" not in summary.table(result._replace(cores=1))
 
 
 def test_standard_solids_go_through_the_public_call():

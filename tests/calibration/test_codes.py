@@ -23,15 +23,15 @@ RNG = np.random.default_rng(12)
 
 def test_coefficient_is_that_of_a_contact_with_pull():
     e = RNG.uniform(0.05, 0.99, 10)
-    found, _ = rebound(CONSTANT, "overlap", [coefficient_strength(x) for x in e])
-    np.testing.assert_allclose(found, e, atol=2e-6)
+    restitution, _ = rebound(CONSTANT, "overlap", [coefficient_strength(x) for x in e])
+    np.testing.assert_allclose(restitution, e, atol=2e-6)
 
 
 def test_thornton_is_that_of_a_contact_without_pull():
     """The fit of Thornton and others (2013) gives the coefficient within their accuracy."""
     e = RNG.uniform(0.05, 0.99, 10)
-    found, _ = rebound(CONSTANT, "force", [thornton_strength(x) for x in e])
-    np.testing.assert_allclose(found, e, atol=5e-3)
+    restitution, _ = rebound(CONSTANT, "force", [thornton_strength(x) for x in e])
+    np.testing.assert_allclose(restitution, e, atol=5e-3)
 
 
 @pytest.mark.parametrize("function", [coefficient_strength, thornton_strength, tsuji_strength])
@@ -96,9 +96,9 @@ def test_yade_gives_en_at_vn():
     modulus, strength = law.naive(setting)
     assert law.typed(modulus, strength, setting)["en"].value == pytest.approx(en, rel=1e-12)
     mass, radius = np.exp(RNG.uniform(-5.0, 5.0, 2))
-    found = TypedLaw(law, modulus, strength, "force")
-    assert found.rebound(vn, mass, radius)[0] == pytest.approx(en, abs=7e-4)
-    assert math.sqrt(found.loss(vn, mass, radius)) == pytest.approx(
+    typed_law = TypedLaw(law, modulus, strength, "force")
+    assert typed_law.rebound(vn, mass, radius)[0] == pytest.approx(en, abs=7e-4)
+    assert math.sqrt(typed_law.loss(vn, mass, radius)) == pytest.approx(
         inverse(lambda x: float(closed_forms.mueller_poeschel_restitution(x)), en, 0.0, 1e3), rel=1e-9
     )
 
@@ -110,8 +110,8 @@ def test_units_round_trip(name):
     modulus, damping, mass, radius, depth, velocity = np.exp(RNG.uniform(-3.0, 3.0, 6))
     eta = units.Dimension("damping per area", "1/(m s)", powers=units.Powers(0, -1, -1))
     converted = [
-        system.convert(*one)
-        for one in zip(
+        system.convert(*number)
+        for number in zip(
             (modulus, damping, mass, radius, depth, velocity),
             (units.MODULUS, eta, units.MASS, units.LENGTH, units.LENGTH, units.VELOCITY),
             strict=True,
@@ -129,14 +129,15 @@ def test_micro_units_are_those_of_lammps():
     assert units.MICRO.convert(1.0, units.VELOCITY) == pytest.approx(1.0)
     assert units.CGS.convert(0.1, units.PRESSURE) == pytest.approx(1.0)
     damping = units.Dimension("damping per area", "1/(m s)", powers=units.Powers(0, -1, -1))
-    assert [units.CGS.unit(one) for one in (units.MODULUS, units.NUMBER, damping)] == ["g/(cm s^2)", "", "1/(cm s)"]
+    assert list(map(units.CGS.unit, (units.MODULUS, units.NUMBER, damping))) == ["g/(cm s^2)", "", "1/(cm s)"]
 
 
 def test_powers_of_a_dimension_are_those_of_its_unit():
     registry = units.unit_registry()
     base = [registry.Quantity(number, unit) for number, unit in ((2.0, "kg"), (3.0, "m"), (5.0, "s"))]
-    for one in vars(units).values():
-        if isinstance(one, units.Dimension) and not {"K", "J/mol"} & {one.unit}:
-            size = registry.Quantity(1.0, one.unit or "dimensionless").to_base_units().units
-            unit = base[0] ** one.powers.mass * base[1] ** one.powers.length * base[2] ** one.powers.time
-            assert unit.dimensionality == size.dimensionality, one
+    for dimension in vars(units).values():
+        if isinstance(dimension, units.Dimension) and not {"K", "J/mol"} & {dimension.unit}:
+            size = registry.Quantity(1.0, dimension.unit or "dimensionless").to_base_units().units
+            powers = dimension.powers
+            unit = base[0] ** powers.mass * base[1] ** powers.length * base[2] ** powers.time
+            assert unit.dimensionality == size.dimensionality, dimension

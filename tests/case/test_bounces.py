@@ -44,32 +44,32 @@ def read(text: str) -> Case:
 
 
 def test_a_punch_has_one_restitution() -> None:
-    found = read(PUNCH).bounces()
+    series = read(PUNCH).bounces()
     e = cf.flat_punch_kelvin_voigt_restitution(DAMPING)
-    assert found.restitution_coefficient == pytest.approx(e, rel=1e-8)
+    assert series.restitution_coefficient == pytest.approx(e, rel=1e-8)
     # The effect of the imprint is g d/v^2, at most 1e-6 here.
-    assert found.height == pytest.approx(2.0 * e ** (2 * np.arange(1, 6)), rel=1e-5)
-    assert found.touch_time[0] == pytest.approx(math.sqrt(0.4), rel=1e-15)
-    assert (found.drop_height, found.gravity, found.ended) == (2.0, 10.0, "max bounces")
+    assert series.height == pytest.approx(2.0 * e ** (2 * np.arange(1, 6)), rel=1e-5)
+    assert series.touch_time[0] == pytest.approx(math.sqrt(0.4), rel=1e-15)
+    assert (series.drop_height, series.gravity, series.ended) == (2.0, 10.0, "max bounces")
 
 
 def test_a_file_equals_the_same_call_in_python() -> None:
     case = read(SOFT + "[bounces]\nmin_height = '1 mm'\n[solver]\nrtol = 1e-7\n")
-    found = case.bounces()
-    known = bounces(case.impact, gravity=9.80665, min_height=1e-3, rtol=1e-7)
-    assert found.n_bounces > 2
-    np.testing.assert_array_equal(found.height, known.height)
-    assert found.drop_height == pytest.approx(0.5 / 9.80665, rel=1e-15)
-    assert found.impact.external_force == pytest.approx(0.005 * 9.80665, rel=1e-15)
+    series = case.bounces()
+    expected = bounces(case.impact, gravity=9.80665, min_height=1e-3, rtol=1e-7)
+    assert series.n_bounces > 2
+    np.testing.assert_array_equal(series.height, expected.height)
+    assert series.drop_height == pytest.approx(0.5 / 9.80665, rel=1e-15)
+    assert series.impact.external_force == pytest.approx(0.005 * 9.80665, rel=1e-15)
     assert read(SOFT + "weight = false\n").bounces().impact.external_force == 0.0
 
 
 def test_a_fractional_ball_is_accurate_for_its_longest_contact() -> None:
     material = 'model = "fractional_zener"\nequilibrium_modulus = "1 MPa"\nbranch_modulus = "1 MPa"\n'
     material += 'relaxation_time = "1 ms"\nexponent = 0.5\nbulk_modulus = "1 GPa"\napproximation_rtol = 1e-3\n'
-    found = read(case_file(material=material)).bounces()
-    touches = found.contact_time[np.isfinite(found.contact_time)]
-    low, high = found.impact.material.window
+    series = read(case_file(material=material)).bounces()
+    touches = series.contact_time[np.isfinite(series.contact_time)]
+    low, high = series.impact.material.window
     assert touches.max() > 2.0 * touches.min()
     assert low <= 1e-5 * touches.min()
     assert high >= touches.max()

@@ -68,7 +68,7 @@ def damaged(runs: int, seed: int, folder: Path) -> int:
     rng, refused = random.Random(seed), 0
     for _ in range(runs):
         name = rng.choice(list(SEEDS))
-        given = {key: Parabola(2.5e-6) if value is None else value for key, value in SEEDS[name].items()}
+        options = {key: Parabola(2.5e-6) if value is None else value for key, value in SEEDS[name].items()}
         file = folder / name
         text = TEXT if name == "moduli.csv" else (DATA / name).read_text()
         file.write_text(mutant(text, rng), encoding="utf-8")
@@ -76,11 +76,11 @@ def damaged(runs: int, seed: int, folder: Path) -> int:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", RestitutionWarning)
-                found = read_observations(file, **given)
+                observations = read_observations(file, **options)
         except InputError as error:
             message = str(error)
         else:
-            assert found.size >= 1
+            assert observations.size >= 1
         if message:
             refused += 1
             assert message.startswith(str(file))

@@ -64,21 +64,21 @@ def test_a_body_that_cannot_be_soft_is_refused(tmp_path: Path, sections: str, ke
 
 
 def test_the_page_of_keys_is_up_to_date() -> None:
-    made = script("docs/case_reference.py")
+    reference = script("docs/case_reference.py")
     # `python docs/case_reference.py` and every build of the pages write it.
     text = (ROOT / "docs" / "case_files.md").read_text(encoding="utf-8")
-    assert made.page() == text
+    assert reference.page() == text
     assert not re.findall(r"^\|.*\|\s*\|$", text, flags=re.MULTILINE), "a key without an explanation"
 
 
 def test_two_beads_equal_the_collision_in_python() -> None:
-    found = read_case(EXAMPLES / "two_beads.toml").solve()
+    result = read_case(EXAMPLES / "two_beads.toml").solve()
     # On a half-space e of the same bead is 0.6458.
     rubber = rs.standard_solid(1e6, 5e6, 500.0, poisson_ratio=0.49, density=1100.0)
     bead = rs.Body(rubber, 1e-3)
-    known = rs.solve(rs.collision(bead, bead, 0.5)).restitution_coefficient
-    assert found.restitution_coefficient == pytest.approx(known, rel=1e-8)
-    assert found.restitution_coefficient == pytest.approx(0.6793, abs=5e-5)
+    expected = rs.solve(rs.collision(bead, bead, 0.5)).restitution_coefficient
+    assert result.restitution_coefficient == pytest.approx(expected, rel=1e-8)
+    assert result.restitution_coefficient == pytest.approx(0.6793, abs=5e-5)
 
 
 def test_the_sweep_is_computed() -> None:
@@ -91,8 +91,8 @@ def test_cases_agree_with_scipy(name: str) -> None:
     case = read_case(EXAMPLES / f"{name}.toml")
     result = case.solve()
     # SciPy's Radau for the same equations shares no code with the kernel; both have rtol 1e-9.
-    known = solve_by_scipy(case.impact, 1e-9).restitution_coefficient
-    assert result.restitution_coefficient == pytest.approx(known, rel=2e-9)
+    expected = solve_by_scipy(case.impact, 1e-9).restitution_coefficient
+    assert result.restitution_coefficient == pytest.approx(expected, rel=2e-9)
     # The energies come from a separate quadrature, with the bound of the whole package.
     assert abs(result.energy.residual) < 10 * result.rtol
 
@@ -108,25 +108,26 @@ def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.filterwarnings("ignore:drag", "ignore:straight lines replace the depth")
 def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> None:
     folder = EXAMPLES / "identification"
-    found = read_identification(folder / f"{name}.toml").solve()
-    assert isinstance(found, rs.Identification)
-    made = runpy.run_path(str(folder / "make_data.py"))
-    best = found.problem.space.values(found.coordinates[None])
-    for parameter, value in made[truth].items():
-        low, high = found.parameters[parameter].interval
+    result = read_identification(folder / f"{name}.toml").solve()
+    assert isinstance(result, rs.Identification)
+    source = runpy.run_path(str(folder / "make_data.py"))
+    space = result.problem.space
+    best = dict(zip(space.names, space.numbers(result.coordinates[None]).T, strict=True))
+    for parameter, value in source[truth].items():
+        low, high = result.parameters[parameter].interval
         end, middle = high if value > best[parameter][0] else low, best[parameter][0]
         # Three standard errors of the logarithm; the 95 % interval has two on each side. An open end excludes nothing.
         assert 0.0 < low < high
         assert end == math.inf or abs(math.log(value / middle)) < 1.55 * abs(math.log(end / middle))
     if name == "afm_curve":
-        point = found.nuisances["contact_point"]
+        point = result.nuisances["contact_point"]
         assert point.value is not None
         assert point.standard_error is not None
-        assert abs(point.value - made["CONTACT"]) < 3.0 * point.standard_error
+        assert abs(point.value - source["CONTACT"]) < 3.0 * point.standard_error
 
 
 def test_the_design_example_gains_from_several_radii() -> None:
-    found = read_design(EXAMPLES / "identification" / "design.toml").solve()
+    result = read_design(EXAMPLES / "identification" / "design.toml").solve()
     # Several radii beat one ball by factors of 4 to 64 over a decade of velocities.
-    assert found.repeats.sum() == 12
-    assert found.gains[0.003] > 4.0
+    assert result.repeats.sum() == 12
+    assert result.gains[0.003] > 4.0

@@ -19,7 +19,7 @@ from restitution.case.section import CaseError
 BODY, SOLID, IMPACT = (
     f"[{name}]\n{lines}"
     for name, lines in (
-        ("body", cases.BODY), ("material", cases.SOLID.replace("10 kPa", "1 kPa")), ("impact", cases.IMPACT)
+        ("body", cases.BODY), ("material", cases.FAST), ("impact", cases.IMPACT)
     )
 )  # fmt: skip
 PRONY = """
@@ -168,16 +168,8 @@ def test_terms_are_looked_for_beside_the_case(folder: Path) -> None:
         ('radius = "10 mm"', '"a\\nb" = 1', 'body."a\\nb" = 1: unknown key; known are mass, density, radius'),
         ('radius = "10 mm"', "", "body.radius: is missing; the profile takes its radius"),
         ('mass = "5 g"', "", "body: give exactly one of mass and density; none is given"),
-        (
-            'mass = "5 g"',
-            'mass = "5 g"\ndensity = 1000',
-            "body: give exactly one of mass and density; mass and density are given",
-        ),
-        (
-            BODY,
-            "[body]\ndensity = 1000\n[profile]\nradius = 1\n",
-            "body.radius: is missing; a mass from the density takes the radius of the sphere",
-        ),
+        ('mass = "5 g"', 'mass = "5 g"\ndensity = 1000', "body: give exactly one of mass and density"),
+        (BODY, "[body]\ndensity = 1000\n[profile]\nradius = 1\n", "body.radius: is missing"),
         (BODY, "", "body: the section is missing"),
         (BODY, "body = 3\n", "body = 3: must be a table"),
         (BODY, "[[body]]\n", "body = [{}]: must be a table"),
@@ -241,11 +233,7 @@ def test_invalid_cases_are_refused_in_one_line(old: str, new: str, message: str)
         ("0.1]", '"0.1 m"]', 'material.shear.relaxation_times[2] = "0.1 m": is a length, not a time'),
         ("0.1]", "-0.1]", "material.shear.relaxation_times[2] = -0.1: must be finite and > 0"),
         ('"[2, 3, 4] MPa"', '"[2, 3, -4] MPa"', 'material.shear.branch_moduli[2] = "-4 MPa": must be finite and >= 0'),
-        (
-            '"[2, 3, 4] MPa"',
-            '"[2, 3] MPa"',
-            "material.shear: 2 branch_moduli for 3 relaxation_times; give as many of each",
-        ),
+        ('"[2, 3, 4] MPa"', '"[2, 3] MPa"', "material.shear: 2 branch_moduli for 3 relaxation_times"),
         ('"[2, 3, 4] MPa"', "2", "material.shear.branch_moduli = 2: must be a list"),
         (
             '"[2, 3, 4] MPa"',
@@ -395,14 +383,14 @@ RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
     ],
 )
 def test_two_bodies_equal_a_collision_in_python(text: str, second: rs.Body) -> None:
-    found = read(BEAD + SOLID + f"[counter_body]\n{text}")
-    wanted = rs.collision(rs.Body(RUBBER, 5e-4), second, 0.5)
-    assert found.impact.mass == pytest.approx(wanted.mass, rel=1e-14)
-    assert found.impact.profile.radius == pytest.approx(wanted.profile.radius, rel=1e-14)
-    assert (found.impact.counter_material is None) == (wanted.counter_material is None)
-    result, known = found.solve(), rs.solve(wanted)
-    assert result.restitution_coefficient == pytest.approx(known.restitution_coefficient, rel=1e-8)
-    assert found.arrangement.startswith("two free bodies")
+    case = read(BEAD + SOLID + f"[counter_body]\n{text}")
+    collision = rs.collision(rs.Body(RUBBER, 5e-4), second, 0.5)
+    assert case.impact.mass == pytest.approx(collision.mass, rel=1e-14)
+    assert case.impact.profile.radius == pytest.approx(collision.profile.radius, rel=1e-14)
+    assert (case.impact.counter_material is None) == (collision.counter_material is None)
+    result, expected = case.solve(), rs.solve(collision)
+    assert result.restitution_coefficient == pytest.approx(expected.restitution_coefficient, rel=1e-8)
+    assert case.arrangement.startswith("two free bodies")
 
 
 @pytest.mark.parametrize(
@@ -432,7 +420,7 @@ def test_all_mistakes_of_a_file_are_listed_up_to_ten() -> None:
     keys = "".join(f"wrong{n} = 1\n" for n in range(14))
     with pytest.raises(CaseError) as caught:
         read("[body]\n" + keys + SOLID + "[impact]\nvelocity = -1\n")
-    assert [one.field for one in caught.value.mistakes[:14]] == [f"body.wrong{n}" for n in range(14)]
+    assert [mistake.field for mistake in caught.value.mistakes[:14]] == [f"body.wrong{n}" for n in range(14)]
     assert caught.value.mistakes[-1].field == "impact.velocity"
     lines = str(caught.value).split("\n")
     assert len(lines) == 11

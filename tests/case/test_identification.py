@@ -33,8 +33,8 @@ def case(tmp_path: Path) -> Path:
     lines = ["velocity [m/s],mass [g],restitution_coefficient,contact_time [ms]"]
     for mass in (MASS, 30 * MASS):
         for v in np.geomspace(0.01, 1.0, 5):
-            one = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass, float(v)))
-            lines.append(f"{v},{1e3 * mass},{one.restitution_coefficient},{1e3 * one.contact_time}")
+            impact = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass, float(v)))
+            lines.append(f"{v},{1e3 * mass},{impact.restitution_coefficient},{1e3 * impact.contact_time}")
     (tmp_path / "balls.csv").write_text("\n".join(lines))
     (tmp_path / "case.toml").write_text(CASE)
     return tmp_path / "case.toml"
@@ -50,28 +50,28 @@ def test_units_and_noise(case: Path) -> None:
 
 
 def test_the_material_is_found_and_read_back_by_solve(case: Path) -> None:
-    found = read_identification(case).solve()
+    fit = read_identification(case).solve()
     for name, value in TRUTH.items():
-        assert found.parameters[name].value == pytest.approx(value, rel=1e-5)
-    again = read_case(found.to_toml(case.with_name("material.toml")))
+        assert fit.parameters[name].value == pytest.approx(value, rel=1e-5)
+    again = read_case(fit.to_toml(case.with_name("material.toml")))
     assert "balls.csv" in again.path.read_text()
-    assert again.impact.material.window == pytest.approx(found.material.window, rel=1e-12)
+    assert again.impact.material.window == pytest.approx(fit.material.window, rel=1e-12)
     # The data determine the material for their own impacts.
     (balls,) = read_identification(case).data
     for velocity in (balls.velocity.min(), balls.velocity.max()):
-        impact = rs.Impact(found.material, rs.Parabola(0.01), MASS, float(velocity))
+        impact = rs.Impact(fit.material, rs.Parabola(0.01), MASS, float(velocity))
         assert not rs.solve(impact).validity["window"].exceeded
     # The first ball of the data.
-    known = rs.solve(rs.Impact(found.material, rs.Parabola(0.01), MASS, 0.01)).restitution_coefficient
-    assert again.solve().restitution_coefficient == pytest.approx(known, rel=1e-12)
+    reference = rs.solve(rs.Impact(fit.material, rs.Parabola(0.01), MASS, 0.01)).restitution_coefficient
+    assert again.solve().restitution_coefficient == pytest.approx(reference, rel=1e-12)
 
 
 def test_several_terms_are_read_back_too(case: Path) -> None:
     case.write_text(
         CASE.replace('"standard_solid"', '"generalised_maxwell"\nterms = 1').replace("\nbounds", "\n# bounds")
     )
-    found = read_identification(case).solve()
-    series = read_case(found.to_toml(case.with_name("material.toml"))).impact.material.shear
+    fit = read_identification(case).solve()
+    series = read_case(fit.to_toml(case.with_name("material.toml"))).impact.material.shear
     np.testing.assert_allclose(series.branch_moduli, [1e7], rtol=1e-4)
     np.testing.assert_allclose(series.relaxation_times, [1e-3], rtol=1e-4)
 
@@ -154,10 +154,10 @@ def test_the_design_of_a_file_is_that_of_the_function(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.section.velocity, [0.1, 1.0, 10.0])
     np.testing.assert_allclose(read.section.radius, [3e-3, 30e-3])
     guess = partial(rs.standard_solid, 1e6, 1e7, 1e4, poisson_ratio=0.5)
-    known = rs.design(guess, {"velocity": [0.1, 1.0, 10.0], "radius": [3e-3, 30e-3], "density": 7800.0}, n=6)
-    found = read.solve()
-    np.testing.assert_allclose(found.velocity, known.velocity)
-    np.testing.assert_array_equal(found.repeats, known.repeats)
+    reference = rs.design(guess, {"velocity": [0.1, 1.0, 10.0], "radius": [3e-3, 30e-3], "density": 7800.0}, n=6)
+    fit = read.solve()
+    np.testing.assert_allclose(fit.velocity, reference.velocity)
+    np.testing.assert_array_equal(fit.repeats, reference.repeats)
 
 
 @pytest.mark.parametrize(

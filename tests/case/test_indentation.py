@@ -6,29 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cases import TRIANGLE, press_file
 from checkout import EXAMPLES
 from refusals import refusal, refuses
 from restitution import Material, Parabola, PronySeries, hold, indent, ramp, sine_arch, triangle
 from restitution.case.indentation import read_indentation
 from restitution.material.fractional import FractionalMaterial, fractional_zener
 
-HEAD = """
-title = "A gel"
-[profile]
-radius = "2.5 um"
-[material]
-shear = { equilibrium_modulus = "60 Pa", branch_moduli = "[250] Pa", relaxation_times = "[300] ms" }
-bulk_modulus = "incompressible"
-"""
 GEL = Material(PronySeries(60.0, [250.0], [0.3]), math.inf)
-TRIANGLE = 'depth = "1 um"\nshape = "triangle"\nloading_time = "1 s"\n'
 
 
 pytestmark = pytest.mark.usefixtures("folder")
 
 
-def read(section, *, head=HEAD, tail=""):
-    Path("gel.toml").write_text(f"{head}\n[indentation]\n{section}\n{tail}", encoding="utf-8")
+def read(section, **sections):
+    press_file("gel.toml", indentation=section, **sections)
     return read_indentation("gel.toml")
 
 
@@ -60,9 +52,9 @@ def test_all_forms_equal_the_same_calls_in_python(section, name, history):
     np.testing.assert_allclose(case.history.coefficients, history.coefficients, rtol=1e-14)
     assert case.profile == Parabola(2.5e-6)
     assert case.material.shear == GEL.shear
-    found, known = case.solve(), indent(GEL, Parabola(2.5e-6), **{name: history})
-    assert found.max_force == pytest.approx(known.max_force, rel=1e-13)
-    assert found.contact_end_time == pytest.approx(known.contact_end_time, rel=1e-13)
+    result, expected = case.solve(), indent(GEL, Parabola(2.5e-6), **{name: history})
+    assert result.max_force == pytest.approx(expected.max_force, rel=1e-13)
+    assert result.contact_end_time == pytest.approx(expected.contact_end_time, rel=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +69,7 @@ def test_a_file_names_what_it_prescribes(header, name):
     ]
     rows = [",".join(map(repr, row)) for row in np.array(columns).T.tolist()]
     Path("curve.csv").write_text("\n".join(["# measured", header, *rows]) + "\n", encoding="utf-8")
-    case = read('file = "curve.csv"\nn_points = 11', tail="[solver]\nrtol = 1e-6")
+    case = read('file = "curve.csv"\nn_points = 11', solver="rtol = 1e-6")
     assert (case.prescribed, case.n_points, case.options) == (name, 11, {"rtol": 1e-6})
     np.testing.assert_allclose(case.history.knots, [0.0, 1.0, 2.0])
     assert case.history(1.0) == pytest.approx(peak, rel=1e-14)
@@ -101,24 +93,21 @@ def test_symbols_and_a_line_of_units_head_a_file(text, name, peak):
 
 
 def test_fractional_materials_hold_for_the_history():
-    head = HEAD.split("[material]")[0] + (
-        '[material]\nmodel = "springpot"\ncoefficient = 100.0\nexponent = 0.3\nbulk_modulus = inf\n'
-        "approximation_rtol = 1e-4\n"
-    )
-    case = read('force = "1 nN"\nshape = "hold"\nduration = "100 s"', head=head)
+    springpot = 'model = "springpot"\ncoefficient = 100.0\nexponent = 0.3\nbulk_modulus = inf\n'
+    section = 'force = "1 nN"\nshape = "hold"\nduration = "100 s"'
+    case = read(section, material=springpot + "approximation_rtol = 1e-4\n")
     assert case.material.window[0] <= 1e-4
     assert case.material.window[1] >= 100.0
     # J(t) = t^alpha/(V Gamma(1 + alpha)) of the springpot; a^3 = (3 R/4) F J/4.
     result = case.solve()
     t = np.array([0.1, 1.0, 99.0])
     creep = t**0.3 / (100.0 * math.gamma(1.3))
-    found = result.sample(t).contact_radius.values
-    assert found**3 == pytest.approx(0.75 * 2.5e-6 * 1e-9 * creep / 4.0, rel=1e-3)
+    radius = result.sample(t).contact_radius.values
+    assert radius**3 == pytest.approx(0.75 * 2.5e-6 * 1e-9 * creep / 4.0, rel=1e-3)
 
 
 def test_assumptions_are_noted():
-    head = HEAD.split("[material]")[0] + '[material]\nlibrary = "polyisobutylene"\n'
-    assert read(TRIANGLE, head=head).notes()[0].startswith("polyisobutylene: ")
+    assert read(TRIANGLE, material='library = "polyisobutylene"').notes()[0].startswith("polyisobutylene: ")
     assert read(TRIANGLE).notes() == []
 
 
@@ -155,9 +144,8 @@ def test_invalid_files_are_refused(section, message):
 
 
 def test_an_indenter_has_its_own_radius():
-    head = HEAD.replace('radius = "2.5 um"', 'type = "sphere"')
     message = "gel.toml: profile.radius: is missing; an indenter has no body to take it from"
-    assert str(refusal(lambda: read(TRIANGLE, head=head))) == message
+    assert str(refusal(lambda: read(TRIANGLE, profile='type = "sphere"'))) == message
 
 
 def test_the_examples_are_solved():
@@ -174,16 +162,16 @@ def test_the_examples_are_solved():
 
 def test_a_fractional_material_holds_for_a_fast_ramp_before_a_long_hold():
     """The force at the end of the ramp is that of a material that holds from far shorter times on."""
-    head = HEAD[: HEAD.index("[material]")] + (
-        '[material]\nmodel = "fractional_zener"\nequilibrium_modulus = "1 kPa"\nbranch_modulus = "10 kPa"\n'
+    zener = (
+        'model = "fractional_zener"\nequilibrium_modulus = "1 kPa"\nbranch_modulus = "10 kPa"\n'
         'relaxation_time = "1 s"\nexponent = 0.4\npoisson_ratio = 0.5\n'
     )
     ramp_time = 10.0 ** np.random.default_rng(5).uniform(-4.0, -2.0)
     section = f'depth = "0.1 um"\nshape = "hold"\nduration = "1000 s"\nrise_time = {ramp_time}'
-    found = read(section, head=head, tail="[solver]\nrtol = 1e-6").solve()
-    assert not found.validity["window"].exceeded
+    result = read(section, material=zener, solver="rtol = 1e-6").solve()
+    assert not result.validity["window"].exceeded
     gel = FractionalMaterial(fractional_zener(1e3, 1e4, 1.0, 0.4), bulk=math.inf)
     history = hold(1e-7, 1000.0, rise_time=ramp_time)
-    known = indent(gel.within((1e-3 * ramp_time, 2e3)), Parabola(2.5e-6), depth=history, rtol=1e-6)
+    expected = indent(gel.within((1e-3 * ramp_time, 2e3)), Parabola(2.5e-6), depth=history, rtol=1e-6)
     # The terms and the solves are good to 1e-6 each.
-    assert found.max_force == pytest.approx(known.max_force, rel=1e-5)
+    assert result.max_force == pytest.approx(expected.max_force, rel=1e-5)

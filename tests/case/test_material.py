@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cases import case_file
+from cases import case_file, isotherms_file
 from refusals import refuses
 from restitution import Case, Impact, Isotherms, Material, PronySeries, fit_prony, read_case, read_material, solve
 from restitution.case.section import CaseError
@@ -84,13 +84,13 @@ def test_materials_of_the_library() -> None:
 )
 def test_laws_of_the_shift(text: str, law: WLF | Arrhenius | ShiftTable) -> None:
     Path("shift.csv").write_text("T_C,log_aT\n0,1\n20,0\n40,-2\n")
-    found = material(
+    solid = material(
         f"shear = {{equilibrium_modulus = 1, branch_moduli = [2], relaxation_times = [3]}}\nbulk = inf\n"
         f'shift = {text}\ntemperature = "30 degC"'
     )
-    assert found.shift == law
-    assert found.temperature == pytest.approx(303.15)
-    assert found.shear.relaxation_times[0] == pytest.approx(3 * law.factor(303.15), rel=1e-12)
+    assert solid.shift == law
+    assert solid.temperature == pytest.approx(303.15)
+    assert solid.shear.relaxation_times[0] == pytest.approx(3 * law.factor(303.15), rel=1e-12)
 
 
 TERMS = "# E0 = 8 MPa\nrelaxation_time_s,relative_modulus\n1e-3,0.5\n1e-2,0.25\n"
@@ -99,14 +99,14 @@ TERMS = "# E0 = 8 MPa\nrelaxation_time_s,relative_modulus\n1e-3,0.5\n1e-2,0.25\n
 def test_terms_in_tension_become_shear() -> None:
     Path("terms.csv").write_text(TERMS)
     tension = PronySeries(2e6, [4e6, 2e6], [1e-3, 1e-2])
-    found = material('file = "terms.csv"\nbulk_modulus = "10 MPa"')
-    assert found.shear == shear_from_tension(tension, bulk_modulus=1e7)
-    assert found.bulk == PronySeries(1e7)
-    found = material('file = "terms.csv"\npoisson_ratio = 0.25')
+    solid = material('file = "terms.csv"\nbulk_modulus = "10 MPa"')
+    assert solid.shear == shear_from_tension(tension, bulk_modulus=1e7)
+    assert solid.bulk == PronySeries(1e7)
+    solid = material('file = "terms.csv"\npoisson_ratio = 0.25')
     # At all times G = E/(2 (1 + nu)) and K = E/(3 (1 - 2 nu)).
-    np.testing.assert_allclose(found.shear.branch_moduli, np.array([4e6, 2e6]) / 2.5, rtol=1e-14)
-    assert isinstance(found.bulk, PronySeries)
-    np.testing.assert_allclose(found.bulk.branch_moduli, np.array([4e6, 2e6]) / 1.5, rtol=1e-14)
+    np.testing.assert_allclose(solid.shear.branch_moduli, np.array([4e6, 2e6]) / 2.5, rtol=1e-14)
+    assert isinstance(solid.bulk, PronySeries)
+    np.testing.assert_allclose(solid.bulk.branch_moduli, np.array([4e6, 2e6]) / 1.5, rtol=1e-14)
 
 
 def test_measured_data_are_fitted() -> None:
@@ -114,12 +114,12 @@ def test_measured_data_are_fitted() -> None:
     t = np.geomspace(1e-4, 1, 41)
     rows = "\n".join(f"{a:.17g},{b:.17g}" for a, b in zip(t, truth.relaxation_modulus(t), strict=True))
     Path("relaxation.csv").write_text(f"t [s],G [Pa]\n{rows}\n")
-    found = material('file = "relaxation.csv"\nbulk_modulus = "1 GPa"\nmisfit = 1e-3')
+    solid = material('file = "relaxation.csv"\nbulk_modulus = "1 GPa"\nmisfit = 1e-3')
     inside = np.geomspace(1e-3, 0.1, 9)
-    np.testing.assert_allclose(found.shear.relaxation_modulus(inside), truth.relaxation_modulus(inside), rtol=5e-3)
-    assert found.window == pytest.approx((1e-4, 1.0))
-    assert found.assumptions is not None
-    assert "Prony terms fitted to the data" in found.assumptions
+    np.testing.assert_allclose(solid.shear.relaxation_modulus(inside), truth.relaxation_modulus(inside), rtol=5e-3)
+    assert solid.window == pytest.approx((1e-4, 1.0))
+    assert solid.assumptions is not None
+    assert "Prony terms fitted to the data" in solid.assumptions
 
 
 def test_a_deck_of_a_solver() -> None:
@@ -130,11 +130,11 @@ def test_a_deck_of_a_solver() -> None:
 
 def test_the_measured_polymer(shared_reference: Path) -> None:
     file = shared_reference / "materials" / "polymer_dma_master_curve.csv"
-    found = material(f"file = '{file}'\nbulk_modulus = \"10 GPa\"")
+    solid = material(f"file = '{file}'\nbulk_modulus = \"10 GPa\"")
     # The library's material is this one, fitted.
-    known = library.get("dma_polymer").shear
+    expected = library.get("dma_polymer").shear
     t = np.geomspace(1e-8, 1e8, 9)
-    np.testing.assert_allclose(found.shear.relaxation_modulus(t), known.relaxation_modulus(t), rtol=1e-3)
+    np.testing.assert_allclose(solid.shear.relaxation_modulus(t), expected.relaxation_modulus(t), rtol=1e-3)
 
 
 FRACTIONAL = 'model = "fractional_kelvin_voigt"\nequilibrium_modulus = "1 MPa"\ncoefficient = 1e4\n'
@@ -142,8 +142,8 @@ FRACTIONAL += "exponent = 0.4\nbulk_modulus = inf\n"
 
 
 def test_a_fractional_model_is_accurate_in_the_window_of_its_contact() -> None:
-    found = case(FRACTIONAL + "approximation_rtol = 1e-8")
-    result = found.solve()
+    problem = case(FRACTIONAL + "approximation_rtol = 1e-8")
+    result = problem.solve()
     window = result.impact.material.window
     duration = result.contact_time
     # The window comes from a first solution, which is accurate to a per cent.
@@ -153,7 +153,7 @@ def test_a_fractional_model_is_accurate_in_the_window_of_its_contact() -> None:
     # G(t) = G + V t^-alpha/Gamma(1 - alpha)
     exact = 1e6 + 1e4 * t**-0.4 / math.gamma(0.6)
     np.testing.assert_allclose(series.relaxation_modulus(t), exact, rtol=1e-8)
-    (note,) = found.notes(result.impact)
+    (note,) = problem.notes(result.impact)
     assert re.fullmatch(r"material: \d+ Prony terms stand for the fractional model, relative error \d\.\de-09", note)
     # A much wider window changes nothing.
     model = springpot(1e4, 0.4)
@@ -161,23 +161,23 @@ def test_a_fractional_model_is_accurate_in_the_window_of_its_contact() -> None:
         (1e-9 * duration, 1e3 * duration), 1e-8
     )
     impact = result.impact
-    known = solve(Impact(material=wide, profile=impact.profile, mass=impact.mass, velocity=impact.velocity))
-    assert result.restitution_coefficient == pytest.approx(known.restitution_coefficient, rel=1e-7)
+    expected = solve(Impact(material=wide, profile=impact.profile, mass=impact.mass, velocity=impact.velocity))
+    assert result.restitution_coefficient == pytest.approx(expected.restitution_coefficient, rel=1e-7)
 
 
 def test_a_fractional_model_at_a_temperature() -> None:
     law = 'shift = {reference_temperature = 300, c1 = 8, c2 = "100 K"}\ntemperature = 320'
-    found = case(FRACTIONAL + law)
+    problem = case(FRACTIONAL + law)
     factor = 10 ** (-8 * 20 / 120)
-    t = np.geomspace(*found.impact.material.window, 30)
+    t = np.geomspace(*problem.impact.material.window, 30)
     exact = 1e6 + 1e4 * (t / factor) ** -0.4 / math.gamma(0.6)
-    np.testing.assert_allclose(found.impact.material.shear.relaxation_modulus(t), exact, rtol=1e-6)
+    np.testing.assert_allclose(problem.impact.material.shear.relaxation_modulus(t), exact, rtol=1e-6)
 
 
 def test_data_that_do_not_cover_the_contact_exceed_the_limit() -> None:
     Path("terms.csv").write_text(TERMS)
-    found = case('file = "terms.csv"\nbulk_modulus = inf\nname = "gel"')
-    result = found.solve()
+    problem = case('file = "terms.csv"\nbulk_modulus = inf\nname = "gel"')
+    result = problem.solve()
     result.impact.material.__dict__["window"] = (1.0, 10.0)
     assert result.contact_time < 1.0
     assert result.validity["window"].exceeded
@@ -218,10 +218,7 @@ FILES = {
     [
         ('library = "steal"', '.library = "steal": is not known; did you mean steel?'),
         ("library = 3", ".library = 3: must be text"),
-        (
-            'library = "ice"\ntemperature = 300',
-            ": temperature: the material has no law of the shift; give shift as well",
-        ),
+        ('library = "ice"\ntemperature = 300', ": temperature: the material has no law of the shift"),
         (
             'library = "polyisobutylene"\ntemperature = "90 K"',
             ": temperature = 90 K: must be in [202, 400] K, the range of the law",
@@ -271,10 +268,7 @@ FILES = {
             'file = "bad.csv"\nbulk_modulus = 1',
             '.file = "bad.csv": line 2: relative_modulus = -0.5: must be finite and >= 0',
         ),
-        (
-            'file = "shift.csv"\nbulk_modulus = 1',
-            '.file = "shift.csv": holds shift factors and no moduli; give it as shift',
-        ),
+        ('file = "shift.csv"\nbulk_modulus = 1', '.file = "shift.csv": holds shift factors and no moduli'),
         (
             'file = "unsaid.csv"\nbulk_modulus = 1',
             '.deformation: must be "tension" or "shear", as the data do not state it',
@@ -352,44 +346,32 @@ def test_invalid_sections_are_refused_in_one_line(text: str, message: str) -> No
 
 
 def test_the_counter_material_has_the_same_forms() -> None:
-    found = case('library = "epoxy"\n[counter_material]\nlibrary = "steel"').impact
-    assert found.counter_material == library.get("steel")
+    impact = case('library = "epoxy"\n[counter_material]\nlibrary = "steel"').impact
+    assert impact.counter_material == library.get("steel")
     Path("terms.csv").write_text(TERMS)
     assert read_material("terms.csv").deformation == "tension"
 
 
-def several_temperatures() -> Isotherms:
-    """File of dynamic moduli at three temperatures whose shifts obey WLF with C1 = 9 and C2 = 110 K at 20 °C."""
-    law, series = WLF(293.15, 9.0, 110.0), PronySeries(1e6, [3e6, 9e6, 2e7, 4e7], [10.0, 0.1, 1e-3, 1e-5])
-    omega = np.geomspace(0.1, 100.0, 16)
-    lines = ["omega,G',G'',T", "rad/s,Pa,Pa,°C"]
-    for celsius in (10.0, 20.0, 30.0):
-        reduced = omega * law.factor(celsius + 273.15)
-        columns = omega, series.storage_modulus(reduced), series.loss_modulus(reduced)
-        lines += [f"{','.join(map(repr, row))},{celsius}" for row in zip(*(x.tolist() for x in columns), strict=True)]
-    Path("dma.csv").write_text("\n".join(lines))
-    found = read_material("dma.csv")
-    assert isinstance(found, Isotherms)
-    return found
-
-
 def test_a_file_with_several_temperatures() -> None:
-    curve = several_temperatures().superposed(reference_temperature=293.15, shift="wlf")
+    isotherms_file("dma.csv")
+    isotherms = read_material("dma.csv")
+    assert isinstance(isotherms, Isotherms)
+    curve = isotherms.superposed(reference_temperature=293.15, shift="wlf")
     text = 'file = "dma.csv"\nbulk_modulus = "3 GPa"\nreference_temperature = "20 degC"\nsuperposition = "wlf"\n'
-    found = material(text)
-    assert found.shear == fit_prony(curve.data).series
-    assert (found.shift, found.temperature) == (curve.shift, 293.15)
+    solid = material(text)
+    assert solid.shear == fit_prony(curve.data).series
+    assert (solid.shift, solid.temperature) == (curve.shift, 293.15)
     warm = material(f'{text}temperature = "30 degC"')
-    assert warm.shear.relaxation_times == pytest.approx(found.shear.relaxation_times * curve.shift.factor(303.15))
-    # The middle temperature and free shifts by default.
-    assert material('file = "dma.csv"\nbulk_modulus = "3 GPa"').temperature == 293.15
+    assert warm.shear.relaxation_times == pytest.approx(solid.shear.relaxation_times * curve.shift.factor(303.15))
+    # The third of four temperatures and free shifts by default.
+    assert material('file = "dma.csv"\nbulk_modulus = "3 GPa"').temperature == 303.15
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ('superposition = "vft"', "superposition"),
-        ("reference_temperature = 400", r"reference_temperature.*must be in \[283.15, 303.15\] K"),
+        ("reference_temperature = 400", r"reference_temperature.*must be in \[283.15, 313.15\] K"),
         (
             "shift = { reference_temperature = 300, c1 = 8, c2 = 100 }",
             "shift.*has no meaning for several temperatures",
@@ -398,7 +380,7 @@ def test_a_file_with_several_temperatures() -> None:
     ],
 )
 def test_refused_superpositions(text: str, message: str) -> None:
-    several_temperatures()
+    isotherms_file("dma.csv")
     with pytest.raises(CaseError, match=message):
         material(f'file = "dma.csv"\nbulk_modulus = "3 GPa"\n{text}')
     Path("t.csv").write_text("t,G\n1,3\n10,2\n100,1\n1000,1\n")

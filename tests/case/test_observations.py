@@ -25,23 +25,23 @@ def written(text: str, name: str = "data.csv") -> str:
 
 
 def test_rebounds_in_any_units() -> None:
-    found = read_observations(written(BALLS), noise={"contact_time": "1 %"})
-    assert isinstance(found, Rebounds)
-    np.testing.assert_allclose(found.velocity, [0.5, 1.0])
-    np.testing.assert_allclose(found.mass, 0.033)
-    np.testing.assert_allclose(found.restitution_coefficient, [0.82, 0.79])
-    np.testing.assert_allclose(found.measured["contact_time"], [2e-3, 1.8e-3])
-    deviation = found.noise.of("restitution_coefficient", found.restitution_coefficient)
+    observations = read_observations(written(BALLS), noise={"contact_time": "1 %"})
+    assert isinstance(observations, Rebounds)
+    np.testing.assert_allclose(observations.velocity, [0.5, 1.0])
+    np.testing.assert_allclose(observations.mass, 0.033)
+    np.testing.assert_allclose(observations.restitution_coefficient, [0.82, 0.79])
+    np.testing.assert_allclose(observations.measured["contact_time"], [2e-3, 1.8e-3])
+    deviation = observations.noise.of("restitution_coefficient", observations.restitution_coefficient)
     assert deviation is not None
     np.testing.assert_allclose(deviation, [0.01, 0.02])
-    assert (found.label, found.size) == ("data.csv", 4)
+    assert (observations.label, observations.size) == ("data.csv", 4)
 
 
 def test_what_no_column_has_is_given_by_name() -> None:
     text = "velocity [m/s],e\n1.0,0.8\n2.0,0.7\n"
-    found = read_observations(written(text), radius=0.01, mass=0.03)
-    assert isinstance(found, Rebounds)
-    np.testing.assert_array_equal(found.mass, [0.03, 0.03])
+    observations = read_observations(written(text), radius=0.01, mass=0.03)
+    assert isinstance(observations, Rebounds)
+    np.testing.assert_array_equal(observations.mass, [0.03, 0.03])
     with pytest.raises(InputError, match="mass: is missing"):
         read_observations("data.csv", radius=0.01)
     with pytest.raises(InputError, match="line 2: column 'radius' is given twice"):
@@ -49,15 +49,15 @@ def test_what_no_column_has_is_given_by_name() -> None:
 
 
 def test_a_temperature_in_degrees_is_in_kelvin() -> None:
-    found = read_observations(written("velocity,e,temperature [degC]\n1.0,0.8,20\n"), radius=0.01, mass=0.03)
-    assert isinstance(found, Rebounds)
-    assert found.temperature == pytest.approx([293.15])
+    observations = read_observations(written("velocity,e,temperature [degC]\n1.0,0.8,20\n"), radius=0.01, mass=0.03)
+    assert isinstance(observations, Rebounds)
+    assert observations.temperature == pytest.approx([293.15])
 
 
 def test_a_relaxation_is_no_series_of_bounces() -> None:
-    found = read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,3\n"))
-    assert isinstance(found, Moduli)
-    assert found.size == 3
+    observations = read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,3\n"))
+    assert isinstance(observations, Moduli)
+    assert observations.size == 3
     with pytest.raises(InputError, match="must be a number"):
         read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,three\n"))
 
@@ -103,7 +103,7 @@ def test_a_file_of_another_kind_is_refused() -> None:
 
 
 def test_a_column_of_times_may_have_a_blank_before_its_unit() -> None:
-    from restitution.case.columns import read_columns
+    from restitution.case.quantity import read_columns
     from restitution.quantities import FORCE, TIME
 
     columns = read_columns(".", written("time [ms]  force [mN]\n1  2\n3  4\n"), {"time": TIME, "force": FORCE})

@@ -68,9 +68,9 @@ def test_a_text_becomes_a_number_in_si(text: str, kind: Dimension, number: float
 
 
 def test_the_table_of_common_units_agrees_with_pint() -> None:
-    known = [(kind, name) for kind, names in units._PLAIN.items() for name in names]
-    assert len(known) > 40
-    for kind, name in known:
+    names_of = [(kind, name) for kind, names in units._PLAIN.items() for name in names]
+    assert len(names_of) > 40
+    for kind, name in names_of:
         unit = units._pint_unit(re.sub(r"(\w)([23])$", r"\1^\2", name), kind)
         factor = unit_registry().Quantity(1.0, unit).to(kind.unit).magnitude
         assert to_si(f"3 {name}", kind) == pytest.approx(3.0 * factor, rel=4e-16), name
@@ -121,25 +121,25 @@ def test_case_files_have_a_json_schema(file: type[Section]) -> None:
 def test_json_schema_has_every_form_of_profile_and_material() -> None:
     schema = CaseFile.model_json_schema()
 
-    def keys(one: dict[str, Any]) -> set[str]:
+    def keys(form: dict[str, Any]) -> set[str]:
         return set(
-            schema["$defs"][one["$ref"].rpartition("/")[2]]["properties"] if "$ref" in one else one["properties"]
+            schema["$defs"][form["$ref"].rpartition("/")[2]]["properties"] if "$ref" in form else form["properties"]
         )
 
     profiles, materials = (
-        [keys(one) for one in schema["properties"][name]["anyOf"]] for name in ("profile", "material")
+        [keys(form) for form in schema["properties"][name]["anyOf"]] for name in ("profile", "material")
     )
-    assert {"type", "half_angle"} <= next(one for one in profiles if "half_angle" in one)
-    assert all({"base", "strict"} <= one for one in profiles if "thickness" in one)
-    assert [one for one in profiles if "file" in one and {"r", "f"} <= one]
-    assert [one for one in materials if {"model", "equilibrium_modulus", "viscosity", "density"} <= one]
-    assert [one for one in materials if "library" in one]
+    assert {"type", "half_angle"} <= next(form for form in profiles if "half_angle" in form)
+    assert all({"base", "strict"} <= form for form in profiles if "thickness" in form)
+    assert [form for form in profiles if "file" in form and {"r", "f"} <= form]
+    assert [form for form in materials if {"model", "equilibrium_modulus", "viscosity", "density"} <= form]
+    assert [form for form in materials if "library" in form]
 
 
 def test_json_schema_has_units() -> None:
     sections = CaseFile.model_json_schema()["$defs"]
-    found = {name: sections["ImpactSection"]["properties"][name]["anyOf"][0] for name in ("velocity", "drop_height")}
-    assert {name: one["unit"] for name, one in found.items()} == {"velocity": "m/s", "drop_height": "m"}
+    fields = {name: sections["ImpactSection"]["properties"][name]["anyOf"][0] for name in ("velocity", "drop_height")}
+    assert {name: field["unit"] for name, field in fields.items()} == {"velocity": "m/s", "drop_height": "m"}
 
 
 @pytest.mark.parametrize("text", ["1 mPa", "500000 mPa", "1 millipascal"])

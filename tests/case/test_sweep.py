@@ -25,7 +25,7 @@ pytestmark = [pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of"), pyte
 BODY = f"[body]\n{cases.BODY}"
 DENSE = '[body]\ndensity = "1100 kg/m^3"\nradius = "10 mm"\n'
 IMPACT = f"[impact]\n{cases.IMPACT}"
-SOLID = f"\n[material]\n{cases.SOLID.replace('10 kPa', '1 kPa')}"
+SOLID = f"\n[material]\n{cases.FAST}"
 PRONY = """
 [material]
 bulk = "3 GPa"
@@ -51,10 +51,10 @@ def refuses(text: str, message: str) -> None:
 
 def dump(table: dict[str, Any], *above: str) -> str:
     """Write TOML of plain values and tables."""
-    own = [f"{key} = {toml(value)}" for key, value in table.items() if not isinstance(value, dict)]
+    lines = [f"{key} = {toml(value)}" for key, value in table.items() if not isinstance(value, dict)]
     head = f"[{'.'.join(above)}]\n" if above else ""
     rest = [dump(value, *above, key) for key, value in table.items() if isinstance(value, dict)]
-    return head + "\n".join(own) + "\n" + "".join(rest)
+    return head + "\n".join(lines) + "\n" + "".join(rest)
 
 
 def toml(value: Any) -> str:
@@ -83,9 +83,9 @@ def check(result: Any, case: str, places: dict[str, str]) -> None:
             else:
                 target[key] = str(value) if isinstance(value, str) else float(value)
         Path("one.toml").write_text(dump(data), encoding="utf-8")
-        one = read_case("one.toml").solve()
+        single = read_case("one.toml").solve()
         for name in ("restitution_coefficient", "contact_time", "max_force"):
-            assert float(point[name]) == pytest.approx(getattr(one, name), rel=ROUNDING), (index, name)
+            assert float(point[name]) == pytest.approx(getattr(single, name), rel=ROUNDING), (index, name)
 
 
 @pytest.mark.parametrize(
@@ -202,13 +202,13 @@ def test_incompressible_is_a_bulk_modulus() -> None:
 
 def test_groups_of_the_paper() -> None:
     alone = sweep("[axes]\nnu = [0.3, 0.5]\np2 = 0.1\np3 = { logarithmic = [0.1, 10], n = 3 }\n")
-    wanted = rs.standard_solid_restitution(np.array([[0.3], [0.5]]), 0.1, [0.1, 1.0, 10.0])
-    np.testing.assert_allclose(alone.restitution_coefficient, wanted, rtol=1e-12)
+    expected = rs.standard_solid_restitution(np.array([[0.3], [0.5]]), 0.1, [0.1, 1.0, 10.0])
+    np.testing.assert_allclose(alone.restitution_coefficient, expected, rtol=1e-12)
     # In a case file the groups set branch modulus and viscosity, which the file then leaves out.
     solid = '[material]\nequilibrium_modulus = "3 MPa"\npoisson_ratio = 0.3\n'
     within = sweep(BODY + solid + "[axes]\nvelocity = [0.2, 3]\nnu = [0.3, 0.5]\np2 = 0.1\np3 = [0.1, 1, 10]\n")
     for n in range(2):
-        np.testing.assert_allclose(within.restitution_coefficient[n], wanted, rtol=ROUNDING)
+        np.testing.assert_allclose(within.restitution_coefficient[n], expected, rtol=ROUNDING)
 
 
 def test_materials_from_a_list() -> None:
@@ -321,7 +321,6 @@ AXES = "[axes]\nvelocity = [1]\n"
             BODY + SOLID + "[axes]\nvelocity = { linear = [1, 2], n = 1000000000000000000 }\n",
             "axes.velocity: n = 1000000000000000000: must be at most 100000000, the most points along one axis",
         ),
-        (BODY + SOLID + "[axes]\nvelocity = [true, 1]\n", "impact.velocity = true: must be a velocity"),
         (BODY + SOLID + "[axes]\nvelocity = [1, true]\n", "velocity[1] = True: must be a real number"),
         (BODY + SOLID + AXES + "relaxation_time = [1]\nviscosity = [1]\n", "axes: relaxation_time and viscosity set the same"),
         (BODY + SOLID + AXES + "impact.speed = [1]\n", "impact.speed = 1: unknown key"),

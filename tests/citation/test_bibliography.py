@@ -78,7 +78,7 @@ def test_all_entries_are_read_and_sorted_by_key() -> None:
 def test_every_entry_is_among_the_references_of_the_documents() -> None:
     bullets = re.findall(r"^\* (.*(?:\n  .*)*)", REFERENCES.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert len(bullets) > 20
-    found: list[str] = []
+    cited: list[str] = []
     for bullet in bullets:
         keys = [
             key
@@ -91,7 +91,7 @@ def test_every_entry_is_among_the_references_of_the_documents() -> None:
         if not keys:
             continue
         assert len(keys) == 1, bullet
-        found += keys
+        cited += keys
         fields = parse(entries()[keys[0]])[2]
         names = [author.split(",")[0] for author in fields["author"].split(" and ")]
         assert all(plain(name) in plain(bullet) for name in names), bullet
@@ -100,4 +100,4 @@ def test_every_entry_is_among_the_references_of_the_documents() -> None:
                 assert re.search(rf"\b{fields[number]}\b", bullet), bullet
         if "pages" in fields:
             assert re.search(rf"\b{fields['pages'].split('-')[0]}\b", bullet), bullet
-    assert sorted(found) == sorted(set(entries()) - NOT_LISTED)
+    assert sorted(cited) == sorted(set(entries()) - NOT_LISTED)

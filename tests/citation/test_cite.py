@@ -26,9 +26,9 @@ def impact(material: rs.Material, profile: object, **extra: object) -> rs.Impact
 
 
 def test_the_sphere_of_the_paper() -> None:
-    found = citations(impact(SOLID, rs.Parabola(1.0)))
-    assert set(found) == THEORY | {"restitution", "hertz1882", "willert"}
-    assert found["willert"] == ["impact on the compressible standard solid"]
+    sources = citations(impact(SOLID, rs.Parabola(1.0)))
+    assert set(sources) == THEORY | {"restitution", "hertz1882", "willert"}
+    assert sources["willert"] == ["impact on the compressible standard solid"]
 
 
 @pytest.mark.parametrize(
@@ -54,10 +54,10 @@ def test_every_profile_has_its_sources(profile: object, expected: set[str]) -> N
 @pytest.mark.parametrize("name", rs.library.names())
 def test_every_material_of_the_library_has_its_sources(name: str) -> None:
     material = rs.library.get(name)
-    found = citations(material)
-    assert found
-    assert all(uses == [f"data of {name}"] for uses in found.values())
-    for key in found:
+    sources = citations(material)
+    assert sources
+    assert all(uses == [f"data of {name}"] for uses in sources.values())
+    for key in sources:
         author = entries()[key]
         assert key in entries()
         # The source of the material contains the authors or the number of the standard.
@@ -92,13 +92,13 @@ def test_two_materials() -> None:
 
 @pytest.mark.parametrize(("method", "expected"), [("exact", {"hairer1996"}), ("elements", {"willert"})])
 def test_results_name_their_method(method: str, expected: set[str]) -> None:
-    one = impact(SERIES, rs.FlatPunch(1.0))
-    nothing = dict.fromkeys(ImpactResult.__dataclass_fields__) | {"impact": one, "method": method}
-    assert keys(ImpactResult(**nothing)) == keys(one) | expected
-    several = ImpactResult(**nothing | {"impact": [one, impact(SERIES, rs.Cone(1.0))]})
-    assert keys(several) == keys(one) | expected | {"love1939", "sneddon1965"}
-    fall = Bounces(**dict.fromkeys(Bounces.__dataclass_fields__) | {"impact": one})
-    assert keys(fall) == keys(one) | {"hairer1996"}
+    punch = impact(SERIES, rs.FlatPunch(1.0))
+    nothing = dict.fromkeys(ImpactResult.__dataclass_fields__) | {"impact": punch, "method": method}
+    assert keys(ImpactResult(**nothing)) == keys(punch) | expected
+    several = ImpactResult(**nothing | {"impact": [punch, impact(SERIES, rs.Cone(1.0))]})
+    assert keys(several) == keys(punch) | expected | {"love1939", "sneddon1965"}
+    fall = Bounces(**dict.fromkeys(Bounces.__dataclass_fields__) | {"impact": punch})
+    assert keys(fall) == keys(punch) | {"hairer1996"}
 
 
 def test_each_source_appears_once_with_its_use() -> None:
@@ -127,8 +127,8 @@ def test_cases_cite_fits_and_methods(tmp_path: Path) -> None:
     fitted = 'file = "data.csv"\ndeformation = "shear"\nbulk_modulus = "1 GPa"\n'
     case_file(tmp_path / "case.toml", material=fitted)
     assert "lawson1974" in keys(rs.read_case(tmp_path / "case.toml"))
-    known = 'library = "epoxy"\n[solver]\nmethod = "elements"\n'
-    case_file(tmp_path / "case.toml", material=known)
+    sections = 'library = "epoxy"\n[solver]\nmethod = "elements"\n'
+    case_file(tmp_path / "case.toml", material=sections)
     assert keys(rs.read_case(tmp_path / "case.toml")) == THEORY | {"restitution", "hertz1882", "simon2000", "willert"}
 
 

@@ -28,7 +28,7 @@ def fake(monkeypatch: pytest.MonkeyPatch, count: int = 3) -> None:
     height = 0.05 * 0.5**number
     stays = number == count
 
-    def found(case: Case) -> Bounces:
+    def computed(case: Case) -> Bounces:
         return Bounces(
             touch_time=0.1 * number,
             velocity=1.0 / number,
@@ -45,7 +45,7 @@ def fake(monkeypatch: pytest.MonkeyPatch, count: int = 3) -> None:
             notes=("recovery: some",),
         )
 
-    monkeypatch.setattr(Case, "bounces", found)
+    monkeypatch.setattr(Case, "bounces", computed)
 
 
 def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:

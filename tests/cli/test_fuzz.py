@@ -7,13 +7,13 @@ from checkout import script
 
 def faults(runs: int, seed: int) -> tuple[list[str], int]:
     fuzz = script("validation/fuzz.py")
-    counts, found, _ = fuzz.fuzz(runs, seed)
-    return [f"{end.fault}\n{text}" for _, text, end in found], sum(counts.values())
+    counts, faulty, _ = fuzz.fuzz(runs, seed)
+    return [f"{end.fault}\n{text}" for _, text, end in faulty], sum(counts.values())
 
 
 def test_a_few_damaged_files() -> None:
-    found, runs = faults(40, seed=7)
-    assert found == []
+    faulty, runs = faults(40, seed=7)
+    assert faulty == []
     assert runs == 40
 
 
@@ -21,5 +21,5 @@ def test_a_few_damaged_files() -> None:
 @pytest.mark.filterwarnings("default::restitution.errors.RestitutionWarning")
 @pytest.mark.slow
 def test_many_damaged_files() -> None:
-    found, _ = faults(1500, seed=11)
-    assert found == []
+    faulty, _ = faults(1500, seed=11)
+    assert faulty == []

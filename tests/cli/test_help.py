@@ -9,7 +9,7 @@ import pytest
 import restitution as rs
 from cases import case_file
 from checkout import ROOT
-from commands import refused, run, words
+from commands import refused, run
 from restitution.calibration.calibrate import TARGETS
 from restitution.cli.main import app
 from restitution.rebound_resilience import STANDARDS
@@ -23,7 +23,7 @@ def help_of(*command: str) -> str:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_command_is_in_a_group_and_has_an_example(name: str) -> None:
-    command = next(one for one in app.registered_commands if one.name == name)
+    command = next(each for each in app.registered_commands if each.name == name)
     panels = "Solve", "From data to a material", "For other codes", "Explore, reproduce, cite"
     assert command.rich_help_panel in panels
     example = re.search(r"Example: restitution (.*)", command.callback.__doc__.replace("\b", ""))[1]
@@ -31,7 +31,7 @@ def test_each_command_is_in_a_group_and_has_an_example(name: str) -> None:
     assert first == name
     # Files of an example are those of the project, or written by another example.
     files = [word for word in words if word.startswith("examples/")]
-    assert all((ROOT / one).is_file() for one in files)
+    assert all((ROOT / each).is_file() for each in files)
     options = set(re.findall(r"--[a-z0-9-]+", help_of(name)))
     assert {word for word in words if word.startswith("--")} <= options
 
@@ -92,9 +92,3 @@ def test_the_unit_after_a_range_is_that_of_both_ends() -> None:
 @pytest.mark.usefixtures("_ball")
 def test_an_unknown_standard_has_a_near_one() -> None:
     assert refused("resilience", "ball.toml", "--standard", "din53512").endswith("did you mean DIN 53512?")
-
-
-def test_zero_degrees_are_zero() -> None:
-    """273.15 K, and the same by a unit, whose conversion rounds."""
-    for text in ("273.15", "0 degC", "32 degF"):
-        assert ["temperature", "[°C]", "0"] in words("material", "polyisobutylene", "--at", text)

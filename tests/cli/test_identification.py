@@ -30,8 +30,8 @@ def _files(folder: Path) -> None:
     solid = rs.kelvin_voigt(MODULUS, VISCOSITY, poisson_ratio=0.5)
     lines = ["velocity [m/s],restitution_coefficient,contact_time [ms]"]
     for v in (0.01, 0.02, 0.05, 0.1):
-        one = rs.solve(rs.Impact(solid, rs.Parabola(0.01), 0.033, v))
-        lines.append(f"{v},{one.restitution_coefficient},{1e3 * one.contact_time}")
+        impact = rs.solve(rs.Impact(solid, rs.Parabola(0.01), 0.033, v))
+        lines.append(f"{v},{impact.restitution_coefficient},{1e3 * impact.contact_time}")
     Path("balls.csv").write_text("\n".join(lines))
     Path("e.csv").write_text("\n".join(line.rpartition(",")[0] for line in lines))
     Path("case.toml").write_text(CASE.replace("TIMES", ', contact_time = "1 %"'))

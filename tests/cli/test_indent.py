@@ -9,29 +9,24 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from cases import TRIANGLE, press_file
 from commands import done, refused
 
-CASE = """
-title = "A [bold] gel"
-[profile]
-radius = "2.5 um"
-[material]
+GEL = """
 name = "gel"
 bulk_modulus = "incompressible"
 shear = { equilibrium_modulus = 66.66666666666667, branch_moduli = [266.6666666666667], relaxation_times = [0.3] }
-[indentation]
-depth = "1 um"
-shape = "triangle"
-loading_time = "1 s"
-n_points = 21
 """
-HELD = CASE.replace('shape = "triangle"\nloading_time', 'shape = "hold"\nduration')
+
+
+def gel(path: str, motion: str) -> None:
+    press_file(path, title="A [bold] gel", material=GEL, indentation=f"{motion}\nn_points = 21")
 
 
 @pytest.fixture(autouse=True)
 def _files(folder: Path) -> None:
-    Path("gel.toml").write_text(CASE, encoding="utf-8")
-    Path("held.toml").write_text(HELD, encoding="utf-8")
+    gel("gel.toml", TRIANGLE)
+    gel("held.toml", 'depth = "1 um"\nshape = "hold"\nduration = "1 s"')
 
 
 def test_the_table() -> None:
@@ -92,10 +87,7 @@ def test_a_picture_is_written() -> None:
 
 
 def test_bad_input_ends_with_one_line_and_code_2() -> None:
-    Path("again.toml").write_text(
-        CASE.replace('"1 um"\nshape = "triangle"\nloading_time = "1 s"', '"[0, 3, 2.7, 3] um"\ntime = [0, 1, 1.1, 2]'),
-        encoding="utf-8",
-    )
+    gel("again.toml", 'depth = "[0, 3, 2.7, 3] um"\ntime = [0, 1, 1.1, 2]')
     for arguments, message in (
         (("gel.toml", "--plot", "g.txt"), "--plot g.txt: must end in .png, .pdf or .svg"),
         (("gel.toml", "--history", "g.txt"), "--history g.txt: must end in .csv or .nc"),

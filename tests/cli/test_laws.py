@@ -62,8 +62,8 @@ def test_exports_a_table_over_the_velocity() -> None:
     velocity, *outcome = map(float, rows[-1].split(","))
     assert velocity == pytest.approx(1.0)
     exact = rs.solve(BALL)
-    found = exact.restitution_coefficient, exact.contact_time, exact.max_force
-    np.testing.assert_allclose(outcome, [float(one) for one in found], rtol=1e-6)
+    expected = exact.restitution_coefficient, exact.contact_time, exact.max_force
+    np.testing.assert_allclose(outcome, list(map(float, expected)), rtol=1e-6)
 
 
 def test_exports_the_contact_law_with_memory() -> None:
@@ -71,8 +71,8 @@ def test_exports_the_contact_law_with_memory() -> None:
     assert run("export", "ball.toml", "--to", "law.h").stdout.startswith("law.h: contact law of 2 terms, ")
     law.to_c("own.h")
     # The material of the file has a name.
-    text, own = (Path(name).read_text().partition("#ifndef")[2] for name in ("law.h", "own.h"))
-    assert text == own
+    text, expected = (Path(name).read_text().partition("#ifndef")[2] for name in ("law.h", "own.h"))
+    assert text == expected
     done("export", "ball.toml", "--to", "law.json")
     content = json.loads(Path("law.json").read_text())
     assert content["branch_moduli"] == law.modulus.branch_moduli.tolist()
@@ -166,8 +166,8 @@ def test_a_ball_on_a_deformable_wall_is_no_pair() -> None:
 
 def test_calibrates_to_a_given_restitution() -> None:
     options = ("--target", "mujoco-solref", *RANGE, "--restitution", "0.5", "--json")
-    found = json.loads(done("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]
-    assert found == pytest.approx([0.5] * len(found))
+    e = json.loads(done("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]
+    assert e == pytest.approx([0.5] * len(e))
 
 
 def test_calibrates_to_a_measured_table() -> None:
@@ -250,9 +250,9 @@ def test_a_law_that_cannot_reach_the_restitution_is_refused() -> None:
 )
 def test_exports_answer_in_json(options: tuple[str, ...], key: str) -> None:
     words, content = run("export", "ball.toml", *options), run("export", "ball.toml", *options, "--json")
-    found = json.loads(content.stdout)
-    assert found["file"] == options[1]
-    assert key in found
+    numbers = json.loads(content.stdout)
+    assert numbers["file"] == options[1]
+    assert key in numbers
     assert content.stderr == ""
-    assert [f"warning: {line}" for line in found["warnings"]] == words.stderr.splitlines()
+    assert [f"warning: {line}" for line in numbers["warnings"]] == words.stderr.splitlines()
     assert words.stdout.startswith(f"{options[1]}: ")

@@ -59,10 +59,10 @@ def result(**changes: Any) -> ImpactResult:
         "rtol": 1e-9,
         "_solution": Sampled(motion, 1.8e-3, 7.5e-5, 0.0),
     }
-    made = ImpactResult(**(values | changes))
+    impact_result = ImpactResult(**(values | changes))
     # The largest pressure is made up, too.
-    vars(made)["max_pressure"] = 2e6
-    return made
+    vars(impact_result)["max_pressure"] = 2e6
+    return impact_result
 
 
 def fake(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
@@ -144,9 +144,9 @@ def test_the_papers_own_example(ball: Path) -> None:
 def test_a_case_is_solved(ball: Path) -> None:
     # The same numbers through the dimensionless groups: p2 = 0.1, p3 = eta (v0 R/(m^2 Ginf^3))^(1/5).
     p3 = 1e4 * (0.01 / (0.005**2 * 1e18)) ** 0.2
-    known = solver.standard_solid_restitution(0.45, 0.1, p3)
+    expected = solver.standard_solid_restitution(0.45, 0.1, p3)
     content = json.loads(done("solve", "ball.toml", "--json").stdout)
-    assert content["restitution_coefficient"] == pytest.approx(known, rel=1e-8)
+    assert content["restitution_coefficient"] == pytest.approx(expected, rel=1e-8)
     assert content["rebound_velocity"] == content["restitution_coefficient"]
     assert content["energy"]["kinetic_in"] == pytest.approx(0.0025, rel=1e-15)
     assert abs(content["energy_residual"]) < 1e-8
@@ -222,7 +222,7 @@ def test_the_option_pressure_adds_the_picture(ball: Path, monkeypatch: pytest.Mo
 def test_times_outside_the_contact_are_refused(ball: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake(monkeypatch)
     message = refused("solve", "ball.toml", "--plot", "p.png", "--pressure-at", "1 s", "--json")
-    assert message == '--pressure-at "1 s": must be within the contact, which lasts 0.00123457 s'
+    assert message == "--pressure-at 1 s: must be within the contact, which lasts 0.00123457 s"
 
 
 def test_a_file_that_cannot_be_finished_leaves_nothing_behind(ball: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cases import case_file
+from cases import case_file, isotherms_file
 from commands import done, refused, words
-from restitution import WLF, PronySeries, library
+from restitution import library
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -124,20 +124,6 @@ def test_a_material_of_a_deck_by_its_name() -> None:
     assert refused("material", "steel", "--material-name", "hard") == message
 
 
-def test_a_modulus_that_rises_is_refused() -> None:
-    Path("inc.csv").write_text("t,E\ns,MPa\n1,1\n2,2\n3,30\n4,500\n")
-    message = refused("material", "inc.csv")
-    assert message.startswith("inc.csv: line 4: E is 2e+06 Pa, and 1e+06 Pa in line 3: must fall ")
-
-
-def test_a_poor_fit_gives_a_warning() -> None:
-    rows = "\n".join(f"{10**i},5,4" for i in range(5))
-    Path("flat.csv").write_text(f"omega,storage,loss\n{rows}\n")
-    with pytest.warns(UserWarning, match=r"^flat\.csv: ") as caught:
-        misfit = shown("flat.csv")["relative_misfit"]
-    assert f"{misfit:.3g}" in str(caught[0].message)
-
-
 def factors(text: str = "T,log aT\ndegC,-\n0,2.0\n20,0.0\n40,-1.5\n") -> None:
     Path("shift.csv").write_text(text)
 
@@ -170,15 +156,19 @@ def test_data_are_shifted_with_the_fit(kind: str, monkeypatch: pytest.MonkeyPatc
     drawn: list[Any] = []
     keep = pictures.overview
     monkeypatch.setattr(
-        pictures, "overview", lambda *given, **options: (drawn.append(given[2]), keep(*given, **options))[1]
+        pictures,
+        "overview",
+        lambda *arguments, **options: (drawn.append(arguments[2]), keep(*arguments, **options))[1],
     )
     content = shown("data.csv", "--at", "313.15", "--shift", "shift.csv", "--plot", "p.png")
     # log10 aT = -1.5 at 40 degrees.
     factor = 10.0**-1.5
     assert content["window_s"] == pytest.approx([1e-3 * factor, 1e3 * factor], rel=1e-6)
     (data,) = drawn
-    found, known = (data.time, x * factor) if kind == "relaxation" else (data.angular_frequency, x / factor)
-    np.testing.assert_allclose(found, known, rtol=1e-8)
+    drawn_abscissa, expected = (
+        (data.time, x * factor) if kind == "relaxation" else (data.angular_frequency, x / factor)
+    )
+    np.testing.assert_allclose(drawn_abscissa, expected, rtol=1e-8)
 
 
 def test_a_shift_table_gives_its_factor_at_a_temperature() -> None:
@@ -226,25 +216,8 @@ def test_bad_temperatures_of_files(arguments: list[str], message: str) -> None:
     assert refused("material", *arguments) == message
 
 
-def test_a_place_in_a_deck_that_does_not_exist_is_refused() -> None:
-    Path("m.mac").write_text("MP,EX,1,9e6\nMP,PRXY,1,.45\nTB,PRON,1,1,1,SHEA\nTBDATA,0,.2,1e-4\n")
-    assert refused("material", "m.mac") == "m.mac: line 4: TBDATA from place 0: must be a whole number >= 1"
-
-
-def several_temperatures() -> None:
-    """File of dynamic moduli at four temperatures that obey WLF with C1 = 9 and C2 = 110 K at 20 °C."""
-    law, series = WLF(293.15, 9.0, 110.0), PronySeries(1e6, [3e6, 9e6, 2e7, 4e7], [10.0, 0.1, 1e-3, 1e-5])
-    lines = ["f,E',E'',T", "Hz,Pa,Pa,°C"]
-    for celsius in (10.0, 20.0, 30.0, 40.0):
-        for omega in np.geomspace(0.1, 100.0, 16).tolist():
-            reduced = omega * law.factor(celsius + 273.15)
-            moduli = float(series.storage_modulus(reduced)), float(series.loss_modulus(reduced))
-            lines.append(f"{omega / (2 * np.pi)!r},{moduli[0]!r},{moduli[1]!r},{celsius}")
-    Path("dma.csv").write_text("\n".join(lines))
-
-
 def test_several_temperatures_become_a_master_curve() -> None:
-    several_temperatures()
+    isotherms_file("dma.csv")
     options = "--reference-temperature", "20 degC", "--superposition", "wlf", "--plot", "p.png"
     content = shown("dma.csv", *options)
     assert content["kind"] == "storage and loss modulus over frequency, at 4 temperatures"
@@ -266,17 +239,14 @@ def test_several_temperatures_become_a_master_curve() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["dma.csv", "--superposition", "vft"], "--superposition vft: must be free, wlf or arrhenius"),
+        (["dma.csv", "--superposition", "vft"], r"--superposition.*vft.*free.*wlf.*arrhenius"),
         (["dma.csv", "--reference-temperature", "80 degC"], r"reference_temperature = 353.15 K: must be in \[283.15"),
         (["dma.csv", "--at", "80 degC"], r"temperature = 353.15 K: must be in \[283.15, 313.15\] K"),
-        (["ice", "--superposition", "wlf"], "--superposition wlf: ice must have moduli at several temperatures"),
-        (
-            ["t.csv", "--reference-temperature", "300"],
-            "--reference-temperature 300: t.csv must have moduli at several",
-        ),
+        (["ice", "--superposition", "wlf"], "--superposition: ice must have moduli at several temperatures"),
+        (["t.csv", "--reference-temperature", "300"], "--reference-temperature: t.csv must have moduli at several"),
     ],
 )
 def test_refused_superpositions(arguments: list[str], message: str) -> None:
-    several_temperatures()
+    isotherms_file("dma.csv")
     Path("t.csv").write_text("t,E\n1,3\n10,2\n100,1\n1000,1\n")
     assert re.search(message, refused("material", *arguments))

@@ -42,23 +42,23 @@ def test_builds_saves_draws_and_states_the_error() -> None:
 
 
 def test_values_from_a_file_and_from_a_case() -> None:
-    made = rs.Surrogate.load("saved.json")
+    curve = rs.Surrogate.load("saved.json")
     answers = [
         json.loads(done("surrogate", source, "--at", "0.5", "--at", "20 cm/s", "--json", *options).stdout)
         for source, options in (("saved.json", ()), ("ball.toml", ("--velocity", "0.01", "1")))
     ]
     assert answers[0] == answers[1]
-    assert answers[0]["error"] == made.error
+    assert answers[0]["error"] == curve.error
     for row, v in zip(answers[0]["values"], (0.5, 0.2), strict=True):
         assert row == {
             "velocity": v,
-            "restitution_coefficient": made(v),
-            "contact_time": made.contact_time(v),
-            "max_force": made.max_force(v),
+            "restitution_coefficient": curve(v),
+            "contact_time": curve.contact_time(v),
+            "max_force": curve.max_force(v),
         }
     table = done("surrogate", "saved.json", "--at", "0.5").stdout
-    assert f"{made(0.5):.8g}" in table
-    assert f"{made.max_force(0.5):.8g}" in table
+    assert f"{curve(0.5):.8g}" in table
+    assert f"{curve.max_force(0.5):.8g}" in table
 
 
 def test_a_fractional_material_is_accurate_for_all_contact_times() -> None:
@@ -69,9 +69,9 @@ def test_a_fractional_material_is_accurate_for_all_contact_times() -> None:
     for v in ("1e-3", "10"):
         case_file("one.toml", material=FRACTIONAL, impact=f'velocity = "{v} m/s"')
         alone = rs.read_case("one.toml").solve()
-        made = rs.Surrogate.load("soft.json")
-        assert made(float(v)) == pytest.approx(alone.restitution_coefficient, rel=1e-4)
-        assert made.contact_time(float(v)) == pytest.approx(alone.contact_time, rel=1e-4)
+        curve = rs.Surrogate.load("soft.json")
+        assert curve(float(v)) == pytest.approx(alone.restitution_coefficient, rel=1e-4)
+        assert curve.contact_time(float(v)) == pytest.approx(alone.contact_time, rel=1e-4)
     assert answer.stderr.count("Prony terms stand for the fractional model") == 1
 
 

@@ -130,8 +130,8 @@ def test_the_same_in_python() -> None:
         with pytest.raises(rs.InputError, match="extrapolate=True") as caught:
             call()
         assert caught.value.field == "velocity"
-        found = call(extrapolate=True)
-        assert any("window" in one for one in getattr(found, "warnings", ["window"]))
+        result = call(extrapolate=True)
+        assert any("window" in warning for warning in getattr(result, "warnings", ["window"]))
 
 
 def test_a_file_does_not_widen_the_window_of_its_data() -> None:

@@ -53,12 +53,12 @@ def test_lammps_gives_the_same_in_every_unit_system(codes, units):
         "lj": (ball.mass, 2.0 * ball.radius, 2.0 * ball.radius / codes.VELOCITIES[-1]),
     }[units]
     scaled = ball.radius / length, ball.mass / mass, v * time / length, step / time
-    own = codes.by_lammps(
+    in_si = codes.by_lammps(
         codes.calibrated("lammps-viscoelastic").snippet, "si", ball.radius, ball.mass, v, step, False
     )
     law = codes.calibrated("lammps-viscoelastic", units=units)
     # The snippets have eight digits.
-    assert codes.by_lammps(law.snippet, units, *map(float, scaled), False) == pytest.approx(own, abs=1e-6)
+    assert codes.by_lammps(law.snippet, units, *map(float, scaled), False) == pytest.approx(in_si, abs=1e-6)
 
 
 def test_rebound_takes_the_snippet_and_a_compiled_surrogate(codes):

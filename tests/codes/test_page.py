@@ -27,5 +27,5 @@ def test_three_commands_give_the_lines_to_paste(monkeypatch):
     # The same lines; their numbers follow from a fit, whose last digits depend on the processor.
     pasted = answer.stdout[answer.stdout.index(f"\n{words[0]}") :].split()
     assert len(pasted) == len(words)
-    for one, other in zip(pasted, words, strict=True):
-        assert one == other or float(one) == pytest.approx(float(other), rel=1e-4)
+    for word, other in zip(pasted, words, strict=True):
+        assert word == other or float(word) == pytest.approx(float(other), rel=1e-4)

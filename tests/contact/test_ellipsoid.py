@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 
 # Some of the impacts are deep.
 pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
@@ -30,8 +31,8 @@ def test_table_of_the_design_page(ratio, axes, radius, a, b):
     gap, depth = with_ratio(ratio, 0.03), 1e-5
     assert gap.axis_ratio == pytest.approx(axes, rel=1e-11)
     assert gap.effective_radius == pytest.approx(radius * 0.03, rel=1e-11)
-    found = gap.semi_axes(gap.contact_radius(depth))
-    assert found == pytest.approx(np.array([a, b]) * math.sqrt(0.03 * depth), rel=1e-11)
+    result = gap.semi_axes(gap.contact_radius(depth))
+    assert result == pytest.approx(np.array([a, b]) * math.sqrt(0.03 * depth), rel=1e-11)
     swapped = rs.Ellipsoid(gap.radius_2, gap.radius_1)
     assert (swapped.axis_ratio, swapped.effective_radius) == (gap.axis_ratio, gap.effective_radius)
 
@@ -41,8 +42,8 @@ def test_axis_ratio_against_40_digits():
     ratios = np.concatenate([[1 + 1e-12, 1.0001, 1e6], 10 ** random.uniform(0.0, 6.0, 40)])
     gap = rs.Ellipsoid(ratios, 1.0)
     with mpmath.workdps(40):
-        for ratio, found in zip(ratios, gap.axis_ratio, strict=True):
-            k = mpmath.mpf(float(found))
+        for ratio, result in zip(ratios, gap.axis_ratio, strict=True):
+            k = mpmath.mpf(float(result))
             error = mpmath.elliprd(0, 1, k**2) / mpmath.elliprd(0, k**2, 1) / mpmath.mpf(float(ratio)) - 1
             # The ratio falls with a power of k between 1.5 and 2; k itself is the exponential of up to -8.
             assert abs(error) < 5e-15
@@ -63,8 +64,8 @@ def test_pressure_of_hertz_displaces_the_surface_by_the_depth_minus_the_gap(rati
         half = x * cosine / a**2 + y * sine / b**2
         rest = 1 - x**2 / a**2 - y**2 / b**2
         displaced = peak / math.pi * np.mean(math.pi**2 * (half**2 + quadratic * rest) / (2 * quadratic**1.5))
-        wanted = depth - x**2 / (2 * gap.radius_1) - y**2 / (2 * gap.radius_2)
-        assert displaced == pytest.approx(wanted, rel=1e-12, abs=1e-12 * depth)
+        expected = depth - x**2 / (2 * gap.radius_1) - y**2 / (2 * gap.radius_2)
+        assert displaced == pytest.approx(expected, rel=1e-12, abs=1e-12 * depth)
 
 
 def test_circle_is_a_parabola():
@@ -73,16 +74,16 @@ def test_circle_is_a_parabola():
     assert gap.axis_ratio == 1.0
     assert gap.contact_radius(depth) == pytest.approx(ball.contact_radius(depth), rel=4e-16)
     assert gap.force_integral_at_depth(depth) == pytest.approx(ball.force_integral_at_depth(depth), rel=8e-16)
-    found, same = (rs.solve(rs.Impact(SOLID, one, 1.0, 1.0)) for one in (gap, ball))
+    result, same = (rs.solve(rs.Impact(SOLID, body, 1.0, 1.0)) for body in (gap, ball))
     for name, value in same.outputs.items():
         # The residual of the energy balance is rounding.
-        assert found.outputs[name] == pytest.approx(value, rel=1e-12, abs=1e-12), name
+        assert result.outputs[name] == pytest.approx(value, rel=1e-12, abs=1e-12), name
 
 
 def test_impact_against_boundary_elements_in_time():
     # layers.md, section 3: E* = 4 + 40 exp(-t/0.1), B/A = 5.
-    found = rs.solve(rs.Impact(SOLID, with_ratio(5.0), mass=1.0, velocity=1.0), rtol=1e-11)
-    assert found.restitution_coefficient == pytest.approx(0.2172055364, abs=1e-10)
+    result = rs.solve(rs.Impact(SOLID, with_ratio(5.0), mass=1.0, velocity=1.0), rtol=1e-11)
+    assert result.restitution_coefficient == pytest.approx(0.2172055364, abs=1e-10)
 
 
 def test_elastic_pressure_and_semi_axes_of_a_result():
@@ -102,7 +103,7 @@ def test_semi_axes_of_results_of_all_shapes():
     radii = np.array([0.1, 0.004])
     gap, disc, tip = rs.Ellipsoid(*radii), rs.Parabola(0.01), rs.Pyramid(1.4, 4)
     listed = rs.solve(
-        [rs.Impact(rs.Material(1e6, math.inf), one, mass=0.01, velocity=0.3) for one in (gap, disc, tip)]
+        [rs.Impact(rs.Material(1e6, math.inf), item, mass=0.01, velocity=0.3) for item in (gap, disc, tip)]
     )
     assert listed.max_semi_axes.shape == (2, 3)
     assert listed.max_semi_axes[:, 0].prod() == pytest.approx(listed.max_contact_radius[0] ** 2)
@@ -117,30 +118,17 @@ def test_semi_axes_of_results_of_all_shapes():
 
 def test_pressure_with_memory_and_of_many_impacts():
     gap = rs.Ellipsoid(2.0, [0.05, 0.5, 2.0])
-    found = rs.solve(rs.Impact(SOLID, gap, mass=1.0, velocity=1.0))
+    result = rs.solve(rs.Impact(SOLID, gap, mass=1.0, velocity=1.0))
     ball = rs.solve(rs.Impact(SOLID, rs.Parabola(gap.effective_radius), mass=1.0, velocity=1.0))
-    assert found.restitution_coefficient == pytest.approx(ball.restitution_coefficient, rel=1e-12)
+    assert result.restitution_coefficient == pytest.approx(ball.restitution_coefficient, rel=1e-12)
     # Stretched axes keep the force: the pressure times the area is that of the parabola.
-    stretched = ball.outputs["max_pressure"] * (ball.max_contact_radius / found.max_contact_radius) ** 2
-    assert found.outputs["max_pressure"] == pytest.approx(stretched, rel=1e-12)
+    stretched = ball.outputs["max_pressure"] * (ball.max_contact_radius / result.max_contact_radius) ** 2
+    assert result.outputs["max_pressure"] == pytest.approx(stretched, rel=1e-12)
     single = rs.solve(rs.Impact(SOLID, rs.Ellipsoid(2.0, 0.5), mass=1.0, velocity=1.0))
-    assert single.max_pressure == pytest.approx(found.outputs["max_pressure"][1], rel=1e-4)
-    listed = rs.solve([rs.Impact(SOLID, one, 1.0, 1.0) for one in (rs.Ellipsoid(2.0, 0.5), rs.Parabola(1.0))])
+    assert single.max_pressure == pytest.approx(result.outputs["max_pressure"][1], rel=1e-4)
+    listed = rs.solve([rs.Impact(SOLID, item, 1.0, 1.0) for item in (rs.Ellipsoid(2.0, 0.5), rs.Parabola(1.0))])
     assert listed.outputs["max_pressure"][0] == pytest.approx(single.max_pressure, rel=1e-4)
     assert listed.max_contact_radius[0] == pytest.approx(single.max_contact_radius, rel=1e-9)
-
-
-def test_indentation_bounces_and_contact_law():
-    gap = rs.Ellipsoid(0.02, 0.005)
-    ball = rs.Parabola(gap.effective_radius)
-    indented, same = (rs.indent(SOLID, one, depth=rs.triangle(1e-5, 1.0)) for one in (gap, ball))
-    assert indented.max_force == pytest.approx(same.max_force, rel=1e-12)
-    assert indented.max_contact_radius == pytest.approx(float(gap.contact_radius(1e-5)), rel=1e-12)
-    impact = rs.Impact(SOLID, gap, 1e-3, 0.1, external_force=1e-5)
-    bounces = rs.bounces(impact, gravity=0.01, max_bounces=3)
-    assert bounces.restitution_coefficient[0] == pytest.approx(rs.solve(impact).restitution_coefficient)
-    law = rs.contact_law(impact)
-    assert law.modulus == impact.reduced_modulus
 
 
 @pytest.mark.parametrize("angle", [0.2, 1.0, math.pi / 2, 3.0])
@@ -191,19 +179,9 @@ def test_gaps_of_two_bodies():
     ],
 )  # fmt: skip
 def test_bad_input_is_refused(make, field, text):
-    with pytest.raises(rs.InputError) as caught:
-        make()
-    assert caught.value.field == field
-    assert text in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_displacement_and_elements_are_refused():
-    impact = rs.Impact(SOLID, rs.Ellipsoid(1.0, 0.5), mass=1.0, velocity=1.0)
-    result = rs.solve(impact)
-    for refused in (lambda: result.surface_displacement(0.0, 0.1), lambda: rs.solve(impact, "elements")):
-        with pytest.raises(rs.InputError, match="the contact is an ellipse"):
-            refused()
+    caught = in_one_line(make)
+    assert caught.field == field
+    assert text in str(caught)
 
 
 def test_pressure_along_both_axes():
@@ -231,9 +209,9 @@ def test_pictures():
 
 def test_validity_report_has_the_strain_of_the_more_curved_direction():
     gap = rs.Ellipsoid(np.array([0.1, 0.002]), 0.01)
-    found = rs.solve(rs.Impact(rs.Material(1e6, math.inf), gap, mass=0.01, velocity=0.3))
-    a, b = gap.semi_axes(found.max_contact_radius)
+    result = rs.solve(rs.Impact(rs.Material(1e6, math.inf), gap, mass=0.01, velocity=0.3))
+    a, b = gap.semi_axes(result.max_contact_radius)
     assert np.all(b / [0.01, 0.002] > a / [0.1, 0.01])
-    assert found.validity["small_strain"].value == pytest.approx((b / [0.01, 0.002]).max())
+    assert result.validity["small_strain"].value == pytest.approx((b / [0.01, 0.002]).max())
     # No radius is that of a ball of this mass.
-    assert found.validity["density"].value is None
+    assert result.validity["density"].value is None

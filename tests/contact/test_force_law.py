@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.contact.force_law import fit_force
 from restitution.errors import RestitutionWarning
-from scipy_oracle import solve_by_scipy
 
 SOLID = rs.Material(rs.PronySeries(1.0, [10.0], [0.1]), math.inf)
 MODULUS = 3.0  # E* = 4 for an incompressible twin
@@ -43,15 +43,15 @@ def law_of(d, force, **options):
     return rs.ForceLaw(d, force, modulus=MODULUS, poisson_ratio=0.5, **options)
 
 
-@pytest.mark.parametrize(("shape", "rtol"), [(one, 1e-5 if one == "flat-ended" else 1e-9) for one in SHAPES])
+@pytest.mark.parametrize(("shape", "rtol"), [(shape, 1e-5 if shape == "flat-ended" else 1e-9) for shape in SHAPES])
 def test_forces_without_noise_give_the_impact_of_the_body(shape, rtol):
     # The contact radius of the flat-ended tip bends within a depth of b cot(alpha): 40 rows resolve it to 1e-5.
     random, exact = np.random.default_rng(7), impact_of(SHAPES[shape])
     for n in (40, 400):
         law = law_of(*rows(shape, random, n, 1.3 * exact.max_indentation_depth))
-        found = impact_of(law)
-        assert found.restitution_coefficient == pytest.approx(exact.restitution_coefficient, rel=rtol)
-        assert found.max_force == pytest.approx(exact.max_force, rel=10 * rtol)
+        result = impact_of(law)
+        assert result.restitution_coefficient == pytest.approx(exact.restitution_coefficient, rel=rtol)
+        assert result.max_force == pytest.approx(exact.max_force, rel=10 * rtol)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -137,10 +137,10 @@ def test_other_exponents_are_fitted_or_given():
     law = law_of(d, 8 * quartic.force_integral_at_depth(d))
     assert law.fit.exponent == pytest.approx(1.25, rel=1e-10)
     assert law.fit.degree == 0
-    given = law_of(d, 8 * quartic.force_integral_at_depth(d), exponent=1.25)
-    assert given.fit.degree == 0
-    assert given.fit.misfit < 1e-14
-    assert given.fit.covariance.shape == (1, 1)
+    other = law_of(d, 8 * quartic.force_integral_at_depth(d), exponent=1.25)
+    assert other.fit.degree == 0
+    assert other.fit.misfit < 1e-14
+    assert other.fit.covariance.shape == (1, 1)
 
 
 def test_rows_in_any_order_and_at_depth_0():
@@ -178,35 +178,9 @@ def test_depths_beyond_the_data():
     assert many.status.tolist() == [rs.Status.SEPARATED, rs.Status.TOO_DEEP]
 
 
-def test_indentation_bounces_contact_law_and_reference():
-    d, force = rows("parabola", np.random.default_rng(9), 60, 0.5)
-    law, ball = law_of(d, force), SHAPES["parabola"]
-    found, same = (rs.indent(SOLID, one, depth=rs.triangle(0.01, 1.0)) for one in (law, ball))
-    assert found.max_force == pytest.approx(same.max_force, rel=1e-7)
-    assert math.isnan(found.max_contact_radius)
-    impact = rs.Impact(SOLID, law, 1.0, 0.1, external_force=0.01)
-    exact = rs.solve(rs.Impact(SOLID, ball, 1.0, 0.1, external_force=0.01))
-    assert rs.bounces(impact, gravity=0.01, max_bounces=2).restitution_coefficient[0] == pytest.approx(
-        exact.restitution_coefficient, rel=1e-8
-    )
-    assert solve_by_scipy(impact).restitution_coefficient == pytest.approx(exact.restitution_coefficient)
-    assert rs.contact_law(impact).max_depth <= law.max_depth
-
-
-def test_area_and_pressure_are_unknown():
-    law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
-    result = impact_of(law, 0.1)
-    assert np.isnan([result.max_contact_radius, result.max_pressure]).all()
-    for refused in (lambda: result.pressure(0.0, 0.1), lambda: rs.solve(result.impact, "elements")):
-        with pytest.raises(rs.InputError, match="contact area of a force law is not known"):
-            refused()
-
-
 def test_materials():
     law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
-    with pytest.raises(rs.InputError) as caught:
-        rs.Impact(SOLID, law, 1.0, 0.1, counter_material=SOLID)
-    assert caught.value.field == "counter_material"
+    assert in_one_line(lambda: rs.Impact(SOLID, law, 1.0, 0.1, counter_material=SOLID)).field == "counter_material"
     with pytest.warns(RestitutionWarning, match="0.5 for the twin and 0.3") as caught:
         rs.Impact(rs.standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.3), law, 1.0, 0.1)
     assert caught[0].message.kind == "force_law"
@@ -282,12 +256,10 @@ def test_bad_input_is_refused(change, field, index, text):
                "poisson_ratio": 0.5}  # fmt: skip
     assert rs.ForceLaw(**columns).fit.misfit < 1e-13
     change(columns)
-    with pytest.raises(rs.InputError) as caught:
-        rs.ForceLaw(**columns)
-    assert caught.value.field == field
-    assert index is None or caught.value.index == index
-    assert text in str(caught.value)
-    assert "\n" not in str(caught.value)
+    caught = in_one_line(lambda: rs.ForceLaw(**columns))
+    assert caught.field == field
+    assert index is None or caught.index == index
+    assert text in str(caught)
 
 
 def test_noise_of_three_per_cent_is_refused():
@@ -304,5 +276,5 @@ def test_rubber_disc_of_finite_elements():
     series = rs.PronySeries(1.0, [10.0], [0.1])
     rubber = rs.Material(series, series.scaled(2 * 1.45 / (3 * 0.1)))
     assert rubber.instantaneous_poisson_ratio == pytest.approx(0.45)
-    found = rs.solve(rs.Impact(rubber, law, mass=1.0, velocity=1.0))
-    assert found.restitution_coefficient == pytest.approx(0.221921, abs=1.5e-6)
+    result = rs.solve(rs.Impact(rubber, law, mass=1.0, velocity=1.0))
+    assert result.restitution_coefficient == pytest.approx(0.221921, abs=1.5e-6)

@@ -1,4 +1,4 @@
-"""Tables of many thicknesses made together, against the geometry of each thickness, which has its own tables."""
+"""Tables of many thicknesses tables together, against the geometry of each thickness, which has its own tables."""
 
 from typing import Any
 
@@ -30,10 +30,10 @@ def single(profile: Any, thickness: float, nu: float | None) -> Any:
     return rs.Layer(profile, thickness, base).between(rs.Material(1.0, bulk), None)
 
 
-def compare(rows: LayerRows, made: Any, least: Any, chosen: Any) -> None:
+def compare(rows: LayerRows, tables: Any, least: Any, chosen: Any) -> None:
     heights = np.unique(rows.thickness)
     for k in chosen:
-        table, depth_unit, radius_unit = made.table.single(k), made.depth[k], made.radius[k]
+        table, depth_unit, radius_unit = tables.table.single(k), tables.depth[k], tables.radius[k]
         layer = single(rows.profile, float(heights[k]), rows.poisson_ratio)
         s = np.sqrt(np.linspace(max(float(least[k]) / depth_unit, 0.01), 1.0, 120))
         radius, _, integral = evaluate(table, s)
@@ -54,17 +54,17 @@ def compare(rows: LayerRows, made: Any, least: Any, chosen: Any) -> None:
     span=st.floats(1.5, 300.0),
     seed=st.integers(0, 1000),
 )
-# Rounding of the depth at a joint made the force 4e-9 wrong behind it.
+# Rounding of the depth at a joint tables the force 4e-9 wrong behind it.
 @example(name="joints", nu=0.5, low=0.3125, span=2.0, seed=0)
 def test_tables_of_many_thicknesses_are_those_of_each(name, nu, low, span, seed):
     rng = np.random.default_rng(seed)
     thickness = low * span ** rng.uniform(0.0, 1.0, 90)
     rows = LayerRows(PROFILES[name], thickness, nu)
     least = np.full(90, 0.02) * rng.uniform(0.1, 1.0)
-    made = rows.tables(np.full(90, 0.2), least, RTOL)
+    tables = rows.tables(np.full(90, 0.2), least, RTOL)
     # Each table, and the last terms of the interpolation over ln h, which may be three times as large.
-    assert max(made.table.single(k).error_at(0.1) for k in range(90)) < 4.0 * RTOL
-    compare(rows, made, least, rng.integers(0, 90, 2))
+    assert max(tables.table.single(k).error_at(0.1) for k in range(90)) < 4.0 * RTOL
+    compare(rows, tables, least, rng.integers(0, 90, 2))
 
 
 def test_tables_that_are_interpolated_start_exactly_at_the_kinks():
@@ -82,13 +82,13 @@ def test_tables_do_not_depend_on_earlier_ones(name, monkeypatch):
     profile, arguments = PROFILES[name], (np.full(40, 0.2), np.full(40, 0.02), RTOL)
     rows = [LayerRows(profile, 0.3 * 100.0 ** rng.uniform(0.0, 1.0, 40), 0.5) for _ in range(3)]
     alone = []
-    for one in rows:
+    for row in rows:
         contacts.cache_clear()
-        alone.append(one.tables(*arguments))
+        alone.append(row.tables(*arguments))
     contacts.cache_clear()
-    for one, expected in zip([*rows, *rows], [*alone, *alone], strict=True):
-        found = one.tables(*arguments)
-        for x, y in zip([*found.table, *found[1:]], [*expected.table, *expected[1:]], strict=True):
+    for row, expected in zip([*rows, *rows], [*alone, *alone], strict=True):
+        result = row.tables(*arguments)
+        for x, y in zip([*result.table, *result[1:]], [*expected.table, *expected[1:]], strict=True):
             assert np.array_equal(x, y)
     assert contacts.cache_info().hits
     contacts.cache_clear()
@@ -105,10 +105,10 @@ def test_an_interpolation_that_is_not_accurate_is_not_used(name, monkeypatch):
     monkeypatch.setattr(module, "_NODES", -4)
     coarse = rows.tables(*arguments)
     for n in range(40):
-        one, two, three = (found.table.single(n) for found in (smooth, direct, coarse))
-        assert all(np.array_equal(x, y) for x, y in zip(two, three, strict=True))
+        fine, full, coarse_table = (result.table.single(n) for result in (smooth, direct, coarse))
+        assert all(np.array_equal(x, y) for x, y in zip(full, coarse_table, strict=True))
         s = np.linspace(0.05, 1.0, 50)
-        assert evaluate(one, s)[2] == pytest.approx(evaluate(two, s)[2], abs=5.0 * RTOL)
+        assert evaluate(fine, s)[2] == pytest.approx(evaluate(full, s)[2], abs=5.0 * RTOL)
     assert not np.array_equal(smooth.table.radius, direct.table.radius)
     assert np.max(smooth.table.errors) > 0.5 * np.max(direct.table.errors)
 
@@ -120,26 +120,26 @@ def test_tables_reach_the_end_of_a_tiny_profile(exponent):
     unit = 10.0**exponent
     profile = rs.Tabulated(unit * np.array([0.0, 0.3, 0.5, 1.0]), unit * np.array([0.0, 0.05, 0.2, 0.9]))
     rows = LayerRows(profile, unit * np.array([2.0, 3.0]), 0.5)
-    made = rows.tables(np.full(2, 1e3 * unit), np.full(2, 0.01 * unit), 1e-6)
-    assert made.depth == pytest.approx(rows.max_depth, rel=1e-10)
+    tables = rows.tables(np.full(2, 1e3 * unit), np.full(2, 0.01 * unit), 1e-6)
+    assert tables.depth == pytest.approx(rows.max_depth, rel=1e-10)
 
 
 def test_tables_end_where_the_contact_is_forty_thicknesses_wide():
     # The face has a radius of 0.3, so that 40 h is beyond it.
     thickness = np.array([0.01, 0.02, 0.03, 0.5])
     rows = LayerRows(PROFILES["worn"], thickness, 0.3).raveled((4,))
-    made = rows.tables(np.full(4, 10.0), np.full(4, 0.01), RTOL)
-    assert made.depth[:3].tolist() == pytest.approx(rows.max_depth[:3].tolist(), rel=1e-10)
+    tables = rows.tables(np.full(4, 10.0), np.full(4, 0.01), RTOL)
+    assert tables.depth[:3].tolist() == pytest.approx(rows.max_depth[:3].tolist(), rel=1e-10)
 
 
 def test_kinks_are_those_of_single_layers():
     thickness = np.array([0.5, 1.0, 4.0])
-    made = LayerRows(PROFILES["joints"], thickness, 0.3).tables(np.full(3, 0.5), np.full(3, 0.05), RTOL)
-    for n, (h, depth, radius) in enumerate(zip(thickness, made.depth, made.radius, strict=True)):
-        table = made.table.single(n)
+    tables = LayerRows(PROFILES["joints"], thickness, 0.3).tables(np.full(3, 0.5), np.full(3, 0.05), RTOL)
+    for n, (h, depth, radius) in enumerate(zip(thickness, tables.depth, tables.radius, strict=True)):
+        table = tables.table.single(n)
         kinks = single(PROFILES["joints"], float(h), 0.3).kinks
         place = np.sqrt(kinks.depth / depth)
-        near = np.array([int(np.argmin(np.abs(place - one))) for one in table.kinks])
+        near = np.array([int(np.argmin(np.abs(place - kink))) for kink in table.kinks])
         assert near.size
         assert table.kinks == pytest.approx(place[near], rel=1e-9)
         # A single layer has the slope of the depth from differences between its samples.
@@ -151,13 +151,24 @@ def test_rows_have_the_values_of_single_layers():
     thickness = np.array([[0.5, 2.0], [1.0, 0.5]])
     rows = LayerRows(PROFILES["sphere"], thickness, 0.3).raveled((2, 2))
     depth = np.array([0.1, 0.2, 0.3, 0.4])
-    one: list[Any] = [single(PROFILES["sphere"], h, 0.3) for h in thickness.ravel()]
+    layers: list[Any] = [single(PROFILES["sphere"], h, 0.3) for h in thickness.ravel()]
     for name in ("stiffness_radius", "force_integral_at_depth", "contact_radius"):
-        expected = [float(getattr(layer, name)(d)) for layer, d in zip(one, depth, strict=True)]
+        expected = [float(getattr(layer, name)(d)) for layer, d in zip(layers, depth, strict=True)]
         assert getattr(rows, name)(depth) == pytest.approx(expected, rel=1e-14)
     stiffness = rows.stiffness_radius(depth)
     assert rows.contact_radius_at(depth, stiffness) == pytest.approx(rows.contact_radius(depth), rel=1e-10)
-    assert rows.max_depth == pytest.approx([layer.max_depth for layer in one], rel=1e-11)
+    assert rows.max_depth == pytest.approx([layer.max_depth for layer in layers], rel=1e-11)
     several: Any = rs.Layer(PROFILES["sphere"], thickness).between(rs.Material(1.0, 2.6 / 1.2), None)
     assert several.stiffness_radius(depth.reshape(2, 2)).ravel().tolist() == rows.stiffness_radius(depth).tolist()
     assert several.stiffness_radius(0.1).shape == (2, 2)
+
+
+def test_layers_under_bodies_of_several_sizes_end_where_each_of_them_ends():
+    radii = [1.0, 2.0]
+    several = single(rs.Sphere(radii), 0.5, 0.5)
+    each = [single(rs.Sphere(radius), 0.5, 0.5) for radius in radii]
+    assert several.max_depth.tolist() == [layer.max_depth for layer in each]
+    assert single(rs.FlatPunch([0.1, 0.2]), 0.5, 0.5).max_depth == np.inf
+    with pytest.raises(rs.InputError, match=r"must be above 0\.005 m") as caught:
+        single(rs.FlatPunch([0.1, 0.2]), 0.001, 0.5).stiffness_radius(0.1)
+    assert (caught.value.field, caught.value.index) == ("thickness", (0,))

@@ -59,11 +59,11 @@ def largest_shear(width, nu, bonded):
     system = np.stack([top[2], top[3], bottom[0], bottom[1] if bonded else bottom[3]])
     right = np.zeros((4, k.size))
     right[0] = -pressure
-    found = np.linalg.solve(np.moveaxis(system, 2, 0), right.T[..., None])[..., 0].T
+    result = np.linalg.solve(np.moveaxis(system, 2, 0), right.T[..., None])[..., 0].T
     radii = np.linspace(1e-6, 1.05, 24) * width
     waves0, waves1, largest = j0(np.outer(radii, k)), j1(np.outer(radii, k)), 0.0
     for z in np.append(np.linspace(0.02, 1, 13), np.minimum(np.linspace(0.1, 1, 7) * width, 1)):
-        normal, along, _, _, squeeze, turn = (np.einsum("bk,bk->k", one, found) * measure for one in parts(z))
+        normal, along, _, _, squeeze, turn = (np.einsum("bk,bk->k", item, result) * measure for item in parts(z))
         # 2 G = 1 - nu where E* = 1.
         ez, shear = waves0 @ (squeeze * k) / (1 - nu), waves1 @ ((turn - normal) * k) / (1 - nu)
         hoop = waves1 @ along / radii / (1 - nu)
@@ -100,8 +100,8 @@ def test_shear_of_a_thin_compressible_layer():
     # Springs: d/h where the base holds the layer, and d/h (1 + nu/(2 (1 - nu))) where it slides.
     assert largest_shear(20.0, 0.3, True) == pytest.approx(1.0, rel=0.01)
     assert largest_shear(20.0, 0.3, False) == pytest.approx(1 + 0.3 / 1.4, rel=0.01)
-    for one in (confinement(0.3), 0.0):
-        assert 1.0 < 0.7 * layer_strain_number(1.0, 200.0, one) < 1.5
+    for item in (confinement(0.3), 0.0):
+        assert 1.0 < 0.7 * layer_strain_number(1.0, 200.0, item) < 1.5
 
 
 def test_a_thick_layer_has_the_number_of_the_half_space():
@@ -137,12 +137,12 @@ def test_every_result_warns_of_a_squeezed_layer():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         table = rs.sweep(impact, {"velocity": [1e-3, 3.0]}, ["layer_strain", "strain_number"])
-        found = [
+        result = [
             rs.solve(replace(impact, velocity=[1.0, 3.0])), rs.solve([impact, squeezed(1e-3)]),
             rs.bounces(impact, max_bounces=2), rs.surrogate(impact, (2.0, 3.0), 1e-3),
             rs.indent(impact.material, impact.profile, depth=depth), rs.solve(squeezed(base="frictionless")),
         ]  # fmt: skip
-    assert all("% of the thickness" in one.warnings[0] for one in found)
+    assert all("% of the thickness" in item.warnings[0] for item in result)
     assert (table.strain_number > 0.2).to_numpy().tolist() == [False, True]
     assert float(table.layer_strain[1]) == pytest.approx(rs.solve(impact).max_indentation_depth / 1e-4, rel=1e-8)
     assert "exceeded in 1 of 2" in table.attrs["validity"]
@@ -154,9 +154,11 @@ def test_the_largest_poisson_ratio_in_time_counts():
     # Incompressible at rest, compressible when fast.
     solid = rs.standard_solid(1e6, 1e9, 1e3, poisson_ratio=0.4999)
     constant = rs.Material(solid.shear, solid.shear.scaled(2 / 3 * 1.4999 / 0.0002))
-    given = {"max_contact_radius": 1e-3, "max_indentation_depth": 1e-6, "velocity": 1.0, "contact_time": 1.0}
+    arguments = {"max_contact_radius": 1e-3, "max_indentation_depth": 1e-6, "velocity": 1.0, "contact_time": 1.0}
     layer = rs.Layer(rs.Parabola(0.1), 1e-4)
-    found = [numbers(rs.Impact(one, layer, 1.0, 1.0).contact, **given).strain_number[0] for one in (solid, constant)]
+    result = [
+        numbers(rs.Impact(item, layer, 1.0, 1.0).contact, **arguments).strain_number[0] for item in (solid, constant)
+    ]
     assert solid.instantaneous_poisson_ratio < 0.45
-    assert found[0] == pytest.approx(found[1], rel=1e-6)
-    assert found[0] == pytest.approx(layer_strain_number(0.01, 10.0, 4 * 0.4999 / 0.0002), rel=1e-6)
+    assert result[0] == pytest.approx(result[1], rel=1e-6)
+    assert result[0] == pytest.approx(layer_strain_number(0.01, 10.0, 4 * 0.4999 / 0.0002), rel=1e-6)

@@ -118,10 +118,10 @@ def test_the_kernel_finds_the_cell():
     path = table_path(table)
     inside = 0.5 * (table.edges[1:] + table.edges[:-1])
     s = np.concatenate([table.edges, inside, np.linspace(0.0, table.edges[-1], 500), [1.01 * table.edges[-1]]])
-    found = np.empty((2, s.size))
-    _looked_up(path, s, found)
+    result = np.empty((2, s.size))
+    _looked_up(path, s, result)
     a, _, integral = evaluate(table, s)
-    np.testing.assert_allclose(found, [a, integral], rtol=1e-12)
+    np.testing.assert_allclose(result, [a, integral], rtol=1e-12)
 
 
 def test_several_tables_in_one():
@@ -129,17 +129,17 @@ def test_several_tables_in_one():
     alone = [
         scaled(path_table(ROUGH, depth, rtol), depth, 1.0) for depth, rtol in ((2.0, 1e-6), (0.05, 1e-9), (0.8, 1e-11))
     ]
-    together = joined([one.several for one in alone])
-    assert len({one.edges.size for one in alone}) == len({one.kinks.size for one in alone}) == 3
+    together = joined([table.several for table in alone])
+    assert len({table.edges.size for table in alone}) == len({table.kinks.size for table in alone}) == 3
     paths = table_path(together)
     rng = np.random.default_rng(7)
     for n, table in enumerate(alone):
-        for one, other in zip(together.single(n), table, strict=True):
-            assert np.array_equal(one, other)
+        for item, other in zip(together.single(n), table, strict=True):
+            assert np.array_equal(item, other)
         s = np.concatenate([table.edges, rng.uniform(0.0, 1.0, 300)])
-        found = np.empty((2, s.size))
-        _looked_up(single_path(paths, n), s, found)
-        np.testing.assert_allclose(found, evaluate(table, s)[::2], rtol=1e-12)
+        result = np.empty((2, s.size))
+        _looked_up(single_path(paths, n), s, result)
+        np.testing.assert_allclose(result, evaluate(table, s)[::2], rtol=1e-12)
 
 
 def test_coarser_on_request():

@@ -18,8 +18,8 @@ from restitution.explorer.inputs import MOST_TERMS, PRESETS, inputs, nested, of_
 from restitution.material.models import material_models
 from restitution.quantities import BUDGET
 
-MODELS = [one.value for one in inputs()["material.model"].options]
-PROFILES = [one.value for one in inputs()["profile.type"].options]
+MODELS = [option.value for option in inputs()["material.model"].options]
+PROFILES = [option.value for option in inputs()["profile.type"].options]
 
 
 TIME_LIMIT = answers.TIME_LIMIT
@@ -34,13 +34,13 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
 def drawn(seed: int, **fixed: Any) -> dict[str, Any]:
     """A state on the sliders, within a few decades of the defaults."""
     rng, state = random.Random(seed), {}
-    for key, one in inputs().items():
-        if one.options:
-            state[key] = rng.choice(one.options).value
-        elif one.slider and one.slider.logarithmic and one.default > 0.0:
-            state[key] = one.default * 3.0 ** rng.uniform(-1.0, 1.0)
-        elif one.slider:
-            low, high = (max(one.slider.low, 0.0), min(one.slider.high, one.default + 1.0))
+    for key, control in inputs().items():
+        if control.options:
+            state[key] = rng.choice(control.options).value
+        elif control.slider and control.slider.logarithmic and control.default > 0.0:
+            state[key] = control.default * 3.0 ** rng.uniform(-1.0, 1.0)
+        elif control.slider:
+            low, high = (max(control.slider.low, 0.0), min(control.slider.high, control.default + 1.0))
             state[key] = rng.uniform(low, high)
     state |= {f"material.shear.{name}": [10.0 ** (sign * k) for k in range(3)] for name, sign in _SERIES}
     state["material.temperature"] = rng.uniform(290.0, 300.0)
@@ -51,32 +51,32 @@ _SERIES = (("branch_moduli", 1), ("relaxation_times", -1))
 
 
 def case_file(state: dict[str, Any], folder: Path, what: str = "case") -> Path:
-    found = download({"what": what, "state": state})
-    path = folder / found["name"]
-    path.write_text(found["text"], encoding="utf-8")
+    answer = download({"what": what, "state": state})
+    path = folder / answer["name"]
+    path.write_text(answer["text"], encoding="utf-8")
     return path
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_numbers_are_those_of_solve_for_every_material(model, tmp_path):
     state = drawn(1, **{"entry": "constants", "material.model": model, "profile.type": "parabola"})
-    found = answers.impact(state)
+    answer = answers.impact(state)
     expected: Any = rs.read_case(case_file(state, tmp_path)).solve()
-    numbers = found["numbers"]
+    numbers = answer["numbers"]
     assert numbers["restitution_coefficient"] == pytest.approx(expected.restitution_coefficient, rel=1e-12)
     for name in ("contact_time", "max_force", "max_indentation_depth", "max_contact_radius"):
         value = getattr(expected, name)
         assert numbers[name] == (pytest.approx(value, rel=1e-12) if np.isfinite(value) else None)
     assert [numbers[name] for name in BUDGET] == answers.numbers_of(list(expected.energy))
     assert numbers["instantaneous_poisson_ratio"] == expected.impact.material.instantaneous_poisson_ratio
-    assert [row["kind"] for row in found["validity"] if row["state"] == "doubtful"] == [
+    assert [row["kind"] for row in answer["validity"] if row["state"] == "doubtful"] == [
         check.kind for check in expected.validity if check.exceeded
     ]
     if expected.status != rs.Status.SEPARATED:
-        assert found["curves"]["history"] is None
+        assert answer["curves"]["history"] is None
         return
-    history = expected.sample(found["curves"]["history"]["time"])
-    for name, values in found["curves"]["history"].items():
+    history = expected.sample(answer["curves"]["history"]["time"])
+    for name, values in answer["curves"]["history"].items():
         np.testing.assert_array_equal(values, history[name].values)
 
 
@@ -84,9 +84,9 @@ def test_numbers_are_those_of_solve_for_every_material(model, tmp_path):
 def test_numbers_are_those_of_solve_for_every_profile(profile, tmp_path):
     state = drawn(2, **{"entry": "constants", "material.model": "standard_solid", "profile.type": profile})
     expected: Any = rs.read_case(case_file(state, tmp_path)).solve()
-    found = answers.impact(state)
-    assert found["numbers"]["restitution_coefficient"] == expected.restitution_coefficient
-    shape = found["curves"]["shape"]
+    answer = answers.impact(state)
+    assert answer["numbers"]["restitution_coefficient"] == expected.restitution_coefficient
+    shape = answer["curves"]["shape"]
     if profile in ("ellipsoid", "pyramid"):
         return
     heights = expected.impact.profile.shape(shape["radius"])
@@ -174,10 +174,10 @@ def test_indentations_of_many_terms_have_a_tolerance_of_1e_4(material, tmp_path)
 
     state = material | {"prescribed": "force"}
     expected = read_indentation(case_file(state, tmp_path, "indentation")).solve()
-    found = answers.indentation(state)["numbers"]
+    answer = answers.indentation(state)["numbers"]
     for name in ("max_force", "max_indentation_depth", "max_contact_radius", "work"):
         # A fractional material is approximated to 1e-4 as well.
-        assert found[name] == pytest.approx(getattr(expected, name), rel=2e-4, abs=0.0)
+        assert answer[name] == pytest.approx(getattr(expected, name), rel=2e-4, abs=0.0)
 
 
 def test_indentations_of_too_many_elements_are_refused(monkeypatch):
@@ -201,13 +201,13 @@ def test_the_surface_is_that_of_the_result():
 
 def test_bounces_are_those_of_the_package():
     state = {"material.viscosity": 300.0, "impact.gravity": 1.62, "impact.external_force": 1.0}
-    found = answers.bounces(state)
+    answer = answers.bounces(state)
     impact = answers.case_of(state | {"impact.external_force": 0.0}).impact
-    count = found["numbers"]["n_bounces"]
+    count = answer["numbers"]["n_bounces"]
     expected = rs.bounces(impact, gravity=1.62, max_bounces=count, min_height=0.0)
     for name in ("touch_time", "height", "restitution_coefficient"):
-        np.testing.assert_allclose(found["curves"]["bounces"][name], getattr(expected, name), rtol=1e-4)
-    flight = found["curves"]["flight"]
+        np.testing.assert_allclose(answer["curves"]["bounces"][name], getattr(expected, name), rtol=1e-4)
+    flight = answer["curves"]["flight"]
     assert np.all(np.diff(flight["time"]) >= 0.0)
     # The greatest heights between the touches are those of the table.
     points = flight["height"].size // count
@@ -216,18 +216,18 @@ def test_bounces_are_those_of_the_package():
 
 
 @pytest.mark.parametrize("prescribed", ["depth", "force"])
-@pytest.mark.parametrize("shape", [one.value for one in inputs()["indentation.shape"].options])
+@pytest.mark.parametrize("shape", [option.value for option in inputs()["indentation.shape"].options])
 def test_indentations_are_those_of_the_package(prescribed, shape, tmp_path):
     from restitution.case.indentation import read_indentation
 
     state = PRESETS["gel"][1] | {"prescribed": prescribed, "indentation.shape": shape}
-    found = answers.indentation(state)
+    answer = answers.indentation(state)
     expected = read_indentation(case_file(state, tmp_path, "indentation")).solve()
     for name in ("max_force", "max_indentation_depth", "work"):
-        assert found["numbers"][name] == pytest.approx(getattr(expected, name), rel=1e-5, abs=0.0)
-    history = expected.sample(found["curves"]["history"]["time"])
+        assert answer["numbers"][name] == pytest.approx(getattr(expected, name), rel=1e-5, abs=0.0)
+    history = expected.sample(answer["curves"]["history"]["time"])
     scale = float(history["force"].max())
-    np.testing.assert_allclose(found["curves"]["history"]["force"], history["force"].values, atol=1e-5 * scale)
+    np.testing.assert_allclose(answer["curves"]["history"]["force"], history["force"].values, atol=1e-5 * scale)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -274,18 +274,18 @@ def test_the_first_page_has_no_warning():
 
 def test_inputs_depend_on_earlier_ones_and_lie_on_their_sliders():
     seen: set[str] = set()
-    for key, one in inputs().items():
-        for when in (one.when, *(option.when for option in one.options)):
+    for key, control in inputs().items():
+        for when in (control.when, *(option.when for option in control.options)):
             assert when.keys() <= seen
             assert all(set(values) <= {option.value for option in inputs()[of].options} for of, values in when.items())
         seen.add(key)
-        assert one.check(one.default) == one.default
-        if one.slider is not None:
-            least, most = one.ends
-            assert least <= one.slider.low < one.slider.high <= most
-            assert one.quantity is not None
-            one.quantity.check(one.slider.low)
-            one.quantity.check(one.slider.high)
+        assert control.check(control.default) == control.default
+        if control.slider is not None:
+            least, most = control.ends
+            assert least <= control.slider.low < control.slider.high <= most
+            assert control.quantity is not None
+            control.quantity.check(control.slider.low)
+            control.quantity.check(control.slider.high)
 
 
 def test_long_lists_are_refused():
@@ -383,8 +383,8 @@ def test_the_surface_under_a_circular_ellipsoid_is_that_under_a_parabola():
     curves = [answers.surface(state)["curves"]["surface"] for state in (round_body, {"body.radius": 0.01})]
     # Each has as many rows as it has time for.
     common = np.intersect1d(curves[0]["time"], curves[1]["time"])
-    found, expected = (np.array(one["displacement"])[np.isin(one["time"], common)] for one in curves)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=np.max(expected) / 200)
+    answer, expected = (np.array(curve["displacement"])[np.isin(curve["time"], common)] for curve in curves)
+    np.testing.assert_allclose(answer, expected, rtol=0, atol=np.max(expected) / 200)
 
 
 @pytest.mark.parametrize("sides", ["3", "4", "6"])

@@ -9,7 +9,7 @@ import pytest
 import random_messages
 import restitution as rs
 from chromium import BASE, MARKS, ball, number, until, value_of, wait_for
-from restitution.explorer.inputs import inputs, settled
+from restitution.explorer.inputs import settled
 
 pytest.importorskip("playwright", reason="the browser tests need the package playwright")
 pytest.importorskip("uvicorn", reason="the browser tests need restitution[web]")
@@ -22,7 +22,7 @@ def test_every_slider_moves_by_the_keyboard(opened):
     keys = [sliders.nth(n).get_attribute("data-key") for n in range(sliders.count())]
     assert {"material.viscosity", "material.poisson_ratio", "body.radius", "body.mass", "impact.velocity"} <= set(keys)
     for key in keys:
-        about = page.evaluate(f"explorer.state.inputs.byKey.get({key!r})")
+        about = page.evaluate(f"explorer.state.byKey.get({key!r})")
         slider = page.locator(f"[data-key='{key}'] input[type=range]")
         page.evaluate(f"explorer.state.set({{{key!r}: {about['default']!r}}}, true)")
 
@@ -140,7 +140,7 @@ def test_relaxation_times_over_many_decades_have_no_prefix(opened):
 @pytest.mark.parametrize("key", ["material.model", "profile.type"])
 def test_every_choice_is_solved_and_drawn(opened, key):
     page = opened()
-    options = page.evaluate(f"explorer.state.inputs.byKey.get({key!r}).options.map(option => option.value)")
+    options = page.evaluate(f"explorer.state.byKey.get({key!r}).options.map(option => option.value)")
     assert len(options) > 5
     # The first one is that of the start.
     for option in options[1:]:
@@ -161,43 +161,59 @@ def test_page_and_server_show_the_same_inputs(opened):
         state = random_messages.state(rng)
         with suppress(rs.InputError):
             settled(state)
-            states.append({key: one for key, one in state.items() if key != "page.tab"})
+            states.append({key: value for key, value in state.items() if key != "page.tab"})
     shown = page.evaluate(
         """states => states.map((state) => {
-          const { inputs } = explorer.state;
-          const values = inputs.settled({ ...inputs.defaults, ...state });
-          return Object.fromEntries(inputs.list.filter((one) => inputs.shown(one, values)).map((one) => [one.key, values[one.key]]));
+          const page = explorer.state;
+          const values = page.settled({ ...page.defaults, ...state });
+          return Object.fromEntries(page.inputs.filter((input) => page.shown(input, values)).map(({ key }) => [key, values[key]]));
         })""",
         states,
     )
-    for state, found in zip(states, shown, strict=True):
+    for state, shown_values in zip(states, shown, strict=True):
         values = settled(state)
         # The server keeps the choices that the paper's numbers fix.
-        assert {key: values[key] for key in values if key in found} == found
-        assert values.keys() - found.keys() <= {"material.model", "bulk"}
+        assert {key: values[key] for key in values if key in shown_values} == shown_values
+        assert values.keys() - shown_values.keys() <= {"material.model", "bulk"}
 
 
-def test_page_and_server_refuse_the_same_values(opened):
+@pytest.mark.parametrize(
+    ("key", "text", "rule"),
+    [
+        ("body.mass", "-1 kg", "body.mass = -1 kg: must be in [1e-15, 1e+08] kg"),
+        ("material.poisson_ratio", "0.7", "material.poisson_ratio = 0.7: must be in [-1, 0.5]"),
+        ("impact.velocity", "1e9", "impact.velocity = 1000000000 m/s: must be in [1e-09, 1e+07] m/s"),
+    ],
+)
+def test_a_number_that_the_server_refuses_is_named_at_its_input(opened, key, text, rule):
     page = opened()
-    rng = random.Random(12)
-    cases = [(key, random_messages.value(rng, key)) for key in inputs() for _ in range(20)]
-    cases = [(key, one) for key, one in cases if not isinstance(one, int) or abs(one) < 2**53]
-    faults = page.evaluate(
-        """async ([address, cases]) => {
-          const { fault } = await import(address);
-          const { byKey } = explorer.state.inputs;
-          const kind = (input, value) => (input.type === "list") === Array.isArray(value) && (input.type !== "choice" || typeof value === "string");
-          return cases.map(([key, value]) => !kind(byKey.get(key), value) || fault(byKey.get(key), value) !== "");
-        }""",
-        [page.evaluate("new URL('static/inputs.js', location.href).href"), cases],
-    )
-    for (key, value), refused in zip(cases, faults, strict=True):
-        try:
-            inputs()[key].check(value)
-        except rs.InputError:
-            assert refused, (key, value)
-        else:
-            assert not refused, (key, value)
+    control = page.locator(f"[data-key='{key}']")
+    field = control.locator("input[type=text]")
+    field.fill(text)
+    field.press("Enter")
+    control.locator(".fault:visible").wait_for()
+    assert control.locator(".fault").inner_text() == page.locator("#problem").inner_text() == rule
+    assert field.get_attribute("aria-invalid") == "true"
+    page.get_by_role("button", name="Undo").click()
+    control.locator(".fault").wait_for(state="hidden")
+    assert field.get_attribute("aria-invalid") == "false"
+    # An address has the same words.
+    page.evaluate(f"location.hash = '{key}={text.split()[0]}'")
+    page.locator("#problem:visible").wait_for()
+    assert page.locator("#problem").inner_text() == rule
+
+
+def test_a_list_that_is_too_long_is_refused_by_the_server(opened):
+    page = opened({"material.model": "prony"})
+    control = page.locator("[data-key='material.shear.branch_moduli']")
+    field = control.locator("textarea")
+    field.fill("1 2,5 3")
+    field.press("Tab")
+    assert "Write numbers" in control.locator(".fault").inner_text()
+    field.fill(" ".join(["1"] * 51))
+    field.press("Tab")
+    page.locator("#problem:visible").wait_for()
+    assert "must be a list of at most 50 numbers" in control.locator(".fault").inner_text()
 
 
 def test_the_constants_and_the_three_numbers_describe_the_same_case(opened):

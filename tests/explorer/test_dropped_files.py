@@ -36,22 +36,22 @@ def dropped(
     content: str | bytes, name: str = "data.csv", *others: tuple[str, bytes], **further: Any
 ) -> dict[str, Any]:
     content = content.encode("utf-8", "replace") if isinstance(content, str) else content
-    files = [{"name": one, "data": base64.b64encode(data).decode()} for one, data in ((name, content), *others)]
+    files = [{"name": title, "data": base64.b64encode(data).decode()} for title, data in ((name, content), *others)]
     return dropped_files.read({"files": files, "state": {"bulk": "incompressible"}} | further)
 
 
 @pytest.mark.parametrize("text", [DMA, RELAXATION], ids=["dynamic", "relaxation"])
 def test_a_table_becomes_a_series_that_fits_it(text):
     page = {"bulk": "incompressible", "entry": "groups"}
-    found = dropped(text, state=page)
-    state = settled(page | found["state"])
+    answer = dropped(text, state=page)
+    state = settled(page | answer["state"])
     series = rs.PronySeries(
         *(state[f"material.shear.{name}"] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
     )
     # The fit is good to 2e-3 of the modulus at each time.
     np.testing.assert_allclose(series.relaxation_modulus(TIMES[5:]), SERIES.relaxation_modulus(TIMES[5:]), rtol=1e-2)
-    assert found["words"].startswith("data.csv: data fitted by")
-    assert "/" not in found["words"]
+    assert answer["words"].startswith("data.csv: data fitted by")
+    assert "/" not in answer["words"]
 
 
 @pytest.mark.parametrize("dynamic", [False, True])
@@ -60,25 +60,25 @@ def test_a_long_table_has_fewer_rows_evenly_over_the_logarithm(dynamic):
     x = 0.5e-3 * np.arange(1.0, 20_001.0) * (1e3 if dynamic else 1.0)
     moduli = [SERIES.storage_modulus(x), SERIES.loss_modulus(x)] if dynamic else [SERIES.relaxation_modulus(x)]
     names, units = ("omega,G',G''", "rad/s,Pa,Pa") if dynamic else ("t,G", "s,Pa")
-    found = dropped(table(x, *moduli, names=names, units=units))
-    (note,) = (note for note in found["notes"] if "rows are used" in note)
+    answer = dropped(table(x, *moduli, names=names, units=units))
+    (note,) = (note for note in answer["notes"] if "rows are used" in note)
     used = int(note.split()[1])
     # The first decades have fewer rows than wanted.
     assert 500 < used < 1000
     assert note.startswith(f"data.csv: {used} of its 20000 rows are used")
-    state = settled(found["state"])
+    state = settled(answer["state"])
     series = rs.PronySeries(
         *(state[f"material.shear.{name}"] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
     )
     omega = np.geomspace(x[0], x[-1], 30) if dynamic else 1.0 / np.geomspace(4.0 * x[0], x[-1], 30)
     np.testing.assert_allclose(series.storage_modulus(omega), SERIES.storage_modulus(omega), rtol=1e-2)
-    short = table(x[:999], *(one[:999] for one in moduli), names=names, units=units)
+    short = table(x[:999], *(column[:999] for column in moduli), names=names, units=units)
     assert not [note for note in dropped(short)["notes"] if "rows are used" in note]
 
 
 def test_a_dropped_table_gives_the_restitution_of_the_command_line(tmp_path):
     state = {"material.poisson_ratio": 0.45, "bulk": "poisson_ratio"}
-    found = dropped(DMA, state=state)
+    answer = dropped(DMA, state=state)
     (tmp_path / "data.csv").write_text(DMA)
     text = download({"what": "case", "state": {}})["text"]
     content = (
@@ -86,7 +86,7 @@ def test_a_dropped_table_gives_the_restitution_of_the_command_line(tmp_path):
     )
     (tmp_path / "ball.toml").write_text(content)
     expected = rs.read_case(tmp_path / "ball.toml").solve()
-    numbers = answers.impact(state | found["state"])["numbers"]
+    numbers = answers.impact(state | answer["state"])["numbers"]
     assert numbers["restitution_coefficient"] == pytest.approx(expected.restitution_coefficient, rel=1e-9)
 
 
@@ -94,7 +94,7 @@ def test_the_deformation_of_a_table_counts():
     text = RELAXATION.replace("t,G", "t,modulus")
     state = {"bulk": "poisson_ratio", "material.poisson_ratio": 0.5}
     shear, tension = (
-        dropped(text, state=state, answers={"deformation": one})["state"] for one in ("shear", "tension")
+        dropped(text, state=state, answers={"deformation": kind})["state"] for kind in ("shear", "tension")
     )
     # E = 3 G where incompressible.
     key = "material.shear.equilibrium_modulus"
@@ -118,9 +118,9 @@ def test_a_bad_table_is_one_line_that_names_it(text):
 def test_a_case_file_becomes_its_state(tmp_path):
     state = {"material.model": "kelvin_voigt", "impact.velocity": 0.25, "profile.type": "sphere"}
     text = download({"what": "case", "state": state})["text"]
-    found = dropped(text, "my.toml")
-    assert settled(found["state"])["material.model"] == "kelvin_voigt"
-    numbers, expected = (answers.impact(one)["numbers"] for one in (found["state"], state))
+    answer = dropped(text, "my.toml")
+    assert settled(answer["state"])["material.model"] == "kelvin_voigt"
+    numbers, expected = (answers.impact(content)["numbers"] for content in (answer["state"], state))
     assert numbers == expected
 
 
@@ -146,14 +146,15 @@ def test_all_keys_that_read_files_are_known():
             return set().union(*map(keys, schema))
         if not isinstance(schema, dict):
             return set()
-        own = {key for key, value in schema.get("properties", {}).items() if '"path"' in json.dumps(value)}
-        return own.union(*map(keys, schema.values()))
+        here = {key for key, value in schema.get("properties", {}).items() if '"path"' in json.dumps(value)}
+        return here.union(*map(keys, schema.values()))
 
-    found = keys(CaseFile.model_json_schema())
-    assert {"file", "terms", "shift"} <= found
+    answer = keys(CaseFile.model_json_schema())
+    assert {"file", "terms", "shift"} <= answer
     # Sections that contain such a key are no keys of files themselves.
     assert (
-        found - {"material", "counter_material", "counter_body", "profile", "shear", "bulk"} <= dropped_files.FILE_KEYS
+        answer - {"material", "counter_material", "counter_body", "profile", "shear", "bulk"}
+        <= dropped_files.FILE_KEYS
     )
 
 
@@ -182,9 +183,9 @@ EPOXY = (EXAMPLES / "epoxy.toml").read_bytes(), (EXAMPLES / "epoxy_prony.csv").r
 
 
 def test_moduli_without_a_deformation_are_asked_for_and_not_guessed():
-    found = dropped(RELAXATION.replace("t,G", "t,modulus"))
-    assert "state" not in found
-    (question,) = found["questions"]
+    answer = dropped(RELAXATION.replace("t,G", "t,modulus"))
+    assert "state" not in answer
+    (question,) = answer["questions"]
     assert (question["key"], [value for value, _ in question["options"]]) == ("deformation", ["shear", "tension"])
     assert not dropped(RELAXATION)["questions"]
 
@@ -192,17 +193,17 @@ def test_moduli_without_a_deformation_are_asked_for_and_not_guessed():
 def test_a_case_and_the_table_that_it_names_are_dropped_together():
     with pytest.raises(rs.InputError, match="drop both files together"):
         dropped(EPOXY[0], "epoxy.toml")
-    found = dropped(EPOXY[0], "epoxy.toml", ("epoxy_prony.csv", EPOXY[1]))
+    answer = dropped(EPOXY[0], "epoxy.toml", ("epoxy_prony.csv", EPOXY[1]))
     expected = rs.read_case(EXAMPLES / "epoxy.toml").solve().restitution_coefficient
-    numbers = answers.impact(found["state"])["numbers"]
+    numbers = answers.impact(answer["state"])["numbers"]
     assert numbers["restitution_coefficient"] == pytest.approx(expected, rel=1e-9)
 
 
 def test_terms_without_an_end_modulus_ask_for_it():
-    asked = [one["key"] for one in dropped(EPOXY[1], "epoxy_prony.csv")["questions"]]
+    asked = [question["key"] for question in dropped(EPOXY[1], "epoxy_prony.csv")["questions"]]
     assert asked == ["deformation", "instantaneous_modulus", "equilibrium_modulus"]
-    given = {"deformation": "shear", "instantaneous_modulus": "891 MPa", "equilibrium_modulus": "4.9 MPa"}
-    state = dropped(EPOXY[1], "epoxy_prony.csv", answers=given)["state"]
+    stated = {"deformation": "shear", "instantaneous_modulus": "891 MPa", "equilibrium_modulus": "4.9 MPa"}
+    state = dropped(EPOXY[1], "epoxy_prony.csv", answers=stated)["state"]
     series = rs.read_case(EXAMPLES / "epoxy.toml").impact.material.shear
     assert state["material.shear.equilibrium_modulus"] == pytest.approx(4.9e6, rel=1e-12)
     np.testing.assert_allclose(state["material.shear.branch_moduli"], series.branch_moduli, rtol=1e-12)
@@ -218,7 +219,7 @@ def test_a_workbook_is_read_as_on_the_command_line():
     excel = pytest.importorskip("openpyxl")
     book, written = excel.Workbook(), BytesIO()
     for row in [line.split(",") for line in DMA.splitlines()]:
-        book.active.append([float(one) if one[0].isdigit() else one for one in row])
+        book.active.append([float(cell) if cell[0].isdigit() else cell for cell in row])
     book.save(written)
     assert dropped(written.getvalue(), "data.xlsx")["state"] == dropped(DMA)["state"]
 
@@ -235,25 +236,25 @@ def shifted(temperatures: dict[float, float]) -> str:
 def test_the_temperature_of_a_master_curve_is_stated_and_can_be_set():
     factors = {10.0: 10.0, 20.0: 1.0, 30.0: 0.1}
     text = shifted(factors)
-    found = dropped(text)
-    assert any("the moduli are those at 20 °C" in note for note in found["notes"])
-    (question,) = found["questions"]
+    first = dropped(text)
+    assert any("the moduli are those at 20 °C" in note for note in first["notes"])
+    (question,) = first["questions"]
     assert (question["key"], question["value"]) == ("temperature", "20 degC")
     omega = np.geomspace(1.0, 100.0, 20)
     for temperature, factor in factors.items():
-        one = dropped(text, answers={"temperature": f"{temperature} degC"})
-        assert any(f"the moduli are those at {temperature:g} °C" in note for note in one["notes"])
+        answer = dropped(text, answers={"temperature": f"{temperature} degC"})
+        assert any(f"the moduli are those at {temperature:g} °C" in note for note in answer["notes"])
         names = ("equilibrium_modulus", "branch_moduli", "relaxation_times")
-        series = rs.PronySeries(*(one["state"][f"material.shear.{name}"] for name in names))
+        series = rs.PronySeries(*(answer["state"][f"material.shear.{name}"] for name in names))
         # The fit is good to 1 %, and so is the shift.
-        wanted = SERIES.storage_modulus(factor * omega)
-        np.testing.assert_allclose(series.storage_modulus(omega), wanted, rtol=3e-2)
+        expected = SERIES.storage_modulus(factor * omega)
+        np.testing.assert_allclose(series.storage_modulus(omega), expected, rtol=3e-2)
 
 
 def test_a_constant_poisson_ratio_is_stated():
-    found = dropped(DMA, state={"bulk": "poisson_ratio", "material.poisson_ratio": 0.45})
-    assert any("Poisson ratio 0.45 is constant in time" in note for note in found["notes"])
-    state = found["state"]
+    answer = dropped(DMA, state={"bulk": "poisson_ratio", "material.poisson_ratio": 0.45})
+    assert any("Poisson ratio 0.45 is constant in time" in note for note in answer["notes"])
+    state = answer["state"]
     assert state["bulk"] == "series"
     # nu = (3 K - 2 G)/(6 K + 2 G) at both ends of the time.
     for name in ("equilibrium_modulus", "branch_moduli"):
@@ -268,10 +269,10 @@ def test_a_constant_poisson_ratio_is_stated():
 )  # fmt: skip
 def test_the_case_of_an_indentation_opens_again(state):
     text = download({"what": "indentation", "state": state})["text"]
-    found = dropped(text, "indentation.toml")
-    assert found["state"]["page.tab"] == "indentation"
+    answer = dropped(text, "indentation.toml")
+    assert answer["state"]["page.tab"] == "indentation"
     expected = answers.indentation(state)["numbers"]
-    assert answers.indentation(found["state"])["numbers"] == expected
+    assert answers.indentation(answer["state"])["numbers"] == expected
     names: dict[str, Any] = {}
     exec(download({"what": "indentation python", "state": state})["text"], names)
     # A fractional material has another number of terms in the program.
@@ -280,13 +281,13 @@ def test_the_case_of_an_indentation_opens_again(state):
 
 def test_the_size_of_the_target_is_that_of_the_case():
     text = download({"what": "case", "state": {}})["text"].replace("[impact]", "[impact]\nbody_size = '1 mm'")
-    found = dropped(text, "a.toml")
-    assert found["state"]["impact.body_size"] == 1e-3
-    (check,) = (one for one in answers.impact(found["state"])["validity"] if one["kind"] == "half_space")
+    answer = dropped(text, "a.toml")
+    assert answer["state"]["impact.body_size"] == 1e-3
+    (check,) = (row for row in answers.impact(answer["state"])["validity"] if row["kind"] == "half_space")
     assert check["state"] == "doubtful"
-    again = download({"what": "case", "state": found["state"]})["text"]
+    again = download({"what": "case", "state": answer["state"]})["text"]
     assert "body_size = 0.001" in again
-    assert "body_size=0.001" in download({"what": "python", "state": found["state"]})["text"]
+    assert "body_size=0.001" in download({"what": "python", "state": answer["state"]})["text"]
 
 
 def test_a_case_file_of_many_tables_is_refused_before_it_is_read():
@@ -299,7 +300,7 @@ def test_a_soft_ball_of_a_case_keeps_its_waves():
     # The README's first example: a rubber ball on a rigid plate.
     text = (EXAMPLES / "rubber_ball.toml").read_text()
     state = dropped(text, "ball.toml")["state"]
-    (waves,) = (one for one in answers.impact(state)["validity"] if one["kind"] == "waves")
+    (waves,) = (row for row in answers.impact(state)["validity"] if row["kind"] == "waves")
     assert waves["state"] == "ok"
     again = dropped(download({"what": "case", "state": state})["text"], "again.toml")["state"]
     assert again["impact.material_of"] == "body"
@@ -307,5 +308,5 @@ def test_a_soft_ball_of_a_case_keeps_its_waves():
     exec(download({"what": "python", "state": state})["text"], names)
     assert not names["result"].validity["waves"].exceeded
     hard = state | {"impact.material_of": "target"}
-    (waves,) = (one for one in answers.impact(hard)["validity"] if one["kind"] == "waves")
+    (waves,) = (row for row in answers.impact(hard)["validity"] if row["kind"] == "waves")
     assert waves["state"] == "doubtful"

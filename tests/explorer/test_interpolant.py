@@ -10,7 +10,7 @@ import pytest
 
 import restitution as rs
 from restitution.explorer import answers
-from restitution.paper.computation import instantaneous_poisson_ratio
+from restitution.paper.figures import instantaneous_poisson_ratio
 
 NODE = shutil.which("node")
 SCRIPT = """
@@ -50,12 +50,12 @@ def test_javascript_agrees_with_python(tmp_path):
     done = subprocess.run(
         [str(NODE), "script.mjs"], cwd=tmp_path, capture_output=True, text=True, check=True, timeout=60
     )
-    found = json.loads(done.stdout)
-    np.testing.assert_allclose(found["e"], rs.standard_solid_surrogate(nu, p2, p3), rtol=0, atol=1e-9)
-    np.testing.assert_allclose(found["glass"], instantaneous_poisson_ratio(nu, p2), rtol=1e-9)
-    assert found["outside"] == [True, True, True]
+    printed = json.loads(done.stdout)
+    np.testing.assert_allclose(printed["e"], rs.standard_solid_surrogate(nu, p2, p3), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(printed["glass"], instantaneous_poisson_ratio(nu, p2), rtol=1e-9)
+    assert printed["outside"] == [True, True, True]
     expected = rs.standard_solid_surrogate(0.45, [[1e-3, 0.1, 10]], [[1e-2], [1]])
-    np.testing.assert_allclose(np.reshape(found["map"], (2, 3)), expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(np.reshape(printed["map"], (2, 3)), expected, rtol=0, atol=1e-9)
     constants = {key: value for key, value in solid.items() if key not in ("mass", "radius", "velocity")}
     impact = rs.Impact(rs.standard_solid(**constants), rs.Parabola(0.01), mass=0.005, velocity=1.3)
-    assert list(found["groups"].values()) == pytest.approx(list(rs.dimensionless_groups(impact)), rel=1e-12)
+    assert list(printed["groups"].values()) == pytest.approx(list(rs.dimensionless_groups(impact)), rel=1e-12)

@@ -16,7 +16,7 @@ from restitution.cli.main import app
 from restitution.explorer import answers, launch
 from restitution.explorer.downloads import download
 from restitution.paper import claims, reproduction
-from restitution.paper.computation import Computation
+from restitution.paper.figures import Computation
 from sockets import get, opened
 
 TEXT = download({"what": "case", "state": {"impact.velocity": 0.123}})["text"]
@@ -44,8 +44,8 @@ def test_a_notebook_takes_a_case_file_too(tmp_path, monkeypatch):
     monkeypatch.setattr(launch, "warm_up", lambda: None)
     path = tmp_path / "ball.toml"
     path.write_text('title = "A ball"\n' + TEXT)
-    for given in (path, str(path), rs.read_case(path)):
-        with rs.explore(given) as page, opened(page._running) as socket:
+    for start in (path, str(path), rs.read_case(path)):
+        with rs.explore(start) as page, opened(page._running) as socket:
             assert socket.schema["title"] == "A ball"
             assert socket.schema["state"]["material.model"] == "standard_solid"
     with pytest.raises(rs.InputError, match="must be an Impact or the name of a case file"):

@@ -99,7 +99,7 @@ def test_the_newest_input_wins(opened):
             draw(answer);
           };
           for (let n = 1; n <= 200; n++) explorer.state.set({ "impact.velocity": n / 100 }, false);
-          window.newest = Math.max(...[...explorer.backend.sent.values()].map((one) => one.id));
+          window.newest = Math.max(...[...explorer.backend.sent.values()].map((request) => request.id));
         }"""
     )
     wait_for(page, "restitution_coefficient", rs.solve(ball(velocity=2.0)).restitution_coefficient)
@@ -237,8 +237,10 @@ def test_pinned_settings_stay_in_the_address(opened):
     # Each picture has each of their curves, in grey and with its letter.
     forces = [rs.solve(ball(velocity=velocity)).max_force for velocity in (1.0, 0.5, 0.25, 0.125)]
     for panel in ("force", "loop", "energy", "relaxation", "moduli", "velocity"):
-        until(again, f"explorer.tabs.impact.{panel}.columns.filter(one => /^[A-D]: /.test(one.name)).length >= 8")
-        curves = again.evaluate(f"explorer.tabs.impact.{panel}.figure.curves.filter(one => one.letter)")
+        until(
+            again, f"explorer.tabs.impact.{panel}.columns.filter(column => /^[A-D]: /.test(column.name)).length >= 8"
+        )
+        curves = again.evaluate(f"explorer.tabs.impact.{panel}.figure.curves.filter(column => column.letter)")
         assert [curve["letter"] for curve in curves] == list("DCBA")
         assert {curve["colour"] for curve in curves} == {"pinned"}
         if panel in ("force", "loop"):
@@ -309,9 +311,9 @@ def test_bounces_and_indentation_are_those_of_the_package(opened):
         }
     )
     material = ball(viscosity=1e6).material
-    found = rs.indent(material, rs.Parabola(2e-6), depth=rs.triangle(4e-7, 1.0))
+    numbers = rs.indent(material, rs.Parabola(2e-6), depth=rs.triangle(4e-7, 1.0))
     until(page, "explorer.last.indentation")
-    assert number(page, "max_force") == pytest.approx(found.max_force, rel=1e-6)
+    assert number(page, "max_force") == pytest.approx(numbers.max_force, rel=1e-6)
 
 
 @pytest.mark.parametrize("tab", TABS)
@@ -324,8 +326,8 @@ def test_no_violation_of_accessibility(opened, tab, width, scheme):
         page.wait_for_selector(".claims li")
 
     def violations():
-        found = axe.Axe().run(page).response["violations"]
-        return [(one["id"], [node["target"] for node in one["nodes"]]) for one in found]
+        numbers = axe.Axe().run(page).response["violations"]
+        return [(violation["id"], [node["target"] for node in violation["nodes"]]) for violation in numbers]
 
     assert violations() == []
     wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
@@ -353,7 +355,7 @@ def test_the_static_page_needs_no_server_of_ours(opened, tmp_path):
         page.locator("[data-key='groups.p3'] input[type=range]").press("ArrowRight")
         p3 = value_of(page, "groups.p3")
         wait_for(page, "restitution_coefficient", float(rs.standard_solid_surrogate(0.45, 0.02, p3)), 1e-9)
-        assert page.get_by_role("tab").evaluate_all("tabs => tabs.filter(one => one.checkVisibility()).length") == 2
+        assert page.get_by_role("tab").evaluate_all("tabs => tabs.filter(tab => tab.checkVisibility()).length") == 2
         page.get_by_role("tab", name="Paper").click()
         page.wait_for_selector(".claims li")
         page.wait_for_load_state("networkidle")
@@ -403,8 +405,8 @@ def test_numbers_are_grey_while_the_server_is_gone_and_come_back(browser):
 def test_what_an_address_has_beyond_inputs_is_named(opened):
     page = opened({"material.viscosity": "abc", "nothing": 3, "bulk": "steel"})
     words = page.locator("#address-message").inner_text()
-    for one in ("material.viscosity=abc", "nothing=3", "bulk=steel"):
-        assert one in words
+    for part in ("material.viscosity=abc", "nothing=3", "bulk=steel"):
+        assert part in words
     assert value_of(page, "material.viscosity") == 3e3
     assert opened().locator("#address-message").is_hidden()
 
@@ -432,9 +434,9 @@ def test_a_static_page_of_a_file_says_why_it_does_not_run(browser, tmp_path):
 def test_the_first_example_of_the_indentation_has_hysteresis(opened, address):
     page = opened(start=f"{address}#page.tab=indentation")
     until(page, "explorer.last.indentation")
-    found = page.evaluate("explorer.last.indentation.numbers")
+    numbers = page.evaluate("explorer.last.indentation.numbers")
     # The work that stays is a large part of the largest force times the largest depth.
-    assert found["work"] > 0.1 * found["max_force"] * found["max_indentation_depth"]
+    assert numbers["work"] > 0.1 * numbers["max_force"] * numbers["max_indentation_depth"]
 
 
 @pytest.mark.parametrize("width", [360, 1280, 1920])

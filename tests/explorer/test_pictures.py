@@ -30,7 +30,7 @@ def test_the_slow_motion_plays_unless_motion_is_unwanted(opened, motion):
 
 CURSOR = """name => {
   const { figure } = explorer.tabs.impact[name];
-  const at = (...names) => (one) => figure.values(...names.map((name) => Number(one.getAttribute(name))));
+  const at = (...names) => (node) => figure.values(...names.map((name) => Number(node.getAttribute(name))));
   const [line] = [...figure.svg.querySelectorAll(".cursor line")].map(at("x1", "y1"));
   return { line: line ? line[0] : null, dots: [...figure.svg.querySelectorAll(".cursor circle")].map(at("cx", "cy")) };
 }"""
@@ -45,7 +45,7 @@ def test_all_curves_show_the_time_of_the_slow_motion(opened, share):
     at = result.sample(np.array([t]))
     time, depth, force = 1e3 * t, 1e3 * float(at.indentation_depth[0]), float(at.force[0])
     energies = [1e3 * float(at[f"{name}_energy"][0]) for name in ("kinetic", "stored", "dissipated")]
-    wanted = {
+    places = {
         "force": [time, [[time, force]]],
         "loop": [None, [[depth, force]]],
         "energy": [time, [[time, energy] for energy in energies]],
@@ -53,14 +53,14 @@ def test_all_curves_show_the_time_of_the_slow_motion(opened, share):
     # Each picture is out of sight before, and stands still when it comes into sight.
     page.get_by_label("Time of the slow motion").fill(str(1000 * share))
     assert page.evaluate("explorer.tabs.impact.clock.time") == pytest.approx(t, rel=1e-9)
-    for name, (line, dots) in wanted.items():
+    for name, (line, dots) in places.items():
         page.locator(f"[data-panel={name}] .plot").scroll_into_view_if_needed()
         until(page, f"explorer.tabs.impact.{name}.figure.visible && !explorer.tabs.impact.{name}.figure.stale")
-        found = page.evaluate(CURSOR, name)
-        assert found["line"] == (None if line is None else pytest.approx(line, rel=1e-5))
+        cursor = page.evaluate(CURSOR, name)
+        assert cursor["line"] == (None if line is None else pytest.approx(line, rel=1e-5))
         # Straight lines between 121 points.
         peak = [1.0, result.energy[0] * 1e3 if name == "energy" else result.max_force]
-        np.testing.assert_allclose(found["dots"][: len(dots)] / np.array(peak), dots / np.array(peak), atol=1e-3)
+        np.testing.assert_allclose(cursor["dots"][: len(dots)] / np.array(peak), dots / np.array(peak), atol=1e-3)
 
 
 def test_the_map_leads_to_the_place_that_is_pressed(opened):
@@ -106,7 +106,7 @@ def test_the_labels_have_one_size_on_all_screens(opened):
         page = opened(device_scale_factor=ratio)
         until(page, "document.querySelector('[data-panel=force] .plot text')")
         texts = "[...document.querySelectorAll('[data-panel=force] .plot text')]"
-        sizes.append(page.evaluate(f"{texts}.map(one => parseFloat(getComputedStyle(one).fontSize))"))
+        sizes.append(page.evaluate(f"{texts}.map(node => parseFloat(getComputedStyle(node).fontSize))"))
     assert sizes[0] == sizes[1]
     assert min(sizes[0]) >= 12
 
@@ -160,27 +160,27 @@ def test_the_picture_of_a_file_is_the_one_on_the_screen(opened, tmp_path):
     page.locator("[data-panel=energy] .plot").scroll_into_view_if_needed()
     until(page, "!explorer.tabs.impact.energy.figure.stale")
     drawn = page.evaluate(
-        "[...explorer.tabs.impact.energy.figure.svg.querySelectorAll('path')].map(one => [one.getAttribute('d'), one.getAttribute('stroke')])"
+        "[...explorer.tabs.impact.energy.figure.svg.querySelectorAll('path')].map(node => [node.getAttribute('d'), node.getAttribute('stroke')])"
     )
     root = ET.parse(saved_as(page, "[data-panel=energy]", "SVG", tmp_path)).getroot()
-    paths = [[one.get("d"), one.get("stroke")] for one in root.iter(f"{SVG}path")]
+    paths = [[node.get("d"), node.get("stroke")] for node in root.iter(f"{SVG}path")]
     # The samples of the legend come before the picture.
     assert paths[-len(drawn) :] == drawn
     assert len(paths) == len(drawn) + 3
-    words = [one.text for one in root.iter(f"{SVG}text")]
+    words = [node.text for node in root.iter(f"{SVG}text")]
     assert words[:4] == ["Energies over time", "kinetic", "stored", "dissipated"]
     assert "A" in words
-    assert [one.text for one in root.iter(f"{SVG}title")] == ["A", "dissipated", "stored", "kinetic"]
+    assert [node.text for node in root.iter(f"{SVG}title")] == ["A", "dissipated", "stored", "kinetic"]
     # The cursor of time is no part of it.
-    assert not [one for one in root.iter() if one.get("class") == "cursor"]
+    assert not [node for node in root.iter() if node.get("class") == "cursor"]
 
 
 def scale_of(labels, places, log):
     """Value at a place [pixels] of an axis, from its labels."""
     powers = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
     values = [
-        float(one.replace("10", "1e", 1).translate(powers)) if one[-1] in "⁻⁰¹²³⁴⁵⁶⁷⁸⁹" else float(one)
-        for one in labels
+        float(label.replace("10", "1e", 1).translate(powers)) if label[-1] in "⁻⁰¹²³⁴⁵⁶⁷⁸⁹" else float(label)
+        for label in labels
     ]
     slope, start = np.polyfit(places, np.log10(values) if log else values, 1)
     return lambda place: 10 ** (slope * place + start) if log else slope * place + start
@@ -191,29 +191,31 @@ def scale_of(labels, places, log):
 )
 def test_curves_stand_where_the_labels_of_the_axes_say(opened, tmp_path, panel, logs):
     page = opened({"page.units": "mm-g-ms"})
-    until(page, f"explorer.tabs.impact.{panel}.figure.curves.some(one => one.colour === 'accent')")
-    curve = page.evaluate(f"explorer.tabs.impact.{panel}.figure.curves.find(one => one.colour === 'accent')")
+    until(page, f"explorer.tabs.impact.{panel}.figure.curves.some(curve => curve.colour === 'accent')")
+    curve = page.evaluate(f"explorer.tabs.impact.{panel}.figure.curves.find(curve => curve.colour === 'accent')")
     page.locator(f"[data-panel={panel}] .plot").scroll_into_view_if_needed()
     until(page, f"!explorer.tabs.impact.{panel}.figure.stale")
     root = ET.parse(saved_as(page, f"[data-panel={panel}]", "SVG", tmp_path)).getroot()
     plot = root.findall(f"{SVG}svg")[-1]
-    texts = [one for one in plot.find(f"{SVG}g") if one.tag == f"{SVG}text" and not one.get("transform")]
+    texts = [node for node in plot.find(f"{SVG}g") if node.tag == f"{SVG}text" and not node.get("transform")]
     # The title of the x axis is the last one.
-    across = [one for one in texts if one.get("text-anchor") == "middle"][:-1]
-    up = [one for one in texts if one.get("text-anchor") == "end"]
-    x = scale_of([one.text for one in across], [float(one.get("x")) for one in across], logs[0])
+    across = [node for node in texts if node.get("text-anchor") == "middle"][:-1]
+    up = [node for node in texts if node.get("text-anchor") == "end"]
+    x = scale_of([node.text for node in across], [float(node.get("x")) for node in across], logs[0])
     # The base line of a label is a third of its size below its middle.
     y = scale_of(
-        [one.text for one in up], [float(one.get("y")) - 0.34 * float(one.get("font-size")) for one in up], logs[1]
+        [node.text for node in up],
+        [float(node.get("y")) - 0.34 * float(node.get("font-size")) for node in up],
+        logs[1],
     )
-    drawn = [one for one in plot.find(f"{SVG}svg") if one[0].text == curve.get("label", "")][-1]
+    drawn = [node for node in plot.find(f"{SVG}svg") if node[0].text == curve.get("label", "")][-1]
     places = points_of(drawn)
-    kept = [n for n, one in enumerate(curve["y"]) if one is not None]
-    for found, wanted, log in ((x(places[:, 0]), curve["x"], logs[0]), (y(places[:, 1]), curve["y"], logs[1])):
-        wanted = np.array([wanted[n] for n in kept], dtype=float)
+    kept = [n for n, value in enumerate(curve["y"]) if value is not None]
+    for shown, values, log in ((x(places[:, 0]), curve["x"], logs[0]), (y(places[:, 1]), curve["y"], logs[1])):
+        values = np.array([values[n] for n in kept], dtype=float)
         # Pixels have two digits.
-        scale = np.abs(wanted) if log else np.abs(wanted).max()
-        np.testing.assert_allclose((found - wanted) / scale, 0.0, atol=1e-3)
+        scale = np.abs(values) if log else np.abs(values).max()
+        np.testing.assert_allclose((shown - values) / scale, 0.0, atol=1e-3)
 
 
 def scenes_of(path):
@@ -229,18 +231,18 @@ def points_of(path):
 def enlarged(scene):
     """The enlarged contact in metres: outline of the body (x, depth), and the x of the ends of the contact."""
     parts = list(scene)
-    paths = [one for one in parts if one.tag == f"{SVG}path"]
-    bar = next(n for n, one in enumerate(parts) if one.tag == f"{SVG}path" and one.get("d").startswith("M8 "))
+    paths = [part for part in parts if part.tag == f"{SVG}path"]
+    bar = next(n for n, part in enumerate(parts) if part.tag == f"{SVG}path" and part.get("d").startswith("M8 "))
     length, unit = parts[bar + 1].text.split()
     left, right = points_of(parts[bar])[1:3, 0]
     scale = float(length) * {"mm": 1e-3, "µm": 1e-6}[unit] / (right - left)
-    stretch = next((float(one.text.split()[-1]) for one in parts if "heights" in (one.text or "")), 1.0)
-    (ground,) = [one for one in paths if one.get("stroke-dasharray")]
+    stretch = next((float(part.text.split()[-1]) for part in parts if "heights" in (part.text or "")), 1.0)
+    (ground,) = [part for part in paths if part.get("stroke-dasharray")]
     middle = float(scene.get("width")) / 2
     # The last two points close the outline above the picture.
-    body = points_of([one for one in paths if one.get("fill") != "none" and len(points_of(one)) > 100][-1])[:-2]
+    body = points_of([part for part in paths if part.get("fill") != "none" and len(points_of(part)) > 100][-1])[:-2]
     body = body[body[:, 1] > -10.0]
-    edges = [points_of(one) for one in paths if one.get("stroke-width") and len(points_of(one)) == 2]
+    edges = [points_of(part) for part in paths if part.get("stroke-width") and len(points_of(part)) == 2]
     ends = [line[0, 0] - middle for line in edges if line[0, 0] == line[1, 0] != middle]
     zero = points_of(ground)[0, 1]
     x, depth = (body[:, 0] - middle) * scale, (body[:, 1] - zero) * scale / stretch
@@ -261,11 +263,11 @@ def test_the_slow_motion_is_saved_as_it_is(opened, tmp_path, state, share):
     whole, contact = scenes_of(saved_as(page, ".stage", "SVG", tmp_path))
     at = result.sample(np.array([(share - 0.2) / 0.6 * result.contact_time]))
     depth, mean = float(at.indentation_depth[0]), float(at.contact_radius[0])
-    x, found, ends, scale = enlarged(contact)
+    x, cursor, ends, scale = enlarged(contact)
     # Rounded to 0.01 pixels; a straight line between 61 points of the body and 121 times is off by a few times that.
     assert x.size > 200
     curvature = 1 / (0.05 if state else 0.01)
-    assert found == pytest.approx(depth - curvature * x**2 / 2, abs=0.1 * scale)
+    assert cursor == pytest.approx(depth - curvature * x**2 / 2, abs=0.1 * scale)
     widest = profile.semi_axes(mean)[0] if state else mean
     assert sorted(ends) == pytest.approx([-widest, widest], abs=0.1 * scale)
     # The whole body: its half-axes, and its lowest point under the ground.
@@ -290,9 +292,9 @@ def test_the_slow_motion_of_a_pyramid_says_what_is_not_known(opened, tmp_path):
     assert "surface around a pyramid is not known" in page.locator(".scenes .note").inner_text()
     page.evaluate("explorer.tabs.impact.clock.to(0.5)")
     _, contact = scenes_of(saved_as(page, ".stage", "SVG", tmp_path))
-    x, found, ends, scale = enlarged(contact)
+    x, cursor, ends, scale = enlarged(contact)
     depth = float(result.sample(np.array([0.5 * result.contact_time])).indentation_depth[0])
-    assert found == pytest.approx(depth - np.abs(x) / np.tan(1.2), abs=0.1 * scale)
+    assert cursor == pytest.approx(depth - np.abs(x) / np.tan(1.2), abs=0.1 * scale)
     assert ends.size == 0
 
 

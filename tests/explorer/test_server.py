@@ -21,38 +21,34 @@ from restitution.explorer.server import page_files
 from sockets import get, opened
 
 
-def test_the_page_needs_the_token(running):
+@pytest.mark.parametrize(
+    "query",
+    ["", "token=", "token={short}", "token={token}x", "token=wrong", "token=%00", "token=%C3%A4", "token=a&token={token}",
+     "token={token}&token=a", "token={token}&token={token}"],
+)  # fmt: skip
+def test_the_page_and_its_socket_need_the_token_alone(running, query):
     token = running.access.token
-    assert get(running, f"/?token={token}").status == 200
-    for path in ("/", "/?token=", f"/?token={token[:-1]}", f"/?token={token}x", "/?token=%C3%A4"):
-        answer = get(running, path)
-        assert answer.status == 403
-        assert token.encode() not in answer.content
+    query = query.format(token=token, short=token[:-1])
+    answer = get(running, f"/?{query}")
+    assert answer.status == 403
+    assert token.encode() not in answer.content
+    with pytest.raises(InvalidStatus), opened(running, address=f"ws://127.0.0.1:{running.port}/ws?{query}"):
+        pass
 
 
 def test_tokens_are_random():
     servers = [listen(port=0) for _ in range(3)]
-    for one in servers:
-        one.listener.close()
-    assert len({one.access.token for one in servers}) == 3
-    assert all(len(one.access.token) >= 22 for one in servers)
+    for server_ in servers:
+        server_.listener.close()
+    assert len({server_.access.token for server_ in servers}) == 3
+    assert all(len(server_.access.token) >= 22 for server_ in servers)
 
 
 @pytest.mark.parametrize(
     "host",
-    [
-        "evil.com@127.0.0.1",
-        "evil.com@127.0.0.1:{port}",
-        "127.0.0.1/x",
-        "127.0.0.1?x",
-        "evil.example",
-        "evil.example:{port}",
-        "localhost.evil.example",
-        "",
-        "[",
-        "127.0.0.1.nip.io",
-    ],
-)
+    ["evil.com@127.0.0.1", "evil.com@127.0.0.1:{port}", "127.0.0.1/x", "127.0.0.1?x", "evil.example",
+     "evil.example:{port}", "localhost.evil.example", "", "[", "127.0.0.1.nip.io"],
+)  # fmt: skip
 def test_other_names_of_this_machine_are_refused(running, host):
     host = host.format(port=running.port)
     for path in (f"/?token={running.access.token}", "/static/interpolant.js"):
@@ -75,13 +71,6 @@ def test_sockets_of_other_pages_are_refused(running, origin):
     ):
         pass
     assert refused.value.response.status_code == 403
-
-
-@pytest.mark.parametrize("token", ["", "wrong", "%00"])
-def test_sockets_without_the_token_are_refused(running, token):
-    address = f"ws://127.0.0.1:{running.port}/ws?token={token}"
-    with pytest.raises(InvalidStatus), opened(running, address=address):
-        pass
 
 
 def test_headers_forbid_what_the_page_does_not_need(running):
@@ -138,8 +127,8 @@ def test_the_schema_describes_every_number(running, ask):
         schema = socket_.schema
     assert schema["kind"] == "schema"
     assert schema["version"] == rs.__version__
-    dimensions = {one["dimension"] for one in schema["outputs"].values()}
-    dimensions |= {one["dimension"] for one in schema["inputs"] if one["type"] != "choice"}
+    dimensions = {about["dimension"] for about in schema["outputs"].values()}
+    dimensions |= {about["dimension"] for about in schema["inputs"] if about["type"] != "choice"}
     for units in schema["units"].values():
         assert dimensions - set(units) <= {"energy per amount of substance"}
     for kind in ("impact", "velocity", "surface", "bounces", "indentation"):
@@ -155,10 +144,10 @@ def test_curves_come_as_doubles(ask, monkeypatch):
     monkeypatch.setattr(answers, "TIME_LIMIT", 1e3)
     for kind in ("impact", "surface"):
         for name, expected in answers.KINDS[kind]({})["curves"].items():
-            found = ask(kind)["curves"][name]
-            assert found.keys() == expected.keys()
-            for column in found.keys() - {"displacement", "semi_axis"}:
-                doubles = np.frombuffer(base64.b64decode(found[column]["doubles"]), "<f8")
+            answered = ask(kind)["curves"][name]
+            assert answered.keys() == expected.keys()
+            for column in answered.keys() - {"displacement", "semi_axis"}:
+                doubles = np.frombuffer(base64.b64decode(answered[column]["doubles"]), "<f8")
                 np.testing.assert_array_equal(doubles, expected[column])
 
 
@@ -208,8 +197,12 @@ def test_requests_that_wait_are_replaced_by_newer_ones(running, monkeypatch):
         page.send("?")
         assert json.loads(page.recv(timeout=20))["kind"] is None
         go_on.set()
-        found = [json.loads(page.recv(timeout=20)) for _ in range(3)]
-        assert [(one["kind"], one["id"]) for one in found] == [("impact", 0), ("impact", 49), ("velocity", 49)]
+        answers_ = [json.loads(page.recv(timeout=20)) for _ in range(3)]
+        assert [(answer["kind"], answer["id"]) for answer in answers_] == [
+            ("impact", 0),
+            ("impact", 49),
+            ("velocity", 49),
+        ]
         with pytest.raises(TimeoutError):
             page.recv(timeout=0.2)
 
@@ -245,16 +238,18 @@ def test_the_curve_over_velocity_waits_for_the_numbers_but_not_for_ever(running,
         go_on.release()
 
 
-def test_a_slow_answer_does_not_hold_a_slider_up(running, monkeypatch):
+@pytest.mark.parametrize(("kind", "same_page"), [("surface", True), ("paper", False)])
+def test_a_slow_answer_holds_neither_a_slider_nor_another_page_up(running, monkeypatch, kind, same_page):
     go_on = threading.Event()
-    monkeypatch.setitem(server._KINDS, "surface", lambda _: {"waited": go_on.wait(20)})
-    with opened(running) as page:
-        page.send(json.dumps({"id": 0, "kind": "surface"}))
+    monkeypatch.setitem(server._KINDS, kind, lambda _: {"waited": go_on.wait(20)})
+    with opened(running) as slow, opened(running) as other:
+        quick = slow if same_page else other
+        slow.send(json.dumps({"id": 0, "kind": kind}))
         for number in range(1, 20):
-            page.send(json.dumps({"id": number, "kind": "impact"}))
-            assert json.loads(page.recv(timeout=20))["id"] == number
+            quick.send(json.dumps({"id": number, "kind": "impact"}))
+            assert json.loads(quick.recv(timeout=20))["id"] == number
         go_on.set()
-        assert json.loads(page.recv(timeout=20))["waited"]
+        assert json.loads(slow.recv(timeout=20))["waited"]
 
 
 def test_the_newest_request_is_answered_when_the_turn_of_its_page_comes(running, monkeypatch):
@@ -277,30 +272,18 @@ def test_the_newest_request_is_answered_when_the_turn_of_its_page_comes(running,
         assert json.loads(second.recv(timeout=20))["id"] == 19
 
 
-def test_pages_do_not_wait_for_each_other(running, monkeypatch):
-    go_on = threading.Event()
-    monkeypatch.setitem(server._KINDS, "paper", lambda _: {"waited": go_on.wait(20)})
-    with opened(running) as slow, opened(running) as quick:
-        slow.send(json.dumps({"id": 1, "kind": "paper"}))
-        for number in range(20):
-            quick.send(json.dumps({"id": number, "kind": "impact", "state": {}}))
-            assert json.loads(quick.recv(timeout=20))["id"] == number
-        go_on.set()
-        assert json.loads(slow.recv(timeout=20))["waited"]
-
-
 def test_eight_pages_are_answered(running):
     results: dict[int, list[float]] = {}
 
     def drag(page: int) -> None:
         with opened(running) as socket_:
-            found = results[page] = []
+            answered = results[page] = []
             for step in range(5):
                 state = {"impact.velocity": 0.1 + 0.01 * (5 * page + step)}
                 socket_.send(json.dumps({"id": step, "kind": "impact", "state": state}))
                 answer = json.loads(socket_.recv(timeout=60))
                 assert answer["id"] == step
-                found.append(answer["numbers"]["restitution_coefficient"])
+                answered.append(answer["numbers"]["restitution_coefficient"])
 
     threads = [threading.Thread(target=drag, args=(page,)) for page in range(8)]
     for thread in threads:
@@ -436,14 +419,6 @@ def test_a_task_that_fails_answers_and_goes_on(running, monkeypatch):
         assert server.BUG in answer["error"]
         page.send(json.dumps({"id": 2, "kind": "impact"}))
         assert json.loads(page.recv(timeout=20))["ok"]
-
-
-@pytest.mark.parametrize("query", ["token=a&token={token}", "token={token}&token=a", "token={token}&token={token}"])
-def test_an_address_has_one_token(running, query):
-    query = query.format(token=running.access.token)
-    assert get(running, f"/?{query}").status == 403
-    with pytest.raises(InvalidStatus), opened(running, address=f"ws://127.0.0.1:{running.port}/ws?{query}"):
-        pass
 
 
 def test_no_more_sockets_than_allowed_are_served(running, monkeypatch):

@@ -52,11 +52,11 @@ def test_example_compares_a_number(path: Path) -> None:
 def test_numbers_from_scipy_are_those_of_their_script() -> None:
     """The examples quote every number of the table and no others."""
     table = (ROOT / "validation" / "gallery_numbers.md").read_text(encoding="utf-8")
-    known = set(re.findall(r"\| (0\.\d{10}) \|$", table, flags=re.MULTILINE))
-    assert len(known) >= 5
+    digits = set(re.findall(r"\| (0\.\d{10}) \|$", table, flags=re.MULTILINE))
+    assert len(digits) >= 5
     quoted = set()
     for path in EXAMPLES:
         text = path.read_text(encoding="utf-8")
         if "validation/gallery_numbers.py" in text:
             quoted |= set(re.findall(r"\b0\.\d{10}\b", text))
-    assert quoted == known
+    assert quoted == digits

@@ -35,9 +35,9 @@ def rebounds(
     mass = 7800.0 * 4.0 / 3.0 * np.pi * np.asarray(radius) ** 3
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rs.errors.RestitutionWarning)  # large strains do not matter here
-        found = rs.solve(rs.Impact(material, rs.Parabola(radius), mass, velocity))
+        outcome = rs.solve(rs.Impact(material, rs.Parabola(radius), mass, velocity))
     names = ("restitution_coefficient", *measured)
-    values = {name: np.atleast_1d(getattr(found, name)) for name in names}
+    values = {name: np.atleast_1d(getattr(outcome, name)) for name in names}
     if rng is not None:
         values = {name: value * np.exp(sd * rng.standard_normal(value.shape)) for name, value in values.items()}
     noise = options.pop("noise", rs.Noise(**dict.fromkeys(names, f"{100.0 * sd:g} %")))

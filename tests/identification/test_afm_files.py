@@ -76,22 +76,22 @@ def test_missing_metadata_are_asked_for_by_the_names_of_the_arguments(monkeypatc
     with pytest.raises(rs.InputError, match="give sensitivity=") as refused:
         rs.read_curves("gel.txt", profile=TIP, spring_constant=0.1)
     assert "spring" not in str(refused.value)
-    for given in (
+    for options in (
         {"spring_constant": 0.1, "sensitivity": 5e-8},
         {"metadata": {"spring constant": 0.1, "sensitivity": 5e-8}},
     ):
-        (read,) = rs.read_curves("gel.txt", profile=TIP, **given)
+        (read,) = rs.read_curves("gel.txt", profile=TIP, **options)
         assert read().spring_constant == 0.1
         assert np.array_equal(read().force, FORCE)
     with pytest.raises(rs.InputError, match=r"spring_constant = 0\.2: must be given once"):
         rs.read_curves("gel.txt", profile=TIP, spring_constant=0.2, metadata={"spring constant": 0.1})
 
 
-@pytest.mark.parametrize("given", [{"spring_constant": -1.0}, {"sensitivity": "a"}, {"metadata": 3}, {"profile": 2}])
-def test_wrong_arguments_are_refused(monkeypatch, given):
+@pytest.mark.parametrize("options", [{"spring_constant": -1.0}, {"sensitivity": "a"}, {"metadata": 3}, {"profile": 2}])
+def test_wrong_arguments_are_refused(monkeypatch, options):
     give(monkeypatch, Record(COLUMNS, {"spring constant": 0.5}))
-    with pytest.raises(rs.InputError, match=next(iter(given))):
-        rs.read_curves("gel.txt", **{"profile": TIP, "spring_constant": 0.1} | given)
+    with pytest.raises(rs.InputError, match=next(iter(options))):
+        rs.read_curves("gel.txt", **{"profile": TIP, "spring_constant": 0.1} | options)
 
 
 def test_times_follow_from_the_rates(monkeypatch):

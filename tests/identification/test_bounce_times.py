@@ -30,22 +30,22 @@ def sound(time, **options):
 
 @pytest.mark.parametrize("case", ["A", "B", "D"])
 def test_prediction_of_the_true_material_is_exact(case):
-    found = series(case)
-    data = sound(found.touch_time, noise=Noise(time=SD))
+    result = series(case)
+    data = sound(result.touch_time, noise=Noise(time=SD))
     error = data.predicted(columns(np.log(CASES[case])))[0] - data.intervals[1:]
     assert np.abs(error).max() < 0.03 * SD
-    known = sound(found.touch_time, drop_height=0.3, noise=Noise(time=SD))
-    assert known.size == data.size + 1
-    error = known.predicted(columns(np.log(CASES[case])))[0] - known.intervals
+    reference = sound(result.touch_time, drop_height=0.3, noise=Noise(time=SD))
+    assert reference.size == data.size + 1
+    error = reference.predicted(columns(np.log(CASES[case])))[0] - reference.intervals
     assert np.abs(error).max() < 0.03 * SD
 
 
 @pytest.mark.parametrize(("case", "least", "most"), [("D", 0.006, 0.008), ("B", 0.08, 0.12)])
 def test_ratios_of_times_are_biased_with_and_without_the_contact_time(case, least, most):
     """The last ratio of successive times between touches, and the same of these times less the contact time."""
-    found = series(case)
-    e, intervals = found.restitution_coefficient[1:-1], np.diff(found.touch_time)
-    flights = intervals - found.contact_time[:-1]
+    result = series(case)
+    e, intervals = result.restitution_coefficient[1:-1], np.diff(result.touch_time)
+    flights = intervals - result.contact_time[:-1]
     naive, less = (values[1:] / values[:-1] - e for values in (intervals, flights))
     assert least < naive[-1] < most
     # The body leaves from a depth, and arrives at the surface.
@@ -54,30 +54,30 @@ def test_ratios_of_times_are_biased_with_and_without_the_contact_time(case, leas
 
 @pytest.mark.parametrize("case", ["A", "B"])
 def test_material_is_recovered_and_its_errors_are_the_least_possible(case):
-    found = series(case)
+    result = series(case)
     data = sound(
-        found.touch_time + 1e-5 * np.random.default_rng(5).standard_normal(found.n_bounces), noise=Noise(time=1e-5)
+        result.touch_time + 1e-5 * np.random.default_rng(5).standard_normal(result.n_bounces), noise=Noise(time=1e-5)
     )
     truth = np.log(CASES[case])
-    got = fit(data, truth + np.array([0.3, -0.3, 0.3]))
-    bound = np.sqrt(np.diag(least_covariance(found, truth, 1e-5)))
-    assert np.all(np.abs(got.estimate - truth) < 3.0 * got.errors)
-    assert np.all((got.errors > 0.8 * bound) & (got.errors < 1.3 * bound))
+    estimated = fit(data, truth + np.array([0.3, -0.3, 0.3]))
+    bound = np.sqrt(np.diag(least_covariance(result, truth, 1e-5)))
+    assert np.all(np.abs(estimated.estimate - truth) < 3.0 * estimated.errors)
+    assert np.all((estimated.errors > 0.8 * bound) & (estimated.errors < 1.3 * bound))
 
 
-def least_covariance(found, truth, sd):
+def least_covariance(result, truth, sd):
     """Bound of Cramer and Rao, by whole series of bounces from an unknown height and an unknown start of time."""
-    n = found.n_bounces
+    n = result.n_bounces
 
     def touches(point):
         g, b, t = np.exp(point[:3])
-        made = standard_solid(g, b, b * t, poisson_ratio=0.5)
-        made = drop(Body(None, RADIUS, MASS), Body(made), math.exp(point[3]))
-        return bounces(made, max_bounces=n, min_height=0.0, rtol=1e-11).touch_time
+        material = standard_solid(g, b, b * t, poisson_ratio=0.5)
+        impact = drop(Body(None, RADIUS, MASS), Body(material), math.exp(point[3]))
+        return bounces(impact, max_bounces=n, min_height=0.0, rtol=1e-11).touch_time
 
-    point = np.append(truth, math.log(found.drop_height))
+    point = np.append(truth, math.log(result.drop_height))
     steps = 1e-4 * np.eye(4)
-    J = np.array([(touches(point + one) - touches(point - one)) / 2e-4 for one in steps]).T / sd
+    J = np.array([(touches(point + step) - touches(point - step)) / 2e-4 for step in steps]).T / sd
     J = np.column_stack([J, np.full(n, 1.0 / sd)])
     return np.linalg.inv(J.T @ J)[:3, :3]
 
@@ -85,48 +85,48 @@ def least_covariance(found, truth, sd):
 def test_identify_finds_the_material_or_that_the_sound_does_not_show_it():
     random = np.random.default_rng(9)
     for case, shown in (("B", True), ("D", False)):
-        found = series(case)
-        time = found.touch_time + SD * random.standard_normal(found.n_bounces)
-        got = identify(sound(time, noise=Noise(time=SD)), standard_solid, fixed={"poisson_ratio": 0.5})
-        modulus = got.parameters["equilibrium_modulus"]
+        result = series(case)
+        time = result.touch_time + SD * random.standard_normal(result.n_bounces)
+        identified = identify(sound(time, noise=Noise(time=SD)), standard_solid, fixed={"poisson_ratio": 0.5})
+        modulus = identified.parameters["equilibrium_modulus"]
         assert modulus.determined == shown
         if shown:
             assert abs(modulus.value - CASES[case][0]) < 3.0 * modulus.standard_error
-            low, high = got.window
-            assert low < math.pi / found.contact_time[4] < high
+            low, high = identified.window
+            assert low < math.pi / result.contact_time[4] < high
         else:
             assert modulus.value is None
         # The loss tangent at the time scale of the own contacts is known in both cases.
-        tangent = got.functionals["loss_tangent at pi over the contact time"]
-        exact = np.sort(found.loss_tangent[1:-1])[(found.n_bounces - 2) // 2 + np.array([-1, 0, 1])]
+        tangent = identified.functionals["loss_tangent at pi over the contact time"]
+        exact = np.sort(result.loss_tangent[1:-1])[(result.n_bounces - 2) // 2 + np.array([-1, 0, 1])]
         assert tangent.standard_error < 0.02 * tangent.value
         assert exact[0] - 3.0 * tangent.standard_error < tangent.value < exact[-1] + 3.0 * tangent.standard_error
 
 
 def test_bounce_times_do_not_determine_the_modulus_of_a_material_with_small_loss():
     """Material D: the loss at the time scale of contact to a few per cent, the modulus no better than 80 %."""
-    found = series("D")
+    result = series("D")
     truth = np.log(CASES["D"])
-    errors = np.sqrt(np.diag(covariance(sound(found.touch_time, noise=Noise(time=SD)), truth)))
+    errors = np.sqrt(np.diag(covariance(sound(result.touch_time, noise=Noise(time=SD)), truth)))
     assert errors[0] > 0.8
 
 
 def test_a_trial_material_that_captures_the_ball_gives_finite_residuals():
     data = sound(series("B").touch_time, noise=Noise(time=SD))
     soft = np.log(CASES["B"]) - [math.log(300.0), 0.0, 0.0]
-    found = residuals(data, [soft, np.log(CASES["B"])])
-    assert np.all(np.isfinite(found))
-    assert np.abs(found[0]).max() > 1e3
-    made = columns([soft, soft])
-    reduced_modulus(made).equilibrium_modulus[0] = math.nan
-    assert np.all(np.isnan(data.residuals(made, np.empty((2, 0)))[0]))
+    result = residuals(data, [soft, np.log(CASES["B"])])
+    assert np.all(np.isfinite(result))
+    assert np.abs(result[0]).max() > 1e3
+    material = columns([soft, soft])
+    reduced_modulus(material).equilibrium_modulus[0] = math.nan
+    assert np.all(np.isnan(data.residuals(material, np.empty((2, 0)))[0]))
 
 
 def test_residuals_are_white():
-    found, rng = series("D"), np.random.default_rng(6)
+    result, rng = series("D"), np.random.default_rng(6)
     point = np.log(CASES["D"])
     rows = np.array([
-        residuals(sound(found.touch_time + SD * rng.standard_normal(found.n_bounces), noise=Noise(time=SD)), point)[0]
+        residuals(sound(result.touch_time + SD * rng.standard_normal(result.n_bounces), noise=Noise(time=SD)), point)[0]
         for _ in range(100)
     ])  # fmt: skip
     correlation = rows.T @ rows / len(rows)
@@ -200,23 +200,23 @@ def test_drag_is_taken_into_account_or_warned_of():
 
 def test_other_profiles_need_a_radius_for_the_drag():
     time = series("A").touch_time
-    made = columns(np.log(CASES["A"]))
+    material = columns(np.log(CASES["A"]))
     ball, none = sound(time), np.empty((1, 0))
     parabola = sound(time, radius=None, profile=Parabola(RADIUS))
-    assert np.array_equal(ball.residuals(made, none), parabola.residuals(made, none))
-    sphere = sound(time, radius=None, profile=Sphere(RADIUS)).residuals(made, none)
+    assert np.array_equal(ball.residuals(material, none), parabola.residuals(material, none))
+    sphere = sound(time, radius=None, profile=Sphere(RADIUS)).residuals(material, none)
     # Contacts are small beside the radius.
-    assert sphere == pytest.approx(ball.residuals(made, none), abs=1e-3)
+    assert sphere == pytest.approx(ball.residuals(material, none), abs=1e-3)
     with pytest.raises(InputError, match="air_density"):
         sound(time, radius=None, profile=Cone(1.0), air_density=1.2)
 
 
 def test_window_and_start_come_from_the_contact_times():
-    found = series("B")
-    data = sound(found.touch_time, noise=Noise(time=1e-6))
-    times = found.contact_time[1:-1]
-    known = data.contact_times(columns(np.log(CASES["B"])))
-    assert [np.nanmin(known), np.nanmax(known)] == pytest.approx([times.min(), times.max()], rel=0.1)
+    result = series("B")
+    data = sound(result.touch_time, noise=Noise(time=1e-6))
+    times = result.contact_time[1:-1]
+    reference = data.contact_times(columns(np.log(CASES["B"])))
+    assert [np.nanmin(reference), np.nanmax(reference)] == pytest.approx([times.min(), times.max()], rel=0.1)
     omega = data.effective_moduli().angular_frequency
     assert 0.5 * math.pi / times.max() < omega[0] < omega[-1] < 2.0 * math.pi / times.min()
 
@@ -249,10 +249,10 @@ def test_bad_instants_are_refused_in_one_line(change, words):
 
 
 def test_an_uncertain_drop_height_counts_less():
-    found = series("D", 8)
+    result = series("D", 8)
     truth = np.log(CASES["D"])
     sizes = [
-        np.trace(np.linalg.pinv(covariance(sound(found.touch_time, drop_height=0.3, noise=noise), truth)))
+        np.trace(np.linalg.pinv(covariance(sound(result.touch_time, drop_height=0.3, noise=noise), truth)))
         for noise in (Noise(time=SD), Noise(time=SD, drop_height=1e-3), Noise(time=SD, drop_height=1.0))
     ]
     assert sizes[0] > sizes[1] > sizes[2]

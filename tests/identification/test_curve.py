@@ -47,11 +47,11 @@ def cramer_rao(time, depth, best):
 
 @pytest.mark.parametrize("part", [slice(None), slice(0, 240)], ids=["whole", "approach"])
 def test_the_material_is_found_with_errors_of_the_cramer_rao_bound(part):
-    found = rs.identify(curve(1, part), rs.standard_solid, fixed=FIXED, profiles=False)
-    estimates = [*found.parameters.values(), found.nuisances["contact_point"]]
+    fit = rs.identify(curve(1, part), rs.standard_solid, fixed=FIXED, profiles=False)
+    estimates = [*fit.parameters.values(), fit.nuisances["contact_point"]]
     truth = [*TRUTH.values(), CONTACT_POINT]
     # The errors of the approach alone, 10 %, depend on the parameters at which they are computed.
-    bound = cramer_rao(TIME[part], DEPTH[part], [one.value for one in estimates])
+    bound = cramer_rao(TIME[part], DEPTH[part], [estimate.value for estimate in estimates])
     for k, (estimate, value) in enumerate(zip(estimates, truth, strict=True)):
         stated = estimate.standard_error / (estimate.value if k < 3 else 1.0)
         assert 0.8 < stated / bound[k] < 1.3
@@ -59,7 +59,7 @@ def test_the_material_is_found_with_errors_of_the_cramer_rao_bound(part):
             assert abs(math.log(estimate.value / value)) < 3.5 * bound[k]
         else:
             assert abs(estimate.value - value) < 3.5 * bound[k]
-    assert found.chi2 / found.data[0].size == pytest.approx(1.0, abs=5.0 * math.sqrt(2.0 / found.data[0].size))
+    assert fit.chi2 / fit.data[0].size == pytest.approx(1.0, abs=5.0 * math.sqrt(2.0 / fit.data[0].size))
 
 
 def test_baseline_and_slope_are_found():
@@ -70,8 +70,8 @@ def test_baseline_and_slope_are_found():
 
 def test_noise_of_unknown_size_is_estimated():
     unknown = rs.identify(curve(3, noise=None), rs.standard_solid, fixed=FIXED, profiles=False)
-    known = rs.identify(curve(3), rs.standard_solid, fixed=FIXED, profiles=False)
-    for name, estimate in known.parameters.items():
+    reference = rs.identify(curve(3), rs.standard_solid, fixed=FIXED, profiles=False)
+    for name, estimate in reference.parameters.items():
         assert unknown.parameters[name].value == pytest.approx(estimate.value, rel=1e-5)
         assert unknown.parameters[name].standard_error == pytest.approx(estimate.standard_error, rel=0.15)
 
@@ -80,12 +80,12 @@ def test_noise_of_unknown_size_is_estimated():
 def test_a_wrong_contact_point_increases_chi2(off):
     """20 nm in 1 um: chi2/n is 1.35 (the design), and the error of E(inf) 9 to 15 %."""
     curves = [curve(seed) for seed in range(30)]
-    for one in curves:
+    for data in curves:
         place = CONTACT_POINT + off
-        one.nuisances = (one.nuisances[0]._replace(start=place, low=place - 1e-13, high=place + 1e-13),)
-    found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=1, progress=False)
-    assert float(found["chi2"].mean()) / TIME.size == pytest.approx(1.35, abs=0.1)
-    bias = float(found["equilibrium_modulus"].mean()) / TRUTH["equilibrium_modulus"] - 1.0
+        data.nuisances = (data.nuisances[0]._replace(start=place, low=place - 1e-13, high=place + 1e-13),)
+    fit = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=1, progress=False)
+    assert float(fit["chi2"].mean()) / TIME.size == pytest.approx(1.35, abs=0.1)
+    bias = float(fit["equilibrium_modulus"].mean()) / TRUTH["equilibrium_modulus"] - 1.0
     assert 0.08 < bias * math.copysign(1.0, off) < 0.16
 
 
@@ -97,12 +97,12 @@ def test_a_power_law_with_a_hold():
     force = rs.indent(solid, TIP, depth=depth - 0.3e-6, time=time).force
     force += np.random.default_rng(4).normal(0.0, SD, time.size)
     data = rs.IndentationCurve(time, depth, force, profile=TIP, noise=NOISE)
-    found = rs.identify(data, rs.springpot, fixed=FIXED, profiles=False)
+    fit = rs.identify(data, rs.springpot, fixed=FIXED, profiles=False)
     for name, value in (("coefficient", 400.0), ("exponent", 0.25)):
-        estimate = found.parameters[name]
+        estimate = fit.parameters[name]
         assert abs(estimate.value - value) < 3.5 * estimate.standard_error
         assert estimate.standard_error < 0.01 * value
-    assert found.nuisances["contact_point"].value == pytest.approx(0.3e-6, abs=5e-9)
+    assert fit.nuisances["contact_point"].value == pytest.approx(0.3e-6, abs=5e-9)
 
 
 def force_of_soft_cantilever(stiffness):
@@ -126,7 +126,7 @@ def test_the_compliance_of_a_soft_cantilever_leaves_no_bias():
         assert data.lines.time.size > 24
         biases.append(rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False).parameters)
     for name, value in TRUTH.items():
-        z = [(one[name].value - value) / one[name].standard_error for one in biases]
+        z = [(estimate[name].value - value) / estimate[name].standard_error for estimate in biases]
         assert abs(np.mean(z)) < 4.0 / math.sqrt(len(z))
     stiff = rs.IndentationCurve(TIME, DEPTH, noisy(0, force), profile=TIP, noise=NOISE)
     ignored = rs.identify(stiff, rs.standard_solid, fixed=FIXED, profiles=False).parameters
@@ -139,9 +139,9 @@ def test_a_noisy_depth_is_replaced_with_a_warning():
     with pytest.warns(RestitutionWarning, match="straight lines replace the depth"):
         data = rs.IndentationCurve(TIME, depth, noisy(5), profile=TIP, noise=NOISE)
     assert np.abs(np.interp(TIME, data.lines.time, data.lines.depth) - DEPTH).max() < 3e-9
-    found = rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False).parameters
+    fit = rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False).parameters
     for name, value in TRUTH.items():
-        assert found[name].value == pytest.approx(value, rel=0.15)
+        assert fit[name].value == pytest.approx(value, rel=0.15)
 
 
 def test_the_warning_of_a_noisy_depth_is_one_for_all_curves():
@@ -150,7 +150,7 @@ def test_the_warning_of_a_noisy_depth_is_one_for_all_curves():
         depth = DEPTH + np.random.default_rng(seed).normal(0.0, 1e-9 * (1 + seed), TIME.size)
         with pytest.warns(RestitutionWarning) as caught:
             rs.IndentationCurve(TIME, depth, noisy(5), profile=TIP, noise=NOISE, label=f"curve {seed}")
-        texts |= {str(one.message) for one in caught}
+        texts |= {str(warning.message) for warning in caught}
     assert len(texts) == 1
 
 
@@ -160,14 +160,14 @@ def test_random_contact_points_give_the_force_of_a_history_that_starts_at_touch(
     places = rng.uniform(0.01e-6, 1.35e-6, count)
     data = curve()
     forces = data.forces(column([GEL] * count), places[:, None])
-    for place, found in zip(places, forces, strict=True):
+    for place, force in zip(places, forces, strict=True):
         touch, above = place / 1e-6, place < DEPTH
         time, depth = [touch, *TIME[above], 2.8 - touch], [0.0, *(DEPTH[above] - place), 0.0]
         history = rs.History.from_points(time, depth)
         inside = (touch < TIME) & (2.8 - touch > TIME)
-        known = rs.indent(GEL, TIP, depth=history, time=TIME[inside])
-        assert np.abs(found[inside] - known.force).max() < 1e-7 * known.max_force
-        assert not np.any(found[~inside])
+        reference = rs.indent(GEL, TIP, depth=history, time=TIME[inside])
+        assert np.abs(force[inside] - reference.force).max() < 1e-7 * reference.max_force
+        assert not np.any(force[~inside])
 
 
 def test_units_do_not_change_the_fit():
@@ -199,7 +199,7 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        (changed("time", 7, 0.0), {}, r"time\[7\].*must be after"),
+        (changed("time", 7, 0.0), {}, r"time\[7\].*must be ascending"),
         (changed("force", 7, math.nan), {}, "force.*finite"),
         ({"time": TIME, "depth": DEPTH, "force": FORCE[1:]}, {}, "equal length"),
         ({"time": TIME, "depth": DEPTH, "force": np.minimum(FORCE, 7e-10)}, {}, "saturated"),
@@ -262,7 +262,7 @@ def damaged(rng, columns):
     )
     damages[rng.integers(0, len(damages))]()
     part = slice(*sorted(rng.integers(0, column.size, 2))) if rng.random() < 0.2 else slice(None)
-    return [one[part] for one in columns]
+    return [column[part] for column in columns]
 
 
 @pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning", "ignore::RuntimeWarning")

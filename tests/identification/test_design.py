@@ -43,24 +43,24 @@ def plan(model, radius, **options):
 
 @pytest.mark.parametrize("case", CASES)
 def test_largest_errors_are_those_of_the_design_page(case):
-    for radius, known in zip(([0.01], [0.003, 0.01, 0.03]), KNOWN[case], strict=True):
+    for radius, reference in zip(([0.01], [0.003, 0.01, 0.03]), KNOWN[case], strict=True):
         # Values of a table with two digits; its velocities may be different.
-        assert 100.0 * plan(CASES[case], radius).largest_error == pytest.approx(known, rel=0.1)
+        assert 100.0 * plan(CASES[case], radius).largest_error == pytest.approx(reference, rel=0.1)
 
 
 def test_several_radii_are_better_than_velocities_by_the_stated_gain():
-    found = plan(CASES["A"], [0.003, 0.01, 0.03])
-    assert found.gains[0.01] > 4.0
-    assert found.one_radius[0.01] == pytest.approx(plan(CASES["A"], [0.01]).largest_error)
-    assert any("0.01 m" in line for line in found.statements)
+    result = plan(CASES["A"], [0.003, 0.01, 0.03])
+    assert result.gains[0.01] > 4.0
+    assert result.one_radius[0.01] == pytest.approx(plan(CASES["A"], [0.01]).largest_error)
+    assert any("0.01 m" in line for line in result.statements)
 
 
 def test_predicted_errors_follow_from_the_jacobian_of_the_chosen_impacts():
-    found = plan(CASES["A"], [0.003, 0.03], n=7)
-    assert found.repeats.sum() == 7
+    result = plan(CASES["A"], [0.003, 0.03], n=7)
+    assert result.repeats.sum() == 7
     balls = Rebounds(
-        np.repeat(found.velocity, found.repeats), np.ones(7), radius=np.repeat(found.radius, found.repeats),
-        mass=np.repeat(found.mass, found.repeats),
+        np.repeat(result.velocity, result.repeats), np.ones(7), radius=np.repeat(result.radius, result.repeats),
+        mass=np.repeat(result.mass, result.repeats),
     )  # fmt: skip
     guess = np.array([1e6, 1e7, 1e-3])
 
@@ -74,17 +74,17 @@ def test_predicted_errors_follow_from_the_jacobian_of_the_chosen_impacts():
         [(logs(guess * np.exp(step * e)) - logs(guess * np.exp(-step * e))) / (2.0 * step) for e in np.eye(3)], axis=1
     )
     errors = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
-    np.testing.assert_allclose(list(found.standard_errors.values()), errors, rtol=1e-3)
+    np.testing.assert_allclose(list(result.standard_errors.values()), errors, rtol=1e-3)
 
 
 @pytest.mark.parametrize("criterion", ["E", "D"])
 def test_a_design_is_better_than_random_choices(criterion):
-    found = plan(CASES["D"], [0.003, 0.01, 0.03], n=10, criterion=criterion)
+    result = plan(CASES["D"], [0.003, 0.01, 0.03], n=10, criterion=criterion)
     rng = np.random.default_rng(1)
     for _ in range(5):
         some = np.sort(rng.choice(VELOCITIES, 10))
         other = design(CASES["D"], {"velocity": some[:1], "radius": [0.003, 0.01, 0.03], "density": STEEL}, n=10)
-        assert found.largest_error < other.largest_error
+        assert result.largest_error < other.largest_error
 
 
 def test_both_criteria_agree_within_a_quarter():
@@ -98,9 +98,9 @@ def test_more_impacts_lower_the_error_by_the_root_of_their_number():
 
 
 def test_the_restitution_coefficient_alone_determines_no_parameter():
-    found = plan(CASES["A"], [0.003, 0.01, 0.03], noise=Noise(restitution_coefficient=0.005))
-    assert all(math.isinf(error) for error in found.standard_errors.values())
-    assert "No choice" in found.statements[-1]
+    result = plan(CASES["A"], [0.003, 0.01, 0.03], noise=Noise(restitution_coefficient=0.005))
+    assert all(math.isinf(error) for error in result.standard_errors.values())
+    assert "No choice" in result.statements[-1]
 
 
 def test_parameters_that_are_known_are_left_out():
@@ -113,30 +113,34 @@ def test_parameters_that_are_known_are_left_out():
 
 def test_fractional_models_have_designs():
     guess = partial(rs.fractional_zener, 1e6, 1e7, 1e-3, 0.5, poisson_ratio=0.5)
-    found = plan(guess, [0.003, 0.03], n=8)
-    assert 0.0 < found.largest_error < 1.0
+    result = plan(guess, [0.003, 0.03], n=8)
+    assert 0.0 < result.largest_error < 1.0
 
 
 def test_a_design_continues_an_identification():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), 0.01, np.geomspace(0.3, 3.0, 20), seed=1)
-    found = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
-    more = plan(found, [0.003, 0.03], n=10)
-    before = {name: one.standard_error / one.value for name, one in found.parameters.items() if one.determined}
+    result = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    more = plan(result, [0.003, 0.03], n=10)
+    before = {
+        name: estimate.standard_error / estimate.value
+        for name, estimate in result.parameters.items()
+        if estimate.determined
+    }
     assert before
     for name, error in before.items():
         assert more.standard_errors[name] < error
     # Twice the data of the same kind: a factor of the root of 2.
-    same = design(found, {"velocity": balls.velocity, "radius": 0.01, "mass": balls.mass[0]}, n=20)
+    same = design(result, {"velocity": balls.velocity, "radius": 0.01, "mass": balls.mass[0]}, n=20)
     assert same.largest_error < max(before.values()) / 1.3
 
 
 def test_results_are_plain_numbers_tables_and_pictures():
-    found = plan(CASES["A"], [0.003, 0.03], n=6)
-    assert json.loads(json.dumps(found.to_dict()))["criterion"] == "E"
-    table = found.to_dataset()
+    result = plan(CASES["A"], [0.003, 0.03], n=6)
+    assert json.loads(json.dumps(result.to_dict()))["criterion"] == "E"
+    table = result.to_dataset()
     assert table.velocity.attrs["units"] == "m/s"
     assert int(table.repeats.sum()) == 6
-    assert str(found).count("\n") > found.velocity.size
+    assert str(result).count("\n") > result.velocity.size
 
 
 @pytest.mark.parametrize(

@@ -23,17 +23,17 @@ def bounces():
 
 
 def rebounds(bounces, *names, **options):
-    _, velocity, found = bounces
-    data = {name: getattr(found, name) for name in names}
-    return Rebounds(velocity, found.restitution_coefficient, **BODY, **data, **options)
+    _, velocity, result = bounces
+    data = {name: getattr(result, name) for name in names}
+    return Rebounds(velocity, result.restitution_coefficient, **BODY, **data, **options)
 
 
 @pytest.mark.parametrize("family", FORMULA_ERRORS)
 def test_errors_stay_within_the_stated_ones(family):
     validation = script("validation/effective_moduli.py")
     # The seed differs from that of the script for the stated errors.
-    found = validation.errors(family, 60, np.random.default_rng(20261122))
-    for name, values in found.items():
+    errors = validation.errors(family, 60, np.random.default_rng(20261122))
+    for name, values in errors.items():
         stated = getattr(FORMULA_ERRORS[family], name)
         size = np.abs(values)
         # At most 5 % of the materials exceed the stated error: fewer than 8 of 60, with a probability of 0.99.
@@ -52,9 +52,9 @@ def test_a_time_and_a_force_give_the_same_point(bounces):
 
 def test_elastic_bounces_give_the_reduced_modulus():
     solid = rs.elastic(shear_modulus=1e8, poisson_ratio=0.3)
-    found = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass=0.033, velocity=1.0))
+    result = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass=0.033, velocity=1.0))
     for name in ("contact_time", "max_force"):
-        balls = Rebounds([1.0], [1.0], **BODY, **{name: getattr(found, name)})
+        balls = Rebounds([1.0], [1.0], **BODY, **{name: getattr(result, name)})
         moduli = effective_moduli(balls)
         # Hertz: exact, with E* = 2 G/(1 - nu).
         assert moduli.storage_modulus[0] == pytest.approx(2e8 / 0.7, rel=1e-8)
@@ -62,7 +62,7 @@ def test_elastic_bounces_give_the_reduced_modulus():
 
 
 def test_standard_errors_are_those_of_repeated_measurements(bounces):
-    _, velocity, found = bounces
+    _, velocity, result = bounces
     noise = Noise(restitution_coefficient="1 %", contact_time="1 %", velocity="0.5 %")
     stated = effective_moduli(rebounds(bounces, "contact_time", noise=noise))
     rng = np.random.default_rng(3)
@@ -71,8 +71,8 @@ def test_standard_errors_are_those_of_repeated_measurements(bounces):
     for _ in range(400):
         shaken = [1.0 + share * rng.normal(size=5) for share in (0.01, 0.01, 0.005)]
         balls = Rebounds(
-            velocity * shaken[2], np.minimum(found.restitution_coefficient * shaken[0], 1.0),
-            contact_time=found.contact_time * shaken[1], **BODY,
+            velocity * shaken[2], np.minimum(result.restitution_coefficient * shaken[0], 1.0),
+            contact_time=result.contact_time * shaken[1], **BODY,
         )  # fmt: skip
         moduli = effective_moduli(balls)
         for name in names:
@@ -98,9 +98,9 @@ def test_a_prony_series_fits_the_table():
     solid = rs.standard_solid(2e8, 2e8, 2e4, poisson_ratio=0.5)
     velocity, radius = np.tile(np.geomspace(0.1, 2.0, 4), 3), np.repeat([0.003, 0.01, 0.03], 4)
     mass = 7800.0 * 4.0 / 3.0 * math.pi * radius**3
-    found = rs.solve(rs.Impact(solid, rs.Parabola(radius), mass=mass, velocity=velocity))
+    result = rs.solve(rs.Impact(solid, rs.Parabola(radius), mass=mass, velocity=velocity))
     balls = Rebounds(
-        velocity, found.restitution_coefficient, radius=radius, mass=mass, contact_time=found.contact_time
+        velocity, result.restitution_coefficient, radius=radius, mass=mass, contact_time=result.contact_time
     )
     table = effective_moduli(balls).dynamic_table(poisson_ratio=0.5)
     assert table.deformation == "shear"

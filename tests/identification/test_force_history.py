@@ -44,10 +44,10 @@ def test_forces_of_many_materials_are_those_of_single_impacts(profile):
     t, force, first, _ = history("A", profile=profile)
     data = ForceHistory(t, force, profile=profile, mass=MASS, velocity=1.0)
     logs = np.log([CASES["D"], CASES["A"], CASES["B"]])
-    found = data.forces(columns(logs), np.full((3, 1), first))
-    assert found[1] == pytest.approx(force, abs=1e-8 * force.max())
+    result = data.forces(columns(logs), np.full((3, 1), first))
+    assert result[1] == pytest.approx(force, abs=1e-8 * force.max())
     other = solve(Impact(solid("D"), profile, MASS, 1.0)).sample(t[t >= first] - first)["force"]
-    assert found[0, t >= first] == pytest.approx(np.asarray(other), abs=1e-8 * force.max())
+    assert result[0, t >= first] == pytest.approx(np.asarray(other), abs=1e-8 * force.max())
 
 
 def test_impulse_is_the_change_of_momentum():
@@ -74,21 +74,21 @@ def test_material_is_recovered_and_its_errors_are_the_least_possible(case, noise
     data = record(t, noisy, noise=Noise(force=sd))
     truth = np.append(np.log(CASES[case]), first)
     bound = np.sqrt(np.diag(covariance(data, truth)))
-    found = fit(data, truth[:3] + np.array([0.5, -0.5, 0.5]))
-    assert np.all(np.abs(found.estimate - truth) < 3.0 * found.errors)
-    assert np.all((found.errors[1:] > 0.8 * bound[1:]) & (found.errors[1:] < 1.3 * bound[1:]))
-    assert abs(found.chi2 - (t.size - 5)) < 4.0 * math.sqrt(2.0 * t.size)
-    point = columns(found.estimate[:3]), found.estimate[None, 3:]
+    result = fit(data, truth[:3] + np.array([0.5, -0.5, 0.5]))
+    assert np.all(np.abs(result.estimate - truth) < 3.0 * result.errors)
+    assert np.all((result.errors[1:] > 0.8 * bound[1:]) & (result.errors[1:] < 1.3 * bound[1:]))
+    assert abs(result.chi2 - (t.size - 5)) < 4.0 * math.sqrt(2.0 * t.size)
+    point = columns(result.estimate[:3]), result.estimate[None, 3:]
     assert data.linear_estimates(*point)["baseline"][0] == pytest.approx(0.3 * force.max(), abs=5.0 * sd / 8.0)
 
 
 def test_an_unknown_gain_makes_the_material_ten_times_less_certain():
     t, force, first, _ = history("D")
     truth = np.append(np.log(CASES["D"]), first)
-    known = covariance(record(t, force, noise=Noise(force="1 %")), truth)
+    reference = covariance(record(t, force, noise=Noise(force="1 %")), truth)
     data = record(t, force, gain=None, noise=Noise(force="1 %"))
     unknown = covariance(data, truth)
-    ratio = np.sqrt(np.diag(unknown) / np.diag(known))[:3]
+    ratio = np.sqrt(np.diag(unknown) / np.diag(reference))[:3]
     assert np.all((ratio > 5.0) & (ratio < 30.0))
     assert data.linear_estimates(columns(truth[:3]), truth[None, 3:])["gain"] == (pytest.approx(1.0, abs=1e-9), "")
 
@@ -98,14 +98,14 @@ def test_identify_finds_material_first_touch_baseline_and_gain():
     sd = 0.002 * force.max()
     volts = 2.5 * (force + 4.0 + sd * np.random.default_rng(8).standard_normal(t.size))
     data = record(t, volts, gain=None, noise=Noise(force=2.5 * sd))
-    found = identify(data, standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    result = identify(data, standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     truth = np.log([CASES["A"][0], CASES["A"][1], CASES["A"][1] * CASES["A"][2]])
-    assert np.all(np.abs(found.coordinates[:3] - truth) < 3.0 * np.sqrt(np.diag(found.covariance)))
-    touch = found.nuisances["first_touch"]
+    assert np.all(np.abs(result.coordinates[:3] - truth) < 3.0 * np.sqrt(np.diag(result.covariance)))
+    touch = result.nuisances["first_touch"]
     assert abs(touch.value - first) < 3.0 * touch.standard_error
-    assert found.nuisances["gain"].value == pytest.approx(2.5, rel=0.1)
-    assert found.nuisances["baseline"].value == pytest.approx(10.0, abs=0.01 * volts.max())
-    assert 0.8 < found.reduced_chi2 < 1.25
+    assert result.nuisances["gain"].value == pytest.approx(2.5, rel=0.1)
+    assert result.nuisances["baseline"].value == pytest.approx(10.0, abs=0.01 * volts.max())
+    assert 0.8 < result.reduced_chi2 < 1.25
 
 
 def test_gain_and_velocity_together_have_a_flat_direction_and_are_refused():
@@ -117,8 +117,8 @@ def test_gain_and_velocity_together_have_a_flat_direction_and_are_refused():
     data.velocity = None
     logs = np.log(CASES["D"])
     slower = logs + np.array([math.log(2.0), math.log(2.0), 0.0])
-    found = residuals(data, [[*logs, first, 1.0], [*slower, first, 0.25]])
-    assert np.abs(found).max() < 1e-7 * force.max()
+    result = residuals(data, [[*logs, first, 1.0], [*slower, first, 0.25]])
+    assert np.abs(result).max() < 1e-7 * force.max()
 
 
 def test_acceleration_is_the_force_over_the_mass():
@@ -170,19 +170,19 @@ def test_temperature_shifts_the_times():
     shifted = record(t, force, temperature=300.0)
     # An activation energy that doubles the times at 300 K.
     law = Arrhenius(320.0, math.log(2.0) * GAS_CONSTANT / (1.0 / 300.0 - 1.0 / 320.0))
-    made = replace(columns(np.log(CASES["A"])), shift=law, temperature=320.0)
+    material = replace(columns(np.log(CASES["A"])), shift=law, temperature=320.0)
     expected = residuals(record(t, force), [*(np.log(CASES["A"]) + np.array([0.0, 0.0, math.log(2.0)])), first])
-    assert shifted.residuals(made, np.array([[first]])) == pytest.approx(expected, abs=1e-6 * force.max())
+    assert shifted.residuals(material, np.array([[first]])) == pytest.approx(expected, abs=1e-6 * force.max())
 
 
 def test_a_material_that_holds_the_body_gives_nan():
     t, force, first, _ = history("A")
     points = np.array([[math.log(1e6), math.log(1e7), math.log(1e-3), first], [*np.log(CASES["D"]), first]])
-    made = columns(points[:, :3])
-    reduced_modulus(made).equilibrium_modulus[0] = math.nan
-    found = record(t, force).residuals(made, points[:, 3:])
-    assert np.all(np.isnan(found[0]))
-    assert np.all(np.isfinite(found[1]))
+    material = columns(points[:, :3])
+    reduced_modulus(material).equilibrium_modulus[0] = math.nan
+    result = record(t, force).residuals(material, points[:, 3:])
+    assert np.all(np.isnan(result[0]))
+    assert np.all(np.isfinite(result[1]))
 
 
 def quantised(force, levels):
@@ -214,7 +214,7 @@ def test_records_of_real_instruments_are_accepted():
         (lambda t, f: (t, 0.0 * f + 3.0), "baseline"),
         (lambda t, f: (t[::-1], f), "ascending"),
         (lambda t, f: (t[::20], f[::20]), "samples"),
-        (lambda t, f: (t[::2], f), "values"),
+        (lambda t, f: (t[::2], f), "equal length"),
         (lambda t, f: (1e3 * t, f), "radius"),
         (lambda t, f: (t, np.where(np.arange(t.size) == 90, np.nan, f)), "finite"),
     ],

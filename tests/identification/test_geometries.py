@@ -1,6 +1,8 @@
 """Materials from contacts that are no profile on a half-space."""
 
 import math
+from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,40 +22,37 @@ TIPS = {
 }
 
 
+TIME = np.linspace(0.0, 2.8, 200)
+HEIGHT = np.interp(TIME, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+THIN = TIPS["bonded layer"]
+
+
+def curve_under(tip, scatter=0.0):
+    force = rs.indent(GEL, tip, depth=HEIGHT - 0.4e-6, time=TIME).force
+    noise = 0.01 * force.max()
+    force = force + scatter * noise * np.random.default_rng(4).standard_normal(TIME.size)
+    return rs.IndentationCurve(TIME, HEIGHT, force, profile=tip, noise=rs.Noise(force=noise))
+
+
 @pytest.mark.parametrize("tip", TIPS)
 def test_indentation_gives_the_moduli_of_its_material(tip):
-    time = np.linspace(0.0, 2.8, 200)
-    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
-    force = rs.indent(GEL, TIPS[tip], depth=depth - 0.4e-6, time=time).force
-    curve = rs.IndentationCurve(time, depth, force, profile=TIPS[tip], noise=rs.Noise(force="1 %"))
-    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters
-    assert found["equilibrium_modulus"].value == pytest.approx(70.0, rel=1e-3)
-    assert found["branch_modulus"].value == pytest.approx(270.0, rel=1e-3)
-    assert found["viscosity"].value == pytest.approx(80.0, rel=1e-3)
+    estimates = rs.identify(curve_under(TIPS[tip]), rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters
+    assert [estimate.value for estimate in estimates.values()] == pytest.approx([70.0, 270.0, 80.0], rel=1e-3)
 
 
 def test_noise_on_a_thin_layer_moves_the_moduli_by_their_errors():
-    layer, time = rs.Layer(rs.Parabola(2.5e-6), thickness=2e-6), np.linspace(0.0, 2.8, 200)
-    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
-    force = rs.indent(GEL, layer, depth=depth - 0.4e-6, time=time).force
-    noise = 0.01 * force.max()
-    measured = force + noise * np.random.default_rng(4).standard_normal(time.size)
-    curve = rs.IndentationCurve(time, depth, measured, profile=layer, noise=rs.Noise(force=noise))
-    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
+    curve = curve_under(THIN, scatter=1.0)
+    estimate = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
     # A fit on a half-space is far off.
-    half = rs.IndentationCurve(time, depth, measured, profile=layer.profile, noise=rs.Noise(force=noise))
+    half = rs.IndentationCurve(TIME, HEIGHT, curve.force, profile=THIN.profile)
     wrong = rs.identify(half, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
-    assert abs(found.value - 70.0) < 4.0 * found.standard_error < 20.0
+    assert abs(estimate.value - 70.0) < 4.0 * estimate.standard_error < 20.0
     assert wrong.value > 140.0
 
 
 def test_a_bonded_layer_needs_an_incompressible_model():
-    layer, time = rs.Layer(rs.Parabola(2.5e-6), thickness=2e-6), np.linspace(0.0, 2.8, 200)
-    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
-    force = rs.indent(GEL, layer, depth=depth - 0.4e-6, time=time).force
-    curve = rs.IndentationCurve(time, depth, force, profile=layer, noise=rs.Noise(force="1 %"))
     with pytest.raises(rs.InputError, match=r"^profile: is a bonded layer"):
-        rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.45})
+        rs.identify(curve_under(THIN), rs.standard_solid, fixed={"poisson_ratio": 0.45})
 
 
 def test_rebounds_and_force_histories_of_other_geometries():
@@ -62,12 +61,12 @@ def test_rebounds_and_force_histories_of_other_geometries():
     exact = rs.solve(rs.Impact(solid, body, 0.033, np.array([0.02, 0.1])))
     same = rs.solve(rs.Impact(solid, rs.Parabola(body.effective_radius), 0.033, np.array([0.02, 0.1])))
     noise = rs.Noise(restitution_coefficient="1 %", contact_time="1 %")
-    given = {"mass": 0.033, "contact_time": exact.contact_time, "noise": noise}
+    options = {"mass": 0.033, "contact_time": exact.contact_time, "noise": noise}
     for geometry in (body, rs.Parabola(body.effective_radius)):
-        balls = rs.Rebounds(exact.velocity, exact.restitution_coefficient, profile=geometry, **given)
+        balls = rs.Rebounds(exact.velocity, exact.restitution_coefficient, profile=geometry, **options)
         moduli = balls.effective_moduli().storage_modulus
         assert moduli == pytest.approx(rs.Rebounds(
-            exact.velocity, same.restitution_coefficient, radius=body.effective_radius, **given
+            exact.velocity, same.restitution_coefficient, radius=body.effective_radius, **options
         ).effective_moduli().storage_modulus, rel=1e-9)  # fmt: skip
     history = rs.solve(rs.Impact(solid, body, 0.033, 0.1)).history
     measured = rs.ForceHistory(history.time.values, history.force.values, mass=0.033, velocity=0.1, profile=body)
@@ -79,13 +78,13 @@ def test_rebounds_and_force_histories_of_other_geometries():
 def test_a_bonded_layer_is_refused_where_the_model_does_not_give_its_poisson_ratio():
     layer = rs.Layer(rs.Parabola(0.01), thickness=2e-3)
     # The layer of an impact has the Poisson ratio of the material there, which the models need not have.
-    for one in (layer, rs.Impact(rs.elastic(youngs_modulus=1e6, poisson_ratio=0.45), layer, 0.033, 1.0).profile):
-        given = {"mass": 0.033, "profile": one}
+    of_impact = rs.Impact(rs.elastic(youngs_modulus=1e6, poisson_ratio=0.45), layer, 0.033, 1.0).profile
+    records: list[tuple[Any, ...]] = [
+        (rs.Rebounds, [0.5, 1.0], [0.5, 0.45]), (rs.ForceHistory, [0.0, 1e-3, 2e-3], [0.0, 1.0, 0.0]),
+        (rs.BounceTimes, [0.1, 0.5, 0.8]),
+    ]  # fmt: skip
+    for (kind, *columns), profile in product(records, (layer, of_impact)):
         with pytest.raises(TypeError, match=r"^profile = Layer.*no bonded layer$"):
-            rs.Rebounds([0.5, 1.0], [0.5, 0.45], **given)
-        with pytest.raises(TypeError, match=r"^profile = Layer.*no bonded layer$"):
-            rs.ForceHistory([0.0, 1e-3, 2e-3], [0.0, 1.0, 0.0], velocity=1.0, **given)
-        with pytest.raises(TypeError, match=r"^profile = Layer.*no bonded layer$"):
-            rs.BounceTimes([0.1, 0.5, 0.8], **given)
+            kind(*columns, mass=0.033, profile=profile)
     sliding = rs.Layer(rs.Parabola(0.01), thickness=2e-3, base="frictionless")
     assert rs.Rebounds([0.5, 1.0], [0.5, 0.45], mass=0.033, profile=sliding).profile == sliding

@@ -34,38 +34,38 @@ def _truth(case: str) -> np.ndarray:
     return np.log([equilibrium, branch, branch * time])
 
 
-def _errors(found: rs.Identification) -> np.ndarray:
-    return np.sqrt(np.diag(found.covariance))
+def _errors(fit: rs.Identification) -> np.ndarray:
+    return np.sqrt(np.diag(fit.covariance))
 
 
 @pytest.mark.parametrize("case", STANDARD_SOLIDS)
 def test_exact_data_give_the_material_back(case):
-    found = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS[case])), rs.standard_solid, fixed=FIXED)
-    np.testing.assert_allclose(found.coordinates, _truth(case), rtol=1e-6)
-    assert [found.parameters[name].determined for name in NAMES] == [True] * 3
+    fit = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS[case])), rs.standard_solid, fixed=FIXED)
+    np.testing.assert_allclose(fit.coordinates, _truth(case), rtol=1e-6)
+    assert [fit.parameters[name].determined for name in NAMES] == [True] * 3
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("case", STANDARD_SOLIDS)
 def test_estimates_from_noisy_data_lie_within_three_standard_errors(case, seed):
-    found = rs.identify(
+    fit = rs.identify(
         rebounds(standard_solid(*STANDARD_SOLIDS[case]), seed=seed), rs.standard_solid, fixed=FIXED, profiles=False
     )
-    assert np.all(np.abs(found.coordinates - _truth(case)) < 3.5 * _errors(found))
+    assert np.all(np.abs(fit.coordinates - _truth(case)) < 3.5 * _errors(fit))
 
 
 def test_several_terms_are_found_in_ascending_order_of_their_times():
     material = rs.generalised_maxwell(1e6, [2e6, 5e6], [5e-3, 1e-4], poisson_ratio=0.5)
-    found = rs.identify(rebounds(material, seed=3), rs.generalised_maxwell, fixed=FIXED, profiles=False)
+    fit = rs.identify(rebounds(material, seed=3), rs.generalised_maxwell, fixed=FIXED, profiles=False)
     truth = np.log([1e6, 5e6, 2e6, 1e-4, 5e-3])
-    assert np.all(np.abs(found.coordinates - truth) < 3.5 * _errors(found))
+    assert np.all(np.abs(fit.coordinates - truth) < 3.5 * _errors(fit))
 
 
 def test_bulk_modulus_is_found_with_radii_over_a_decade():
     material = standard_solid(1e6, 1e7, 1e-3, bulk_modulus=1e7)
-    found = rs.identify(rebounds(material, seed=5), rs.standard_solid, profiles=False)
+    fit = rs.identify(rebounds(material, seed=5), rs.standard_solid, profiles=False)
     truth = np.log([1e6, 1e7, 1e4, 1e7])
-    assert np.all(np.abs(found.coordinates - truth) < 3.5 * _errors(found))
+    assert np.all(np.abs(fit.coordinates - truth) < 3.5 * _errors(fit))
 
 
 def test_all_models_of_the_package_fit_their_own_data():
@@ -81,13 +81,13 @@ def test_all_models_of_the_package_fit_their_own_data():
         ),
     }  # fmt: skip
     for name, (truth, fixed) in truths.items():
-        made = rs.material.models.material_models()[name].build(**truth, **fixed)
-        material = made.within((1e-7, 1.0)) if isinstance(made, rs.FractionalMaterial) else made
+        solid = rs.material.models.material_models()[name].build(**truth, **fixed)
+        material = solid.within((1e-7, 1.0)) if isinstance(solid, rs.FractionalMaterial) else solid
         balls = rebounds(material, RADII[::3], VELOCITIES[::3], seed=1)
         start = {"youngs_modulus": 1e6} if name == "elastic" else {}
-        found = rs.identify(balls, name, fixed=fixed, start=start, profiles=False)
-        point = np.array([one.inward(truth[one.name]) for one in found.problem.space.free])
-        assert found.estimation.fit.cost <= minimise(found.problem, point).cost + 0.01, name
+        fit = rs.identify(balls, name, fixed=fixed, start=start, profiles=False)
+        point = np.array([parameter.inward(truth[parameter.name]) for parameter in fit.problem.space.free])
+        assert fit.estimation.fit.cost <= minimise(fit.problem, point).cost + 0.01, name
 
 
 def test_a_function_of_the_user_is_a_model():
@@ -97,8 +97,8 @@ def test_a_function_of_the_user_is_a_model():
     balls = rebounds(standard_solid(1e6, 1e7, 1e-3), RADII[::3], VELOCITIES[::3])
     with pytest.raises(InputError, match="stiffness"):
         rs.identify(balls, model)
-    one = rs.identify(balls, model, start={"stiffness": 2e5})
-    assert one.parameters["stiffness"].value == pytest.approx(1e6, rel=1e-5)
+    estimate = rs.identify(balls, model, start={"stiffness": 2e5})
+    assert estimate.parameters["stiffness"].value == pytest.approx(1e6, rel=1e-5)
     both = rs.identify(balls, model, start={"stiffness": 2e5, "relaxation_time": 1e-2})
     assert both.parameters["relaxation_time"].value == pytest.approx(1e-3, rel=1e-4)
 
@@ -107,15 +107,20 @@ def test_a_function_of_the_user_is_a_model():
 def test_restitution_alone_has_the_exact_flat_direction_and_no_numbers(case):
     """All moduli times L^(5/2) and all times over L change no e, so the viscosity grows by L^(3/2)."""
     material = standard_solid(*STANDARD_SOLIDS[case])
-    found = rs.identify(rebounds(material, seed=1, measured=()), rs.standard_solid, fixed=FIXED)
-    exact = [one for one in found.flat_directions if one.exact]
+    fit = rs.identify(rebounds(material, seed=1, measured=()), rs.standard_solid, fixed=FIXED)
+    exact = [estimate for estimate in fit.flat_directions if estimate.exact]
     assert len(exact) == 1
     expected = {"equilibrium_modulus": 1.0, "branch_modulus": 1.0, "viscosity": 0.6}
     assert exact[0].exponents == pytest.approx(expected, abs=1e-5)
     assert exact[0].standard_error == math.inf
-    assert all(one.value is None and not one.determined for one in found.parameters.values())
-    assert "not determined" in str(found)
-    assert math.isnan(found.window[0])
+    assert all(estimate.value is None and not estimate.determined for estimate in fit.parameters.values())
+    assert "not determined" in str(fit)
+    assert math.isnan(fit.window[0])
+    words = "equilibrium_modulus and branch_modulus are multiplied by x^2.5 and viscosity is multiplied by x^1.5."
+    lines = [line for line in fit.statements if f"do not change at all when {words}" in line]
+    assert ["contact time" in line for line in lines] == [True]
+    assert "abs(E*) not at all" in fit.statements[0]
+    assert "tan delta to" in fit.statements[0]
     # One known modulus settles the others.
     fixed = FIXED | {"equilibrium_modulus": STANDARD_SOLIDS[case][0]}
     settled = rs.identify(rebounds(material, measured=()), rs.standard_solid, fixed=fixed)
@@ -125,12 +130,12 @@ def test_restitution_alone_has_the_exact_flat_direction_and_no_numbers(case):
 def test_fast_relaxation_is_bounded_above():
     """For tau -> 0 a standard solid is a Kelvin-Voigt solid: the branch modulus is bounded below only."""
     material = rs.kelvin_voigt(1e6, 100.0, poisson_ratio=0.5)
-    found = rs.identify(rebounds(material, RADII[::2], VELOCITIES[::2], seed=2), rs.standard_solid, fixed=FIXED)
-    assert found.parameters["branch_modulus"].open_ends == (False, True)
-    assert found.parameters["branch_modulus"].value is None
-    assert found.parameters["viscosity"].value == pytest.approx(100.0, rel=0.05)
+    fit = rs.identify(rebounds(material, RADII[::2], VELOCITIES[::2], seed=2), rs.standard_solid, fixed=FIXED)
+    assert fit.parameters["branch_modulus"].open_ends == (False, True)
+    assert fit.parameters["branch_modulus"].value is None
+    assert fit.parameters["viscosity"].value == pytest.approx(100.0, rel=0.05)
     nested = rs.identify(rebounds(material, RADII[::2], VELOCITIES[::2], seed=2), rs.kelvin_voigt, fixed=FIXED)
-    assert found.chi2 <= nested.chi2 + 1e-3
+    assert fit.chi2 <= nested.chi2 + 1e-3
 
 
 def test_units_of_the_problem_do_not_matter():
@@ -141,12 +146,12 @@ def test_units_of_the_problem_do_not_matter():
         plain.velocity, plain.restitution_coefficient, radius=plain.radius, mass=plain.mass,
         contact_time=plain.contact_time / factor**0.4, noise=plain.noise,
     )  # fmt: skip
-    one, other = (rs.identify(balls, rs.standard_solid, fixed=FIXED, profiles=False) for balls in (plain, scaled))
+    first, other = (rs.identify(balls, rs.standard_solid, fixed=FIXED, profiles=False) for balls in (plain, scaled))
     np.testing.assert_allclose(
-        other.coordinates - one.coordinates, np.log(factor) * np.array([1.0, 1.0, 0.6]), atol=1e-5
+        other.coordinates - first.coordinates, np.log(factor) * np.array([1.0, 1.0, 0.6]), atol=1e-5
     )
-    np.testing.assert_allclose(_errors(other), _errors(one), rtol=1e-4)
-    assert other.chi2 == pytest.approx(one.chi2, rel=1e-6)
+    np.testing.assert_allclose(_errors(other), _errors(first), rtol=1e-4)
+    assert other.chi2 == pytest.approx(first.chi2, rel=1e-6)
 
 
 def test_repeated_data_halve_the_variance_and_their_order_does_not_matter():
@@ -156,22 +161,22 @@ def test_repeated_data_halve_the_variance_and_their_order_does_not_matter():
         balls.velocity[mixed], balls.restitution_coefficient[mixed], radius=balls.radius[mixed],
         mass=balls.mass[mixed], contact_time=balls.contact_time[mixed], noise=balls.noise,
     )  # fmt: skip
-    one = rs.identify(balls, rs.standard_solid, fixed=FIXED, profiles=False)
+    single = rs.identify(balls, rs.standard_solid, fixed=FIXED, profiles=False)
     other = rs.identify(again, rs.standard_solid, fixed=FIXED, profiles=False)
     twice = rs.identify([balls, again], rs.standard_solid, fixed=FIXED, profiles=False)
-    np.testing.assert_allclose(other.coordinates, one.coordinates, atol=1e-6)
-    np.testing.assert_allclose(twice.coordinates, one.coordinates, atol=1e-6)
-    np.testing.assert_allclose(_errors(twice) * math.sqrt(2.0), _errors(one), rtol=1e-4)
+    np.testing.assert_allclose(other.coordinates, single.coordinates, atol=1e-6)
+    np.testing.assert_allclose(twice.coordinates, single.coordinates, atol=1e-6)
+    np.testing.assert_allclose(_errors(twice) * math.sqrt(2.0), _errors(single), rtol=1e-4)
 
 
 def test_noise_of_unknown_size_is_estimated():
     material = standard_solid(*STANDARD_SOLIDS["weak"])
-    known = rs.identify(rebounds(material, seed=7), rs.standard_solid, fixed=FIXED, profiles=False)
+    reference = rs.identify(rebounds(material, seed=7), rs.standard_solid, fixed=FIXED, profiles=False)
     balls = rebounds(material, seed=7, noise=rs.Noise())
-    found = rs.identify(balls, rs.standard_solid, fixed=FIXED, profiles=False)
-    assert found.reduced_chi2 == pytest.approx(1.0)
-    np.testing.assert_allclose(_errors(found), _errors(known), rtol=0.4)
-    assert found.uncertainty.quantile() > known.uncertainty.quantile()
+    fit = rs.identify(balls, rs.standard_solid, fixed=FIXED, profiles=False)
+    assert fit.reduced_chi2 == pytest.approx(1.0)
+    np.testing.assert_allclose(_errors(fit), _errors(reference), rtol=0.4)
+    assert fit.uncertainty.quantile() > reference.uncertainty.quantile()
 
 
 def test_stated_errors_are_those_of_repeated_fits():
@@ -204,9 +209,9 @@ def test_dynamic_moduli_and_restitution_coefficients_complete_each_other():
     omega = np.geomspace(1.0, 1e3, 12)
     table = DynamicTable(omega, material.shear.storage_modulus(omega), material.shear.loss_modulus(omega), "shear")
     alone = rebounds(material, RADII[::3], VELOCITIES[::3], measured=())
-    found = rs.identify([alone, table], rs.standard_solid, fixed=FIXED)
-    np.testing.assert_allclose(found.coordinates, _truth("weak"), atol=1e-4)
-    assert not found.flat_directions
+    fit = rs.identify([alone, table], rs.standard_solid, fixed=FIXED)
+    np.testing.assert_allclose(fit.coordinates, _truth("weak"), atol=1e-4)
+    assert not fit.flat_directions
 
 
 def test_relaxation_in_tension_is_a_datum():
@@ -214,8 +219,8 @@ def test_relaxation_in_tension_is_a_datum():
     material = standard_solid(1e6, 2e6, 0.05, bulk_modulus=3e6)
     modulus = rs.tension_from_shear(material.shear, bulk_modulus=3e6).relaxation_modulus(t)
     noisy = modulus * np.exp(0.01 * np.random.default_rng(0).standard_normal(t.size))
-    found = rs.identify(RelaxationTable(t, noisy, "tension"), rs.standard_solid, fixed={"bulk_modulus": 3e6})
-    assert np.all(np.abs(found.coordinates - np.log([1e6, 2e6, 1e5])) < 3.5 * _errors(found))
+    fit = rs.identify(RelaxationTable(t, noisy, "tension"), rs.standard_solid, fixed={"bulk_modulus": 3e6})
+    assert np.all(np.abs(fit.coordinates - np.log([1e6, 2e6, 1e5])) < 3.5 * _errors(fit))
 
 
 def test_temperatures_determine_the_shift():
@@ -223,18 +228,18 @@ def test_temperatures_determine_the_shift():
     solid = rs.Material(standard_solid(1e6, 2e6, 1e-3).shear, math.inf, shift=law)
     sets = []
     for k, temperature in enumerate((280.0, 290.0, 300.0, 315.0, 330.0)):
-        one = rebounds(solid.at(temperature), RADII[::5], VELOCITIES[::5], seed=k)
+        balls = rebounds(solid.at(temperature), RADII[::5], VELOCITIES[::5], seed=k)
         sets.append(rs.Rebounds(
-            one.velocity, one.restitution_coefficient, radius=one.radius, mass=one.mass, contact_time=one.contact_time,
-            temperature=temperature, noise=one.noise,
+            balls.velocity, balls.restitution_coefficient, radius=balls.radius, mass=balls.mass, contact_time=balls.contact_time,
+            temperature=temperature, noise=balls.noise,
         ))  # fmt: skip
     fixed = FIXED | {"reference_temperature": 300.0}
-    found = rs.identify(sets, rs.standard_solid, fixed=fixed, shift=rs.WLF, profiles=False)
+    fit = rs.identify(sets, rs.standard_solid, fixed=fixed, shift=rs.WLF, profiles=False)
     truth = np.log([1e6, 2e6, 2e3, 8.0, 100.0])
-    assert np.all(np.abs(found.coordinates - truth) < 3.5 * _errors(found))
-    assert found.material.at(330.0).shear.relaxation_times[0] < found.material.shear.relaxation_times[0]
-    known = rs.identify(sets, rs.standard_solid, fixed=FIXED, shift=law, profiles=False)
-    assert np.all(np.abs(known.coordinates - truth[:3]) < 3.5 * _errors(known))
+    assert np.all(np.abs(fit.coordinates - truth) < 3.5 * _errors(fit))
+    assert fit.material.at(330.0).shear.relaxation_times[0] < fit.material.shear.relaxation_times[0]
+    reference = rs.identify(sets, rs.standard_solid, fixed=FIXED, shift=law, profiles=False)
+    assert np.all(np.abs(reference.coordinates - truth[:3]) < 3.5 * _errors(reference))
     with pytest.raises(InputError, match="temperature"):
         rs.identify(sets, rs.standard_solid, fixed=FIXED)
 
@@ -245,14 +250,17 @@ def test_temperatures_of_one_set_determine_the_shift(seed):
     law, levels = rs.WLF(300.0, 8.0, 100.0), [270.0, 285.0, 300.0, 320.0, 340.0]
     solid = rs.Material(standard_solid(*STANDARD_SOLIDS["strong"]).shear, math.inf, shift=law, temperature=300.0)
     velocity = np.geomspace(0.3, 3.0, 6)
-    sets = [steel.rebounds(solid.at(one), 0.01, velocity, seed=100 * seed + k) for k, one in enumerate(levels)]
-    columns = {name: np.concatenate([getattr(one, name) for one in sets])
+    sets = [
+        steel.rebounds(solid.at(temperature), 0.01, velocity, seed=100 * seed + k)
+        for k, temperature in enumerate(levels)
+    ]
+    columns = {name: np.concatenate([getattr(temperature, name) for temperature in sets])
                for name in ("velocity", "restitution_coefficient", "mass", "contact_time")}  # fmt: skip
     balls = rs.Rebounds(**columns, radius=0.01, temperature=np.repeat(levels, velocity.size), noise=sets[0].noise)
     fixed = FIXED | {"reference_temperature": 300.0}
-    found = rs.identify(balls, rs.standard_solid, fixed=fixed, shift=rs.WLF, profiles=False)
+    fit = rs.identify(balls, rs.standard_solid, fixed=fixed, shift=rs.WLF, profiles=False)
     truth = np.append(_truth("strong"), np.log([8.0, 100.0]))
-    assert np.all(np.abs(found.coordinates - truth) < 4.0 * _errors(found))
+    assert np.all(np.abs(fit.coordinates - truth) < 4.0 * _errors(fit))
 
 
 @pytest.mark.slow
@@ -265,8 +273,8 @@ def test_intervals_hold_the_truth_in_95_of_100_repetitions(bulk, options):
     material = standard_solid(*STANDARD_SOLIDS["strong"], **bulk)
     inside = np.zeros(truth.size)
     for seed in range(n):
-        found = rs.identify(steel.rebounds(material, seed=2000 + seed), rs.standard_solid, profiles=True, **options)
-        low, high = np.transpose([one.interval for one in found.parameters.values()])
+        fit = rs.identify(steel.rebounds(material, seed=2000 + seed), rs.standard_solid, profiles=True, **options)
+        low, high = np.transpose([estimate.interval for estimate in fit.parameters.values()])
         inside += (low <= np.exp(truth)) & (np.exp(truth) <= high)
     assert np.all(inside >= binom.ppf(1e-4, n, 0.95))
 
@@ -275,8 +283,8 @@ def test_priors_add_to_the_data():
     material = standard_solid(*STANDARD_SOLIDS["weak"])
     balls = rebounds(material, seed=9, measured=())
     prior = {"equilibrium_modulus": rs.LogNormal(1e6, 0.1)}
-    found = rs.identify(balls, rs.standard_solid, fixed=FIXED, prior=prior)
-    assert found.parameters["equilibrium_modulus"].standard_error == pytest.approx(1e5, rel=0.05)
+    fit = rs.identify(balls, rs.standard_solid, fixed=FIXED, prior=prior)
+    assert fit.parameters["equilibrium_modulus"].standard_error == pytest.approx(1e5, rel=0.05)
     bounds = {"equilibrium_modulus": (9e5, 9.5e5)}
     inside = rs.identify(rebounds(material, seed=9), rs.standard_solid, fixed=FIXED, bounds=bounds)
     assert 9e5 <= math.exp(inside.coordinates[0]) <= 9.5e5
@@ -338,9 +346,9 @@ def test_wrong_noise_and_wrong_models_are_doubted():
 
 def test_result_predicts_other_impacts_and_moduli_with_bands():
     material = standard_solid(*STANDARD_SOLIDS["weak"])
-    found = rs.identify(rebounds(material, seed=1), rs.standard_solid, fixed=FIXED, profiles=False)
+    fit = rs.identify(rebounds(material, seed=1), rs.standard_solid, fixed=FIXED, profiles=False)
     impact = rs.Impact(material, rs.Parabola(0.015), 0.1, [0.5, 1.0])
-    predicted = found.predict(impact)
+    predicted = fit.predict(impact)
     exact = rs.solve(impact)
     for name in ("restitution_coefficient", "contact_time", "max_force"):
         low, high, value = predicted[f"{name}_low"], predicted[f"{name}_high"], getattr(exact, name)
@@ -348,35 +356,34 @@ def test_result_predicts_other_impacts_and_moduli_with_bands():
         assert np.all((low <= centre) & (centre <= high))
         # A band of 95 % holds the truth but for one case in 20; twice its width does but for one in 10 000.
         assert np.all(np.abs(np.log(centre / value)) < 2.0 * np.log(high / centre))
-    moduli = found.moduli(np.geomspace(*found.window, 5))
+    moduli = fit.moduli(np.geomspace(*fit.window, 5))
     assert moduli["loss_modulus"].attrs["units"] == "Pa"
     assert np.all(moduli["loss_tangent_low"] < moduli["loss_tangent_high"])
     with pytest.warns(RestitutionWarning, match="window"):
-        found.predict(rs.Impact(material, rs.Parabola(1.0), 1e5, 1.0))
+        fit.predict(rs.Impact(material, rs.Parabola(1.0), 1e5, 1.0))
 
 
 def test_result_is_written_and_read(tmp_path):
     material = standard_solid(*STANDARD_SOLIDS["weak"])
-    found = rs.identify(rebounds(material, RADII[::3], VELOCITIES[::3], seed=1), rs.standard_solid, fixed=FIXED)
-    path = found.to_toml(tmp_path / "material.toml")
+    fit = rs.identify(rebounds(material, RADII[::3], VELOCITIES[::3], seed=1), rs.standard_solid, fixed=FIXED)
+    path = fit.to_toml(tmp_path / "material.toml")
     impact = rs.read_case(path).impact
-    assert impact.material.shear == found.material.shear
-    copy = pickle.loads(pickle.dumps(found))
-    assert str(copy) == str(found)
+    assert impact.material.shear == fit.material.shear
+    copy = pickle.loads(pickle.dumps(fit))
+    assert str(copy) == str(fit)
     assert (
-        json.loads(json.dumps(found.to_dict()))["parameters"]["viscosity"]["value"]
-        == found.parameters["viscosity"].value
+        json.loads(json.dumps(fit.to_dict()))["parameters"]["viscosity"]["value"] == fit.parameters["viscosity"].value
     )
-    assert "compare" in str(found)
+    assert "compare" in str(fit)
 
 
 def test_log_probability_takes_arrays_and_has_its_maximum_at_the_fit():
-    found = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), seed=1), rs.standard_solid, fixed=FIXED)
-    best = found.log_probability(found.coordinates)
-    around = found.coordinates + 0.5 * _errors(found) * np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])
-    assert best == pytest.approx(-0.5 * found.chi2)
-    assert np.all(found.log_probability(around) < best)
-    assert found.log_probability(found.coordinates + 50.0) == -math.inf
+    fit = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), seed=1), rs.standard_solid, fixed=FIXED)
+    best = fit.log_probability(fit.coordinates)
+    around = fit.coordinates + 0.5 * _errors(fit) * np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])
+    assert best == pytest.approx(-0.5 * fit.chi2)
+    assert np.all(fit.log_probability(around) < best)
+    assert fit.log_probability(fit.coordinates + 50.0) == -math.inf
 
 
 def test_a_sampler_of_the_log_probability_has_the_covariance_of_the_fit():
@@ -387,16 +394,16 @@ def test_a_sampler_of_the_log_probability_has_the_covariance_of_the_fit():
     rng, chains, steps = np.random.default_rng(12), 400, 60
     force = rs.indent(gel, tip, depth=depth - 4e-7, time=time).force + rng.normal(0.0, 2e-12, time.size)
     data = rs.IndentationCurve(time, depth, force, profile=tip, noise=rs.Noise(force=2e-12))
-    found = rs.identify(data, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}, profiles=False)
-    root = np.linalg.cholesky(found.uncertainty.covariance)
-    places = np.tile(found.coordinates, (chains, 1))
-    heights = found.log_probability(places)
+    fit = rs.identify(data, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}, profiles=False)
+    root = np.linalg.cholesky(fit.uncertainty.covariance)
+    places = np.tile(fit.coordinates, (chains, 1))
+    heights = fit.log_probability(places)
     for _ in range(steps):
         trials = places + 1.3 * rng.standard_normal(places.shape) @ root.T
-        found_there = found.log_probability(trials)
-        taken = np.log(rng.random(chains)) < found_there - heights
-        places[taken], heights[taken] = trials[taken], found_there[taken]
-    white = np.linalg.solve(root, (places - found.coordinates).T)
+        heights_there = fit.log_probability(trials)
+        taken = np.log(rng.random(chains)) < heights_there - heights
+        places[taken], heights[taken] = trials[taken], heights_there[taken]
+    white = np.linalg.solve(root, (places - fit.coordinates).T)
     # The ends of independent chains: standard errors of means, variances and correlations.
     assert np.abs(white.mean(axis=1)).max() < 4.0 / math.sqrt(chains)
     square = white @ white.T / chains
@@ -408,15 +415,15 @@ def test_comparison_prefers_the_model_of_the_data():
     balls = rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), seed=1)
     models = ["kelvin_voigt", rs.standard_solid, (rs.generalised_maxwell, {"terms": 2}), rs.maxwell]
     steps = []
-    found = rs.identify.compare(balls, models, fixed=FIXED, profiles=False, progress=lambda *step: steps.append(step))
+    fit = rs.identify.compare(balls, models, fixed=FIXED, profiles=False, progress=lambda *step: steps.append(step))
     assert steps == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
-    assert next(iter(found.results)) == "standard_solid"
-    assert sum(found.weights.values()) == pytest.approx(1.0)
-    assert found.results["generalised_maxwell"].chi2 <= found.results["standard_solid"].chi2 + 0.1
-    omega = np.geomspace(*found.results["standard_solid"].window, 4)
-    wide, narrow = found.moduli(omega), found.results["standard_solid"].moduli(omega)
+    assert next(iter(fit.results)) == "standard_solid"
+    assert sum(fit.weights.values()) == pytest.approx(1.0)
+    assert fit.results["generalised_maxwell"].chi2 <= fit.results["standard_solid"].chi2 + 0.1
+    omega = np.geomspace(*fit.results["standard_solid"].window, 4)
+    wide, narrow = fit.moduli(omega), fit.results["standard_solid"].moduli(omega)
     assert np.all(wide["loss_modulus_high"] >= narrow["loss_modulus_high"] * (1.0 - 1e-9))
-    assert "maxwell" in str(found)
+    assert "maxwell" in str(fit)
 
 
 def test_isotherms_determine_the_constants_of_a_shift():
@@ -429,12 +436,12 @@ def test_isotherms_determine_the_constants_of_a_shift():
         moduli = [values * (1.0 + 0.01 * random.standard_normal(omega.size))
                   for values in (moved.storage_modulus(omega), moved.loss_modulus(omega))]  # fmt: skip
         tables.append(rs.DynamicTable(omega, *moduli, "shear", temperature=temperature))
-    found = rs.identify(rs.Isotherms(tables), rs.standard_solid, fixed={"poisson_ratio": 0.5}, shift=rs.WLF)
+    fit = rs.identify(rs.Isotherms(tables), rs.standard_solid, fixed={"poisson_ratio": 0.5}, shift=rs.WLF)
     reference = float(np.median(temperatures))
     c2 = 90.0 + reference - 300.0
     for name, value in (("c1", 8.0 * 90.0 / c2), ("c2", c2), ("branch_modulus", 1e7)):
-        one = found.parameters[name]
-        assert abs(one.value - value) < 4.0 * one.standard_error
+        estimate = fit.parameters[name]
+        assert abs(estimate.value - value) < 4.0 * estimate.standard_error
     with pytest.raises(InputError, match="temperature"):
         rs.identify(rs.Isotherms(tables), rs.standard_solid, fixed={"poisson_ratio": 0.5})
     with pytest.raises(InputError, match="bulk_modulus"):
@@ -445,11 +452,13 @@ def test_isotherms_determine_the_constants_of_a_shift():
 def test_the_minimum_of_a_compressible_material_is_found(seed):
     """Another minimum has a negative instantaneous Poisson ratio and a larger chi2."""
     truth = np.log([1e6, 1e7, 1e4])
-    made = rs.standard_solid(*np.exp(truth), poisson_ratio=0.47)
-    balls = steel.rebounds(made, np.repeat([0.003, 0.01, 0.03], 8), np.tile(np.geomspace(0.3, 3.0, 8), 3), seed=seed)
-    found = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.47}, profiles=False)
-    assert found.estimation.fit.cost < minimise(found.problem, truth).cost + 1e-6
-    assert np.all(np.abs(found.coordinates - truth) < 4.0 * _errors(found))
+    material = rs.standard_solid(*np.exp(truth), poisson_ratio=0.47)
+    balls = steel.rebounds(
+        material, np.repeat([0.003, 0.01, 0.03], 8), np.tile(np.geomspace(0.3, 3.0, 8), 3), seed=seed
+    )
+    fit = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.47}, profiles=False)
+    assert fit.estimation.fit.cost < minimise(fit.problem, truth).cost + 1e-6
+    assert np.all(np.abs(fit.coordinates - truth) < 4.0 * _errors(fit))
 
 
 @pytest.mark.parametrize(("seed", "gain"), [(2, 1.7), (88, 6.2)])
@@ -458,48 +467,48 @@ def test_of_two_equal_minima_the_plausible_one_is_taken_and_the_other_is_named(s
     truth = np.log([1e6, 1e7, 1e4, 2e7])
     radius, velocity = np.repeat([0.002, 0.008, 0.03], 10), np.tile(np.geomspace(0.3, 3.0, 10), 3)
     mass, random = 7800.0 * 4.0 / 3.0 * math.pi * radius**3, np.random.default_rng([seed, 11])
-    made = rs.standard_solid(*np.exp(truth[:3]), bulk_modulus=2e7)
-    exact = rs.solve(rs.Impact(made, rs.Parabola(radius), mass, velocity))
+    material = rs.standard_solid(*np.exp(truth[:3]), bulk_modulus=2e7)
+    exact = rs.solve(rs.Impact(material, rs.Parabola(radius), mass, velocity))
     e, time = (values * (1.0 + 0.01 * random.normal(size=values.size))
                for values in (exact.restitution_coefficient, exact.contact_time))  # fmt: skip
     noise = rs.Noise(restitution_coefficient="1 %", contact_time="1 %")
     balls = rs.Rebounds(velocity, e, radius=radius, mass=mass, contact_time=time, noise=noise)
-    found = rs.identify(balls, rs.standard_solid, profiles=False)
-    best = min(one.cost for one in found.estimation.fits)
-    assert found.estimation.fit.cost - best == pytest.approx(gain, abs=0.05)
-    assert np.all(np.abs(found.coordinates - truth) < 4.0 * _errors(found))
-    assert any("another minimum fits better" in line for line in found.warnings)
+    fit = rs.identify(balls, rs.standard_solid, profiles=False)
+    best = min(candidate.cost for candidate in fit.estimation.fits)
+    assert fit.estimation.fit.cost - best == pytest.approx(gain, abs=0.05)
+    assert np.all(np.abs(fit.coordinates - truth) < 4.0 * _errors(fit))
+    assert any("another minimum fits better" in line for line in fit.warnings)
     # A prior of the user takes the place of these odds.
     free = rs.identify(balls, rs.standard_solid, profiles=False, prior={"bulk_modulus": rs.LogNormal(1e7, 3.0)})
-    assert free.estimation.fit.cost == min(one.cost for one in free.estimation.fits)
+    assert free.estimation.fit.cost == min(candidate.cost for candidate in free.estimation.fits)
 
 
 def test_moduli_state_where_data_support_them():
-    found = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["strong"])), rs.standard_solid, fixed=FIXED)
-    low, high = found.window
-    assert found.moduli([0.9 * low, 1.1 * low, 0.9 * high, 1.1 * high]).inside.values.tolist() == [
+    fit = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["strong"])), rs.standard_solid, fixed=FIXED)
+    low, high = fit.window
+    assert fit.moduli([0.9 * low, 1.1 * low, 0.9 * high, 1.1 * high]).inside.values.tolist() == [
         False, True, True, False,
     ]  # fmt: skip
 
 
 def test_sound_alone_determines_no_constant_of_a_compressible_model():
     """All its moduli are open, and with them the frequency of the contacts."""
-    made = rs.kelvin_voigt(2e5, 20.0, poisson_ratio=0.5)
-    ball = rs.drop(rs.Body(None, radius=0.02, mass=0.0335), rs.Body(made), height=0.3)
+    material = rs.kelvin_voigt(2e5, 20.0, poisson_ratio=0.5)
+    ball = rs.drop(rs.Body(None, radius=0.02, mass=0.0335), rs.Body(material), height=0.3)
     sound = rs.BounceTimes(rs.bounces(ball, max_bounces=9).touch_time, radius=0.02, mass=0.0335, drag_coefficient=0.0)
-    found = rs.identify(sound, rs.kelvin_voigt)
-    assert all(one.value is None for one in found.parameters.values())
-    assert not any("nan" in line for line in found.statements)
+    fit = rs.identify(sound, rs.kelvin_voigt)
+    assert all(estimate.value is None for estimate in fit.parameters.values())
+    assert not any("nan" in line for line in fit.statements)
 
 
 def test_a_search_that_ends_before_its_tolerance_is_named(monkeypatch):
     solid = rs.standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.5)
     velocity = np.geomspace(0.01, 3.0, 12)
-    found = rs.solve(rs.Impact(solid, rs.Parabola(0.01), 0.033, velocity))
+    fit = rs.solve(rs.Impact(solid, rs.Parabola(0.01), 0.033, velocity))
     noise = rs.Noise(restitution_coefficient=0.01, contact_time="1 %")
     data = rs.Rebounds(
-        velocity=velocity, radius=0.01, mass=0.033, restitution_coefficient=found.restitution_coefficient,
-        contact_time=found.contact_time, noise=noise,
+        velocity=velocity, radius=0.01, mass=0.033, restitution_coefficient=fit.restitution_coefficient,
+        contact_time=fit.contact_time, noise=noise,
     )  # fmt: skip
     whole = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     assert not any("before its tolerance" in line for line in whole.warnings)

@@ -28,36 +28,36 @@ def curves_of(count, seed, spread=0.4):
     reduced = PronySeries(4.0 * equilibrium, 4.0 * branch[:, None], time[:, None])
     forces, _ = IndentationBlock(TIP, [(TIME, DEPTH, TIME)], 2e-6).forces(reduced, places)
     forces += rng.normal(0.0, SD, forces.shape)
-    made = [rs.IndentationCurve(TIME, DEPTH, one, profile=TIP, noise=rs.Noise(force=SD)) for one in forces]
-    return made, np.stack([equilibrium, branch, branch * time, places])
+    curves = [rs.IndentationCurve(TIME, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD)) for force in forces]
+    return curves, np.stack([equilibrium, branch, branch * time, places])
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_map_agrees_with_single_fits(workers):
     curves, _ = curves_of(6, 1)
-    found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=workers, shape=(2, 3))
-    assert dict(found.sizes) == {"y": 2, "x": 3}
-    for n, one in enumerate(curves):
-        alone = rs.identify(one, rs.standard_solid, fixed=FIXED, profiles=False)
+    table = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=workers, shape=(2, 3))
+    assert dict(table.sizes) == {"y": 2, "x": 3}
+    for n, curve in enumerate(curves):
+        alone = rs.identify(curve, rs.standard_solid, fixed=FIXED, profiles=False)
         estimates = alone.parameters | {"contact_point": alone.nuisances["contact_point"]}
         for name in NAMES:
             error = estimates[name].standard_error
-            assert found[name].values.flat[n] == pytest.approx(estimates[name].value, abs=2e-3 * error)
-            assert found[f"{name}_standard_error"].values.flat[n] == pytest.approx(error, rel=1e-3)
-        assert found["chi2"].values.flat[n] == pytest.approx(alone.chi2, rel=1e-5)
+            assert table[name].values.flat[n] == pytest.approx(estimates[name].value, abs=2e-3 * error)
+            assert table[f"{name}_standard_error"].values.flat[n] == pytest.approx(error, rel=1e-3)
+        assert table["chi2"].values.flat[n] == pytest.approx(alone.chi2, rel=1e-5)
 
 
 @pytest.mark.parametrize("count", [120, pytest.param(1000, marks=pytest.mark.slow)])
 def test_intervals_cover_the_truth(count):
     """95 % of them, also for the contact point, within 3.5 standard deviations of the count and 2 %."""
     curves, truth = curves_of(count, 2, spread=0.2)
-    found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=2)
-    assert np.all(found["status"] == MapStatus.FITTED)
+    table = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, workers=2)
+    assert np.all(table["status"] == MapStatus.FITTED)
     for name, value in zip(NAMES, truth, strict=True):
-        z = (found[name].values - value) / found[f"{name}_standard_error"].values
+        z = (table[name].values - value) / table[f"{name}_standard_error"].values
         assert np.mean(np.abs(z) < 1.96) == pytest.approx(0.95, abs=0.02 + 3.5 * math.sqrt(0.95 * 0.05 / count))
         assert np.std(z) == pytest.approx(1.0, abs=0.1 + 3.5 / math.sqrt(2.0 * count))
-    assert float(found["reduced_chi2"].mean()) == pytest.approx(1.0, abs=3.5 * math.sqrt(2.0 / TIME.size / count))
+    assert float(table["reduced_chi2"].mean()) == pytest.approx(1.0, abs=3.5 * math.sqrt(2.0 / TIME.size / count))
 
 
 def test_a_curve_that_fails_does_not_stop_the_map():
@@ -67,28 +67,28 @@ def test_a_curve_that_fails_does_not_stop_the_map():
         return rs.IndentationCurve(TIME, DEPTH, np.minimum(curves[0].force, 3e-10), profile=TIP)
 
     items = [saturated, curves[0], lambda: curves[1], curves[2]]
-    found = rs.identify_map(items, rs.standard_solid, fixed=FIXED)
-    assert found["status"].values.tolist() == [MapStatus.REFUSED, 0, 0, 0]
-    assert "saturated" in str(found["message"].values[0])
-    assert np.isnan(found["viscosity"].values).tolist() == [True, False, False, False]
+    table = rs.identify_map(items, rs.standard_solid, fixed=FIXED)
+    assert table["status"].values.tolist() == [MapStatus.REFUSED, 0, 0, 0]
+    assert "saturated" in str(table["message"].values[0])
+    assert np.isnan(table["viscosity"].values).tolist() == [True, False, False, False]
     alone = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
-    assert found["viscosity"].values[1:] == pytest.approx(alone["viscosity"].values, rel=1e-6)
+    assert table["viscosity"].values[1:] == pytest.approx(alone["viscosity"].values, rel=1e-6)
 
 
 def test_two_tips_and_lengths_in_one_map():
     curves, _ = curves_of(2, 4)
     half = slice(0, 120)
-    short = [rs.IndentationCurve(TIME[half], DEPTH[half], one.force[half], profile=TIP) for one in curves]
+    short = [rs.IndentationCurve(TIME[half], DEPTH[half], curve.force[half], profile=TIP) for curve in curves]
     cone = rs.Cone(half_angle=1.2)
     gel = rs.standard_solid(70.0, 270.0, 80.0, poisson_ratio=0.5)
     force = rs.indent(gel, cone, depth=DEPTH - 0.4e-6, time=TIME).force
     force += np.random.default_rng(0).normal(0.0, 0.005 * force.max(), TIME.size)
     items = [curves[0], rs.IndentationCurve(TIME, DEPTH, force, profile=cone), short[1]]
-    found = rs.identify_map(items, rs.standard_solid, fixed=FIXED)
-    for n, one in enumerate(items):
-        alone = rs.identify(one, rs.standard_solid, fixed=FIXED, profiles=False).parameters
-        known = alone["branch_modulus"]
-        assert found["branch_modulus"].values[n] == pytest.approx(known.value, abs=0.02 * known.standard_error)
+    table = rs.identify_map(items, rs.standard_solid, fixed=FIXED)
+    for n, curve in enumerate(items):
+        alone = rs.identify(curve, rs.standard_solid, fixed=FIXED, profiles=False).parameters
+        reference = alone["branch_modulus"]
+        assert table["branch_modulus"].values[n] == pytest.approx(reference.value, abs=0.02 * reference.standard_error)
 
 
 def test_finished_curves_are_kept_after_an_interrupt():
@@ -100,11 +100,11 @@ def test_finished_curves_are_kept_after_an_interrupt():
             raise KeyboardInterrupt
 
     with pytest.warns(RestitutionWarning, match="interrupted"):
-        found = rs.identify_map(curves * 50, rs.standard_solid, fixed=FIXED, workers=1, progress=press)
-    done = found["status"].values != MapStatus.NOT_DONE
+        table = rs.identify_map(curves * 50, rs.standard_solid, fixed=FIXED, workers=1, progress=press)
+    done = table["status"].values != MapStatus.NOT_DONE
     assert 0 < done.sum() < 200
-    assert np.isfinite(found["viscosity"].values[done]).all()
-    assert np.isnan(found["viscosity"].values[~done]).all()
+    assert np.isfinite(table["viscosity"].values[done]).all()
+    assert np.isnan(table["viscosity"].values[~done]).all()
 
 
 def test_parameters_that_a_curve_does_not_determine_are_nan():
@@ -113,10 +113,10 @@ def test_parameters_that_a_curve_does_not_determine_are_nan():
     force = rs.indent(elastic, TIP, depth=DEPTH - 0.4e-6, time=TIME).force
     force += np.random.default_rng(0).normal(0.0, SD, TIME.size)
     data = rs.IndentationCurve(TIME, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD))
-    found = rs.identify_map([data], rs.standard_solid, fixed=FIXED)
-    assert np.isnan(found["viscosity"].values[0]) or np.isnan(found["branch_modulus"].values[0])
-    assert np.isinf(found["viscosity_standard_error"].values[0]) or np.isinf(
-        found["branch_modulus_standard_error"].values[0]
+    table = rs.identify_map([data], rs.standard_solid, fixed=FIXED)
+    assert np.isnan(table["viscosity"].values[0]) or np.isnan(table["branch_modulus"].values[0])
+    assert np.isinf(table["viscosity_standard_error"].values[0]) or np.isinf(
+        table["branch_modulus_standard_error"].values[0]
     )
 
 
@@ -132,20 +132,20 @@ def test_wrong_arguments_are_refused(items, options, message):
 def test_every_curve_without_a_fit_has_a_message(monkeypatch):
     """One descent has no result, and one does not end, and the fits from other starts are refused."""
     curves, _ = curves_of(4, 11)
-    own, again = map_module.Descent.fits, map_module.estimate
+    descend, identify = map_module.Descent.fits, map_module.estimate
 
-    def found(self):
-        fits = own(self)
+    def failing(self):
+        fits = descend(self)
         fits.chi2[1], fits.ended[1:3] = np.inf, False
         return fits
 
     def estimate(observations, space):
         if observations[0] in curves[1:3]:
             raise rs.InputError("start", rule="leads to no result")
-        return again(observations, space)
+        return identify(observations, space)
 
-    monkeypatch.setattr(map_module.Descent, "fits", found)
+    monkeypatch.setattr(map_module.Descent, "fits", failing)
     monkeypatch.setattr(map_module, "estimate", estimate)
-    made = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
-    assert made["status"].values.tolist() == [0, MapStatus.NO_FIT, MapStatus.NOT_CONVERGED, 0]
-    assert made["message"].values.tolist() == ["", "start: leads to no result", "start: leads to no result", ""]
+    table = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
+    assert table["status"].values.tolist() == [0, MapStatus.NO_FIT, MapStatus.NOT_CONVERGED, 0]
+    assert table["message"].values.tolist() == ["", "start: leads to no result", "start: leads to no result", ""]

@@ -15,8 +15,8 @@ OMEGA, WINDOW = np.geomspace(1e-3, 1e7, 41), (1e-6, 1.0)
 def test_materials_of_all_kinds_stand_in_one_column():
     relaxing = rs.Material(rs.PronySeries(1.0, [2.0], [1.0]), rs.PronySeries(3.0, [1.0], [0.1]))
     kinds = [rs.Material(rs.PronySeries(1.0, [2.0], [1.0]), 4.0), relaxing, rs.Material(2.0, math.inf)]
-    found = rs.reduced_modulus(column(kinds)).complex_modulus(OMEGA)
-    for row, material in zip(found, kinds, strict=True):
+    rows = rs.reduced_modulus(column(kinds)).complex_modulus(OMEGA)
+    for row, material in zip(rows, kinds, strict=True):
         np.testing.assert_array_equal(row, rs.reduced_modulus(material).complex_modulus(OMEGA))
     gels = [FractionalMaterial(rs.springpot(1e4, exponent), bulk) for exponent, bulk in ((0.2, 1e6), (0.3, math.inf))]
     assert column(gels, (1e-3, 1.0)).shape == (2, 1)
@@ -27,9 +27,9 @@ def test_materials_with_unlike_shifts_keep_them():
     laws = rs.WLF(300.0, 10.0, 100.0), rs.WLF(310.0, 8.0, 90.0)
     warm = [rs.Material(rs.PronySeries(0.0, [1e9], [1.0]), 2e9, shift=law) for law in laws]
     temperatures = np.array([312.0, 325.0])
-    found = column(warm).at(temperatures).shear.relaxation_times[..., 0]
+    rows = column(warm).at(temperatures).shear.relaxation_times[..., 0]
     expected = [[material.at(value).shear.relaxation_times[0] for value in temperatures] for material in warm]
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(rows, expected)
 
 
 @pytest.mark.parametrize("law", [rs.WLF, rs.Arrhenius])
@@ -39,8 +39,8 @@ def test_unknown_constants_of_a_shift_are_those_of_each_row(law):
     start = {"c1": 10.0, "c2": 100.0, "activation_energy": 1e5}
     point = [parameter.inward(start.get(parameter.name, 1e6)) for parameter in space.free]
     points = np.array([point, point]) + np.array([[0.0], [0.1]])
-    found = space.materials(points, WINDOW).at(np.array([290.0, 320.0])).shear.relaxation_times[..., 0]
-    for row, each in zip(found, points, strict=True):
+    rows = space.materials(points, WINDOW).at(np.array([290.0, 320.0])).shear.relaxation_times[..., 0]
+    for row, each in zip(rows, points, strict=True):
         single = space.material(each)
         expected = [single.at(value).shear.relaxation_times[0] for value in (290.0, 320.0)]
         np.testing.assert_allclose(row, expected, rtol=1e-12)
@@ -70,7 +70,7 @@ def test_refused_rows_are_nan_and_others_are_as_alone():
 
     with pytest.raises(rs.InputError, match="bulk_modulus"):
         moduli(slice(None))
-    found = rows_of(moduli, 5)
-    assert np.isnan(found[:, 0]).tolist() == [False, True, False, True, True]
-    assert found[[0, 2], 0].tolist() == [moduli(slice(n, n + 1))[0, 0] for n in (0, 2)]
+    result = rows_of(moduli, 5)
+    assert np.isnan(result[:, 0]).tolist() == [False, True, False, True, True]
+    assert result[[0, 2], 0].tolist() == [moduli(slice(n, n + 1))[0, 0] for n in (0, 2)]
     assert np.isnan(rows_of(lambda rows: moduli(slice(3, 5)), 2)).tolist() == [[True], [True]]

@@ -14,15 +14,15 @@ from restitution.identification.observations import Moduli
 FIXED = {"poisson_ratio": 0.5}
 
 
-def _scan(found, k, end):
+def _scan(result, k, end):
     """Root of the least excess at 20 even places from the best fit to an end, each fit from the one before."""
-    start, roots = found.coordinates, []
-    for z in np.linspace(found.coordinates[k], end, 21)[1:]:
+    start, roots = result.coordinates, []
+    for z in np.linspace(result.coordinates[k], end, 21)[1:]:
         start = start.copy()
         start[k] = z
-        fit = minimise(found.problem, start, held=k, tolerance=1e-7)
+        fit = minimise(result.problem, start, held=k, tolerance=1e-7)
         start = fit.coordinates
-        roots.append(math.sqrt(max(fit.cost - found.estimation.fit.cost, 0.0)))
+        roots.append(math.sqrt(max(fit.cost - result.estimation.fit.cost, 0.0)))
     return np.array(roots)
 
 
@@ -32,18 +32,18 @@ def test_ends_of_profiles_agree_with_a_brute_scan():
     Where the root of the excess is below 1.8 times 1.96 at five errors, in place of 5, the end is at 1.8 times 1.96.
     """
     one_ball = np.full(12, 0.01), np.geomspace(0.3, 3.0, 12)
-    found = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), *one_ball, sd=0.01, seed=3),
+    fit = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), *one_ball, sd=0.01, seed=3),
                         rs.standard_solid, fixed=FIXED)  # fmt: skip
-    level, flat = found.uncertainty.quantile(), 0
+    level, flat = fit.uncertainty.quantile(), 0
     assert level == pytest.approx(1.959964, rel=1e-6)
-    for k, name in enumerate(found.parameters):
-        profile, best = found.profile(name), found.coordinates[k]
+    for k, name in enumerate(fit.parameters):
+        profile, best = fit.profile(name), fit.coordinates[k]
         for side, end in (("low", profile.low), ("high", profile.high)):
             if math.isinf(end):
                 continue
-            roots = _scan(found, k, end)
+            roots = _scan(fit, k, end)
             first = best + (end - best) * np.interp(level, [0.0, *roots], np.linspace(0.0, 1.0, 21))
-            flattens = _scan(found, k, best + 5.0 / level * (first - best))[-1] < 1.8 * level
+            flattens = _scan(fit, k, best + 5.0 / level * (first - best))[-1] < 1.8 * level
             assert roots[-1] == pytest.approx((1.8 if flattens else 1.0) * level, abs=0.03), (name, side)
             assert np.all(roots[:-1] < roots[-1]), (name, side)
             flat += flattens
@@ -51,25 +51,25 @@ def test_ends_of_profiles_agree_with_a_brute_scan():
 
 
 def test_profile_of_a_well_determined_parameter_is_a_parabola():
-    found = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1), rs.standard_solid, fixed=FIXED)
-    errors = np.sqrt(np.diag(found.covariance))
-    for k, (name, (low, high)) in enumerate(found.interval(0.68).items()):
-        reach = found.uncertainty.quantile(0.68) * errors[k]
+    fit = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["strong"]), seed=1), rs.standard_solid, fixed=FIXED)
+    errors = np.sqrt(np.diag(fit.covariance))
+    for k, (name, (low, high)) in enumerate(fit.interval(0.68).items()):
+        reach = fit.uncertainty.quantile(0.68) * errors[k]
         np.testing.assert_allclose(
-            np.log([low, high]), found.coordinates[k] + np.array([-reach, reach]), atol=0.05 * reach
+            np.log([low, high]), fit.coordinates[k] + np.array([-reach, reach]), atol=0.05 * reach
         )
-        assert found.profile(name, 0.68).excess.min() == 0.0
+        assert fit.profile(name, 0.68).excess.min() == 0.0
 
 
 def test_data_that_hold_no_information_leave_ends_open():
     """Slow relaxation, C of the design page: one ball over one decade shows abs(E*) alone."""
     balls = rebounds(standard_solid(1e6, 1e7, 3e-2), np.full(10, 0.01), np.geomspace(0.3, 3.0, 10), sd=0.01, seed=1)
-    found = rs.identify(balls, rs.standard_solid, fixed=FIXED)
-    assert found.parameters["equilibrium_modulus"].value is None
-    modulus = next(one for name, one in found.functionals.items() if name.startswith("absolute_modulus"))
+    fit = rs.identify(balls, rs.standard_solid, fixed=FIXED)
+    assert fit.parameters["equilibrium_modulus"].value is None
+    modulus = next(result for name, result in fit.functionals.items() if name.startswith("absolute_modulus"))
     assert modulus.determined
     truth = rs.reduced_modulus(standard_solid(1e6, 1e7, 3e-2))
-    omega = math.sqrt(math.prod(found.window))
+    omega = math.sqrt(math.prod(fit.window))
     exact = math.hypot(truth.storage_modulus(omega), truth.loss_modulus(omega))
     assert abs(modulus.value - exact) < 3.5 * modulus.standard_error
 
@@ -77,11 +77,11 @@ def test_data_that_hold_no_information_leave_ends_open():
 def test_tables_are_observations_with_relative_noise():
     omega = np.array([1.0, 10.0, 100.0])
     table = DynamicTable(omega, np.full(3, 3e6), np.full(3, 4e6), "shear", "dma.csv")
-    one = Moduli(table, noise=rs.Noise(storage_modulus="1 %", loss_modulus="2 %"))
-    assert one.size == 6
-    assert one.window() == (1.0, 100.0)
-    assert one.label == "dma.csv"
-    elastic = rs.identify([one], rs.elastic, fixed=FIXED, profiles=False)
+    data = Moduli(table, noise=rs.Noise(storage_modulus="1 %", loss_modulus="2 %"))
+    assert data.size == 6
+    assert data.window() == (1.0, 100.0)
+    assert data.label == "dma.csv"
+    elastic = rs.identify([data], rs.elastic, fixed=FIXED, profiles=False)
     # The loss part is relative to the magnitude, 5 MPa.
     np.testing.assert_allclose(elastic.residuals[0][3:], -4e6 / (0.02 * 5e6))
     assert Moduli(table).scaled
@@ -94,7 +94,7 @@ def test_tables_are_observations_with_relative_noise():
     [
         ({"deformation": "bulk"}, "deformation"),
         ({"noise": rs.Noise(modulus="x")}, "noise.modulus"),
-        ({"noise": rs.Noise(storage_modulus="1 %")}, "noise.modulus"),
+        ({"noise": rs.Noise(storage_modulus="1 %")}, "noise.storage_modulus"),
     ],
 )
 def test_wrong_options_of_tables_are_refused(options, field):

@@ -23,18 +23,18 @@ def golf(radius=21e-3, mass=41.5e-3):
 
 @pytest.mark.parametrize("model", ["elastic", "kelvin_voigt", "springpot", "standard_solid"])
 def test_restitution_alone_determines_no_modulus_of_a_golf_ball(model):
-    found = rs.identify(golf(), model, fixed=SOFT)
-    assert [name for name, one in found.parameters.items() if one.determined] in ([], ["exponent"])
-    assert any("determines no modulus and no time" in line for line in found.statements)
-    assert not [line for line in found.warnings if "hollow" in line]
+    fit = rs.identify(golf(), model, fixed=SOFT)
+    assert [name for name, estimate in fit.parameters.items() if estimate.determined] in ([], ["exponent"])
+    assert any("determines no modulus and no time" in line for line in fit.statements)
+    assert not [line for line in fit.warnings if "hollow" in line]
 
 
 def test_a_power_law_has_the_same_restitution_at_all_velocities():
     # So that its sum of squares is that about the mean, and its error that of the mean.
     e = np.array(GOLF[1])
-    found = rs.identify(golf(), "springpot", fixed=SOFT)
-    assert found.chi2 == pytest.approx(((e - e.mean()) ** 2).sum() / 0.015**2, rel=1e-6)
-    stated = found.functionals["restitution_coefficient at 3.5 m/s"]
+    fit = rs.identify(golf(), "springpot", fixed=SOFT)
+    assert fit.chi2 == pytest.approx(((e - e.mean()) ** 2).sum() / 0.015**2, rel=1e-6)
+    stated = fit.functionals["restitution_coefficient at 3.5 m/s"]
     assert stated.value == pytest.approx(e.mean(), abs=1e-6)
     assert stated.standard_error == pytest.approx(0.015 / math.sqrt(e.size), rel=1e-3)
 
@@ -43,9 +43,9 @@ def test_radius_and_mass_do_not_matter_for_the_restitution_of_the_same_ball():
     rng, predicted = np.random.default_rng(3), []
     for _ in range(2):
         radius, mass = np.exp(rng.uniform(np.log([5e-3, 1e-3]), np.log([0.1, 1.0])))
-        found = rs.identify(golf(radius, mass), "kelvin_voigt", fixed=SOFT)
-        impact = rs.Impact(found.material, rs.Parabola(radius), mass, 10.0)
-        predicted.append((found.chi2, float(found.predict(impact)["restitution_coefficient"].item())))
+        fit = rs.identify(golf(radius, mass), "kelvin_voigt", fixed=SOFT)
+        impact = rs.Impact(fit.material, rs.Parabola(radius), mass, 10.0)
+        predicted.append((fit.chi2, float(fit.predict(impact)["restitution_coefficient"].item())))
     assert predicted[0] == pytest.approx(predicted[1], rel=1e-6)
 
 
@@ -80,13 +80,13 @@ def test_the_shifts_of_a_rubber_are_those_of_a_rubber():
 
 
 def test_isotherms_of_one_measurement_share_the_size_of_their_noise():
-    found = rs.identify(rubber(), "springpot", fixed=SOFT, shift=rs.WLF)
-    factors = np.array(found.problem.factors)
+    fit = rs.identify(rubber(), "springpot", fixed=SOFT, shift=rs.WLF)
+    factors = np.array(fit.problem.factors)
     assert np.all(factors == factors[0])
-    assert found.reduced_chi2 == pytest.approx(1.0, abs=0.02)
+    assert fit.reduced_chi2 == pytest.approx(1.0, abs=0.02)
     # Without a common size, the isotherm that fits best would have almost no noise.
-    own = np.array([np.mean(part**2) for part in found.residuals])
-    assert own.min() < 0.5 < 1.2 < own.max()
+    separate = np.array([np.mean(part**2) for part in fit.residuals])
+    assert separate.min() < 0.5 < 1.2 < separate.max()
 
 
 @pytest.mark.slow
@@ -96,11 +96,11 @@ def test_the_spectrum_of_a_polymer_is_that_of_another_program(shared_reference):
     measured = rs.read_material(folder / "polymer_relaxation_master_curve.csv")
     assert isinstance(measured, rs.RelaxationTable)
     few = rs.RelaxationTable(measured.time[::10], measured.modulus[::10], "tension")
-    found = rs.identify(few, "spectrum", fixed=SOFT)
+    fit = rs.identify(few, "spectrum", fixed=SOFT)
     shares, times = np.loadtxt(folder / "polymer_relaxation_prony.csv", delimiter=",").T
     between = measured.time[5:-5:10]
     theirs = 1739.03e6 * (1.0 - shares.sum() + np.exp(-between[:, None] / times) @ shares)
-    ours = 3.0 * found.material.shear.relaxation_modulus(between)
+    ours = 3.0 * fit.material.shear.relaxation_modulus(between)
     # The terms of pyvisco have one time a decade, and deviate by up to 2.2 % from the data themselves.
     assert (
         np.abs(np.log(ours / measured.modulus[5:-5:10])).max() < 0.02

@@ -25,10 +25,10 @@ def test_predictions_of_many_materials_are_those_of_solve():
     materials = [standard_solid(1e8, 1e9, 1e-4), standard_solid(2e8, 3e8, 1e-3, bulk_modulus=1e9)]
     velocity, radius = [0.01, 0.1, 0.05], [0.01, 0.02, 0.005]
     balls = rs.Rebounds(velocity, 0.5, radius=radius, mass=0.03, external_force=0.01)
-    found = balls.predicted(_columns(*materials))
+    fit = balls.predicted(_columns(*materials))
     for n, material in enumerate(materials):
         exact = rs.solve(rs.Impact(material, rs.Parabola(radius), 0.03, velocity, external_force=0.01))
-        for name, values in found.items():
+        for name, values in fit.items():
             np.testing.assert_allclose(values[n], getattr(exact, name), rtol=1e-8)
 
 
@@ -116,9 +116,9 @@ def test_time_and_force_give_the_same_window():
     ],
 )
 def test_wrong_data_are_refused_in_one_line(change, field):
-    given = {"velocity": [0.1, 0.2], "restitution_coefficient": [0.5, 0.6], "radius": 0.01, "mass": 0.03} | change
+    columns = {"velocity": [0.1, 0.2], "restitution_coefficient": [0.5, 0.6], "radius": 0.01, "mass": 0.03} | change
     with pytest.raises(InputError) as caught:
-        rs.Rebounds(given.pop("velocity"), given.pop("restitution_coefficient"), **given)
+        rs.Rebounds(**columns)
     assert str(caught.value).startswith(field)
     assert "\n" not in str(caught.value)
 
@@ -149,7 +149,7 @@ def _pair(material, counter, **options):
     """Exact rebounds of two balls of 10 and 20 mm, and the impact."""
     partner = material if counter == "same" else counter
     radii, masses = np.array([[0.01], [0.02]]), np.array([[0.004], [0.03]])
-    radius, mass = (float(np.prod(one) / one.sum()) for one in (radii, masses))
+    radius, mass = (float(np.prod(pair) / pair.sum()) for pair in (radii, masses))
     velocity = np.geomspace(0.001, 0.3, 10)
     exact = rs.solve(rs.Impact(material, rs.Parabola(radius), mass, velocity, counter_material=partner))
     return exact, rs.Rebounds(
@@ -162,8 +162,8 @@ def _pair(material, counter, **options):
 @pytest.mark.parametrize("material", [SOLID, rs.kelvin_voigt(1e8, 1e4, poisson_ratio=0.4)], ids=["solid", "kelvin"])
 def test_two_bodies_are_those_of_solve(material, counter):
     exact, balls = _pair(material, counter)
-    found = balls.predicted(_columns(material, LOSSY))
-    for name, values in found.items():
+    fit = balls.predicted(_columns(material, LOSSY))
+    for name, values in fit.items():
         np.testing.assert_allclose(values[0], getattr(exact, name), rtol=1e-8)
 
 
@@ -171,22 +171,22 @@ def test_two_bodies_are_those_of_solve(material, counter):
 def test_the_material_of_one_of_two_bodies_is_found(counter):
     noise = rs.Noise(restitution_coefficient="0.1 %", contact_time="0.1 %")
     _, balls = _pair(SOLID, counter, contact_time=True, noise=noise)
-    found = rs.identify(balls, "standard_solid", fixed={"poisson_ratio": 0.5}, profiles=False)
-    values = [one.value for one in found.parameters.values()]
+    fit = rs.identify(balls, "standard_solid", fixed={"poisson_ratio": 0.5}, profiles=False)
+    values = [estimate.value for estimate in fit.parameters.values()]
     np.testing.assert_allclose(values, [1e8, 1e9, 1e5], rtol=1e-5)
     with pytest.raises(InputError, match="counter_material: must be rigid"):
         rs.effective_moduli(balls)
 
 
 @pytest.mark.parametrize(
-    ("model", "counter", "known"),
+    ("model", "counter", "determined"),
     [("standard_solid", "same", False), ("standard_solid", STIFF, False), ("kelvin_voigt", STIFF, True)],
 )
-def test_restitution_with_a_known_body_determines_a_model_that_a_spring_in_series_changes(model, counter, known):
+def test_restitution_with_a_known_body_determines_a_model_that_a_spring_in_series_changes(model, counter, determined):
     # A standard solid in series with a spring is a standard solid, a Kelvin-Voigt solid is not one of its kind.
     material = SOLID if model == "standard_solid" else rs.kelvin_voigt(2e7, 3e4, poisson_ratio=0.5)
     _, balls = _pair(material, counter, noise=rs.Noise(restitution_coefficient="0.1 %"))
-    found = rs.identify(balls, model, fixed={"poisson_ratio": 0.5}, profiles=False)
-    assert any(one.exact for one in found.flat_directions) is not known
-    if known:
-        np.testing.assert_allclose([one.value for one in found.parameters.values()], [2e7, 3e4], rtol=1e-4)
+    fit = rs.identify(balls, model, fixed={"poisson_ratio": 0.5}, profiles=False)
+    assert any(estimate.exact for estimate in fit.flat_directions) is not determined
+    if determined:
+        np.testing.assert_allclose([estimate.value for estimate in fit.parameters.values()], [2e7, 3e4], rtol=1e-4)

@@ -16,10 +16,10 @@ EPSILON = 1e-6
 
 def kernel(ratios):
     """(1 - e)/epsilon of a spring of modulus 1 with a branch epsilon at tau, by contact time over tau."""
-    one = np.ones(len(ratios))
+    ones = np.ones(len(ratios))
     depth = (15.0 / 16.0) ** 0.4
     times = HERTZ_TIME_FACTOR * depth / np.asarray(ratios)
-    batch = Batch(one, 0.0 * one, EPSILON * one[:, None], times[:, None], one, one, 0.0 * one, one, 1.0)
+    batch = Batch(ones, 0.0 * ones, EPSILON * ones[:, None], times[:, None], ones, ones, 0.0 * ones, ones, 1.0)
     return (1.0 - batch.solve(1e-12)["restitution_coefficient"]) / EPSILON
 
 
@@ -28,11 +28,11 @@ def hertz():
     """Depth over largest depth of an elastic impact, over time in units of depth over velocity, and the contact time."""
     touch = lambda t, y: y[0]  # noqa: E731
     touch.terminal, touch.direction = True, -1
-    found = solve_ivp(
+    motion = solve_ivp(
         lambda t, y: (y[1], -1.25 * max(y[0], 0.0) ** 1.5), (0.0, 4.0), (0.0, 1.0), events=touch, dense_output=True,
         rtol=1e-11, atol=1e-13,
     )  # fmt: skip
-    return found.sol, found.t_events[0][0]
+    return motion.sol, motion.t_events[0][0]
 
 
 def double_integral(x, hertz):
@@ -67,9 +67,9 @@ def test_the_exact_solver_gives_the_double_integral_over_the_elements(x, hertz):
     assert kernel([x])[0] == pytest.approx(double_integral(x, hertz), rel=1e-3)
 
 
-@pytest.mark.parametrize(("x", "known"), [(0.1, 0.04284), (1.0, 0.31248), (10.0, 0.39033), (100.0, 0.05426)])
-def test_values_of_the_design_page(x, known):
-    assert kernel([x])[0] == pytest.approx(known, abs=1.5e-5)
+@pytest.mark.parametrize(("x", "reference"), [(0.1, 0.04284), (1.0, 0.31248), (10.0, 0.39033), (100.0, 0.05426)])
+def test_values_of_the_design_page(x, reference):
+    assert kernel([x])[0] == pytest.approx(reference, abs=1.5e-5)
 
 
 def test_the_largest_value_is_0_519_at_3_9(hertz):

@@ -23,8 +23,8 @@ TRUTHS = {
 def rebounds(series, seed=None, radii=RADII, velocities=VELOCITIES, masses=MASSES, **options):
     """Rebounds of steel balls with 1 % of noise; exact ones without a seed."""
     exact = rs.Rebounds(velocities, np.ones(velocities.size), radius=radii, mass=masses)
-    found = exact.predicted(rs.Material(series.scaled(0.25), math.inf).reshaped((1, 1)))
-    e, times = found["restitution_coefficient"][0], found["contact_time"][0]
+    fit = exact.predicted(rs.Material(series.scaled(0.25), math.inf).reshaped((1, 1)))
+    e, times = fit["restitution_coefficient"][0], fit["contact_time"][0]
     if seed is not None:
         rng = np.random.default_rng(seed)
         e, times = (values * np.exp(0.01 * rng.standard_normal(values.size)) for values in (e, times))
@@ -40,22 +40,22 @@ def loss_tangent(series, omega):
 @pytest.mark.parametrize("truth", TRUTHS)
 def test_loss_tangents_of_smooth_spectra_are_right_inside_the_window(truth):
     series = TRUTHS[truth]
-    found = spectrum(rebounds(series, seed=1))
-    omega = np.geomspace(*found.window, 20)
-    error = np.abs(found.moduli(omega).loss_tangent.to_numpy() / loss_tangent(series, omega) - 1.0)
+    fit = spectrum(rebounds(series, seed=1))
+    omega = np.geomspace(*fit.window, 20)
+    error = np.abs(fit.moduli(omega).loss_tangent.to_numpy() / loss_tangent(series, omega) - 1.0)
     # The design page has medians of 0.4 to 3.2 % and largest errors of 2.6 to 6.5 % for spectra of this kind.
     assert np.median(error) < 0.06
     assert error.max() < 0.15
     # chi2 of 48 data.
-    assert found.chi2 < 48.0 + 4.0 * math.sqrt(96.0)
+    assert fit.chi2 < 48.0 + 4.0 * math.sqrt(96.0)
 
 
 def test_bands_contain_the_true_moduli_from_half_to_twice_the_window():
     series, inside, count = TRUTHS["power law"], 0, 0
     for seed in range(6):
-        found = spectrum(rebounds(series, seed=seed))
-        omega = np.geomspace(0.51 * found.window[0], 1.99 * found.window[1], 4)
-        moduli = found.moduli(omega)
+        fit = spectrum(rebounds(series, seed=seed))
+        omega = np.geomspace(0.51 * fit.window[0], 1.99 * fit.window[1], 4)
+        moduli = fit.moduli(omega)
         true = loss_tangent(series, omega)
         inside += np.count_nonzero((moduli.loss_tangent_low < true) & (true < moduli.loss_tangent_high))
         count += omega.size
@@ -64,31 +64,31 @@ def test_bands_contain_the_true_moduli_from_half_to_twice_the_window():
 
 
 def test_nothing_is_stated_outside_half_to_twice_the_window():
-    found = spectrum(rebounds(TRUTHS["power law"]))
-    low, high = found.window
-    moduli = found.moduli([0.4 * low, 0.6 * low, 1.9 * high, 2.1 * high])
+    fit = spectrum(rebounds(TRUTHS["power law"]))
+    low, high = fit.window
+    moduli = fit.moduli([0.4 * low, 0.6 * low, 1.9 * high, 2.1 * high])
     assert np.isnan(moduli.storage_modulus).to_numpy().tolist() == [True, False, False, True]
     assert moduli.storage_modulus.attrs["units"] == "Pa"
-    assert "half to twice" in found.statements[0]
+    assert "half to twice" in fit.statements[0]
 
 
 def test_the_material_has_the_restitution_of_the_data():
-    found = spectrum(rebounds(TRUTHS["fractional Zener"]), poisson_ratio=0.4)
-    material = found.material
+    fit = spectrum(rebounds(TRUTHS["fractional Zener"]), poisson_ratio=0.4)
+    material = fit.material
     assert material.poisson_ratio == pytest.approx(0.4)
-    omega = np.geomspace(*found.window, 5)
+    omega = np.geomspace(*fit.window, 5)
     reduced = rs.reduced_modulus(material)
-    np.testing.assert_allclose(reduced.storage_modulus(omega), found.reduced_modulus.storage_modulus(omega), rtol=1e-9)
+    np.testing.assert_allclose(reduced.storage_modulus(omega), fit.reduced_modulus.storage_modulus(omega), rtol=1e-9)
     impact = rs.Impact(material, rs.Parabola(0.008), mass=MASSES[8], velocity=0.5)
     exact = rebounds(TRUTHS["fractional Zener"], radii=np.array([0.008]), velocities=np.array([0.5]), masses=MASSES[8])
     assert rs.solve(impact).restitution_coefficient == pytest.approx(exact.restitution_coefficient[0], abs=0.01)
 
 
 def test_lines_are_pointed_out():
-    found = spectrum(rebounds(rs.PronySeries(1e8, [1e9], [3e-4]), seed=1))
-    assert found.reduced_chi2 > 1.5 or found.weight < 0.1
-    assert json.loads(json.dumps(found.to_dict()))["model"] == "spectrum"
-    assert str(found).count("\n") >= 5
+    fit = spectrum(rebounds(rs.PronySeries(1e8, [1e9], [3e-4]), seed=1))
+    assert fit.reduced_chi2 > 1.5 or fit.weight < 0.1
+    assert json.loads(json.dumps(fit.to_dict()))["model"] == "spectrum"
+    assert str(fit).count("\n") >= 5
 
 
 def test_fewer_than_eight_impacts_are_refused():
@@ -104,18 +104,18 @@ def test_restitution_alone_is_refused():
 
 
 def test_identify_makes_it():
-    found = rs.identify(rebounds(TRUTHS["power law"]), "spectrum", fixed={"poisson_ratio": 0.3})
-    assert found.poisson_ratio == 0.3
-    assert found.chi2 < 1.0
+    fit = rs.identify(rebounds(TRUTHS["power law"]), "spectrum", fixed={"poisson_ratio": 0.3})
+    assert fit.poisson_ratio == 0.3
+    assert fit.chi2 < 1.0
 
 
 def test_a_spectrum_draws_its_data():
-    found = spectrum(rebounds(TRUTHS["power law"], 1))
-    assert [ax.get_ylabel() for ax in found.plot().axes[:3]] == [
+    fit = spectrum(rebounds(TRUTHS["power law"], 1))
+    assert [ax.get_ylabel() for ax in fit.plot().axes[:3]] == [
         "restitution coefficient $e$",
         "contact time $T$ [ms]",
         "residual over its standard deviation",
     ]
-    ((_, curves),) = found.curves
+    ((_, curves),) = fit.curves
     values = np.concatenate([np.log(curve.fitted / curve.measured) / 0.01 for curve in curves])
-    assert values == pytest.approx(found.residuals[0], abs=1e-5)
+    assert values == pytest.approx(fit.residuals[0], abs=1e-5)

@@ -49,11 +49,11 @@ def test_a_row_has_the_bits_of_a_single_impact(kind: str) -> None:
     velocities = 10.0 ** rng.uniform(-3.0, -0.5, 24)
 
     def columns(v: object, workers: int | None = None) -> np.ndarray:
-        found = rs.solve(rs.Impact(SOLID, profile, mass, v), workers=workers)  # type: ignore[arg-type]
-        return np.array([getattr(found, name) for name in NAMES])
+        result = rs.solve(rs.Impact(SOLID, profile, mass, v), workers=workers)  # type: ignore[arg-type]
+        return np.array([getattr(result, name) for name in NAMES])
 
-    def same(one: np.ndarray, other: np.ndarray) -> bool:
-        return one.tobytes() == np.ascontiguousarray(other).tobytes()
+    def same(first: np.ndarray, other: np.ndarray) -> bool:
+        return first.tobytes() == np.ascontiguousarray(other).tobytes()
 
     whole = columns(velocities)
     alone = np.array([columns(float(v)) for v in velocities[:6]]).T

@@ -68,8 +68,8 @@ def test_first_order_of_kelvin_voigt(exponent):
 
     def loss_over_prediction(tau: float) -> float:
         law = cf.kelvin_voigt_first_order_restitution(tau, depth, 1.0, path_exponent=exponent)
-        found = impact(1.0, viscosity=tau, exponent=exponent)
-        return (1.0 - found.restitution_coefficient) / (1.0 - law)
+        result = impact(1.0, viscosity=tau, exponent=exponent)
+        return (1.0 - result.restitution_coefficient) / (1.0 - law)
 
     coarse, fine = loss_over_prediction(2e-3), loss_over_prediction(1e-3)
     assert 2.0 * fine - coarse == pytest.approx(1.0, abs=5e-6)
@@ -83,8 +83,8 @@ def test_first_order_of_slow_relaxation(exponent):
     def loss_over_prediction(slowness: float) -> float:
         moduli, times = np.array([0.3, 0.5]), slowness * np.array([1.0, 4.0])
         law = cf.hunter_restitution(0.2, moduli, times, time, path_exponent=exponent)
-        found = impact(0.4, 2.0 * moduli, times, exponent=exponent)
-        return (1.0 - found.restitution_coefficient) / (1.0 - law)
+        result = impact(0.4, 2.0 * moduli, times, exponent=exponent)
+        return (1.0 - result.restitution_coefficient) / (1.0 - law)
 
     coarse, fine = loss_over_prediction(500.0), loss_over_prediction(1000.0)
     assert 2.0 * fine - coarse == pytest.approx(1.0, abs=5e-6)
@@ -94,18 +94,18 @@ def test_first_order_of_slow_relaxation(exponent):
     ("nu", "slope"), [(0.0, 1.70760), (0.3, 2.22267), (0.45, 2.96746), (0.5, 3.37979), (-1.0, None)]
 )
 def test_small_p3_slope(nu, slope):
-    found = cf.standard_solid_small_p3_slope(nu)
+    result = cf.standard_solid_small_p3_slope(nu)
     # Slopes from the theory; at nu = -1 from the identity with the incompressible case.
-    wanted = slope or cf.equivalent_incompressible_p3(3.37979)
-    assert found == pytest.approx(wanted, abs=5.1e-6)
-    coarse, fine = ((1.0 - paper(nu, 0.5, p3)) / p3 / found for p3 in (1e-3, 5e-4))
+    expected = slope or cf.equivalent_incompressible_p3(3.37979)
+    assert result == pytest.approx(expected, abs=5.1e-6)
+    coarse, fine = ((1.0 - paper(nu, 0.5, p3)) / p3 / result for p3 in (1e-3, 5e-4))
     assert 2.0 * fine - coarse == pytest.approx(1.0, abs=1e-5)
 
 
 @pytest.mark.parametrize(("nu", "p2"), [(-1.0, 0.1), (-0.3, 1e-3), (0.0, 1.0), (0.3, 0.01), (0.45, 1.0), (0.5, 0.1)])
 def test_large_p3_slope(nu, p2):
-    found = cf.standard_solid_large_p3_slope(nu, p2)
-    coarse, fine = ((1.0 - paper(nu, p2, p3)) * p3 / found for p3 in (1e3 / p2, 2e3 / p2))
+    result = cf.standard_solid_large_p3_slope(nu, p2)
+    coarse, fine = ((1.0 - paper(nu, p2, p3)) * p3 / result for p3 in (1e3 / p2, 2e3 / p2))
     assert 2.0 * fine - coarse == pytest.approx(1.0, abs=2e-5)
 
 
@@ -124,8 +124,8 @@ def test_pade_of_mueller_and_poeschel(x, tolerance):
         return y[0] + 1.5 * a * y[1] if t > 0.0 else 1.0
 
     leaves.terminal, leaves.direction = True, -1
-    found = solve_ivp(motion, (0.0, 1e3), [0.0, 1.0], rtol=1e-10, atol=1e-13, method="DOP853", events=leaves)
-    assert cf.mueller_poeschel_restitution(x) == pytest.approx(-found.y[1, -1], abs=tolerance)
+    result = solve_ivp(motion, (0.0, 1e3), [0.0, 1.0], rtol=1e-10, atol=1e-13, method="DOP853", events=leaves)
+    assert cf.mueller_poeschel_restitution(x) == pytest.approx(-result.y[1, -1], abs=tolerance)
 
 
 def test_exact_and_approximate_rebound_agree_to_first_order_only():

@@ -55,8 +55,8 @@ def test_two_equal_spheres_are_one_sphere_on_a_rigid_wall():
 
 
 def test_the_bodies_may_be_exchanged():
-    one, other = Body(RUBBER, radius=0.01), Body(SOFT, radius=0.03, mass=0.02)
-    forth, back = (solve(collision(*pair, velocity=1.0)) for pair in ((one, other), (other, one)))
+    first, other = Body(RUBBER, radius=0.01), Body(SOFT, radius=0.03, mass=0.02)
+    forth, back = (solve(collision(*pair, velocity=1.0)) for pair in ((first, other), (other, first)))
     assert forth.restitution_coefficient == pytest.approx(back.restitution_coefficient, rel=2e-9)
     assert forth.max_force == pytest.approx(back.max_force, rel=1e-9)
 
@@ -80,17 +80,17 @@ def test_hertz_of_two_elastic_spheres():
         return 4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
 
     modulus = 1.0 / (1.0 / plane(STEEL) + 1.0 / plane(glass))
-    found = solve(collision(Body(STEEL, 0.01, 0.03), Body(glass, 0.02, 0.06), velocity=0.1))
+    result = solve(collision(Body(STEEL, 0.01, 0.03), Body(glass, 0.02, 0.06), velocity=0.1))
     depth = (15.0 * 0.02 * 0.01 / (16.0 * modulus * math.sqrt(0.02 / 3.0))) ** 0.4
-    assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
+    assert result.max_indentation_depth == pytest.approx(depth, rel=1e-9)
 
 
 def test_sizes_and_velocities_broadcast():
     impact = collision(Body(RUBBER, radius=[[0.01], [0.02]]), Body(None), velocity=[0.5, 1.0, 2.0])
     assert impact.shape == (2, 3)
-    found = solve(impact).restitution_coefficient
+    result = solve(impact).restitution_coefficient
     alone = solve(collision(Body(RUBBER, radius=0.02), Body(None), velocity=1.0))
-    assert found[1, 1] == alone.restitution_coefficient
+    assert result[1, 1] == alone.restitution_coefficient
     held = Body(None, radius=0.02, mass=math.inf)
     walls = collision(Body(RUBBER, radius=[0.01, math.inf], mass=1.0), held, velocity=1.0)
     assert walls.profile.radius == pytest.approx([0.02 / 3.0, 0.02], rel=1e-15)

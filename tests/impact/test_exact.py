@@ -16,8 +16,8 @@ from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere
 from restitution.errors import RestitutionWarning
 from restitution.impact import solution
 from restitution.impact.batch import Batch
+from restitution.impact.problem import dimensionless_groups
 from restitution.impact.result import BUDGET
-from restitution.impact.scaling import dimensionless_groups
 from restitution.impact.solve import solve, standard_solid_restitution
 from restitution.impact.status import SolverError, Status
 
@@ -34,8 +34,8 @@ FIELDS = (
 
 def balls(n: int, material: Material = RUBBER, **changes: Any) -> Impact:
     rng = np.random.default_rng(n)
-    given = {"mass": 0.03, "velocity": 10.0 ** rng.uniform(-3, 1, n)} | changes
-    return Impact(material, Parabola(radius=0.01), **given)
+    options = {"mass": 0.03, "velocity": 10.0 ** rng.uniform(-3, 1, n)} | changes
+    return Impact(material, Parabola(radius=0.01), **options)
 
 
 # A single impact and an impact of an array take the same path through the kernel: the results are identical.
@@ -53,10 +53,12 @@ def test_an_array_equals_single_impacts(material: Material, profile: Any, field:
     )
     assert whole.restitution_coefficient.shape == (2, 2, 3)
     for i, j, k in np.ndindex(2, 2, 3):
-        one = solve(Impact(material, profile(**{field: sizes[i]}), masses[k], velocities[j, 0], external_force=forces))
+        item = solve(
+            Impact(material, profile(**{field: sizes[i]}), masses[k], velocities[j, 0], external_force=forces)
+        )
         for name in FIELDS:
-            assert np.asarray(getattr(whole, name))[i, j, k] == getattr(one, name), name
-        assert whole.energy.dissipated[i, j, k] == one.energy.dissipated
+            assert np.asarray(getattr(whole, name))[i, j, k] == getattr(item, name), name
+        assert whole.energy.dissipated[i, j, k] == item.energy.dissipated
 
 
 def test_shapes_that_do_not_broadcast_are_refused() -> None:
@@ -180,11 +182,11 @@ def test_an_impact_far_beyond_the_table_fails_alone() -> None:
 
 def test_columns_of_materials_equal_the_impacts() -> None:
     impact = balls(6, LAYERED, external_force=0.1)
-    series, one = impact.reduced_modulus, np.ones(6)
+    series, item = impact.reduced_modulus, np.ones(6)
     batch = Batch(
-        series.equilibrium_modulus * one, 0.0 * one, np.tile(series.branch_moduli, (6, 1)),
-        np.tile(series.relaxation_times, (6, 1)), 0.03 * one, np.asarray(impact.velocity), 0.1 * one,
-        0.1 * one, 1.0,
+        series.equilibrium_modulus * item, 0.0 * item, np.tile(series.branch_moduli, (6, 1)),
+        np.tile(series.relaxation_times, (6, 1)), 0.03 * item, np.asarray(impact.velocity), 0.1 * item,
+        0.1 * item, 1.0,
     )  # fmt: skip
     columns, result = batch.solve(1e-9, energy=True), solve(impact)
     for name in FIELDS:

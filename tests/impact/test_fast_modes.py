@@ -40,8 +40,8 @@ def test_tolerance_is_kept(impacts):
 @pytest.mark.slow
 def test_against_another_integrator(impacts):
     for impact in impacts[:2]:
-        wanted = solve_by_scipy(impact, 1e-10).restitution_coefficient
-        assert solve(impact).restitution_coefficient == pytest.approx(wanted, rel=2e-9)
+        expected = solve_by_scipy(impact, 1e-10).restitution_coefficient
+        assert solve(impact).restitution_coefficient == pytest.approx(expected, rel=2e-9)
 
 
 HIDDEN = [
@@ -53,10 +53,10 @@ HIDDEN = [
 @pytest.mark.parametrize(("series", "velocity"), HIDDEN)
 def test_a_strong_fast_branch_hides_no_slower_one(series, velocity):
     impact = Impact(Material(series, math.inf), Parabola(0.0135), 4.2e-4, velocity)
-    wanted = solve_by_scipy(impact, 1e-10).restitution_coefficient
+    expected = solve_by_scipy(impact, 1e-10).restitution_coefficient
     for rtol in (1e-6, 1e-9):
         # The error of the reference is below its own tolerance.
-        assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, abs=rtol + 1e-10)
+        assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(expected, abs=rtol + 1e-10)
 
 
 UNRESOLVED = [
@@ -86,10 +86,10 @@ UNRESOLVED = [
 @pytest.mark.parametrize(("series", "profile", "rtol"), UNRESOLVED)
 def test_the_first_layer_of_the_rebound(series, profile, rtol):
     impact = Impact(Material(series, math.inf), profile, 1.0, 1.0)
-    wanted = solve(impact, rtol=1e-12).restitution_coefficient
+    expected = solve(impact, rtol=1e-12).restitution_coefficient
     # No error may be close to the tolerance: the next material may have a larger one.
     assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(
-        wanted, abs=0.5 * rtol * max(wanted, 1e-3)
+        expected, abs=0.5 * rtol * max(expected, 1e-3)
     )
 
 
@@ -99,8 +99,8 @@ def test_newton_does_not_end_where_the_pace_is_kept_above_zero():
         parallel_viscosity=0.0005714320543844006,
     )  # fmt: skip
     impact = Impact(Material(fast, math.inf), FlatEndedParabola(1.0, 0.3), 1.0, 1.0)
-    found, wanted = (solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-9, 1e-10))
-    assert found == pytest.approx(wanted, abs=1e-12)
+    result, expected = (solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-9, 1e-10))
+    assert result == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize("dashpot", [False, True])
@@ -114,10 +114,10 @@ def test_strong_fast_branches_under_a_flat_end_are_solved(dashpot):
         eta = 10 ** rng.uniform(-5, 0) if dashpot else 0.0
         series = PronySeries(10 ** rng.uniform(-5, 2), moduli, times, parallel_viscosity=eta)
         drawn.append(Impact(Material(series, math.inf), FlatEndedParabola(1.0, 0.3), 1.0, 1.0))
-    found = solve(drawn, rtol=1e-9)
-    assert np.all(np.isfinite(found.restitution_coefficient))
+    result = solve(drawn, rtol=1e-9)
+    assert np.all(np.isfinite(result.restitution_coefficient))
     coarse = solve(drawn, rtol=1e-6).restitution_coefficient
-    assert coarse == pytest.approx(found.restitution_coefficient, rel=1e-6, abs=1e-9)
+    assert coarse == pytest.approx(result.restitution_coefficient, rel=1e-6, abs=1e-9)
 
 
 def fast_series(rng: np.random.Generator) -> PronySeries:
@@ -133,7 +133,7 @@ def fast_series(rng: np.random.Generator) -> PronySeries:
 @pytest.mark.parametrize(
     "profile",
     [Parabola(1.0), Cone(1.1), PowerLaw(6.0, 1.0), FlatPunch(1.0), FlatEndedParabola(1.0, 0.3)],
-    ids=lambda one: type(one).__name__,
+    ids=lambda item: type(item).__name__,
 )
 def test_branches_of_all_speeds(profile):
     # Drawn anew in each run: nothing is tuned to them.
@@ -141,13 +141,15 @@ def test_branches_of_all_speeds(profile):
     drawn = [Impact(Material(fast_series(rng), math.inf), profile, 1.0, 1.0) for _ in range(60)]
     finest = solve(drawn, rtol=1e-12, errors="warn").restitution_coefficient
     for rtol in (1e-6, 1e-9):
-        found = solve(drawn, rtol=rtol)
-        error = np.abs(found.restitution_coefficient - finest) / np.maximum(finest, 1e-3)
+        result = solve(drawn, rtol=rtol)
+        error = np.abs(result.restitution_coefficient - finest) / np.maximum(finest, 1e-3)
         worst = int(np.nanargmax(error))
         assert error[worst] < rtol, drawn[worst].material.shear
 
 
-@pytest.mark.parametrize("profile", [Parabola(1.0), Cone(1.1), PowerLaw(5.0, 1.0)], ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize(
+    "profile", [Parabola(1.0), Cone(1.1), PowerLaw(5.0, 1.0)], ids=lambda item: type(item).__name__
+)
 def test_the_fastest_branch_is_a_dashpot(profile):
     # A branch of time tau and modulus eta/tau has the viscosity eta, and differs from a dashpot by the order of tau.
     rng, tau = np.random.default_rng(), 1e-13
@@ -157,11 +159,11 @@ def test_the_fastest_branch_is_a_dashpot(profile):
         time = 10 ** rng.uniform(-9, 0)
         plain.append(PronySeries(spring, [modulus], [time], parallel_viscosity=eta))
         fast.append(PronySeries(spring, [eta / tau, modulus], [tau, time]))
-    wanted, found = (
-        solve([Impact(Material(one, math.inf), profile, 1.0, 1.0) for one in several]).restitution_coefficient
+    expected, result = (
+        solve([Impact(Material(item, math.inf), profile, 1.0, 1.0) for item in several]).restitution_coefficient
         for several in (plain, fast)
     )
-    assert found == pytest.approx(wanted, rel=2e-9, abs=2e-12)
+    assert result == pytest.approx(expected, rel=2e-9, abs=2e-12)
 
 
 @refusals
@@ -172,8 +174,8 @@ def test_the_end_of_contact_under_a_blunt_tip(exponent):
     profile = PowerLaw(exponent, 1.0)
     drawn = [Impact(Material(fast_series(rng), math.inf), profile, 1.0, 1.0) for _ in range(60)]
     finest = solve(drawn, rtol=1e-12, errors="warn").restitution_coefficient
-    found = solve(drawn, rtol=1e-11, errors="warn").restitution_coefficient
-    assert np.nanmax(np.abs(found - finest) / np.maximum(finest, 1e-3)) < 2e-11
+    result = solve(drawn, rtol=1e-11, errors="warn").restitution_coefficient
+    assert np.nanmax(np.abs(result - finest) / np.maximum(finest, 1e-3)) < 2e-11
 
 
 @pytest.mark.parametrize("eta", [1e3, 1e7, 1e10])
@@ -205,8 +207,8 @@ def test_a_force_that_is_rough_by_rounding_alone_is_no_reason_to_refuse():
     material = Material(shear, PronySeries(5.710719676373347, moduli, times))
     mass = 3.25422108 * (1.0 + 1e-6 * np.random.default_rng().standard_normal(100))
     impact = Impact(material, Sphere(0.03018279805532307), mass, 70.11997798942393)
-    known, found = (solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-6, 1e-9))
-    assert found == pytest.approx(known, rel=1e-6)
+    reference, result = (solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-6, 1e-9))
+    assert result == pytest.approx(reference, rel=1e-6)
 
 
 @refusals
@@ -215,5 +217,5 @@ def test_an_unresolved_layer_is_no_rounding(rtol):
     # A liquid takes the force of a flat punch within its relaxation time: 2 a E* tau v. It is right or refused.
     liquid = Material(PronySeries(0.0, [0.0545873938], [7.352357381e-6]), math.inf)
     result = solve([Impact(liquid, FlatPunch(0.03468942010950761), 1.2592916, 0.71948)], rtol=rtol, errors="warn")
-    wanted = 2.0 * 0.03468942010950761 * 4.0 * 0.0545873938 * 7.352357381e-6 * 0.71948
-    assert np.isnan(result.max_force[0]) or result.max_force[0] == pytest.approx(wanted, rel=1e-6)
+    expected = 2.0 * 0.03468942010950761 * 4.0 * 0.0545873938 * 7.352357381e-6 * 0.71948
+    assert np.isnan(result.max_force[0]) or result.max_force[0] == pytest.approx(expected, rel=1e-6)

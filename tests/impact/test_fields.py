@@ -43,8 +43,8 @@ def impact(material, profile=None, **options) -> ImpactResult:
 
 
 def motion(result: ImpactResult, t) -> dict[str, np.ndarray]:
-    found = result.sample(np.atleast_1d(t))
-    return {key: found[key].values for key in found.data_vars}
+    solution = result.sample(np.atleast_1d(t))
+    return {key: solution[key].values for key in solution.data_vars}
 
 
 # Slow for hundreds of nodes.
@@ -186,9 +186,9 @@ def test_line_load_is_the_hereditary_integral(material):
         then, weight = (np.concatenate(columns) for columns in zip(*rules, strict=True))
         velocity = motion(result, then)["indentation_velocity"]
         decay = np.exp(-(t - then)[:, None] / series.relaxation_times) @ series.branch_moduli
-        wanted = np.sum(weight * velocity * (series.equilibrium_modulus + decay))
-        wanted += series.parallel_viscosity * float(motion(result, t)["indentation_velocity"][0])
-        assert float(result._fields.line_load(t)(x)) == pytest.approx(wanted, rel=1e-7)
+        expected = np.sum(weight * velocity * (series.equilibrium_modulus + decay))
+        expected += series.parallel_viscosity * float(motion(result, t)["indentation_velocity"][0])
+        assert float(result._fields.line_load(t)(x)) == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize("profile", [Parabola(1.0), Cone(1.1), FlatEndedParabola(1.0, 0.2)], ids=name)
@@ -203,10 +203,10 @@ def test_far_surface_creeps_under_the_force_history(profile, material, share):
     rate = retardation.branch_compliances / retardation.retardation_times
     creep = np.exp(-(t - then)[:, None] / retardation.retardation_times) @ rate + retardation.fluidity
     force_now = float(motion(result, t)["force"][0]) if share < 1.0 else 0.0
-    wanted = retardation.instantaneous_compliance * force_now
-    wanted += np.sum(weight * creep * motion(result, then)["force"])
+    expected = retardation.instantaneous_compliance * force_now
+    expected += np.sum(weight * creep * motion(result, then)["force"])
     far = 1e4 * result.max_contact_radius
-    assert math.pi * far * result.surface_displacement(far, t) == pytest.approx(wanted, rel=1e-7)
+    assert math.pi * far * result.surface_displacement(far, t) == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize("profile", [FlatEndedParabola(0.02, 20.0), TruncatedCone(200.0, 0.1)], ids=name)
@@ -305,15 +305,15 @@ def test_weight_changes_the_field_as_it_changes_the_motion():
 
 def test_si_units():
     """The same numbers in other units of length, mass and time."""
-    one = impact(SOLID)
+    first = impact(SOLID)
     length, mass, time = 3e-3, 2e-5, 7e-4
     stress = mass / (length * time**2)
     shear = SOLID.shear.scaled(stress, time_factor=time)
     other = solve(Impact(Material(shear, 3.0 * stress), Parabola(length), mass, length / time), rtol=1e-12)
-    t, r = one.contact_time * np.array([0.3, 0.8, 1.2]), np.array([[0.0], [0.2], [0.9]])
-    assert other.pressure(r * length, t * time) == pytest.approx(one.pressure(r, t) * stress, rel=1e-7)
+    t, r = first.contact_time * np.array([0.3, 0.8, 1.2]), np.array([[0.0], [0.2], [0.9]])
+    assert other.pressure(r * length, t * time) == pytest.approx(first.pressure(r, t) * stress, rel=1e-7)
     assert other.surface_displacement(r * length, t * time) == pytest.approx(
-        one.surface_displacement(r, t) * length, rel=1e-8
+        first.surface_displacement(r, t) * length, rel=1e-8
     )
 
 

@@ -46,11 +46,11 @@ def test_prony_series_of_fractional_models_have_the_stated_error(model, kernel, 
     e, time = volterra.extrapolated(kernel, force_integral, step)
     for rtol in (1e-2, 1e-4, 1e-6):
         material, error, _ = fractional.approximation((1e-4, 10.0), rtol)
-        found = solve(Impact(material, profile, 1.0, 1.0))
+        result = solve(Impact(material, profile, 1.0, 1.0))
         assert error <= rtol
         # The error of the quadrature with 700 time steps is 1e-6, and 2e-6 for the singular kernel of exponent 0.7.
-        assert found.restitution_coefficient == pytest.approx(e, rel=error + 2e-6)
-        assert found.contact_time == pytest.approx(time, rel=error + 2e-6)
+        assert result.restitution_coefficient == pytest.approx(e, rel=error + 2e-6)
+        assert result.contact_time == pytest.approx(time, rel=error + 2e-6)
     # Window and series as the package chooses them, for a relative error of 1e-6.
     chosen = for_contact(lambda window: Impact(fractional.within(window), profile, 1.0, 1.0))
     assert solve(chosen).restitution_coefficient == pytest.approx(e, rel=3e-6)

@@ -77,10 +77,10 @@ def test_default_times_span_the_contact_and_resolve_a_thin_layer():
 def test_order_and_repetition_of_times_are_kept():
     _, output = dense()
     times = np.array([0.5, 0.1, 0.5, 0.9]) * output.contact_time
-    found = output.at(times)
-    assert found.time.tolist() == times.tolist()
-    assert found.indentation_velocity[0] == found.indentation_velocity[2]
-    assert output.at(times[1]).indentation_velocity[0] == found.indentation_velocity[1]
+    result = output.at(times)
+    assert result.time.tolist() == times.tolist()
+    assert result.indentation_velocity[0] == result.indentation_velocity[2]
+    assert output.at(times[1]).indentation_velocity[0] == result.indentation_velocity[1]
 
 
 @pytest.mark.parametrize(

@@ -71,13 +71,13 @@ def test_plate_and_memory(impedance, e, duration, force):
 
 def test_infinite_impedance_is_the_rigid_target():
     rigid = rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0)
-    wanted = rs.solve(rigid)
+    expected = rs.solve(rigid)
     same = rs.solve(rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, impedance=math.inf))
-    assert same.outputs == wanted.outputs
+    assert same.outputs == expected.outputs
     assert "body_velocity" not in same.history
     nearly = rs.solve(rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, impedance=1e12))
-    assert nearly.restitution_coefficient == pytest.approx(wanted.restitution_coefficient, abs=1e-9)
-    assert nearly.contact_time == pytest.approx(wanted.contact_time, rel=1e-9)
+    assert nearly.restitution_coefficient == pytest.approx(expected.restitution_coefficient, abs=1e-9)
+    assert nearly.contact_time == pytest.approx(expected.contact_time, rel=1e-9)
 
 
 class _Reference:
@@ -184,12 +184,12 @@ def test_random_impacts_against_scipy(profile, branches, damped):
         body, profile, impact.mass, impact.velocity,
         impedance=impact.mass / rs.solve(impact).contact_time * 10.0 ** random.uniform(0.0, 1.5),
     )  # fmt: skip
-    wanted, found = _Reference(impact), rs.solve(impact, rtol=1e-11)
-    assert found.restitution_coefficient == pytest.approx(wanted.restitution, rel=1e-8), impact
-    assert found.contact_time == pytest.approx(wanted.contact_time, rel=1e-8)
-    assert found.max_indentation_depth == pytest.approx(wanted.max_depth, rel=1e-9)
-    assert found.energy.radiated == pytest.approx(wanted.radiated, rel=1e-8)
-    assert abs(found.energy.residual) < 1e-9
+    expected, result = _Reference(impact), rs.solve(impact, rtol=1e-11)
+    assert result.restitution_coefficient == pytest.approx(expected.restitution, rel=1e-8), impact
+    assert result.contact_time == pytest.approx(expected.contact_time, rel=1e-8)
+    assert result.max_indentation_depth == pytest.approx(expected.max_depth, rel=1e-9)
+    assert result.energy.radiated == pytest.approx(expected.radiated, rel=1e-8)
+    assert abs(result.energy.residual) < 1e-9
 
 
 PROFILES = [
@@ -198,7 +198,7 @@ PROFILES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("profile", PROFILES, ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda item: type(item).__name__)
 def test_random_impacts_keep_their_tolerance_and_their_energy(profile):
     random = np.random.default_rng()
     for damped in (False, True):
@@ -225,18 +225,18 @@ def test_arrays_and_lists_are_the_single_impacts():
     whole = rs.solve(rs.Impact(SOFT, rs.Parabola(1.0), masses, 1.0, impedance=impedances))
     singles = [rs.Impact(SOFT, rs.Parabola(1.0), m, 1.0, impedance=z) for m in masses[:, 0] for z in impedances]
     listed = rs.solve(singles)
-    for n, one in enumerate(map(rs.solve, singles)):
+    for n, item in enumerate(map(rs.solve, singles)):
         for several in (whole, listed):
-            assert several.restitution_coefficient.ravel()[n] == one.restitution_coefficient
-            assert several.contact_time.ravel()[n] == one.contact_time
-            assert several.energy.radiated.ravel()[n] == one.energy.radiated
+            assert several.restitution_coefficient.ravel()[n] == item.restitution_coefficient
+            assert several.contact_time.ravel()[n] == item.contact_time
+            assert several.energy.radiated.ravel()[n] == item.energy.radiated
 
 
 def test_elements_converge_to_it():
     impact = rs.Impact(material(3.0, [20.0], [0.1], 0.3), rs.Parabola(1.0), 1.0, 1.0, impedance=3.0)
     exact = rs.solve(impact)
     rows = [rs.solve(impact, method="elements", n_elements=n) for n in (100, 200)]
-    errors = [abs(one.restitution_coefficient - exact.restitution_coefficient) for one in rows]
+    errors = [abs(item.restitution_coefficient - exact.restitution_coefficient) for item in rows]
     assert errors[1] < 0.7 * errors[0]
     assert errors[1] < 4e-3 * exact.restitution_coefficient
     assert rows[1].energy.radiated == pytest.approx(exact.energy.radiated, rel=4e-3)
@@ -316,9 +316,9 @@ velocity = "1 m/s"
     path.write_text(text + '[axes]\nimpedance = ["5 kg/s", 20, inf]\n[sweep]\noutputs = ["radiated_energy"]\n')
     swept = run(read_sweep(path))
     by_name = rs.sweep(case.impact, {"impedance": [5.0, 20.0, math.inf]}, outputs=["radiated_energy"])
-    for found in (swept, by_name):
-        assert found.radiated_energy.values[1] == case.solve().energy.radiated
-        assert found.radiated_energy.values[2] == 0.0
+    for result in (swept, by_name):
+        assert result.radiated_energy.values[1] == case.solve().energy.radiated
+        assert result.radiated_energy.values[2] == 0.0
     path.write_text(text + "impedance = 20\n[counter_body]\nmass = 1\n")
     with pytest.raises(ValueError, match=r"impact\.impedance = 20: is that of a target"):
         rs.read_case(path)
@@ -332,11 +332,11 @@ def test_surrogate_over_velocity():
 
 def test_bounces_on_a_plate_lose_height():
     rubber = rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 3.0, impedance=10.0)
-    found = rs.bounces(rubber, with_weight=False, max_bounces=2)
+    result = rs.bounces(rubber, with_weight=False, max_bounces=2)
     first = rs.solve(rubber)
     lag = first.residual_indentation_depth + (3.0 + first.rebound_velocity) / 10.0
-    height = first.rebound_velocity**2 / (2.0 * found.gravity) - lag
-    assert found.height[0] == pytest.approx(height, rel=1e-12)
+    height = first.rebound_velocity**2 / (2.0 * result.gravity) - lag
+    assert result.height[0] == pytest.approx(height, rel=1e-12)
 
 
 def test_waves_of_the_target_count_once():
@@ -350,9 +350,9 @@ def test_waves_of_the_target_count_once():
 def test_unstable_rows_do_not_disturb_others():
     # 1/Z overflows in units of the impact.
     batch = Batch.from_impact(rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, impedance=np.array([1e-320, 10.0])))
-    found = batch.solve(1e-9)
-    assert np.isnan(found["restitution_coefficient"][0])
-    assert found["restitution_coefficient"][1] == pytest.approx(WITH_MEMORY[0][1], rel=1e-9)
+    result = batch.solve(1e-9)
+    assert np.isnan(result["restitution_coefficient"][0])
+    assert result["restitution_coefficient"][1] == pytest.approx(WITH_MEMORY[0][1], rel=1e-9)
 
 
 def test_plate():
@@ -360,8 +360,8 @@ def test_plate():
     E, nu, rho = 70e9, 0.22, 2500.0
     glass = rs.elastic(youngs_modulus=E, poisson_ratio=nu, density=rho)
     h = np.array([1e-3, 4e-3])
-    wanted = 8.0 * np.sqrt(E * h**3 / (12.0 * (1.0 - nu**2)) * rho * h)
-    assert rs.plate_impedance(glass, h) == pytest.approx(wanted, rel=1e-14)
+    expected = 8.0 * np.sqrt(E * h**3 / (12.0 * (1.0 - nu**2)) * rho * h)
+    assert rs.plate_impedance(glass, h) == pytest.approx(expected, rel=1e-14)
     assert rs.rod_impedance(glass, 2e-4) == pytest.approx(rho * math.sqrt(E / rho) * 2e-4, rel=1e-14)
 
 
@@ -402,7 +402,7 @@ FACED = [*PROFILES[:7], rs.FlatEndedParabola(1.0, 2.0)]
 
 
 @pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
-@pytest.mark.parametrize("profile", FACED, ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("profile", FACED, ids=lambda item: type(item).__name__)
 def test_soft_targets_keep_the_floor_and_one_status(profile):
     # Drawn anew in each run: nothing is tuned to them. The target takes from a third to all of the energy.
     random, impacts = np.random.default_rng(), []
@@ -416,11 +416,11 @@ def test_soft_targets_keep_the_floor_and_one_status(profile):
     # One of a thousand such impacts is refused at 1e-9; three of 30 happen once in 2e6 runs.
     refused = np.isnan(fine.restitution_coefficient) | np.isnan(loose.restitution_coefficient)
     assert refused.sum() <= 2
-    known = np.isfinite(finest.restitution_coefficient) & ~refused
-    for found, rtol in ((loose, 1e-6), (fine, 1e-9)):
-        e = finest.restitution_coefficient[known]
-        assert np.all(np.abs(found.restitution_coefficient[known] - e) < rtol * np.maximum(e, 1e-3))
-        assert np.array_equal(found.status[known], finest.status[known])
+    reference = np.isfinite(finest.restitution_coefficient) & ~refused
+    for result, rtol in ((loose, 1e-6), (fine, 1e-9)):
+        e = finest.restitution_coefficient[reference]
+        assert np.all(np.abs(result.restitution_coefficient[reference] - e) < rtol * np.maximum(e, 1e-3))
+        assert np.array_equal(result.status[reference], finest.status[reference])
     assert np.all((fine.restitution_coefficient >= 1e-6) | (fine.status == rs.Status.CAPTURED) | refused)
 
 
@@ -438,5 +438,5 @@ def test_many_modes_where_a_target_takes_nearly_all_energy():
     material = rs.Material(rs.PronySeries(0.01838692289952782, moduli, times), rs.PronySeries(2.814171630779986))
     for velocity, impedance in ((61.73838318, 0.05032499), (22.61690949, 0.03330861)):
         impact = rs.Impact(material, rs.Cone(0.5378148087401255), 0.021017800983088142, velocity, impedance=impedance)
-        known, found = (rs.solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-11, 1e-9))
-        assert abs(found - known) < 1e-12
+        reference, result = (rs.solve(impact, rtol=rtol).restitution_coefficient for rtol in (1e-11, 1e-9))
+        assert abs(result - reference) < 1e-12

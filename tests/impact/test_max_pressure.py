@@ -36,9 +36,9 @@ def test_a_steel_ball_on_steel_at_one_metre_per_second():
     steel = rs.Material(E / 2 / (1 + nu), bulk=E / 3 / (1 - 2 * nu), density=7800.0)
     ball, wall = rs.Body(steel, radius=R), rs.Body(steel)
     reduced = E / 2 / (1 - nu**2)
-    wanted = 1.5 / math.pi * (4 * reduced / (3 * R**0.75)) ** 0.8 * (1.25 * ball.mass) ** 0.2
+    expected = 1.5 / math.pi * (4 * reduced / (3 * R**0.75)) ** 0.8 * (1.25 * ball.mass) ** 0.2
     result = rs.solve(rs.collision(ball, wall, velocity=1.0))
-    assert result.max_pressure == pytest.approx(wanted, rel=1e-6)
+    assert result.max_pressure == pytest.approx(expected, rel=1e-6)
     assert result.max_pressure == pytest.approx(3.56e9, rel=0.005)
 
 
@@ -47,9 +47,9 @@ def test_on_the_axis_of_an_elastic_power_law(exponent, rel):
     # p(0) = (1/pi) int_0^a E* g'(x)/x dx with g = d (x/a)^n.
     result = rs.solve(rs.Impact(ELASTIC, rs.PowerLaw(exponent, 0.3), mass=1.0, velocity=0.1))
     E = float(result.impact.reduced_modulus.equilibrium_modulus)
-    wanted = exponent / (exponent - 1) * E * result.max_indentation_depth / math.pi / result.max_contact_radius
-    assert result.max_pressure == pytest.approx(wanted, rel=rel)
-    assert result.pressure(0.0, 0.5 * result.contact_time) == pytest.approx(wanted, rel=1e-7)
+    expected = exponent / (exponent - 1) * E * result.max_indentation_depth / math.pi / result.max_contact_radius
+    assert result.max_pressure == pytest.approx(expected, rel=rel)
+    assert result.pressure(0.0, 0.5 * result.contact_time) == pytest.approx(expected, rel=1e-7)
 
 
 def test_off_the_axis_of_a_blunt_elastic_punch():
@@ -97,8 +97,8 @@ def test_relaxation_against_quadrature_and_a_search(p2, p3):
 
     starts = [(math.log(t), math.log(w)) for t in (2e-3, 0.05, 0.45) for w in (1.0, 0.4)]
     start = max(starts, key=pressure)
-    found = minimize(lambda x: -pressure(x), start, method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-9})
-    assert result.max_pressure == pytest.approx(-found.fun, rel=1e-5)
+    solution = minimize(lambda x: -pressure(x), start, method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-9})
+    assert result.max_pressure == pytest.approx(-solution.fun, rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -148,9 +148,9 @@ def test_arrays_and_impacts_without_a_largest_pressure():
 def test_as_an_output_of_a_sweep():
     solid = rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
     impact = rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=0.5)
-    found = rs.sweep(impact, {"velocity": [0.1, 0.5]}, outputs=["max_pressure"])
-    assert float(found.max_pressure[1]) == rs.solve(impact).max_pressure
-    assert found.max_pressure.units == "Pa"
+    result = rs.sweep(impact, {"velocity": [0.1, 0.5]}, outputs=["max_pressure"])
+    assert float(result.max_pressure[1]) == rs.solve(impact).max_pressure
+    assert result.max_pressure.units == "Pa"
 
 
 def test_a_sweep_searches_only_on_demand(monkeypatch):
@@ -158,7 +158,7 @@ def test_a_sweep_searches_only_on_demand(monkeypatch):
     impact = rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=0.5)
     calls = []
     search = kernel.peak_pressure
-    monkeypatch.setattr(kernel, "peak_pressure", lambda *given: calls.append(1) or search(*given))
+    monkeypatch.setattr(kernel, "peak_pressure", lambda *options: calls.append(1) or search(*options))
     rs.sweep(impact, {"velocity": [0.1, 0.5]}, outputs=["max_force", "dissipated_energy"])
     assert not calls
     rs.sweep(impact, {"velocity": [0.1, 0.5]}, outputs=["max_pressure"])
@@ -172,8 +172,8 @@ def test_an_output_derived_from_it():
     impact = rs.Impact(ELASTIC, rs.Parabola(1.0), mass=1.0, velocity=0.5)
     quantities.register_output(double)
     try:
-        found = rs.sweep(impact, {"velocity": [0.5]}, outputs=["twice"])
+        solution = rs.sweep(impact, {"velocity": [0.5]}, outputs=["twice"])
         result = rs.solve(impact)
-        assert float(found.twice[0]) == 2.0 * result.max_pressure == result.outputs["twice"]
+        assert float(solution.twice[0]) == 2.0 * result.max_pressure == result.outputs["twice"]
     finally:
         del quantities.OUTPUTS["twice"]

@@ -13,7 +13,7 @@ BALL = Parabola(radius=0.01)
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("options", "message"),
     [
         ({"mass": 0.0}, "mass = 0 kg: must be finite and > 0"),
         ({"mass": math.nan}, "mass = nan kg: must be finite and > 0"),
@@ -27,13 +27,13 @@ BALL = Parabola(radius=0.01)
         ),
     ],
 )
-def test_numbers_out_of_range_are_refused(given, message):
+def test_numbers_out_of_range_are_refused(options, message):
     with pytest.raises(ValueError, match=f"^{message}$"):
-        Impact(RUBBER, BALL, **({"mass": 1.0, "velocity": 1.0} | given))
+        Impact(RUBBER, BALL, **({"mass": 1.0, "velocity": 1.0} | options))
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("options", "message"),
     [
         ({"material": 1e6}, r"^material = 1e\+06: must be a Material$"),
         ({"profile": 0.01}, r"^profile = 0\.01: must be a Geometry$"),
@@ -43,9 +43,9 @@ def test_numbers_out_of_range_are_refused(given, message):
         ({"external_force": True}, r"^external_force = True: must be a real number"),
     ],
 )
-def test_wrong_types_are_refused(given, message):
+def test_wrong_types_are_refused(options, message):
     with pytest.raises(TypeError, match=message):
-        Impact(**({"material": RUBBER, "profile": BALL, "mass": 1.0, "velocity": 1.0} | given))
+        Impact(**({"material": RUBBER, "profile": BALL, "mass": 1.0, "velocity": 1.0} | options))
 
 
 def test_all_numbers_broadcast_also_those_of_the_profile():

@@ -45,9 +45,9 @@ PROFILES: dict[str, Profile] = {
 def errors(impact: Impact, numbers: tuple[int, ...]) -> dict[str, np.ndarray]:
     """Relative errors of the element method for several numbers of elements."""
     exact = solve(impact)
-    found = [solve_elements(impact, n_elements=n) for n in numbers]
+    result = [solve_elements(impact, n_elements=n) for n in numbers]
     return {
-        name: np.array([getattr(one, name) / getattr(exact, name) - 1.0 for one in found])
+        name: np.array([getattr(item, name) / getattr(exact, name) - 1.0 for item in result])
         for name in ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
     }
 
@@ -73,24 +73,24 @@ def test_elements_converge_to_the_exact_value(name):
 @pytest.mark.parametrize("name", PROFILES)
 def test_first_order_throughout(name):
     numbers = (100, 200, 400)
-    found = errors(Impact(RELAXING, PROFILES[name], 1.0, 1.0), numbers)
-    restitution = found["restitution_coefficient"]
+    result = errors(Impact(RELAXING, PROFILES[name], 1.0, 1.0), numbers)
+    restitution = result["restitution_coefficient"]
     order = -np.polyfit(np.log(numbers), np.log(np.abs(restitution)), 1)[0]
     assert order == pytest.approx(1.0, abs=0.05)
     assert abs(2.0 * restitution[-1] - restitution[-2]) < 4e-5
     for quantity in ("max_indentation_depth", "max_force"):
-        assert np.abs(found[quantity] * numbers).max() < 1.0
+        assert np.abs(result[quantity] * numbers).max() < 1.0
     # The last element separates late, at the depth of its width: (dx)^0.7 for the cusp.
-    assert np.abs(found["contact_time"] * np.power(numbers, 0.7)).max() < 0.8
+    assert np.abs(result["contact_time"] * np.power(numbers, 0.7)).max() < 0.8
 
 
 def test_elements_stay_within_a_table():
     """The grid of elements may extend beyond the end of a table."""
     r = np.linspace(0.0, 0.7, 15)
     short, whole = Impact(SOLID, Tabulated(r, r**2 / 2.0), 1.0, 1.0), Impact(SOLID, Parabola(1.0), 1.0, 1.0)
-    found, wanted = (solve_elements(impact, n_elements=32).restitution_coefficient for impact in (short, whole))
+    result, expected = (solve_elements(impact, n_elements=32).restitution_coefficient for impact in (short, whole))
     # The estimates of the largest depth differ, and so do the time steps.
-    assert found == pytest.approx(wanted, rel=1e-6)
+    assert result == pytest.approx(expected, rel=1e-6)
     deep = Impact(SOLID, Tabulated(r[:10], r[:10] ** 2 / 2.0), 1.0, 1.0)
     with pytest.raises(ValueError, match=r"must be <= 0\.2025 m, where the table ends$"):
         solve_elements(deep, n_elements=32)

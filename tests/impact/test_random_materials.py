@@ -102,18 +102,18 @@ def check_outcome(result: ImpactResult, impact: Impact) -> None:
         assert abs(result.energy.residual) < 10.0 * RTOL
 
 
-def check_same(impact: Impact, wanted: ImpactResult, units: tuple[float, float, float]) -> None:
+def check_same(impact: Impact, expected: ImpactResult, units: tuple[float, float, float]) -> None:
     mass, length, time = units
     result = solve(impact, rtol=RTOL)
-    assert result.status is wanted.status
+    assert result.status is expected.status
     # Both results are within the tolerance.
-    bound = 2.0 * RTOL * max(wanted.restitution_coefficient, 1e-3)
-    assert abs(result.restitution_coefficient - wanted.restitution_coefficient) <= bound
+    bound = 2.0 * RTOL * max(expected.restitution_coefficient, 1e-3)
+    assert abs(result.restitution_coefficient - expected.restitution_coefficient) <= bound
     # The contact time is undetermined if the rebound velocity is below the tolerance.
-    if wanted.status is Status.SEPARATED and wanted.restitution_coefficient > 1e-3 * RTOL:
-        assert result.contact_time == pytest.approx(wanted.contact_time * time, rel=1e-7)
-        assert result.max_indentation_depth == pytest.approx(wanted.max_indentation_depth * length, rel=1e-8)
-        assert result.max_force == pytest.approx(wanted.max_force * mass * length / time**2, rel=1e-7)
+    if expected.status is Status.SEPARATED and expected.restitution_coefficient > 1e-3 * RTOL:
+        assert result.contact_time == pytest.approx(expected.contact_time * time, rel=1e-7)
+        assert result.max_indentation_depth == pytest.approx(expected.max_indentation_depth * length, rel=1e-8)
+        assert result.max_force == pytest.approx(expected.max_force * mass * length / time**2, rel=1e-7)
 
 
 def check(

@@ -32,14 +32,14 @@ def test_quantities_are_consistent():
 
 def test_dictionary_holds_plain_numbers():
     result = solve(BALL)
-    found = result.to_dict()
-    assert found["restitution_coefficient"] == result.restitution_coefficient
-    assert found["energy"]["dissipated"] == result.energy.dissipated
-    assert set(found["energy"]) == {"kinetic_in", "kinetic_out", "dissipated", "stored", "radiated", "residual"}
-    assert found["status"] is Status.SEPARATED
-    assert found["warnings"] == result.warnings
-    numbers = [value for value in found.values() if isinstance(value, float)]
-    assert len(numbers) == 10
+    numbers = result.to_dict()
+    assert numbers["restitution_coefficient"] == result.restitution_coefficient
+    assert numbers["energy"]["dissipated"] == result.energy.dissipated
+    assert set(numbers["energy"]) == {"kinetic_in", "kinetic_out", "dissipated", "stored", "radiated", "residual"}
+    assert numbers["status"] is Status.SEPARATED
+    assert numbers["warnings"] == result.warnings
+    floats = [value for value in numbers.values() if isinstance(value, float)]
+    assert len(floats) == 10
 
 
 @pytest.mark.parametrize("method", ["exact", "elements"])
@@ -108,9 +108,9 @@ def test_energies_add_up_at_all_times(impact):
     # A liquid stores almost no energy at the end.
     assert np.all(history.stored_energy.values >= -1e-12 * result.energy.kinetic_in)
     total = history.kinetic_energy + history.stored_energy + history.dissipated_energy
-    given = result.energy.kinetic_in + impact.external_force * history.indentation_depth
+    expected = result.energy.kinetic_in + impact.external_force * history.indentation_depth
     # The interpolated history is some orders of magnitude less accurate than the result.
-    assert total.values == pytest.approx(given.values, abs=1e-7 * result.energy.kinetic_in)
+    assert total.values == pytest.approx(expected.values, abs=1e-7 * result.energy.kinetic_in)
     fine = solve(impact, rtol=1e-12)
     total, energy = fine.sample([0.0, fine.contact_time]), fine.energy
     assert total.kinetic_energy.values == pytest.approx([energy.kinetic_in, energy.kinetic_out], rel=1e-11)
@@ -153,8 +153,8 @@ def test_histories_of_elements():
     assert "stored_energy" not in history
     times = np.linspace(0.05, 0.95, 19) * exact.contact_time
     for name in ("indentation_depth", "indentation_velocity", "force"):
-        wanted = exact.sample(times)[name].values
-        assert other.sample(times)[name].values == pytest.approx(wanted, abs=1e-2 * np.abs(wanted).max())
+        expected = exact.sample(times)[name].values
+        assert other.sample(times)[name].values == pytest.approx(expected, abs=1e-2 * np.abs(expected).max())
     with pytest.raises(ValueError, match=r"the duration of contact$"):
         other.sample([2.0 * exact.contact_time])
 

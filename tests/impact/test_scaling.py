@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from restitution import Impact, InputError, Material, PronySeries, SolverError, Status, solve, standard_solid
 from restitution.contact.profiles import Cone, FlatPunch, Parabola, PowerLaw, Sphere
 from restitution.impact.batch import Batch
-from restitution.impact.scaling import dimensionless_groups
+from restitution.impact.problem import dimensionless_groups
 from strategies import logarithmic
 
 SOLID = standard_solid(2.0, 5.0, 3.0, poisson_ratio=0.25)
@@ -74,9 +74,9 @@ def test_groups_are_refused_where_they_do_not_hold(impact, reason):
 
 def test_zero_branches_and_merged_times_are_still_a_standard_solid():
     same = Material(PronySeries(2.0, [3.0, 0.0, 2.0], [0.6, 1.0, 0.6]), SOLID.bulk)
-    one = dimensionless_groups(Impact(SOLID, Parabola(1.0), 1.0, 1.0))
+    first = dimensionless_groups(Impact(SOLID, Parabola(1.0), 1.0, 1.0))
     other = dimensionless_groups(Impact(same, Parabola(1.0), 1.0, 1.0))
-    assert other == pytest.approx(one, rel=1e-14)
+    assert other == pytest.approx(first, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -121,10 +121,10 @@ def test_groups_determine_the_scaled_impact(mass, radius, velocity, modulus):
     impact = Impact(material, Parabola(radius), mass, velocity)
     assert dimensionless_groups(impact).p3 == pytest.approx(0.4, rel=1e-12)
     unit = Impact(standard_solid(1.0, 7.0, 0.4, poisson_ratio=0.3), Parabola(1.0), 1.0, 1.0)
-    found, wanted = scale(impact).row(0), scale(unit).row(0)
-    assert found.equilibrium == pytest.approx(wanted.equilibrium, rel=1e-12)
-    assert found.moduli == pytest.approx(wanted.moduli, rel=1e-12)
-    assert found.times == pytest.approx(wanted.times, rel=1e-12)
+    result, expected = scale(impact).row(0), scale(unit).row(0)
+    assert result.equilibrium == pytest.approx(expected.equilibrium, rel=1e-12)
+    assert result.moduli == pytest.approx(expected.moduli, rel=1e-12)
+    assert result.times == pytest.approx(expected.times, rel=1e-12)
 
 
 def test_rows_parts_and_lists_equal_single_impacts():
@@ -156,8 +156,8 @@ def test_a_batch_refuses_what_has_no_common_table_or_power(profile):
 
 
 def test_an_array_of_no_dimension_is_a_number():
-    one = scale(Impact(SOLID, Sphere(np.array(0.5)), mass=0.004, velocity=1.0))
-    assert one.length == scale(Impact(SOLID, Sphere(0.5), mass=0.004, velocity=1.0)).length
+    item = scale(Impact(SOLID, Sphere(np.array(0.5)), mass=0.004, velocity=1.0))
+    assert item.length == scale(Impact(SOLID, Sphere(0.5), mass=0.004, velocity=1.0)).length
 
 
 @settings(max_examples=60, deadline=None)
@@ -176,28 +176,28 @@ def test_units_do_not_change_the_result_unless_the_impact_fails(profile, modulus
         solid = Material(PronySeries(modulus, [3.0 * modulus], [0.3 * time]), 2.0 * modulus)
         return Impact(solid, profile(length), mass, velocity)
 
-    wanted = solve(impact(1.0, 1.0, 1.0))
+    expected = solve(impact(1.0, 1.0, 1.0))
     units = 10.0**modulus, 10.0**length, 10.0**time
     mass, velocity = units[0] * units[1] * units[2] * units[2], units[1] / units[2]
     assume(min(mass, velocity, units[0] * units[1]) > 1e-290 and max(mass, velocity) < 1e290)
     try:
-        found = solve(impact(*units))
+        result = solve(impact(*units))
     except (InputError, SolverError) as error:
-        found = error
-    if isinstance(found, InputError):
-        assert found.field in ("radius", "relaxation_times")
+        result = error
+    if isinstance(result, InputError):
+        assert result.field in ("radius", "relaxation_times")
         return
-    if isinstance(found, SolverError):
-        assert found.status is Status.NOT_FINITE
+    if isinstance(result, SolverError):
+        assert result.status is Status.NOT_FINITE
         energy = mass * velocity * velocity
         # The scales of the impact are these within some orders of magnitude.
         assert not all(1e-290 < x < 1e290 for x in (*units, energy, energy / units[1], units[2] / mass))
         return
-    assert found.restitution_coefficient == pytest.approx(wanted.restitution_coefficient, rel=2e-9)
-    assert found.contact_time / units[2] == pytest.approx(wanted.contact_time, rel=1e-8)
-    assert found.max_indentation_depth / units[1] == pytest.approx(wanted.max_indentation_depth, rel=1e-8)
-    energy = found.energy
+    assert result.restitution_coefficient == pytest.approx(expected.restitution_coefficient, rel=2e-9)
+    assert result.contact_time / units[2] == pytest.approx(expected.contact_time, rel=1e-8)
+    assert result.max_indentation_depth / units[1] == pytest.approx(expected.max_indentation_depth, rel=1e-8)
+    energy = result.energy
     assert energy.dissipated / energy.kinetic_in == pytest.approx(
-        wanted.energy.dissipated / wanted.energy.kinetic_in, rel=1e-7
+        expected.energy.dissipated / expected.energy.kinetic_in, rel=1e-7
     )
     assert abs(energy.residual) < 1e-8

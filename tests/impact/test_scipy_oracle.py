@@ -41,31 +41,33 @@ def test_whole_shared_table(shared_reference):
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_error_stays_within_tolerance(rtol):
     # nu = 0.3, p2 = 0.01, p3 = 3 of the table.
-    found = solve_scaled_by_scipy(standard_solid(0.3, 0.01, 3.0), rtol=rtol)
-    assert found.restitution_coefficient == pytest.approx(2.22977189502e-01, rel=rtol)
+    result = solve_scaled_by_scipy(standard_solid(0.3, 0.01, 3.0), rtol=rtol)
+    assert result.restitution_coefficient == pytest.approx(2.22977189502e-01, rel=rtol)
 
 
 def test_history_is_the_motion():
-    found = solve_scaled_by_scipy(standard_solid(0.3, 0.1, 1.0))
-    assert np.all(np.diff(found.time) > 0.0)
-    assert found.indentation_depth[0] == found.force[0] == found.contact_radius[0] == 0.0
-    assert found.indentation_velocity[0] == 1.0
-    assert found.indentation_velocity[-1] == -found.restitution_coefficient
-    assert found.contact_radius[-1] == pytest.approx(0.0, abs=1e-9)
+    result = solve_scaled_by_scipy(standard_solid(0.3, 0.1, 1.0))
+    assert np.all(np.diff(result.time) > 0.0)
+    assert result.indentation_depth[0] == result.force[0] == result.contact_radius[0] == 0.0
+    assert result.indentation_velocity[0] == 1.0
+    assert result.indentation_velocity[-1] == -result.restitution_coefficient
+    assert result.contact_radius[-1] == pytest.approx(0.0, abs=1e-9)
     # m dv = -F dt and dd = v dt by the trapezoidal rule on the steps of the solver (about 500).
-    impulse = np.trapezoid(found.force, found.time)
-    assert impulse == pytest.approx(1.0 + found.restitution_coefficient, rel=1e-4)
-    assert np.trapezoid(found.indentation_velocity, found.time) == pytest.approx(found.indentation_depth[-1], abs=1e-4)
+    impulse = np.trapezoid(result.force, result.time)
+    assert impulse == pytest.approx(1.0 + result.restitution_coefficient, rel=1e-4)
+    assert np.trapezoid(result.indentation_velocity, result.time) == pytest.approx(
+        result.indentation_depth[-1], abs=1e-4
+    )
 
 
 def test_radius_from_exponent_table_and_function():
     power = solve_scaled_by_scipy(scaled(1.0, [2.0], [0.5]))
     table = scaled_table(path_table(Parabola(0.02), 3e-4), 1e-4, math.sqrt(2e-6))
     tabulated = scaled(1.0, [2.0], [0.5], exponent=-1.0, table=table)
-    given = scaled(1.0, [2.0], [0.5], exponent=-1.0)
-    for found in (solve_scaled_by_scipy(tabulated), solve_scaled_by_scipy(given, stiffness_radius=lambda s: s)):
-        assert found.restitution_coefficient == pytest.approx(power.restitution_coefficient, rel=1e-10)
-        assert found.contact_time == pytest.approx(power.contact_time, rel=1e-10)
+    unlike = scaled(1.0, [2.0], [0.5], exponent=-1.0)
+    for result in (solve_scaled_by_scipy(tabulated), solve_scaled_by_scipy(unlike, stiffness_radius=lambda s: s)):
+        assert result.restitution_coefficient == pytest.approx(power.restitution_coefficient, rel=1e-10)
+        assert result.contact_time == pytest.approx(power.contact_time, rel=1e-10)
 
 
 def test_a_heavy_body_is_captured():
@@ -79,6 +81,6 @@ def test_a_heavy_body_is_captured():
 
 def test_depth_at_rest_in_a_newtonian_liquid():
     # F = c a v, a = sqrt(d): m v0 = c (2/3) d^(3/2).
-    found = solve_scaled_by_scipy(scaled(viscosity=1.0))
-    assert found.status is Status.SINKS_IN
-    assert found.max_indentation_depth == pytest.approx(1.5 ** (2.0 / 3.0), rel=1e-9)
+    result = solve_scaled_by_scipy(scaled(viscosity=1.0))
+    assert result.status is Status.SINKS_IN
+    assert result.max_indentation_depth == pytest.approx(1.5 ** (2.0 / 3.0), rel=1e-9)

@@ -40,9 +40,9 @@ def test_an_impact_is_solved_once(impact: rs.Impact, monkeypatch: pytest.MonkeyP
 def test_errors_of_history_energy_and_pressure_follow_the_tolerance(rtol: float) -> None:
     coarse, fine = rs.solve(BALL, rtol=rtol), rs.solve(BALL, rtol=1e-12)
     times = np.linspace(0.02, 0.98, 49) * fine.contact_time
-    found, wanted = coarse.sample(times), fine.sample(times)
-    for name, values in wanted.data_vars.items():
-        error = np.abs(found[name].values - values.values).max() / np.abs(values.values).max()
+    result, expected = coarse.sample(times), fine.sample(times)
+    for name, values in expected.data_vars.items():
+        error = np.abs(result[name].values - values.values).max() / np.abs(values.values).max()
         assert error < 1000.0 * rtol, name
     r = np.linspace(0.0, 0.3, 5)[:, None] * fine.max_contact_radius
     pressures = fine.pressure(r, times[4:-4:4])
@@ -63,8 +63,8 @@ def test_errors_of_history_energy_and_pressure_follow_the_tolerance(rtol: float)
 )
 def test_results_can_be_pickled(impact: rs.Impact, method: str) -> None:
     result = rs.solve(impact, method, n_elements=50 if method == "elements" else None)
-    for one in (result, pickle.loads(pickle.dumps(result))):
-        sent = pickle.loads(pickle.dumps(one))
+    for item in (result, pickle.loads(pickle.dumps(result))):
+        sent = pickle.loads(pickle.dumps(item))
         assert np.array_equal(sent.restitution_coefficient, result.restitution_coefficient)
         assert np.array_equal(sent.energy.dissipated, result.energy.dissipated, equal_nan=True)
         if not np.shape(result.status):
@@ -88,7 +88,7 @@ class _Case:
 
 
 @pytest.mark.parametrize(
-    ("given", "advice"),
+    ("options", "advice"),
     [
         ("CASE.toml", "read_case"),
         (_Case(), "take its attribute impact"),
@@ -97,9 +97,9 @@ class _Case:
         ([BALL, 3], "must be an Impact"),
     ],
 )
-def test_other_objects_are_refused_with_advice(given: object, advice: str) -> None:
+def test_other_objects_are_refused_with_advice(options: object, advice: str) -> None:
     with pytest.raises(InputTypeError, match=advice) as caught:
-        rs.solve(given)  # type: ignore[arg-type]
+        rs.solve(options)  # type: ignore[arg-type]
     assert caught.value.field == "impact"
 
 

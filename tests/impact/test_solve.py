@@ -24,6 +24,7 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 RTOL = 1e-9
+TWO_BRANCHES = PronySeries(1.0, [2.0, 1.0], [0.1, 0.01])
 
 
 def unit_impact(shear, bulk=math.inf, profile=None, **options) -> Impact:
@@ -35,9 +36,14 @@ def standard(nu: float, p2: float, p3: float, **options) -> Impact:
     return Impact(standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu), Parabola(1.0), 1.0, 1.0, **options)
 
 
-def same_to(found, wanted, rtol=RTOL) -> bool:
+def tip_through(heights) -> Tabulated:
+    """A tip with kinks at these heights."""
+    return Tabulated(np.linspace(0.0, 3.0, len(heights)), heights)
+
+
+def same_to(result, expected, rtol=RTOL) -> bool:
     """Whether two values of e agree within the sum of their tolerances."""
-    return abs(found - wanted) <= 2.0 * rtol * max(wanted, 1e-3)
+    return abs(result - expected) <= 2.0 * rtol * max(expected, 1e-3)
 
 
 # Other programs
@@ -46,51 +52,51 @@ def same_to(found, wanted, rtol=RTOL) -> bool:
 @pytest.mark.plain
 @pytest.mark.parametrize("row", rows(DATA / "standard_solid.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
 def test_tabulated_values(row):
-    found = solve(standard(row["nu"], row["p2"], row["p3"]))
-    assert found.status is Status.SEPARATED
-    assert same_to(found.restitution_coefficient, row["restitution"])
-    assert found.contact_time == pytest.approx(row["contact_time"], rel=1e-8)
-    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], rel=1e-9)
+    result = solve(standard(row["nu"], row["p2"], row["p3"]))
+    assert result.status is Status.SEPARATED
+    assert same_to(result.restitution_coefficient, row["restitution"])
+    assert result.contact_time == pytest.approx(row["contact_time"], rel=1e-8)
+    assert result.max_indentation_depth == pytest.approx(row["max_indentation"], rel=1e-9)
     # The force of the table is a maximum over samples.
-    assert found.max_force == pytest.approx(row["max_force"], rel=1e-6)
-    assert found.residual_indentation_depth == pytest.approx(
+    assert result.max_force == pytest.approx(row["max_force"], rel=1e-6)
+    assert result.residual_indentation_depth == pytest.approx(
         row["residual_indentation"], abs=1e-8 * row["max_indentation"]
     )
-    assert found.max_contact_radius == pytest.approx(row["max_indentation"] ** 0.5, rel=1e-9)
+    assert result.max_contact_radius == pytest.approx(row["max_indentation"] ** 0.5, rel=1e-9)
 
 
 def test_whole_shared_table(shared_reference):
     table = rows(shared_reference / "standard_solid.csv")
     columns = {key: np.array([row[key] for row in table]) for key in table[0]}
-    wanted = columns["restitution"]
+    expected = columns["restitution"]
     for rtol in (1e-6, 1e-9):
-        found = standard_solid_restitution(columns["nu"], columns["p2"], columns["p3"], rtol=rtol)
-        assert np.all(np.abs(found - wanted) <= 2.0 * rtol * np.maximum(wanted, 1e-3))
+        result = standard_solid_restitution(columns["nu"], columns["p2"], columns["p3"], rtol=rtol)
+        assert np.all(np.abs(result - expected) <= 2.0 * rtol * np.maximum(expected, 1e-3))
 
 
 @pytest.mark.parametrize("row", rows(DATA / "finite_element.csv"), ids=lambda r: "{nu}-{p2}-{p3}".format(**r))
 def test_finite_elements(row):
-    found = solve(standard(row["nu"], row["p2"], row["p3"]))
-    assert found.restitution_coefficient == pytest.approx(row["restitution"], abs=row["restitution_error"])
-    assert found.contact_time == pytest.approx(row["contact_time"], abs=row["contact_time_error"])
-    assert found.max_indentation_depth == pytest.approx(row["max_indentation"], abs=row["max_indentation_error"])
-    assert found.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
+    result = solve(standard(row["nu"], row["p2"], row["p3"]))
+    assert result.restitution_coefficient == pytest.approx(row["restitution"], abs=row["restitution_error"])
+    assert result.contact_time == pytest.approx(row["contact_time"], abs=row["contact_time_error"])
+    assert result.max_indentation_depth == pytest.approx(row["max_indentation"], abs=row["max_indentation_error"])
+    assert result.max_force == pytest.approx(row["max_force"], abs=row["max_force_error"])
 
 
 @pytest.mark.plain
-@pytest.mark.parametrize(("p3", "wanted"), cf.KELVIN_VOIGT_RESTITUTION.items())
-def test_kelvin_voigt(p3, wanted):
-    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=p3)))
-    assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-8)
+@pytest.mark.parametrize(("p3", "expected"), cf.KELVIN_VOIGT_RESTITUTION.items())
+def test_kelvin_voigt(p3, expected):
+    result = solve(unit_impact(PronySeries(1.0, parallel_viscosity=p3)))
+    assert result.restitution_coefficient == pytest.approx(expected, abs=6e-8)
 
 
 @pytest.mark.plain
-@pytest.mark.parametrize(("ratio", "wanted"), cf.MAXWELL_RESTITUTION.items())
-def test_maxwell(ratio, wanted):
+@pytest.mark.parametrize(("ratio", "expected"), cf.MAXWELL_RESTITUTION.items())
+def test_maxwell(ratio, expected):
     # The ratio is the Hertz time for E* = 4 G over tau.
     time = cf.elastic_contact_time(cf.elastic_max_indentation_depth(4.0, 1.0, 1.0, 1.0), 1.0)
-    found = solve(unit_impact(PronySeries(0.0, [1.0], [time / ratio])))
-    assert found.restitution_coefficient == pytest.approx(wanted, abs=6e-9)
+    result = solve(unit_impact(PronySeries(0.0, [1.0], [time / ratio])))
+    assert result.restitution_coefficient == pytest.approx(expected, abs=6e-9)
 
 
 # Closed forms
@@ -110,14 +116,14 @@ def test_maxwell(ratio, wanted):
 def test_elastic_impact(profile, coefficient, exponent):
     if coefficient is None:
         coefficient = float(profile.contact_radius(1.0))
-    found = solve(Impact(Material(1.3, 2.1), profile, mass=0.7, velocity=1.9))
+    result = solve(Impact(Material(1.3, 2.1), profile, mass=0.7, velocity=1.9))
     modulus = 4.0 * 1.3 * (3.0 * 2.1 + 1.3) / (3.0 * 2.1 + 4.0 * 1.3)
     depth = cf.elastic_max_indentation_depth(modulus, coefficient, 0.7, 1.9, path_exponent=exponent)
-    assert found.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
-    assert found.max_indentation_depth == pytest.approx(depth, rel=1e-9)
-    assert found.contact_time == pytest.approx(cf.elastic_contact_time(depth, 1.9, path_exponent=exponent), rel=1e-8)
-    assert found.max_force == pytest.approx(cf.elastic_max_force(depth, 0.7, 1.9, path_exponent=exponent), rel=1e-8)
-    assert found.residual_indentation_depth == pytest.approx(0.0, abs=1e-8 * depth)
+    assert result.restitution_coefficient == pytest.approx(1.0, abs=RTOL)
+    assert result.max_indentation_depth == pytest.approx(depth, rel=1e-9)
+    assert result.contact_time == pytest.approx(cf.elastic_contact_time(depth, 1.9, path_exponent=exponent), rel=1e-8)
+    assert result.max_force == pytest.approx(cf.elastic_max_force(depth, 0.7, 1.9, path_exponent=exponent), rel=1e-8)
+    assert result.residual_indentation_depth == pytest.approx(0.0, abs=1e-8 * depth)
 
 
 @pytest.mark.plain
@@ -125,8 +131,8 @@ def test_elastic_impact(profile, coefficient, exponent):
 def test_flat_punch_kelvin_voigt(damping):
     # F = 2 * 4 G a d: k = 8 and D = omega0 tau/2
     tau = 2.0 * damping / math.sqrt(8.0)
-    found = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0)))
-    assert same_to(found.restitution_coefficient, cf.flat_punch_kelvin_voigt_restitution(damping))
+    result = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0)))
+    assert same_to(result.restitution_coefficient, cf.flat_punch_kelvin_voigt_restitution(damping))
 
 
 @pytest.mark.plain
@@ -134,8 +140,8 @@ def test_flat_punch_kelvin_voigt(damping):
 def test_flat_punch_maxwell(damping):
     # D = 1/(2 omega0 tau)
     tau = 1.0 / (2.0 * damping * math.sqrt(8.0))
-    found = solve(unit_impact(PronySeries(0.0, [1.0], [tau]), profile=FlatPunch(1.0)))
-    assert same_to(found.restitution_coefficient, cf.flat_punch_maxwell_restitution(damping))
+    result = solve(unit_impact(PronySeries(0.0, [1.0], [tau]), profile=FlatPunch(1.0)))
+    assert same_to(result.restitution_coefficient, cf.flat_punch_maxwell_restitution(damping))
 
 
 @settings(max_examples=100, deadline=None)
@@ -207,14 +213,16 @@ def test_energy_is_conserved(nu, p2, p3):
 def test_only_the_three_groups_matter(nu, p2, p3, mass, radius, velocity, modulus):
     time = (mass**2 / (radius * velocity * modulus**2)) ** 0.2
     material = standard_solid(modulus, modulus / p2, p3 * modulus * time, poisson_ratio=nu)
-    found = solve(Impact(material, Parabola(radius), mass, velocity))
-    wanted = solve(standard(nu, p2, p3))
-    assert same_to(found.restitution_coefficient, wanted.restitution_coefficient)
-    assert found.contact_time == pytest.approx(wanted.contact_time * time, rel=1e-7)
+    result = solve(Impact(material, Parabola(radius), mass, velocity))
+    expected = solve(standard(nu, p2, p3))
+    assert same_to(result.restitution_coefficient, expected.restitution_coefficient)
+    assert result.contact_time == pytest.approx(expected.contact_time * time, rel=1e-7)
     length = velocity * time
-    assert found.max_indentation_depth == pytest.approx(wanted.max_indentation_depth * length, rel=1e-8)
-    assert found.max_force == pytest.approx(wanted.max_force * mass * velocity / time, rel=1e-7)
-    assert found.max_contact_radius == pytest.approx(wanted.max_contact_radius * math.sqrt(length * radius), rel=1e-8)
+    assert result.max_indentation_depth == pytest.approx(expected.max_indentation_depth * length, rel=1e-8)
+    assert result.max_force == pytest.approx(expected.max_force * mass * velocity / time, rel=1e-7)
+    assert result.max_contact_radius == pytest.approx(
+        expected.max_contact_radius * math.sqrt(length * radius), rel=1e-8
+    )
 
 
 PROFILES = st.one_of(
@@ -276,6 +284,17 @@ def test_a_liquid_that_gives_back_less_than_a_millionth_holds_the_body(rtol):
     assert result.residual_indentation_depth == pytest.approx(result.max_indentation_depth, rel=1e-3)
 
 
+@pytest.mark.parametrize("rtol", [1e-9, 1e-12])
+@pytest.mark.parametrize(("viscosity", "fast", "slow"), [(0.08, 2e-7, 7e-13), (1.0, 2e-5, 1e-13), (10.0, 2e-7, 3e-10)])
+def test_no_rounding_of_a_liquid_that_holds_the_body_is_refused(viscosity, fast, slow, rtol):
+    """The velocity around the turning point is 1e-18 of the initial one, below the rounding of the latter."""
+    units = np.arange(-100.0, 101.0)
+    moduli = np.stack([viscosity / fast * (1.0 + 2.3e-16 * units), slow * (1.0 + 3e-15 * units)], axis=-1)
+    liquid = Material(PronySeries(0.0, moduli, [fast, 200.0]), math.inf)
+    result = solve(Impact(liquid, Parabola(1.0), 1.0, 1.0), rtol=rtol)
+    assert np.all(result.status == Status.SINKS_IN)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -299,18 +318,6 @@ def test_options_out_of_range(options, message):
         assert "progress" not in options or isinstance(error, TypeError)
 
 
-def test_overflowing_impacts_fail_alone():
-    solid = standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
-    with pytest.raises(SolverError, match="NOT_FINITE"):
-        solve(Impact(solid, Parabola(0.01), 0.005, 1e300))
-    with pytest.raises(SolverError, match="NOT_FINITE"):
-        solve(Impact(solid, Parabola(0.01), 0.005, 1e-300))
-    with pytest.warns(RestitutionWarning, match="1 of 2 impacts failed and are NaN: 1 NOT_FINITE"):
-        found = solve(Impact(solid, Parabola(0.01), 0.005, [1e300, 1.0])).restitution_coefficient
-    assert math.isnan(found[0])
-    assert 0.7 < found[1] < 0.8
-
-
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-10])
 @pytest.mark.parametrize(
     "profile",
@@ -324,51 +331,9 @@ def test_bodies_sink_into_nearly_newtonian_liquids(profile, rtol):
         assert solve(Impact(liquid, profile, 1.0, 1.0), rtol=rtol).status is Status.SINKS_IN
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9, 1e-10])
-@pytest.mark.parametrize(
-    "profile", [FlatPunch(0.6), TruncatedCone(0.3, 1.0), Parabola(1.0), FlatEndedParabola(1.0, 0.3)]
-)
-def test_dashpot_beside_weak_fast_branches(profile, rtol):
-    """The dashpot acts at once on a moving face, and the response of the branches decays with their own times."""
-    shear = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], parallel_viscosity=0.9)
-    impact = Impact(Material(shear, math.inf), profile, 1.0, 1.0)
-    fine = solve(impact, rtol=1e-12).restitution_coefficient
-    found = solve(impact, rtol=rtol).restitution_coefficient
-    assert abs(found - fine) <= rtol * max(fine, 1e-3)
-
-
-@pytest.mark.parametrize("radius", [0.265, 0.05])
-def test_sphere_pressed_beyond_its_equator(radius):
-    material = Material(PronySeries(1.0, [109.0, 14.3, 16.4, 10.5], [1.9e-6, 1.1e-5, 0.8, 2.0]), math.inf)
-    impact = Impact(material, Sphere(radius), 1.0, 1.0)
-    fine = solve(impact, rtol=1e-12).restitution_coefficient
-    for rtol in (1e-7, 1e-8, 1e-9, 1e-10):
-        result = solve(impact, rtol=rtol)
-        assert result.restitution_coefficient == pytest.approx(fine, rel=rtol)
-        assert abs(result.energy.residual) < rtol
-
-
-@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-9])
-@pytest.mark.parametrize(
-    "heights",
-    [
-        [0.0, 0.1542, 0.7352, 1.1925, 1.9567, 2.9081],
-        [0.0, 0.088, 0.2871, 0.4757, 0.7853, 1.0492, 1.3765, 1.7804],
-        [0.0, 0.0747, 0.1971, 0.3332, 0.5257, 0.8955, 1.2493, 1.5525, 1.8146, 2.5426, 3.1069],
-    ],
-)
-def test_tip_with_kinks(heights, rtol):
-    """Kinks of the tip do not spoil the order of the elements."""
-    tip = Tabulated(np.linspace(0.0, 3.0, len(heights)), heights)
-    impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
-    wanted = solve(impact, rtol=1e-11).restitution_coefficient
-    assert solve(impact, rtol=rtol).restitution_coefficient == pytest.approx(wanted, rel=rtol)
-
-
 def test_shallow_impacts_beside_deep_ones():
     """All impacts share one table of the tip, whose error belongs to the deepest one."""
-    tip = Tabulated(np.linspace(0.0, 3.0, 8), [0.0, 0.088, 0.2871, 0.4757, 0.7853, 1.0492, 1.3765, 1.7804])
-    material = Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf)
+    tip, material = tip_through(KINKS[1]), Material(TWO_BRANCHES, math.inf)
     velocity = np.logspace(-5.0, 0.0, 6)
     together = solve(Impact(material, tip, 1.0, velocity), rtol=1e-8, errors="raise").restitution_coefficient
     for e, v in zip(together, velocity, strict=True):
@@ -378,20 +343,10 @@ def test_shallow_impacts_beside_deep_ones():
 @pytest.mark.plain
 def test_kinks_that_a_table_does_not_resolve(monkeypatch):
     monkeypatch.setattr(restitution.contact.table, "_MOST_HALVINGS", 0)
-    tip = Tabulated(np.linspace(0.0, 3.0, 5), [0.0, 0.25, 1.1, 1.9, 3.2])
-    impact = Impact(Material(PronySeries(1.0, [2.0, 1.0], [0.1, 0.01]), math.inf), tip, 1.0, 1.0)
+    impact = unit_impact(TWO_BRANCHES, profile=tip_through([0.0, 0.25, 1.1, 1.9, 3.2]))
     assert solve(impact, rtol=1e-2).status is Status.SEPARATED
     with pytest.raises(SolverError, match="NOT_ACCURATE"):
         solve(impact)
-
-
-@pytest.mark.parametrize(
-    ("moduli", "times"), [([0.96, 6.8], [1.5e-5, 0.12]), ([8.1, 8.1], [1.3e-4, 0.1]), ([0.39, 2.5], [2.3e-4, 0.14])]
-)
-def test_flat_face_on_fast_branches(moduli, times):
-    impact = Impact(Material(PronySeries(1.0, moduli, times), math.inf), FlatPunch(1.0), 1.0, 1.0)
-    wanted = solve(impact, rtol=1e-11).restitution_coefficient
-    assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(wanted, rel=1e-9)
 
 
 @pytest.mark.parametrize("profile", [FlatPunch(0.3), TruncatedCone(0.3, 1.0), FlatEndedParabola(1.0, 0.3)])
@@ -404,6 +359,45 @@ def test_flat_face_on_a_dashpot(profile):
     # The loss of momentum is the impulse, by Simpson's rule.
     weights = np.array([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 1.0]) * float(early.time[1]) / 3.0
     assert 1.0 - float(early.indentation_velocity[-1]) == pytest.approx(float(weights @ early.force.values), rel=1e-6)
+
+
+def hard(shear, profile, *tolerances, **options):
+    """An impact at tolerances."""
+    name = "-".join([type(profile).__name__, *map(str, options.values())])
+    return pytest.param(unit_impact(shear, profile=profile, **options), tolerances, id=name)
+
+
+# The dashpot acts at once on a moving face, and the response of the branches decays with their own times.
+WEAK_BRANCHES = PronySeries(2e-4, [1e-4, 0.04, 0.01], [1e-4, 0.07, 3.0], parallel_viscosity=0.9)
+FOUR_BRANCHES = PronySeries(1.0, [109.0, 14.3, 16.4, 10.5], [1.9e-6, 1.1e-5, 0.8, 2.0])
+KINKS = [
+    [0.0, 0.1542, 0.7352, 1.1925, 1.9567, 2.9081],
+    [0.0, 0.088, 0.2871, 0.4757, 0.7853, 1.0492, 1.3765, 1.7804],
+    [0.0, 0.0747, 0.1971, 0.3332, 0.5257, 0.8955, 1.2493, 1.5525, 1.8146, 2.5426, 3.1069],
+]
+FACES = FlatPunch(0.6), TruncatedCone(0.3, 1.0), Parabola(1.0), FlatEndedParabola(1.0, 0.3)
+FAST = ([0.96, 6.8], [1.5e-5, 0.12]), ([8.1, 8.1], [1.3e-4, 0.1]), ([0.39, 2.5], [2.3e-4, 0.14])
+# The work of the weight is as large as the kinetic energy, or much larger.
+WEIGHTS = (FlatPunch(0.7), 17.0), (Parabola(0.7), 5.0), (Parabola(0.7), 9.0)
+
+
+@pytest.mark.parametrize(
+    ("impact", "tolerances"),
+    [
+        *(hard(WEAK_BRANCHES, face, 1e-6, 1e-8, 1e-9, 1e-10) for face in FACES),
+        # Pressed beyond the equator.
+        *(hard(FOUR_BRANCHES, Sphere(radius), 1e-7, 1e-8, 1e-9, 1e-10) for radius in (0.265, 0.05)),
+        *(hard(TWO_BRANCHES, tip_through(heights), 1e-4, 1e-6, 1e-8, 1e-9) for heights in KINKS),
+        *(hard(PronySeries(1.0, *branches), FlatPunch(1.0), 1e-9) for branches in FAST),
+        *(hard(PronySeries(6.0, [1.2], [1.4]), tip, 1e-6, 1e-8, 1e-9, external_force=w) for tip, w in WEIGHTS),
+    ],
+)
+def test_tolerance_is_kept_in_hard_cases(impact, tolerances):
+    fine = solve(impact, rtol=1e-12).restitution_coefficient
+    for rtol in tolerances:
+        result = solve(impact, rtol=rtol)
+        assert abs(result.restitution_coefficient - fine) <= rtol * max(fine, 1e-3)
+        assert abs(result.energy.residual) < 10.0 * rtol
 
 
 @settings(max_examples=60, deadline=None)
@@ -453,13 +447,36 @@ def test_tolerance_is_kept(rtol):
 # Bodies that stay
 
 
+DASHPOT, SPRINGY = PronySeries(0.0, parallel_viscosity=0.5), PronySeries(1.0, [3.0], [0.5])
+OVERDAMPED = PronySeries(1.0, parallel_viscosity=6.0 / math.sqrt(8.0))
+
+
 @pytest.mark.plain
-def test_liquid_under_critical_damping_sinks_in():
-    # Flat punch on Kelvin-Voigt without spring, F = 8 eta v: v never turns.
-    result = solve(unit_impact(PronySeries(0.0, parallel_viscosity=0.5), profile=FlatPunch(1.0)))
-    assert result.status is Status.SINKS_IN
-    assert result.restitution_coefficient == 0.0
-    assert result.contact_time == math.inf
+@pytest.mark.parametrize(
+    ("shear", "profile", "force", "status"),
+    [
+        # Flat punch on Kelvin-Voigt without spring, F = 8 eta v: v never turns.
+        (DASHPOT, FlatPunch(1.0), 0.0, Status.SINKS_IN),
+        # A weight sinks into a liquid for ever.
+        (PronySeries(0.0, [10.0], [0.1]), Sphere(2.0), 10.0, Status.SINKS_IN),
+        # F = 8 (d + tau v), D = omega0 tau/2 = 3: the depth creeps to w/8 without a turning point.
+        (OVERDAMPED, FlatPunch(1.0), 8.0, Status.CAPTURED),
+        # The contact grows again before separation, as in the SciPy solution.
+        *((SPRINGY, Parabola(1.0), weight, Status.CAPTURED) for weight in (2.0, 3.0, 30.0)),
+        (SPRINGY, Parabola(1.0), 0.3, Status.SEPARATED),
+    ],
+)
+def test_bodies_that_stay(shear, profile, force, status):
+    result, free = (solve(unit_impact(shear, profile=profile, external_force=w)) for w in (force, 0.0))
+    assert result.status is status
+    separates = status is Status.SEPARATED
+    assert math.isfinite(result.contact_time) is separates
+    assert (result.restitution_coefficient > 0.0) is separates
+    if force > 0.0 and status is not Status.SINKS_IN and free.status is Status.SEPARATED:
+        assert result.restitution_coefficient < free.restitution_coefficient
+        assert result.max_indentation_depth > free.max_indentation_depth
+    # Under a weight in a liquid there is no largest depth.
+    assert math.isfinite(result.max_indentation_depth) is (status is not Status.SINKS_IN or force == 0.0)
 
 
 @pytest.mark.parametrize(("damping", "status"), [(0.9, Status.SEPARATED), (1.2, Status.SINKS_IN)])
@@ -484,74 +501,24 @@ def test_viscous_half_space_stops_the_body():
     assert result.max_force == pytest.approx(2.0 * s * 0.75, rel=1e-9)
 
 
+# The glass of the second is a thousand times stiffer: captured on its way back, the body creeps on, far deeper than the
+# impact did.
+CREEPING = [(PronySeries(1.0, parallel_viscosity=8.0), 1.0, 0.3), (PronySeries(1e4, [1e7], [1.0]), 4e-3, 4e-3 * 9.81)]
+
+
 @pytest.mark.plain
-@pytest.mark.parametrize("profile", [Parabola(1.0), Sphere(1.0)])
-def test_body_that_creeps_to_rest_under_its_weight(profile):
+@pytest.mark.parametrize("kind", [Parabola, Sphere])
+@pytest.mark.parametrize(("shear", "mass", "weight"), CREEPING)
+def test_body_that_creeps_to_rest_under_its_weight(shear, mass, weight, kind):
+    profile, velocity = (kind(1.0), 1.0) if mass == 1.0 else (kind(5e-3), 1e-4)
+    result = solve(Impact(Material(shear, math.inf), profile, mass, velocity, external_force=weight))
+    assert result.status is Status.CAPTURED
     # At rest F = 2 E* Pi(d) carries the weight; E* = 4 G.
-    viscous = Material(PronySeries(1.0, parallel_viscosity=8.0), math.inf)
-    result = solve(Impact(viscous, profile, 1.0, 1.0, external_force=0.3))
-    assert result.status is Status.CAPTURED
-    assert 8.0 * profile.force_integral_at_depth(result.max_indentation_depth) == pytest.approx(0.3, rel=1e-12)
-    assert result.residual_indentation_depth == result.max_indentation_depth
-    assert result.max_contact_radius == pytest.approx(profile.contact_radius(result.max_indentation_depth), rel=1e-12)
-    assert result.max_force > 0.3
-
-
-@pytest.mark.parametrize("profile", [Parabola(5e-3), Sphere(5e-3)])
-def test_body_that_is_captured_on_its_way_back_creeps_on(profile):
-    # The glass is a thousand times stiffer: at rest the weight has pressed the body far deeper than the impact did.
-    solid = Material(PronySeries(1e4, [1e7], [1.0]), math.inf)
-    weight = 4e-3 * 9.81
-    result = solve(Impact(solid, profile, 4e-3, 1e-4, external_force=weight))
-    assert result.status is Status.CAPTURED
-    assert 8e4 * profile.force_integral_at_depth(result.max_indentation_depth) == pytest.approx(weight, rel=1e-12)
+    force = 8.0 * shear.equilibrium_modulus * profile.force_integral_at_depth(result.max_indentation_depth)
+    assert force == pytest.approx(weight, rel=1e-12)
     assert result.residual_indentation_depth == result.max_indentation_depth
     assert result.max_contact_radius == pytest.approx(profile.contact_radius(result.max_indentation_depth), rel=1e-12)
     assert result.max_force > weight
-
-
-def test_a_weight_sinks_into_a_liquid_for_ever():
-    result = solve(
-        Impact(Material(PronySeries(0.0, [10.0], [0.1]), math.inf), Sphere(2.0), 1.0, 1.0, external_force=10.0)
-    )
-    assert result.status is Status.SINKS_IN
-
-
-@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9])
-@pytest.mark.parametrize(("profile", "force"), [(FlatPunch(0.7), 17.0), (Parabola(0.7), 5.0), (Parabola(0.7), 9.0)])
-def test_tolerance_is_kept_under_a_weight(profile, force, rtol):
-    """The work of the weight is as large as the kinetic energy, or much larger."""
-    impact = Impact(Material(PronySeries(6.0, [1.2], [1.4]), math.inf), profile, 1.0, 1.0, external_force=force)
-    fine = solve(impact, rtol=1e-11).restitution_coefficient
-    result = solve(impact, rtol=rtol)
-    assert result.restitution_coefficient == pytest.approx(fine, rel=rtol)
-    assert abs(result.energy.residual) < 10.0 * rtol
-
-
-def test_weight_slows_the_rebound():
-    lossy = PronySeries(1.0, [3.0], [0.5])
-    free, light = solve(unit_impact(lossy)), solve(unit_impact(lossy, external_force=0.3))
-    assert light.status is Status.SEPARATED
-    assert 0.0 < light.restitution_coefficient < free.restitution_coefficient
-    assert light.max_indentation_depth > free.max_indentation_depth
-
-
-@pytest.mark.parametrize("force", [2.0, 3.0, 30.0])
-def test_a_large_weight_captures_the_body(force):
-    """The contact grows again before separation, as in the SciPy solution."""
-    result = solve(unit_impact(PronySeries(1.0, [3.0], [0.5]), external_force=force))
-    assert result.status is Status.CAPTURED
-    assert result.restitution_coefficient == 0.0
-    assert result.contact_time == math.inf
-    assert math.isfinite(result.max_indentation_depth)
-
-
-def test_overdamped_solid_under_weight_is_captured_without_turning():
-    # F = 8 (d + tau v), D = omega0 tau/2 = 3: the depth creeps to w/8.
-    tau = 6.0 / math.sqrt(8.0)
-    result = solve(unit_impact(PronySeries(1.0, parallel_viscosity=tau), profile=FlatPunch(1.0), external_force=8.0))
-    assert result.status is Status.CAPTURED
-    assert result.restitution_coefficient == 0.0
 
 
 @pytest.mark.parametrize("force", [0.05, 10.0])
@@ -578,24 +545,6 @@ def test_shapes_follow_the_inputs():
     assert isinstance(alone.restitution_coefficient, float)
     assert standard_solid_restitution(0.3, [[0.1], [1.0]], [1.0, 2.0, 3.0]).shape == (2, 3)
     assert isinstance(standard_solid_restitution(0.3, 0.1, 1.0), float)
-
-
-def test_list_of_unlike_profiles_and_materials():
-    impacts = [
-        Impact(RUBBER, Parabola(0.01), 0.005, 1.0),
-        Impact(Material(1e6, math.inf), Cone(1.2), 0.005, 1.0),
-        Impact(RUBBER, Sphere(0.01), 0.005, 1.0),
-        Impact(Material(PronySeries(1e6, [1e7, 1e6], [1e-4, 1e-2]), 1e9), Parabola(0.02), 0.004, 0.1),
-        Impact(RUBBER, TruncatedCone(0.001, 1.2), 0.005, 1.0, external_force=0.05),
-    ]
-    together = solve(impacts)
-    assert together.restitution_coefficient.shape == (5,)
-    for n, impact in enumerate(impacts):
-        alone = solve(impact)
-        assert together.restitution_coefficient[n] == alone.restitution_coefficient
-        assert together.contact_time[n] == alone.contact_time
-        assert together.energy.dissipated[n] == pytest.approx(alone.energy.dissipated, rel=1e-9)
-    assert together.velocity.tolist() == [1.0, 1.0, 1.0, 0.1, 1.0]
 
 
 def test_interruption_stops_the_work():
@@ -640,28 +589,22 @@ def test_standard_solid_restitution_by_other_methods():
     assert standard_solid_restitution(0.3, 0.1, [2.0], method="elements") == pytest.approx(exact, rel=2e-3)
 
 
-def unsolvable(velocity) -> Impact:
-    """An impact whose scale of depth overflows."""
-    return Impact(Material(1e-99, math.inf), Parabola(1e-300), 1e300, velocity)
-
-
-def test_failure_of_a_single_impact_raises():
-    with pytest.raises(SolverError) as caught:
-        solve(unsolvable(1e10))
+@pytest.mark.parametrize(
+    ("impact", "status"),
+    [
+        (Impact(RUBBER, Parabola(0.01), 0.005, 1e300), Status.NOT_FINITE),
+        (Impact(RUBBER, Parabola(0.01), 0.005, 1e-300), Status.NOT_FINITE),
+        # The scale of the depth overflows.
+        (Impact(Material(1e-99, math.inf), Parabola(1e-300), 1e300, 1e10), Status.NOT_FINITE),
+    ],
+)
+def test_failure_of_a_single_impact_raises(impact, status):
+    with pytest.raises(SolverError, match=status.name) as caught:
+        solve(impact)
+    assert caught.value.status is status
     assert caught.value.status.failed
     assert caught.value.status.message in str(caught.value)
-    with pytest.warns(RestitutionWarning, match="^1 of 1 impacts failed and are NaN: 1 "):
-        result = solve(unsolvable(1e10), errors="warn")
+    with pytest.warns(RestitutionWarning, match=f"^1 of 1 impacts failed and are NaN: 1 {status.name}"):
+        result = solve(impact, errors="warn")
     assert math.isnan(result.restitution_coefficient)
     assert result.status.failed
-
-
-def test_failures_among_several_impacts_are_counted():
-    good = standard(0.3, 0.1, 1.0)
-    with pytest.warns(RestitutionWarning, match="^1 of 2 impacts failed and are NaN: 1 "):
-        result = solve([good, unsolvable(1e10)])
-    assert result.restitution_coefficient[0] == solve(good).restitution_coefficient
-    assert math.isnan(result.restitution_coefficient[1])
-    assert Status(int(result.status[1])).failed
-    with pytest.raises(SolverError, match=r"\(impact 1 of 2\)$"):
-        solve([good, unsolvable(1e10)], errors="raise")

@@ -72,9 +72,9 @@ def test_the_tolerance_holds_on_a_rough_surface(profile: Tabulated, rtol: float)
     depth = 10.0 ** np.linspace(-1.5, 0.2, 500)
     mass = profile.contact_radius(depth) * depth**2
     impact = Impact(standard_solid(1.0, 3.0, 1.0, poisson_ratio=0.5), profile, mass=mass, velocity=1.0)
-    wanted = solve(impact, rtol=1e-12).restitution_coefficient
-    found = solve(impact, rtol=rtol).restitution_coefficient
-    assert np.all(np.abs(found - wanted) < rtol * np.maximum(wanted, 1e-3))
+    expected = solve(impact, rtol=1e-12).restitution_coefficient
+    result = solve(impact, rtol=rtol).restitution_coefficient
+    assert np.all(np.abs(result - expected) < rtol * np.maximum(expected, 1e-3))
 
 
 @pytest.mark.slow
@@ -83,5 +83,5 @@ def test_a_rough_surface_without_a_table(profile: Tabulated) -> None:
     # SciPy's integrators on the profile itself, to 1e-9.
     mass = float(profile.contact_radius(1.0))
     impact = Impact(standard_solid(1.0, 3.0, 1.0, poisson_ratio=0.5), profile, mass=mass, velocity=1.0)
-    wanted = solve_by_scipy(impact, 1e-9).restitution_coefficient
-    assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(wanted, rel=2e-9)
+    expected = solve_by_scipy(impact, 1e-9).restitution_coefficient
+    assert solve(impact, rtol=1e-9).restitution_coefficient == pytest.approx(expected, rel=2e-9)

@@ -31,17 +31,17 @@ def test_mirror_images(name):
     # The force is the same, and the depth of the pair is twice as large. Times end just before separation, where the
     # radius falls as a root of time.
     times = np.linspace(0.0, 1.0 - 1e-6, 41) * min(pair.contact_time, wall.contact_time)
-    two, one = pair.sample(times), wall.sample(times)
+    two, item = pair.sample(times), wall.sample(times)
     for quantity, factor in (
         ("indentation_depth", 2.0), ("indentation_velocity", 2.0), ("force", 1.0), ("contact_radius", 1.0),
         ("kinetic_energy", 2.0), ("stored_energy", 2.0), ("dissipated_energy", 2.0),
     ):  # fmt: skip
         if quantity == "contact_radius":
             # a^2 falls linearly to zero at the end, so that the error of a is the root of that of the time.
-            two[quantity], one[quantity] = two[quantity] ** 2, one[quantity] ** 2
+            two[quantity], item[quantity] = two[quantity] ** 2, item[quantity] ** 2
         largest = float(np.abs(two[quantity]).max())
         np.testing.assert_allclose(
-            two[quantity], factor * one[quantity], rtol=0.0, atol=2e-8 * largest, err_msg=quantity
+            two[quantity], factor * item[quantity], rtol=0.0, atol=2e-8 * largest, err_msg=quantity
         )
     r, t = np.linspace(0.0, 0.95, 7) * wall.max_contact_radius, 0.6 * wall.contact_time
     np.testing.assert_allclose(pair.pressure(r, t), wall.pressure(r, t), rtol=1e-6)

@@ -35,11 +35,11 @@ def test_flat_punch_on_a_springpot(exponent):
     """m d'' = -K D^alpha d, with K = 8 a V/m: v = v0 E_(2-alpha,1)(-K t^(2-alpha)) until d'' = 0."""
     order = 2.0 - exponent
     z = brentq(lambda z: mittag_leffler(order, order, z), 0.5, 11.0, xtol=1e-14)
-    known = -mittag_leffler(order, 1.0, z)
+    reference = -mittag_leffler(order, 1.0, z)
     material = FractionalMaterial(springpot(1e4, exponent), bulk=math.inf, rtol=1e-8)
     impact = for_contact(lambda window: Impact(material.within(window), FlatPunch(0.01), 0.02, 1.0))
     result = solve(impact)
-    assert result.restitution_coefficient == pytest.approx(known, rel=3e-8)
+    assert result.restitution_coefficient == pytest.approx(reference, rel=3e-8)
     stiffness = 8.0 * 0.01 * 1e4 / 0.02
     assert result.contact_time == pytest.approx((z / stiffness) ** (1.0 / order), rel=3e-8)
 
@@ -77,8 +77,8 @@ def test_two_fractional_bodies_and_their_bounces():
     impact = for_contact(fall, longest=0.5)
     assert impact.material.window[1] == 0.5
     assert impact.counter_material.window == impact.material.window
-    found = bounces(impact, max_bounces=3)
-    assert found.contact_time[np.isfinite(found.contact_time)].max() < 0.5
+    result = bounces(impact, max_bounces=3)
+    assert result.contact_time[np.isfinite(result.contact_time)].max() < 0.5
 
 
 def test_a_captured_body_has_a_wide_window():

@@ -47,15 +47,15 @@ def test_rows_are_single_indentations(profile, workers):
     touches = np.array([curves[place][2] for place in places])
     reduced = rs.reduced_modulus(column(materials))
     forces, statuses = block.forces(reduced, touches, places, rtol=1e-9, workers=workers)
-    for material, place, touch, found, status in zip(materials, places, touches, forces, statuses, strict=True):
+    for material, place, touch, force, status in zip(materials, places, touches, forces, statuses, strict=True):
         time, depth, _, samples = curves[place]
-        known = rs.indent(
+        expected = rs.indent(
             material, profile, depth=rs.History.from_points(time, depth - touch), time=samples, rtol=1e-9
         )
-        assert status == known.status
+        assert status == expected.status
         # A table of the profile reaches to another depth.
-        error = 2e-9 + known.error
-        assert np.abs(found - known.force).max() <= error * known.max_force
+        error = 2e-9 + expected.error
+        assert np.abs(force - expected.force).max() <= error * expected.max_force
 
 
 def test_steps_are_jumps():

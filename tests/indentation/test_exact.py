@@ -108,22 +108,22 @@ def test_force_under_a_depth(series, profile, history, rtol):
     knots, values = map(np.array, history)
     depth, rate = polyline(knots, values)
     turning = knots[values.argmax()]
-    known = Quadrature(series, profile, depth, rate, knots, turning)
+    exact = Quadrature(series, profile, depth, rate, knots, turning)
     result = indent(half_space(series), profile, depth=values, time=knots, rtol=rtol)
     assert result.turning_time == pytest.approx(turning, rel=1e-14)
-    assert result.contact_end_time == pytest.approx(known.end(knots[-1]), rel=1e-12)
+    assert result.contact_end_time == pytest.approx(exact.end(knots[-1]), rel=1e-12)
     growing = turning * np.array([0.01, 0.3, 0.77, 0.999])
     shrinking = turning + (result.contact_end_time - turning) * np.array([1e-3, 0.2, 0.6, 0.95])
-    forces = [known.force(t) for t in growing]
+    forces = [exact.force(t) for t in growing]
     radii = list(profile.contact_radius(depth(growing)))
     for t in shrinking:
-        t1 = known.equal_contact(t)
-        forces.append(known.force(t, t1))
+        t1 = exact.equal_contact(t)
+        forces.append(exact.force(t, t1))
         radii.append(float(profile.contact_radius(depth(t1))))
-    found = result.sample(np.concatenate([growing, shrinking]))
+    sampled = result.sample(np.concatenate([growing, shrinking]))
     # Relative to the largest value. Errors of the quadrature and rounding are below 1e-12.
-    assert np.abs(found.force - forces).max() <= max(rtol, 1e-12) * max(forces)
-    assert np.abs(found.contact_radius - radii).max() <= max(rtol, 1e-12) * max(radii)
+    assert np.abs(sampled.force - forces).max() <= max(rtol, 1e-12) * max(forces)
+    assert np.abs(sampled.contact_radius - radii).max() <= max(rtol, 1e-12) * max(radii)
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_depth_under_a_force(series, profile, history):
     result = indent(half_space(series), profile, force=values, time=knots, rtol=1e-10)
     assert result.contact_end_time == pytest.approx(knots[-1], rel=1e-14)
     assert knots[values.argmax()] <= result.turning_time < knots[-1]
-    known = Quadrature(
+    exact = Quadrature(
         series,
         profile,
         lambda t: result.sample(np.atleast_1d(t)).indentation_depth.values,
@@ -151,7 +151,7 @@ def test_depth_under_a_force(series, profile, history):
         result.turning_time,
     )
     for t in result.turning_time * np.array([0.03, 0.5, 0.98]):
-        assert known.force(t) == pytest.approx(np.interp(t, knots, values), rel=1e-8)
+        assert exact.force(t) == pytest.approx(np.interp(t, knots, values), rel=1e-8)
         at = result.sample([t])
         assert at.contact_radius.item() == pytest.approx(
             float(profile.contact_radius(at.indentation_depth.item())), rel=1e-12
@@ -163,8 +163,8 @@ def test_depth_under_a_force(series, profile, history):
             lambda x, radius=radius: result.sample([x]).contact_radius.item() - radius,
             0.0, result.turning_time * (1.0 - 1e-12), xtol=1e-15,
         )  # fmt: skip
-        assert known.force(t, t1) == pytest.approx(np.interp(t, knots, values), rel=1e-8)
-        assert abs(known.load(t1, t)) <= 1e-8 * series.relaxation_modulus(0.01) * result.max_indentation_depth
+        assert exact.force(t, t1) == pytest.approx(np.interp(t, knots, values), rel=1e-8)
+        assert abs(exact.load(t1, t)) <= 1e-8 * series.relaxation_modulus(0.01) * result.max_indentation_depth
 
 
 def triangle_of(series, profile, *, depth=0.1, loading=1.0, unloading=1.5, rtol=1e-10):
@@ -183,7 +183,7 @@ SERIES = prony_series(max_branches=12, times=(1e-4, 1e4), moduli=(1e-2, 1e2), ne
 @given(SERIES, logarithmic(1e-6, 1e6), logarithmic(1e-6, 1e6))
 @settings(max_examples=15)
 def test_results_do_not_depend_on_the_units(series, stiffer, slower):
-    one = triangle_of(series, Parabola(1.0))
+    first = triangle_of(series, Parabola(1.0))
     other = triangle_of(
         PronySeries(
             series.equilibrium_modulus * stiffer, series.branch_moduli * stiffer, series.relaxation_times * slower
@@ -192,8 +192,8 @@ def test_results_do_not_depend_on_the_units(series, stiffer, slower):
         loading=slower,
         unloading=1.5 * slower,
     )
-    assert other.contact_end_time == pytest.approx(one.contact_end_time * slower, rel=1e-11)
-    force, radius = columns(one, SHARES)
+    assert other.contact_end_time == pytest.approx(first.contact_end_time * slower, rel=1e-11)
+    force, radius = columns(first, SHARES)
     force_2, radius_2 = columns(other, SHARES)
     assert force_2 / stiffer == pytest.approx(force, abs=1e-9 * force.max())
     assert radius_2 == pytest.approx(radius, abs=1e-9 * radius.max())
@@ -205,9 +205,9 @@ def test_scaling_with_the_depth_for_power_laws(series, p, depth):
     """For a = c d^(p/2), the force is proportional to d^(1 + p/2); the end of contact does not depend on the depth."""
     profile = {0.0: PowerLaw(8.0, 1.0), 1.0: Parabola(1.0), 2.0: Cone(1.0)}[p]
     power = 1.0 + 0.5 * float(profile.path_exponent)
-    one, other = triangle_of(series, profile, depth=1.0), triangle_of(series, profile, depth=depth)
-    assert other.contact_end_time == pytest.approx(one.contact_end_time, rel=1e-12)
-    force, force_2 = columns(one, SHARES)[0], columns(other, SHARES)[0]
+    first, other = triangle_of(series, profile, depth=1.0), triangle_of(series, profile, depth=depth)
+    assert other.contact_end_time == pytest.approx(first.contact_end_time, rel=1e-12)
+    force, force_2 = columns(first, SHARES)[0], columns(other, SHARES)[0]
     assert force_2 == pytest.approx(force * depth**power, abs=2e-10 * force.max() * depth**power)
 
 
@@ -219,8 +219,8 @@ def test_splitting_a_branch_changes_nothing(series, share):
         np.concatenate([series.branch_moduli * share, series.branch_moduli * (1.0 - share)]),
         np.concatenate([series.relaxation_times, series.relaxation_times]),
     )
-    one, other = triangle_of(series, Parabola(1.0)), triangle_of(halves, Parabola(1.0))
-    force, radius = columns(one, SHARES)
+    first, other = triangle_of(series, Parabola(1.0)), triangle_of(halves, Parabola(1.0))
+    force, radius = columns(first, SHARES)
     force_2, radius_2 = columns(other, SHARES)
     assert force_2 == pytest.approx(force, abs=2e-10 * force.max())
     assert radius_2 == pytest.approx(radius, abs=2e-10 * radius.max())

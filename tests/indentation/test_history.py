@@ -46,8 +46,8 @@ def test_two_points_at_one_time_are_a_step():
 def test_functions_are_followed_to_rounding(function, time):
     history = History.from_function(function, time)
     t = np.random.default_rng(1).uniform(0.0, 3.0, 1000)
-    known = np.array([function(x) for x in t])
-    assert history(t) == pytest.approx(known, abs=2e-12 * np.abs(known).max())
+    expected = np.array([function(x) for x in t])
+    assert history(t) == pytest.approx(expected, abs=2e-12 * np.abs(expected).max())
     # The number of pieces does not depend on the number of output times.
     assert history.knots.size < 100
 

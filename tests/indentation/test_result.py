@@ -52,10 +52,10 @@ def test_samples_agree_with_the_columns_in_any_order():
 def test_threads_may_sample_at_once():
     result = pressed()
     times = np.linspace(0.0, 2.0, 5001)
-    known = result.sample(times).force.values
+    expected = result.sample(times).force.values
     with ThreadPoolExecutor(4) as pool:
-        for found in pool.map(lambda _: result.sample(times).force.values, range(8)):
-            np.testing.assert_array_equal(found, known)
+        for forces in pool.map(lambda _: result.sample(times).force.values, range(8)):
+            np.testing.assert_array_equal(forces, expected)
 
 
 def test_results_can_be_kept():
@@ -205,16 +205,16 @@ def test_pictures_show_the_whole_loop():
 def test_rounding_of_the_last_time_is_harmless():
     """Start plus duration may round to a time beyond the end; results do not depend on the start."""
     rng = np.random.default_rng(4)
-    found = 0
-    while found < 10:
+    count = 0
+    while count < 10:
         time = np.cumsum(rng.uniform(0.0, 1.0, 3)) - rng.uniform()
         if time[0] + (time[2] - time[0]) <= time[2]:
             continue
-        found += 1
+        count += 1
         for name, values in (("depth", [0.0, 0.9, 1.0]), ("force", [0.0, 1.0, 0.5])):
-            result, known = (indent(GEL, Parabola(1.0), time=t, **{name: values}) for t in (time, time - time[0]))
+            result, expected = (indent(GEL, Parabola(1.0), time=t, **{name: values}) for t in (time, time - time[0]))
             for quantity in ("max_force", "max_indentation_depth", "work"):
-                assert getattr(result, quantity) == pytest.approx(getattr(known, quantity), rel=1e-9)
+                assert getattr(result, quantity) == pytest.approx(getattr(expected, quantity), rel=1e-9)
 
 
 def test_work_where_the_rate_is_infinite_at_touch():

@@ -67,11 +67,11 @@ def test_elastic_bodies_follow_hertz_both_ways(profile, history):
     assert abs(result.dissipated_work) <= 1e-8 * force.max() * 0.5
     # The inverse: the depth under this force.
     peak = float(force.max())
-    known = indent(ELASTIC, profile, force=triangle(peak, 1.0), time=[0.25, 1.0, 1.6])
-    forces = 2.0 * ELASTIC_MODULUS * profile.force_integral_at_depth(known.indentation_depth)
+    expected = indent(ELASTIC, profile, force=triangle(peak, 1.0), time=[0.25, 1.0, 1.6])
+    forces = 2.0 * ELASTIC_MODULUS * profile.force_integral_at_depth(expected.indentation_depth)
     assert forces == pytest.approx(peak * np.array([0.25, 1.0, 0.4]), rel=1e-11)
-    radii = profile.contact_radius(known.indentation_depth)
-    assert known.contact_radius == pytest.approx(radii, rel=1e-11)
+    radii = profile.contact_radius(expected.indentation_depth)
+    assert expected.contact_radius == pytest.approx(radii, rel=1e-11)
 
 
 @pytest.mark.plain
@@ -249,8 +249,8 @@ def test_tolerances_are_kept(rtol, name):
     history = {name: sine_arch(peak, 3.0) if name == "depth" else triangle(peak, 1.0, unloading_time=2.0)}
     loose, tight = (indent(material, tip, time=t, rtol=r, **history) for r in (rtol, 1e-11))
     for column in ("force", "indentation_depth", "contact_radius"):
-        known = getattr(tight, column)
-        assert np.abs(getattr(loose, column) - known).max() <= rtol * known.max()
+        expected = getattr(tight, column)
+        assert np.abs(getattr(loose, column) - expected).max() <= rtol * expected.max()
 
 
 def test_no_force_before_touch():
@@ -330,10 +330,10 @@ def test_a_punch_may_be_loaded_again():
 
     t = np.linspace(0.0, 2.0, 21)
     slopes = np.diff(depth) / np.diff(time)
-    known = 0.8 * (
+    expected = 0.8 * (
         slopes[0] * step(t) + (slopes[1] - slopes[0]) * step(t - 1.0) + (slopes[2] - slopes[1]) * step(t - 1.5)
     )
-    assert result.sample(t).force.values == pytest.approx(known, rel=1e-11, abs=1e-14)
+    assert result.sample(t).force.values == pytest.approx(expected, rel=1e-11, abs=1e-14)
 
 
 @pytest.mark.plain
@@ -431,7 +431,7 @@ def test_fast_modes_after_a_kink_of_the_force():
     series = PronySeries(0.25, [0.5, 17.0, 2.0], [2e-5, 0.3, 7.0])
     history = triangle(1.0, 1.0, unloading_time=0.8, hold_time=1.0)
     t = np.concatenate([1.0 + np.geomspace(1e-6, 1.0, 30), np.linspace(2.0, 2.8, 40)])
-    known = indent(half_space(series), Parabola(1.0), force=history, time=t, rtol=1e-11)
+    expected = indent(half_space(series), Parabola(1.0), force=history, time=t, rtol=1e-11)
     # While the contact grows, a^3 = (3 R/4) int J* dF in closed form.
     creep = series.retardation
     total = creep.instantaneous_compliance * np.minimum(t, 1.0)
@@ -440,11 +440,11 @@ def test_fast_modes_after_a_kink_of_the_force():
         total += compliance * (1.0 - ramp_part)
     growing = t <= 2.0
     assert growing.sum() >= 30
-    assert known.contact_radius[growing] ** 3 == pytest.approx(0.75 * total[growing], rel=1e-11)
+    assert expected.contact_radius[growing] ** 3 == pytest.approx(0.75 * total[growing], rel=1e-11)
     for rtol in (1e-4, 1e-8):
         loose = indent(half_space(series), Parabola(1.0), force=history, time=t, rtol=rtol)
         for name in ("indentation_depth", "contact_radius"):
-            exact = getattr(known, name)
+            exact = getattr(expected, name)
             assert np.abs(getattr(loose, name) - exact).max() <= rtol * exact.max()
 
 
@@ -471,5 +471,5 @@ def test_a_step_is_the_limit_of_a_ramp(name, time, values):
     steps = np.array(time)[1:][np.diff(time) == 0.0]
     behind = t + width * np.sum(t[:, None] > steps, axis=1)
     for quantity in ("force", "indentation_depth"):
-        found, known = step.sample(t)[quantity].values, ramped.sample(behind)[quantity].values
-        assert found == pytest.approx(known, abs=2e-5 * known.max())
+        sampled, expected = step.sample(t)[quantity].values, ramped.sample(behind)[quantity].values
+        assert sampled == pytest.approx(expected, abs=2e-5 * expected.max())

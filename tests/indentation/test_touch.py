@@ -23,15 +23,15 @@ def assert_same(material, whole, touch, from_touch, *, atol=1e-9):
     # The first and last times of the two differ by rounding.
     inside = np.linspace(1e-9, 1.0 - 1e-9, 30) * (time_touch[-1] - time_touch[0]) + time_touch[0]
     make = History.from_function if callable(values) else lambda values, time: History.from_points(time, values)
-    known = indent(material, TIP, **{name: make(values_touch, time_touch)}, time=inside)
-    found = indent(material, TIP, **{name: make(values, time)}, time=inside + touch)
+    expected = indent(material, TIP, **{name: make(values_touch, time_touch)}, time=inside)
+    sampled = indent(material, TIP, **{name: make(values, time)}, time=inside + touch)
     for quantity in ("force", "contact_radius"):
-        size = getattr(known, "max_" + quantity)
-        there, here = getattr(known, quantity), getattr(found, quantity)
+        size = getattr(expected, "max_" + quantity)
+        there, here = getattr(expected, quantity), getattr(sampled, quantity)
         # The radius is a root of the depth, which amplifies the rounding of the times.
         allowed = atol if quantity == "force" else math.sqrt(1e-14) + atol
         assert np.abs(here - there).max() <= allowed * size
-    assert found.contact_end_time == pytest.approx(touch + known.contact_end_time, rel=1e-11)
+    assert sampled.contact_end_time == pytest.approx(touch + expected.contact_end_time, rel=1e-11)
 
 
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)

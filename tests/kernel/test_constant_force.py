@@ -54,9 +54,9 @@ def test_fast_branch_under_a_flat_face(seed):
     time = period * 10.0 ** random.uniform(-6.0, -1.0)
     branch = modulus * random.uniform(0.0, 0.4) * period / time
     force = 10.0 ** random.uniform(-2.0, -0.5) * velocity * math.sqrt(mass * stiffness)
-    known = _restitution(stiffness, 8.0 * radius * branch, time, mass, velocity, force)
+    reference = _restitution(stiffness, 8.0 * radius * branch, time, mass, velocity, force)
     result = rs.solve(_impact(modulus, branch, time, radius, mass, velocity, force), rtol=RTOL)
-    assert result.restitution_coefficient == pytest.approx(known, rel=RTOL)
+    assert result.restitution_coefficient == pytest.approx(reference, rel=RTOL)
 
 
 def test_fast_branch_after_the_second_solve():
@@ -66,9 +66,9 @@ def test_fast_branch_after_the_second_solve():
         21.178982741276485, 1.571980663793192,
     )  # fmt: skip
     modulus, branch, time, radius, mass, velocity, force = numbers
-    known = _restitution(8.0 * radius * modulus, 8.0 * radius * branch, time, mass, velocity, force)
+    reference = _restitution(8.0 * radius * modulus, 8.0 * radius * branch, time, mass, velocity, force)
     result = rs.solve(_impact(*numbers), rtol=RTOL)
-    assert result.restitution_coefficient == pytest.approx(known, rel=RTOL)
+    assert result.restitution_coefficient == pytest.approx(reference, rel=RTOL)
 
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-9, 1e-11])

@@ -20,8 +20,8 @@ N = 2000
 def test_mean_number_of_factorisations_is_the_stated_one(exponent, stated):
     random = np.random.default_rng(int(exponent) + 100)
     nu, p2, p3 = random.uniform(-0.9, 0.5, N), 10.0 ** random.uniform(-3, 1, N), 10.0 ** random.uniform(-2, 2, N)
-    one = np.ones(N)
-    batch = Batch(*reduced_standard_solid(nu, one, 1.0 / p2, p2 * p3).columns, one, one, 0.0 * one, one, 1.0)
+    ones = np.ones(N)
+    batch = Batch(*reduced_standard_solid(nu, ones, 1.0 / p2, p2 * p3).columns, ones, ones, 0.0 * ones, ones, 1.0)
     counts = solve_scaled(batch.scaled(), 10.0 ** int(exponent))[:, FACTORISATIONS]
     # The mean of the sample has a standard error of 1.2 %.
     assert counts.mean() == pytest.approx(float(stated), rel=0.05)

@@ -66,11 +66,11 @@ def test_inverses_of_mode_matrices(z, count):
     matrices = aligned(4, 8, 8)
     for k in range(4):
         matrices[k] = _mode_matrix(z * (k + 1)).T
-    given = matrices.copy()
+    originals = matrices.copy()
     _inverses(matrices, count)
     for k in range(count):
-        assert matrices[k] @ given[k] == pytest.approx(np.eye(8), abs=1e-9)
-    assert np.array_equal(matrices[count:], given[count:])
+        assert matrices[k] @ originals[k] == pytest.approx(np.eye(8), abs=1e-9)
+    assert np.array_equal(matrices[count:], originals[count:])
 
 
 @pytest.mark.plain

@@ -20,9 +20,9 @@ def _budget(problem):
     """Restitution coefficient, and energies dissipated, stored at the end and radiated, in units of m v0^2."""
     N = problem.moduli.size
     work, outcomes = allocate(N, ELEMENTS), np.empty((1, len(OUTCOME)))
-    one = np.ones(1)
+    unit = np.ones(1)
     problems = Problems(
-        one, problem.equilibrium * one, problem.viscosity * one, 0.0 * one, problem.admittance * one, np.array([0, N]),
+        unit, problem.equilibrium * unit, problem.viscosity * unit, 0.0 * unit, problem.admittance * unit, np.array([0, N]),
         problem.moduli, problem.times, several_paths(problem.path), np.zeros(1, np.intp),
     )  # fmt: skip
     solve_block(radau(8), 1e-11, 2e-14, problems, work, outcomes)

@@ -65,11 +65,11 @@ def test_memory_of_a_power(power, rate):
     memory = memory_of(lambda t: t**power, edges, [rate])
     for t in (0.1, 0.3, 0.7, 1.0):
         e = 0 if t < 0.3 else 1
-        known = memory_of_power(power, rate, t)
-        assert value(memory, edges, e, 0, t) == pytest.approx(known, rel=2e-12, abs=1e-15 / (1.0 + rate))
+        reference = memory_of_power(power, rate, t)
+        assert value(memory, edges, e, 0, t) == pytest.approx(reference, rel=2e-12, abs=1e-15 / (1.0 + rate))
         # d/dt int_0^t exp(-r u) (t - u)^n du
-        known = power * memory_of_power(power - 1, rate, t) if power else math.exp(-rate * t)
-        assert slope(memory, edges, e, 0, t) == pytest.approx(known, rel=1e-9, abs=1e-13)
+        reference = power * memory_of_power(power - 1, rate, t) if power else math.exp(-rate * t)
+        assert slope(memory, edges, e, 0, t) == pytest.approx(reference, rel=1e-9, abs=1e-13)
 
 
 def test_initial_memory_decays_exponentially():
@@ -93,8 +93,8 @@ def test_a_jump_enters_the_memory_in_full():
 def test_coefficients_against_numpys_legendre_series():
     rule = quadrature()
     values = np.polynomial.legendre.legval(rule.nodes, [0.3, 0.0, -1.0, 0.2])
-    found = rule.coefficients @ values
-    assert found == pytest.approx([0.3, 0.0, -1.0, 0.2, *[0.0] * (TERMS - 4)], abs=1e-14)
+    result = rule.coefficients @ values
+    assert result == pytest.approx([0.3, 0.0, -1.0, 0.2, *[0.0] * (TERMS - 4)], abs=1e-14)
     basis = np.empty(TERMS)
     _plain(legendre_values)(0.37, basis)
     assert basis == pytest.approx(np.polynomial.legendre.legvander(np.array([0.37]), TERMS - 1)[0], rel=1e-13)

@@ -45,8 +45,8 @@ def test_missed_is_the_error_of_the_quadrature():
     scheme = radau(6)
     # Exact up to degree 2 S - 2, where the difference of both rules vanishes, and to 2 S - 1 with twice the nodes.
     for power, error in [(0, 0.0), (5, 0.0), (10, 0.0), (11, 1 / 12 - scheme.A[-1] @ scheme.c[1:] ** 11)]:
-        found = scheme.missed[0] @ scheme.c[1:] ** power + scheme.missed[1] @ scheme.between**power
-        assert found == pytest.approx(error, abs=1e-15)
+        result = scheme.missed[0] @ scheme.c[1:] ** power + scheme.missed[1] @ scheme.between**power
+        assert result == pytest.approx(error, abs=1e-15)
     assert scheme.c**6 @ scheme.at_between == pytest.approx(scheme.between**6, abs=1e-14)
     assert scheme.c[1:] ** 5 @ scheme.at_between_inner == pytest.approx(scheme.between**5, abs=1e-14)
 

@@ -23,6 +23,6 @@ def test_stored_elements_need_no_zeros(monkeypatch, profile, options, viscosity)
 
     allocated = workspace.allocate
     monkeypatch.setattr(workspace, "allocate", allocate)
-    found = rs.solve(impact)
-    assert found.to_dict() == expected.to_dict()
-    np.testing.assert_array_equal(found.sample(n_points=50).force, expected.sample(n_points=50).force)
+    result = rs.solve(impact)
+    assert result.to_dict() == expected.to_dict()
+    np.testing.assert_array_equal(result.sample(n_points=50).force, expected.sample(n_points=50).force)

@@ -55,8 +55,8 @@ def test_c_and_python_agree(tmp_path, case):
     depths, dt = history(np.random.default_rng(1))
     lines = "".join(f"{depth!r} {step!r}\n" for depth, step in zip(depths.tolist(), dt.tolist(), strict=True))
     run = subprocess.run([tmp_path / "main"], input=lines, capture_output=True, text=True, check=True)
-    found = np.array([line.split() for line in run.stdout.splitlines()], dtype=float)
-    for law, forces in ((soft, found[:, 0]), (hard, found[:, 1])):
+    printed = np.array([line.split() for line in run.stdout.splitlines()], dtype=float)
+    for law, forces in ((soft, printed[:, 0]), (hard, printed[:, 1])):
         state = law.start(depth=-1e-6)
         expected = np.array([law.step(state, depth, step) for depth, step in zip(depths, dt, strict=True)])
         assert np.count_nonzero(np.diff(np.sign(expected))) > 5
@@ -85,7 +85,7 @@ def test_a_header_names_the_same_material_once(tmp_path):
 @pytest.mark.parametrize("name", ["", "2a", "A", "a b", "a\n"])
 def test_a_name_that_c_does_not_take_is_refused(tmp_path, name):
     law: ContactLaw = CASES["power"]
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError) as caught:
         law.to_c(tmp_path / "law.h", name=name)
-    assert found.value.field == "name"
+    assert caught.value.field == "name"
     assert not list(tmp_path.iterdir())

@@ -25,10 +25,10 @@ def errors(impact: Impact, steps: int, gap: float, **options) -> tuple[float, fl
     """Errors of e and of the largest force at a number of steps per contact; the gap is a share of a step."""
     exact, law = solve(impact), contact_law(impact, **options)
     dt = exact.contact_time / steps
-    found = collide(law, impact.mass, impact.velocity, dt, gap=gap * dt * impact.velocity)
+    result = collide(law, impact.mass, impact.velocity, dt, gap=gap * dt * impact.velocity)
     return (
-        abs(found.restitution_coefficient - exact.restitution_coefficient),
-        abs(found.max_force / exact.max_force - 1.0),
+        abs(result.restitution_coefficient - exact.restitution_coefficient),
+        abs(result.max_force / exact.max_force - 1.0),
     )
 
 
@@ -48,15 +48,15 @@ def test_exact_values_are_those_of_the_reference_table():
             row = tuple(float(line[name]) for name in ("nu", "p2", "p3"))
             if row in ROWS:
                 law = contact_law(unit_impact(*row), max_nodes=500)
-                found = collide(law, 1.0, 1.0, float(line["contact_time"]) / 800)
-                assert found.restitution_coefficient == pytest.approx(float(line["restitution"]), abs=2e-6)
+                result = collide(law, 1.0, 1.0, float(line["contact_time"]) / 800)
+                assert result.restitution_coefficient == pytest.approx(float(line["restitution"]), abs=2e-6)
 
 
 @pytest.mark.parametrize("row", ROWS)
 def test_error_falls_with_the_square_of_the_step(row):
     counts = (50, 100, 200, 400, 800)
-    found = [max(errors(unit_impact(*row), n, gap, max_nodes=500)[0] for gap in (0.0, 0.3, 0.6)) for n in counts]
-    assert np.polyfit(np.log(counts), np.log(found), 1)[0] < -1.8
+    result = [max(errors(unit_impact(*row), n, gap, max_nodes=500)[0] for gap in (0.0, 0.3, 0.6)) for n in counts]
+    assert np.polyfit(np.log(counts), np.log(result), 1)[0] < -1.8
 
 
 RUBBER = Material(PronySeries(1e6, [3e6, 5e6, 2e6], [1e-5, 3e-4, 2e-3]), 2e7)
@@ -101,8 +101,8 @@ def test_few_nodes_cost_less_than_the_steps(max_nodes):
 def test_weight():
     impact = Impact(RUBBER, Parabola(0.01), 0.005, 0.05, external_force=0.005 * 9.81)
     exact, law = solve(impact), contact_law(impact)
-    found = collide(law, 0.005, 0.05, exact.contact_time / 400, weight=0.005 * 9.81)
-    assert found.restitution_coefficient == pytest.approx(exact.restitution_coefficient, abs=3e-5)
+    result = collide(law, 0.005, 0.05, exact.contact_time / 400, weight=0.005 * 9.81)
+    assert result.restitution_coefficient == pytest.approx(exact.restitution_coefficient, abs=3e-5)
 
 
 @pytest.mark.parametrize("steps", ["equal", "random"])
@@ -112,14 +112,14 @@ def test_prescribed_depth_at_equal_and_at_random_steps(steps):
     times = 2e-3 * np.cumsum(widths) / widths.sum()
     depths = 1e-4 * np.sin(np.pi * times / 2e-3) ** 2
     law = contact_law(Impact(RUBBER, Parabola(0.01), 0.005, 1.0))
-    found = forces(law, times, depths)
+    result = forces(law, times, depths)
     exact = indent(
         RUBBER,
         Parabola(0.01),
         depth=lambda t: 1e-4 * np.sin(np.pi * np.asarray(t) / 2e-3) ** 2,
         time=np.concatenate([[0.0], times]),
     )
-    assert np.max(np.abs(found - exact.force[1:])) <= 5e-4 * exact.force.max()
+    assert np.max(np.abs(result - exact.force[1:])) <= 5e-4 * exact.force.max()
 
 
 def test_an_elastic_contact_follows_hertz_at_any_step():

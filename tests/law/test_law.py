@@ -42,8 +42,8 @@ def test_two_bodies_and_their_impact_have_one_law():
 def test_the_force_on_spheres_grows_with_the_root_of_the_radius(law):
     other = contact_law(Impact(RUBBER, Parabola(0.03), 0.005, 1.0))
     depths = waves()[:, 0]
-    found, own = forces(other, TIMES, depths), forces(law, TIMES, depths)
-    assert found == pytest.approx(math.sqrt(3.0) * own, rel=1e-9, abs=1e-12 * own.max())
+    forces_of_other, forces_of_law = forces(other, TIMES, depths), forces(law, TIMES, depths)
+    assert forces_of_other == pytest.approx(math.sqrt(3.0) * forces_of_law, rel=1e-9, abs=1e-12 * forces_of_law.max())
 
 
 @pytest.mark.plain
@@ -154,10 +154,10 @@ def test_largest_depth():
     ],
 )
 def test_refusals(law, call, field):
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError) as caught:
         call(law)
-    assert found.value.field == field
-    assert "\n" not in str(found.value)
+    assert caught.value.field == field
+    assert "\n" not in str(caught.value)
 
 
 def test_a_fractional_material_is_refused_with_a_remedy():

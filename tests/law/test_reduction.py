@@ -20,9 +20,9 @@ def law_of(series: PronySeries, velocity=VELOCITIES) -> ContactLaw:
 def assert_stated_error_holds(full: ContactLaw, short: ContactLaw) -> None:
     exact = Batch.from_impact(full.impact).solve(1e-8)
     for velocity, e, time in zip(VELOCITIES, exact["restitution_coefficient"], exact["contact_time"], strict=True):
-        found = collide(short, 0.005, velocity, time / 800).restitution_coefficient
+        simulated = collide(short, 0.005, velocity, time / 800).restitution_coefficient
         # Velocity Verlet with 800 steps adds its own error.
-        assert abs(found - e) <= short.restitution_error + 1e-4
+        assert abs(simulated - e) <= short.restitution_error + 1e-4
 
 
 def test_more_terms_are_nearer():
@@ -65,11 +65,11 @@ def test_a_law_of_few_terms_is_not_changed():
 
 def test_refusals():
     law = law_of(PronySeries(1e5, [1e5, 2e5], [1e-3, 2e-3]))
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError) as caught:
         law.reduced(0)
-    assert found.value.field == "terms"
+    assert caught.value.field == "terms"
     sinks = Impact(Material(PronySeries(1e5, [1e5] * 3, [1e-3, 2e-3, 4e-3]), math.inf), Parabola(0.01), 0.005, 1e-6)
     heavy = Impact(sinks.material, sinks.profile, 0.005, 1e-6, external_force=10.0)
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError) as caught:
         contact_law(heavy).reduced(1)
-    assert found.value.field == "impact"
+    assert caught.value.field == "impact"

@@ -52,8 +52,8 @@ def test_any_motion_converges_to_independent_elements(seed):
     def error(steps: int, max_nodes: int) -> float:
         every = 6400 // steps
         law = contact_law(impact, max_nodes=max_nodes, max_depth=2.0 * depths.max())
-        found = forces(law, times[every - 1 :: every], depths[every - 1 :: every])
-        return np.sqrt(np.mean((found - exact[every // 2 - 1 :: every // 2]) ** 2)) / scale
+        simulated = forces(law, times[every - 1 :: every], depths[every - 1 :: every])
+        return np.sqrt(np.mean((simulated - exact[every // 2 - 1 :: every // 2]) ** 2)) / scale
 
     # Twenty steps for the shortest wave.
     assert error(100, 32) < 2e-2

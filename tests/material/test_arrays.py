@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.material.conversion import series_connection, shear_from_tension, tension_from_shear
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
@@ -43,7 +44,7 @@ def test_rows_of_reduced_moduli_have_the_bits_of_single_ones(seed: int):
     many = Material.stacked(materials)
     assert_rows_are(reduced_modulus(many), [reduced_modulus(material) for material in materials])
     pairs = rng.permutation(materials).tolist()
-    of_pairs = [reduced_modulus(one, other) for one, other in zip(materials, pairs, strict=True)]
+    of_pairs = [reduced_modulus(material, other) for material, other in zip(materials, pairs, strict=True)]
     assert_rows_are(reduced_modulus(many, Material.stacked(pairs)), of_pairs)
     for n in rng.integers(0, 40, 5).tolist():
         assert reduced_modulus(many.row(n)) == reduced_modulus(materials[n])
@@ -53,14 +54,14 @@ def test_rows_of_conversions_have_the_bits_of_single_ones():
     rng = np.random.default_rng(6)
     series = [random_series(rng, dashpot=False) for _ in range(40)]
     many = PronySeries.stacked(series)
-    bulk = np.array([one.instantaneous_modulus * rng.choice([0.12, 0.5, 10.0, math.inf]) for one in series])
+    bulk = np.array([part.instantaneous_modulus * rng.choice([0.12, 0.5, 10.0, math.inf]) for part in series])
     pairs = list(zip(series, bulk.tolist(), strict=True))
-    shear = [shear_from_tension(one, bulk_modulus=modulus) for one, modulus in pairs]
+    shear = [shear_from_tension(item, bulk_modulus=modulus) for item, modulus in pairs]
     assert_rows_are(shear_from_tension(many, bulk_modulus=bulk), shear)
-    tension = [tension_from_shear(one, bulk_modulus=modulus) for one, modulus in pairs]
+    tension = [tension_from_shear(item, bulk_modulus=modulus) for item, modulus in pairs]
     assert_rows_are(tension_from_shear(many, bulk_modulus=bulk), tension)
-    assert_rows_are(many.simplified(), [one.simplified() for one in series])
-    single = [series_connection(one, series[0]) for one in series]
+    assert_rows_are(many.simplified(), [part.simplified() for part in series])
+    single = [series_connection(part, series[0]) for part in series]
     assert_rows_are(series_connection(many, series[0]), single)
 
 
@@ -69,16 +70,16 @@ def test_functions_of_time_and_frequency_broadcast():
     materials = [random_material(rng) for _ in range(12)]
     many, times = Material.stacked(materials).reshaped((12, 1)), np.geomspace(1e-5, 1e3, 9)
     for function in (
-        lambda one: one.shear.relaxation_modulus(times),
-        lambda one: one.shear.storage_modulus(times),
-        lambda one: one.shear.creep_compliance(times),
-        lambda one: one.relaxation_poisson_ratio(times),
+        lambda item: item.shear.relaxation_modulus(times),
+        lambda item: item.shear.storage_modulus(times),
+        lambda item: item.shear.creep_compliance(times),
+        lambda item: item.relaxation_poisson_ratio(times),
     ):
         single = np.array([function(material) for material in materials])
         np.testing.assert_allclose(
             function(many), single, rtol=1e-9, atol=1e-12 * np.abs(single[np.isfinite(single)]).max()
         )
-    ratios = [(one.poisson_ratio, one.instantaneous_poisson_ratio) for one in materials]
+    ratios = [(material.poisson_ratio, material.instantaneous_poisson_ratio) for material in materials]
     np.testing.assert_array_equal(many.poisson_ratio[:, 0], [static for static, _ in ratios])
     np.testing.assert_array_equal(many.instantaneous_poisson_ratio[:, 0], [first for _, first in ratios])
 
@@ -96,9 +97,8 @@ def test_constants_of_models_are_arrays():
     assert rs.kelvin_voigt(1e6, [1.0, 2.0], poisson_ratio=[[0.3], [0.5]]).shape == (2, 2)
     assert rs.burgers(1e6, [1.0, 2.0], 1e6, 3.0, bulk_modulus=1e9).shape == (2,)
     assert rs.generalised_maxwell(1e6, [1e6, 2e6], [[1e-3, 1.0], [1e-2, 1.0]], poisson_ratio=0.3).shape == (2,)
-    with pytest.raises(rs.InputError) as caught:
-        rs.standard_solid(1e6, [1e6, -1e6], 1e4, poisson_ratio=0.3)
-    assert (caught.value.field, caught.value.index) == ("branch_modulus", (1,))
+    caught = in_one_line(lambda: rs.standard_solid(1e6, [1e6, -1e6], 1e4, poisson_ratio=0.3))
+    assert (caught.field, caught.index) == ("branch_modulus", (1,))
 
 
 def test_temperatures_are_an_axis():
@@ -128,8 +128,8 @@ def test_impacts_of_many_materials_have_the_bits_of_single_ones(profile):
     assert result.restitution_coefficient.shape == (4, 2)
     for i, material in enumerate(materials):
         for j in range(2):
-            own = rs.Layer(rs.Parabola(0.01), [0.003, 0.005][j]) if isinstance(profile, rs.Layer) else profile
-            single = rs.solve(rs.Impact(material, own, mass=0.005, velocity=float(velocity[j])), errors="warn")
+            first = rs.Layer(rs.Parabola(0.01), [0.003, 0.005][j]) if isinstance(profile, rs.Layer) else profile
+            single = rs.solve(rs.Impact(material, first, mass=0.005, velocity=float(velocity[j])), errors="warn")
             assert result.restitution_coefficient[i, j] == single.restitution_coefficient
             assert result.contact_time[i, j] == single.contact_time
     assert result.validity["small_strain"].value > 0.0
@@ -137,7 +137,7 @@ def test_impacts_of_many_materials_have_the_bits_of_single_ones(profile):
 
 def test_validity_takes_the_worst_of_many_materials():
     materials = [rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=nu, density=1e3) for nu in (0.45, 0.2)]
-    impacts = [rs.Impact(one, rs.Parabola(0.01), mass=0.005, velocity=1.0) for one in materials]
+    impacts = [rs.Impact(material, rs.Parabola(0.01), mass=0.005, velocity=1.0) for material in materials]
     many = rs.Impact(Material.stacked(materials), rs.Parabola(0.01), mass=0.005, velocity=1.0)
     with pytest.warns(rs.RestitutionWarning):
         array, listed = rs.solve(many), rs.solve(impacts)
@@ -167,9 +167,7 @@ IMPACTS = rs.Impact(MANY, rs.Parabola(0.01), mass=0.005, velocity=1.0)
     ],
 )  # fmt: skip
 def test_what_takes_a_single_material_refuses_an_array(field, refused):
-    with pytest.raises(rs.InputError) as caught:
-        refused()
-    assert caught.value.field == field
+    assert in_one_line(refused).field == field
 
 
 def test_arrays_of_materials_cite_and_resist_as_one():

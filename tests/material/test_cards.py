@@ -78,33 +78,33 @@ def test_a_material_is_read_back_but_for_rounding(name, material):
     elastic = rs.elastic(youngs_modulus=2.1e11, poisson_ratio=0.3)
     shear, bulk = material.shear, material.bulk if isinstance(material.bulk, PronySeries) else None
     assume(bulk is None or (bulk.equilibrium_modulus > 0 and bulk.instantaneous_modulus > 0))
-    series = [one for one in (shear, bulk) if one is not None]
-    drops = [one.instantaneous_modulus / one.equilibrium_modulus for one in series]
+    series = [item for item in (shear, bulk) if item is not None]
+    drops = [part.instantaneous_modulus / part.equilibrium_modulus for part in series]
     assume(max(drops) < 1e8)
     with tempfile.TemporaryDirectory() as folder:
         path = rs.write_material([material, elastic], Path(folder, name))
-        found = rs.read_material(path, name="material-1" if name.endswith("inp") else "1").material()
+        result = rs.read_material(path, name="material-1" if name.endswith("inp") else "1").material()
         other = rs.read_material(path, name="material-2" if name.endswith("inp") else "2").material()
     assert other.shear.equilibrium_modulus == pytest.approx(elastic.shear.equilibrium_modulus, rel=4 * EPS)
-    assert found.is_incompressible == material.is_incompressible or found.poisson_ratio == 0.5
+    assert result.is_incompressible == material.is_incompressible or result.poisson_ratio == 0.5
     # Fifteen digits of a time, and a sum of shares.
-    digits = 5e-15 + 4.0 * EPS * max(one.n_branches for one in series)
+    digits = 5e-15 + 4.0 * EPS * max(part.n_branches for part in series)
     if name.endswith("inp"):
         # The shares leave 1 - sum g_k = G_inf/G_0, whose error is absolute.
-        assert found.shear.equilibrium_modulus == pytest.approx(shear.equilibrium_modulus, rel=8 * EPS)
+        assert result.shear.equilibrium_modulus == pytest.approx(shear.equilibrium_modulus, rel=8 * EPS)
         digits *= max(drops)
     t = np.geomspace(1e-12, 1e8, 60)
-    own, theirs = shear.relaxation_modulus(t), found.shear.relaxation_modulus(t)
-    assert np.abs(theirs - own).max() <= digits * shear.instantaneous_modulus
-    if bulk is not None and not found.is_incompressible:
+    expected, values = shear.relaxation_modulus(t), result.shear.relaxation_modulus(t)
+    assert np.abs(values - expected).max() <= digits * shear.instantaneous_modulus
+    if bulk is not None and not result.is_incompressible:
         ratio = max(
             max(x / y, y / x)
             for moduli in ("equilibrium_modulus", "instantaneous_modulus")
             for x, y in [(getattr(bulk, moduli), getattr(shear, moduli))]
         )
         # The rounding of nu: K/G = 2(1 + nu)/(3(1 - 2 nu)).
-        own, theirs = bulk.relaxation_modulus(t), found.bulk.relaxation_modulus(t)
-        assert np.abs(theirs - own).max() <= (digits + 8.0 * EPS * ratio) * bulk.instantaneous_modulus
+        expected, values = bulk.relaxation_modulus(t), result.bulk.relaxation_modulus(t)
+        assert np.abs(values - expected).max() <= (digits + 8.0 * EPS * ratio) * bulk.instantaneous_modulus
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -121,25 +121,25 @@ def test_shifts_are_read_back(name, seed, tmp_path):
         deck = rs.write_material(
             [rs.elastic(youngs_modulus=1e9, poisson_ratio=0.3), material.at(reference + 5.0)], tmp_path / name
         )
-        found = rs.read_material(deck, name=name.endswith("inp") * "material-" + "2").material()
-        assert found.temperature == reference
-        assert found.shift.reference_temperature == reference
+        result = rs.read_material(deck, name=name.endswith("inp") * "material-" + "2").material()
+        assert result.temperature == reference
+        assert result.shift.reference_temperature == reference
         if isinstance(shift, rs.WLF):
-            assert (found.shift.c1, found.shift.c2) == (first, second)
+            assert (result.shift.c1, result.shift.c2) == (first, second)
         else:
             # ANSYS takes the energy over the gas constant.
-            assert found.shift.activation_energy == pytest.approx(
+            assert result.shift.activation_energy == pytest.approx(
                 1e4 * first, rel=EPS if name.endswith("txt") else 0.0
             )
-        times = [np.sort(one.at(reference + 20.0).shear.relaxation_times) for one in (material, found)]
+        times = [np.sort(item.at(reference + 20.0).shear.relaxation_times) for item in (material, result)]
         assert times[1] == pytest.approx(times[0], rel=1e-12)
 
 
 def test_cards_of_shifts(tmp_path):
     # log10 a_T = -C1 (T - T0)/(C2 + T - T0) in Abaqus; ANSYS has the same constants, as it multiplies the time.
     wlf, arrhenius = (
-        Material(GLASSY.shear, GLASSY.bulk, shift=one)
-        for one in (rs.WLF(293.15, 8.61, 200.4), rs.Arrhenius(300.0, 1e5))
+        Material(GLASSY.shear, GLASSY.bulk, shift=item)
+        for item in (rs.WLF(293.15, 8.61, 200.4), rs.Arrhenius(300.0, 1e5))
     )
     assert lines(wlf, tmp_path / "a.inp")[-2:] == ["*TRS, DEFINITION=WLF", "293.15, 8.61, 200.4"]
     assert lines(arrhenius, tmp_path / "a.inp")[-2:] == ["*TRS, DEFINITION=ARRHENIUS", "300.0, 100000.0"]
@@ -151,8 +151,8 @@ def test_cards_of_shifts(tmp_path):
     for name in ("a.inp", "a.txt"):
         elastic = Material(1e6, 2e9, shift=rs.WLF(293.15, 8.61, 200.4))
         table = Material(RUBBER.shear, 2e9, shift=rs.ShiftTable([290.0, 300.0, 310.0], [1.0, 0.0, -0.5]))
-        for one in (elastic, table.at(305.0)):
-            assert not any("TRS" in line or "SHIFT" in line for line in lines(one, tmp_path / name))
+        for element in (elastic, table.at(305.0)):
+            assert not any("TRS" in line or "SHIFT" in line for line in lines(element, tmp_path / name))
         assert "the cards cannot hold a ShiftTable, and so hold at 305 K alone" in (tmp_path / name).read_text()
 
 
@@ -187,8 +187,8 @@ def test_shifts_of_other_decks(name, text, shift, tmp_path):
 def test_restitution_of_a_material_of_a_deck(tmp_path):
     material = rs.standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.45)
     e = [
-        rs.solve(rs.Impact(one, rs.Parabola(0.01), 0.005, 1.0)).restitution_coefficient
-        for one in (material, *(rs.read_material(rs.write_material(material, tmp_path / n)).material() for n in ("a.inp", "a.mac")))
+        rs.solve(rs.Impact(item, rs.Parabola(0.01), 0.005, 1.0)).restitution_coefficient
+        for item in (material, *(rs.read_material(rs.write_material(material, tmp_path / n)).material() for n in ("a.inp", "a.mac")))
     ]  # fmt: skip
     assert e[1:] == pytest.approx([e[0]] * 2, abs=1e-9)
 

@@ -23,7 +23,7 @@ def moduli(factor):
 
 
 def rows(factor):
-    return zip(OMEGA.tolist(), *(one.tolist() for one in moduli(factor)), strict=True)
+    return zip(OMEGA.tolist(), *(item.tolist() for item in moduli(factor)), strict=True)
 
 
 def relaxing(factor):
@@ -180,11 +180,11 @@ REPTATE = {
 def test_several_temperatures_of_dynamic_moduli(tmp_path, text, encoding):
     path = tmp_path / "export.csv"
     path.write_bytes(text.replace("\n", "\r\n").encode(encoding))
-    found = read_material(path)
-    assert isinstance(found, Isotherms)
-    assert found.temperatures - 273.15 == pytest.approx(list(SWEEPS), abs=0.1)
-    assert found.source == str(path)
-    for table, factor in zip(found.tables, SWEEPS.values(), strict=True):
+    result = read_material(path)
+    assert isinstance(result, Isotherms)
+    assert result.temperatures - 273.15 == pytest.approx(list(SWEEPS), abs=0.1)
+    assert result.source == str(path)
+    for table, factor in zip(result.tables, SWEEPS.values(), strict=True):
         assert isinstance(table, DynamicTable)
         assert table.angular_frequency == pytest.approx(OMEGA, rel=1e-12)
         assert table.storage_modulus == pytest.approx(moduli(factor)[0], rel=1e-12)
@@ -193,10 +193,10 @@ def test_several_temperatures_of_dynamic_moduli(tmp_path, text, encoding):
 
 @pytest.mark.parametrize("text", RELAXATION.values(), ids=RELAXATION)
 def test_several_temperatures_of_a_relaxation_modulus(text):
-    found = parse(text)
-    assert isinstance(found, Isotherms)
-    assert found.temperatures - 273.15 == pytest.approx(list(SWEEPS))
-    for table, factor in zip(found.tables, SWEEPS.values(), strict=True):
+    result = parse(text)
+    assert isinstance(result, Isotherms)
+    assert result.temperatures - 273.15 == pytest.approx(list(SWEEPS))
+    for table, factor in zip(result.tables, SWEEPS.values(), strict=True):
         assert isinstance(table, RelaxationTable)
         assert table.time == pytest.approx(TIME, rel=1e-12)
         assert table.modulus == pytest.approx(SERIES.relaxation_modulus(TIME / factor), rel=1e-12)
@@ -204,39 +204,39 @@ def test_several_temperatures_of_a_relaxation_modulus(text):
 
 @pytest.mark.parametrize("text", REPTATE.values(), ids=REPTATE)
 def test_dynamic_moduli_of_reptate(text):
-    found = parse(text, "PI.osc")
-    assert isinstance(found, DynamicTable)
-    assert (found.temperature, found.deformation) == (pytest.approx(303.15), "shear")
-    assert found.angular_frequency == pytest.approx(OMEGA)
-    assert found.storage_modulus == pytest.approx(moduli(1.0)[0])
-    assert found.loss_modulus == pytest.approx(moduli(1.0)[1])
+    result = parse(text, "PI.osc")
+    assert isinstance(result, DynamicTable)
+    assert (result.temperature, result.deformation) == (pytest.approx(303.15), "shear")
+    assert result.angular_frequency == pytest.approx(OMEGA)
+    assert result.storage_modulus == pytest.approx(moduli(1.0)[0])
+    assert result.loss_modulus == pytest.approx(moduli(1.0)[1])
 
 
 def test_relaxation_modulus_of_reptate():
     text = "gamma=0;Mw=3;\n" + "".join(
         f"{t!r} {g!r} 7\n" for t, g in zip(TIME.tolist(), (1 / TIME).tolist(), strict=True)
     )
-    found = parse(text, "a.gt")
-    assert isinstance(found, RelaxationTable)
-    assert (found.modulus, found.temperature) == (pytest.approx(1 / TIME), None)
+    result = parse(text, "a.gt")
+    assert isinstance(result, RelaxationTable)
+    assert (result.modulus, result.temperature) == (pytest.approx(1 / TIME), None)
     # Without the ending of its name, the number of columns decides.
     assert isinstance(parse(text.replace(" 7\n", "\n"), "a.txt"), RelaxationTable)
 
 
 def test_one_sweep_has_its_temperature():
     text = trios_steps()
-    found = parse(text[: text.index("[Step]\nStep name\tFrequency sweep (30")])
-    assert isinstance(found, DynamicTable)
-    assert found.temperature == pytest.approx(293.15 + 0.03)
+    result = parse(text[: text.index("[Step]\nStep name\tFrequency sweep (30")])
+    assert isinstance(result, DynamicTable)
+    assert result.temperature == pytest.approx(293.15 + 0.03)
     assert parse("f,E',E'',T\nHz,Pa,Pa,°C\n1,3,2,20\n10,4,1,21\n").temperature == pytest.approx(293.65)
     # A torque is no temperature.
     assert parse("f,E',E'',T\nHz,Pa,Pa,N m\n1,3,2,20\n10,4,1,21\n").temperature is None
 
 
 def test_what_is_left_out_is_noted():
-    found = parse(trios_steps().replace(f"{moduli(1.0)[1].tolist()[2] / 1e3!r}\n", "-3\n", 1))
-    assert found.tables[0].angular_frequency.size == OMEGA.size - 1
-    assert found.notes == (
+    result = parse(trios_steps().replace(f"{moduli(1.0)[1].tolist()[2] / 1e3!r}\n", "-3\n", 1))
+    assert result.tables[0].angular_frequency.size == OMEGA.size - 1
+    assert result.notes == (
         "Frequency sweep (20.0 °C): 1 rows without positive values are not used; the first is line 12",
         "not used: Flow ramp - 3",
     )

@@ -82,12 +82,12 @@ def test_prony_error_is_verified_on_other_points(alpha, rtol):
         assert series.equilibrium_modulus == model.equilibrium_modulus
         assert series.parallel_viscosity == 0.0
         assert np.all(series.branch_moduli > 0)
-        found = np.abs(series.relaxation_modulus(t) / model.relaxation_modulus(t) - 1).max()
+        result = np.abs(series.relaxation_modulus(t) / model.relaxation_modulus(t) - 1).max()
         dynamic = series.carson_transform(1j / t) / model.carson_transform(1j / t) - 1
         loss = series.loss_modulus(1.0 / t) / model.loss_modulus(1.0 / t) - 1.0
         assert np.abs(loss).max() <= 1.2 * loss_error + 1e-12
         # The grid of the check may miss a peak by a few per cent.
-        assert max(found, np.abs(dynamic).max()) <= 1.1 * error + 1e-13
+        assert max(result, np.abs(dynamic).max()) <= 1.1 * error + 1e-13
 
 
 @pytest.mark.parametrize("alpha", [0.2, 0.8, 0.97])
@@ -102,20 +102,20 @@ def test_number_of_terms_grows_with_digits_and_decades(alpha):
 
 def test_the_loss_of_a_nearly_elastic_springpot_is_less_accurate():
     """E''/|E*| = sin(pi alpha/2) = 0.031, and the relative error of the loss is larger by this factor."""
-    found = springpot(1.0, 0.02).prony((1e-5, 1e-1), 1e-3)
-    assert found.error <= 1e-3 < found.loss_error < 40.0 * found.error
+    result = springpot(1.0, 0.02).prony((1e-5, 1e-1), 1e-3)
+    assert result.error <= 1e-3 < result.loss_error < 40.0 * result.error
 
 
 @pytest.mark.parametrize("time", [1e-27, 1e15, 1e27])
 def test_a_relaxation_time_far_from_the_window(time):
     """G = G_inf + G_1 - V t^alpha/Gamma(1 + alpha) + ... long before its relaxation time, G_inf plus a tail after."""
     model = fractional_zener(1e6, 1e8, time, 0.5)
-    found = model.prony((1e-9, 1e-3))
-    assert found.error <= 1e-6
+    result = model.prony((1e-9, 1e-3))
+    assert result.error <= 1e-6
     omega = np.geomspace(1e3, 1e9, 9)
     y = (1j * omega * time) ** 0.5
     loss = (1e8 * (y / (1.0 + y) if time < 1.0 else -1.0 / y)).imag
-    assert found.series.loss_modulus(omega) == pytest.approx(loss, rel=max(1e-3, 3.0 / abs(y).min() * (time > 1)))
+    assert result.series.loss_modulus(omega) == pytest.approx(loss, rel=max(1e-3, 3.0 / abs(y).min() * (time > 1)))
 
 
 def test_number_of_terms_of_a_springpot():
@@ -184,6 +184,6 @@ def test_fractional_rows_are_smooth_functions_of_the_exponent():
     """All rows have the same times except at the ends, so differences are derivatives."""
     time, step = np.geomspace(1e-4, 1e-2, 9), 1e-5
     rows = [springpot(1e6, 0.3 + k * step) for k in (-1, 0, 1)]
-    found = np.log(fractional_series(rows, (1e-4, 1e-2)).column.relaxation_modulus(time))
+    result = np.log(fractional_series(rows, (1e-4, 1e-2)).column.relaxation_modulus(time))
     exact = np.log([row.relaxation_modulus(time) for row in rows])
-    np.testing.assert_allclose(found[2] - found[0], exact[2] - exact[0], rtol=1e-5)
+    np.testing.assert_allclose(result[2] - result[0], exact[2] - exact[0], rtol=1e-5)

@@ -132,12 +132,12 @@ def test_the_way_to_a_material():
     series = polymer(rng)
     kelvin = np.array([290.0, 300.0, 312.0, 325.0, 340.0])
     law = WLF(312.0, 9.0, 110.0)
-    isotherms = measured(series, kelvin, np.log10([law.factor(one) for one in kelvin]), rng, 0.003)
+    isotherms = measured(series, kelvin, np.log10([law.factor(temperature) for temperature in kelvin]), rng, 0.003)
     for shift in ("free", "wlf"):
         curve = isotherms.superposed(reference_temperature=312.0, shift=shift)
-        found = fit_prony(curve.data).material(bulk_modulus=3e9, deformation="shear")
+        result = fit_prony(curve.data).material(bulk_modulus=3e9, deformation="shear")
         material = Material(
-            found.shear, found.bulk, shift=curve.shift, temperature=curve.reference_temperature, window=found.window
+            result.shear, result.bulk, shift=curve.shift, temperature=curve.reference_temperature, window=result.window
         )
         warm = material.at(340.0).shear
         assert warm.storage_modulus(OMEGA) == pytest.approx(isotherms.tables[-1].storage_modulus, rel=0.04)
@@ -150,10 +150,10 @@ def test_doubts_are_warnings():
     apart = measured(polymer(rng), kelvin, shifts, rng, 0.01)
     with pytest.warns(RestitutionWarning) as caught:
         curve = apart.superposed(reference_temperature=300.0)
-    lines = [str(one.message) for one in caught]
+    lines = [str(warning.message) for warning in caught]
     assert any("16.9 and 26.9 °C do not overlap" in line for line in lines)
     assert curve.errors[0] == np.inf
-    assert {one.message.kind for one in caught} == {"superposition"}
+    assert {warning.message.kind for warning in caught} == {"superposition"}
 
 
 def test_two_processes_with_different_shifts_are_not_thermorheologically_simple():
@@ -206,8 +206,8 @@ def test_the_order_of_the_tables_does_not_matter():
     rng = np.random.default_rng(6)
     whole = measured(polymer(rng), [290.0, 300.0, 310.0], [0.8, 0.0, -0.7], rng, 0.01)
     other = Isotherms(whole.tables[::-1])
-    one, two = (each.superposed(reference_temperature=300.0) for each in (whole, other))
-    assert one.log10_factors.tolist() == two.log10_factors.tolist()
+    curve, same = (each.superposed(reference_temperature=300.0) for each in (whole, other))
+    assert curve.log10_factors.tolist() == same.log10_factors.tolist()
 
 
 def test_a_loss_of_zero_has_no_logarithm():

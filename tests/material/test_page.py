@@ -54,12 +54,12 @@ def test_table_of_the_dynamic_data(shared_reference):
     per_unit = shares.carson_transform(1j * omega) / size
     best = np.vdot(per_unit, measured / size).real / np.vdot(per_unit, per_unit).real
     fits = fit_prony(data), fit_prony(data, loss_weight=1.0)
-    found = [
+    result = [
         fits[0].series, shares.scaled(data.storage_modulus.max()), shares.scaled(best), fits[1].series
     ]  # fmt: skip
     rows = re.findall(r"^\|[^|]+\| (\d+) \| ([\d.]+) \| ([\d.]+) \| ([\d.]+) \|$", TEXT, re.MULTILINE)
     assert len(rows) == 4
-    for series, row in zip(found, rows, strict=True):
+    for series, row in zip(result, rows, strict=True):
         moduli = series.carson_transform(1j * omega)
         misfits = [
             rms((moduli - measured) / size),

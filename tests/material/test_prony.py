@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from restitution import InputError, Material, PronySeries, burgers, fractional_zener, reduced_modulus, springpot
+from refusals import in_one_line
+from restitution import Material, PronySeries, burgers, fractional_zener, reduced_modulus, springpot
 from strategies import prony_series
 
 pytestmark = pytest.mark.plain
@@ -154,10 +155,7 @@ def test_a_negligible_branch_is_dropped():
     ],
 )
 def test_numbers_whose_products_overflow_are_refused(call, field):
-    with pytest.raises(InputError) as caught:
-        call()
-    assert caught.value.field == field
-    assert "\n" not in str(caught.value)
+    assert in_one_line(call).field == field
 
 
 def test_functions_at_extreme_times_give_no_warning():

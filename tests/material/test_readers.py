@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 from restitution import DynamicTable, InputError, PronySeries, RelaxationTable, ShiftTable
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.material.readers import parse, read_material
@@ -391,9 +392,7 @@ def test_a_workbook_is_refused_with_advice(tmp_path):
     (tmp_path / "picture.dat").write_bytes(bytes(range(256)) * 4)
     with pytest.raises(InputError, match="must be text"):
         read_material(tmp_path / "picture.dat")
-    with pytest.raises(InputError) as caught:
-        read_material({"time": [1.0]})
-    assert caught.value.field == "path"
+    assert in_one_line(lambda: read_material({"time": [1.0]})).field == "path"
 
 
 @pytest.mark.parametrize(
@@ -421,10 +420,7 @@ def test_hostile_texts_are_refused_in_one_line(text):
     def series():
         return parse(text, "x").series(instantaneous_modulus=1.0)
 
-    with pytest.raises(InputError) as caught:
-        series()
-    assert "\n" not in str(caught.value)
-    assert len(str(caught.value)) < 500
+    assert len(str(in_one_line(series))) < 500
 
 
 def test_a_file_is_refused_by_its_size_before_it_is_parsed(tmp_path, monkeypatch):

@@ -73,14 +73,14 @@ def test_twenty_decades(material):
 
 @given(materials(liquid=None, viscosity=None), materials(liquid=None, viscosity=None))
 def test_pair_adds_compliances(first, second):
-    one, two = direct(first, S), direct(second, S)
-    check(reduced_modulus(first, second), one * (two / (one + two)))
+    left, right = direct(first, S), direct(second, S)
+    check(reduced_modulus(first, second), left * (right / (left + right)))
 
 
 @given(materials(), materials())
 def test_pair_does_not_depend_on_the_order(first, second):
-    one, two = reduced_modulus(first, second), reduced_modulus(second, first)
-    assert one.carson_transform(S) == pytest.approx(two.carson_transform(S), rel=ROUNDING, abs=0)
+    left, right = reduced_modulus(first, second), reduced_modulus(second, first)
+    assert left.carson_transform(S) == pytest.approx(right.carson_transform(S), rel=ROUNDING, abs=0)
 
 
 @given(materials(viscosity=None))
@@ -143,10 +143,10 @@ def test_elastic():
     series = reduced_modulus(Material(3.0, 5.0))
     assert series == PronySeries(8.0)
     # Steel on glass: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, Johnson, Contact Mechanics, eq. (4.17b).
-    one, two = Material(80e9, 400e9 / 3.0), Material(28e9, 140e9 / 3.0)
+    steel, glass = Material(80e9, 400e9 / 3.0), Material(28e9, 140e9 / 3.0)
     young = [9 * k * g / (3 * k + g) for g, k in ((80e9, 400e9 / 3.0), (28e9, 140e9 / 3.0))]
     expected = 1.0 / sum((1 - 0.25**2) / e for e in young)
-    assert reduced_modulus(one, two).equilibrium_modulus == pytest.approx(expected, rel=1e-15, abs=0)
+    assert reduced_modulus(steel, glass).equilibrium_modulus == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 def test_kelvin_voigt_in_shear_is_a_dashpot_and_one_term():

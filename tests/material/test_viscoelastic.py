@@ -57,8 +57,8 @@ def test_poisson_ratio_over_time_for_a_constant_bulk():
     shear = PronySeries(3.0, [7.0, 2.0], [1.0, 1e-3])
     t = np.array([0.0, 1e-4, 0.1, 1.0, 1e3])
     tension = tension_from_shear(shear, bulk_modulus=5.0)
-    found = Material(shear, 5.0).relaxation_poisson_ratio(t)
-    assert found == pytest.approx(0.5 - tension.relaxation_modulus(t) / 30.0, rel=1e-13)
+    result = Material(shear, 5.0).relaxation_poisson_ratio(t)
+    assert result == pytest.approx(0.5 - tension.relaxation_modulus(t) / 30.0, rel=1e-13)
     assert Material(shear, math.inf).relaxation_poisson_ratio(t).tolist() == [0.5] * 5
 
 
@@ -74,8 +74,8 @@ def test_poisson_ratio_over_time_by_its_laplace_transform(material, exponent):
     u = (edges[:-1, None] + edges[1:, None]) / 2 + (edges[1:, None] - edges[:-1, None]) / 2 * x
     weights = (edges[1:, None] - edges[:-1, None]) / 2 * w
     nu = material.relaxation_poisson_ratio(np.exp(u) / s)
-    found = float((weights * np.exp(u - np.exp(u)) * nu).sum())
-    assert found == pytest.approx((3 * k - 2 * g) / (6 * k + 2 * g), abs=1e-7)
+    result = float((weights * np.exp(u - np.exp(u)) * nu).sum())
+    assert result == pytest.approx((3 * k - 2 * g) / (6 * k + 2 * g), abs=1e-7)
 
 
 def test_limits_of_the_poisson_ratio_over_time():

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from restitution.paper import claims
-from restitution.paper.computation import Computation
+from restitution.paper.figures import Computation
 
 
 def plane(e, nu: float) -> xr.Dataset:
@@ -74,18 +74,18 @@ def test_the_third_claim_depends_on_the_share_of_underestimates() -> None:
 
 
 def test_json_has_every_number_in_full_and_markdown_every_finding() -> None:
-    made = [
+    verdicts = [
         claims.Claim("first", "One is two.", False, "It is not.", {"one": 1.0 / 3.0}),
         claims.Claim("second", "Two is two.", True, "It is.", {"two": 2.0}),
     ]
     attributes = Computation(seed=7).attributes()
-    read = json.loads(claims.as_json(made, attributes))
+    read = json.loads(claims.as_json(verdicts, attributes))
     assert read["seed"] == 7
     assert [(claim["name"], claim["holds"], claim["numbers"]) for claim in read["claims"]] == [
         ("first", False, {"one": 1.0 / 3.0}),
         ("second", True, {"two": 2.0}),
     ]
-    page = claims.as_markdown(made, attributes)
+    page = claims.as_markdown(verdicts, attributes)
     assert "| first | **no** |" in page
     assert "**Confirmed.** It is." in page
     assert "| one | 0.333333 |" in page

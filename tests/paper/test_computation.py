@@ -9,9 +9,9 @@ import pytest
 import restitution as rs
 from restitution.impact.scaling import viscosity_unit
 from restitution.impact.status import SolverError, Status
-from restitution.paper import computation as module
+from restitution.paper import figures
 from restitution.paper.claims import compute_collapse
-from restitution.paper.computation import BODIES, Computation, instantaneous_poisson_ratio
+from restitution.paper.figures import BODIES, Computation, instantaneous_poisson_ratio
 
 AXES = {"poisson_ratio": [0.0, 0.45, 0.5], "p2": [0.01, 0.1], "p3": [0.1, 1.0, 10.0]}
 
@@ -23,8 +23,8 @@ def test_points_match_the_reference_table(shared_reference: Path) -> None:
     e = Computation(seed=1).sweep("some", axes)["restitution_coefficient"]
     for nu, p2, p3, expected in zip(*(table[name] for name in ("nu", "p2", "p3", "restitution")), strict=True):
         # The table has 12 digits.
-        found = float(e.sel(poisson_ratio=nu, p2=p2, p3=p3))
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        restitution = float(e.sel(poisson_ratio=nu, p2=p2, p3=p3))
+        assert restitution == pytest.approx(expected, rel=1e-9, abs=1e-12)
 
 
 def test_every_variable_has_its_unit_and_meaning() -> None:
@@ -92,9 +92,9 @@ def test_failed_impacts_are_errors_and_doubtful_random_bodies_are_not(monkeypatc
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         compute_collapse(Computation(seed=3), 3, 2)
-    found = rs.sweep(None, AXES)
-    found["status"][1, 1, 1] = Status.TOO_MANY_STEPS
-    monkeypatch.setattr(module, "sweep", lambda *_, **__: found)
+    table = rs.sweep(None, AXES)
+    table["status"][1, 1, 1] = Status.TOO_MANY_STEPS
+    monkeypatch.setattr(figures, "sweep", lambda *_, **__: table)
     with pytest.raises(SolverError, match=r"TOO_MANY_STEPS.*some: impact 10"):
         Computation(seed=3).sweep("some", AXES)
 

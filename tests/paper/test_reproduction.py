@@ -12,8 +12,8 @@ from matplotlib.collections import QuadMesh
 
 from checkout import ROOT, blocks, run
 from restitution import Impact, Parabola, solve, standard_solid, standard_solid_restitution
-from restitution.paper import claims, computation, figures, reproduction
-from restitution.paper.computation import BODIES, Computation, instantaneous_poisson_ratio
+from restitution.paper import claims, figures, reproduction
+from restitution.paper.figures import BODIES, Computation, instantaneous_poisson_ratio
 from restitution.paper.reproduction import Resolution, reproduce
 from restitution.plot.style import new_figure
 
@@ -33,7 +33,7 @@ def steps() -> list[tuple[int, int]]:
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory, steps: list[tuple[int, int]]):
+def outcome(tmp_path_factory: pytest.TempPathFactory, steps: list[tuple[int, int]]):
     def progress(done: int, total: int) -> None:
         steps.append((done, total))
 
@@ -53,23 +53,23 @@ def read(path: Path) -> xr.Dataset:
 
 def test_full_resolution_is_at_least_that_of_the_paper() -> None:
     assert reproduction.FULL.plane >= 161
-    assert (computation.LOG_P2_RANGE, computation.LOG_P3_RANGE) == ((-3.0, 1.0), (-2.0, 2.0))
+    assert (figures.LOG_P2_RANGE, figures.LOG_P3_RANGE) == ((-3.0, 1.0), (-2.0, 2.0))
     assert figures.POISSON_RATIOS == (-1.0, -0.5, 0.0, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499)
     assert figures.CURVES == {5: -2.0, 6: -3.0}
 
 
-def test_every_figure_has_picture_page_and_data(made) -> None:
+def test_every_figure_has_picture_page_and_data(outcome) -> None:
     expected = {f"{figure}{suffix}" for figure in FIGURES for suffix in (".nc", ".png", ".pdf")}
-    assert {path.name for path in made.folder.iterdir()} == expected | {"claims.md", "claims.json"}
-    assert {path.name for path in made.files} == expected | {"claims.md", "claims.json"}
+    assert {path.name for path in outcome.folder.iterdir()} == expected | {"claims.md", "claims.json"}
+    assert {path.name for path in outcome.files} == expected | {"claims.md", "claims.json"}
     for figure in FIGURES:
-        assert (made.folder / f"{figure}.png").read_bytes().startswith(b"\x89PNG")
-        assert (made.folder / f"{figure}.pdf").read_bytes().startswith(b"%PDF")
+        assert (outcome.folder / f"{figure}.png").read_bytes().startswith(b"\x89PNG")
+        assert (outcome.folder / f"{figure}.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("figure", FIGURES)
-def test_data_files_contain_units_version_seed_and_tolerance(made, figure: str) -> None:
-    _has_units_version_seed_and_tolerance(read(made.folder / f"{figure}.nc"))
+def test_data_files_contain_units_version_seed_and_tolerance(outcome, figure: str) -> None:
+    _has_units_version_seed_and_tolerance(read(outcome.folder / f"{figure}.nc"))
 
 
 def _has_units_version_seed_and_tolerance(dataset: xr.Dataset) -> None:
@@ -79,9 +79,9 @@ def _has_units_version_seed_and_tolerance(dataset: xr.Dataset) -> None:
         assert {"units", "long_name"} <= set(dataset[name].attrs), name
 
 
-def test_data_files_contain_the_computed_values(made) -> None:
+def test_data_files_contain_the_computed_values(outcome) -> None:
     computed = figures.compute_plane(Computation(seed=11), 3, 9)
-    xr.testing.assert_identical(read(made.folder / "figure_3.nc"), computed)
+    xr.testing.assert_identical(read(outcome.folder / "figure_3.nc"), computed)
 
 
 @pytest.mark.parametrize("draw", [0, 1])
@@ -91,9 +91,9 @@ def test_any_point_can_be_solved_again_from_its_stored_inputs(collapse, draw: in
     mass, radius, velocity, modulus = (float(point[name]) for name in BODIES)
     material = standard_solid(modulus, modulus / float(point["p2"]), float(point["viscosity"]), poisson_ratio=nu)
     impact = Impact(material=material, profile=Parabola(radius=radius), mass=mass, velocity=velocity)
-    found = float(solve(impact).restitution_coefficient)
+    restitution = float(solve(impact).restitution_coefficient)
     # Both values have an error within the tolerance.
-    assert found == pytest.approx(float(point["restitution_coefficient"]), rel=2e-9, abs=2e-12)
+    assert restitution == pytest.approx(float(point["restitution_coefficient"]), rel=2e-9, abs=2e-12)
 
 
 def test_random_draws_collapse(collapse) -> None:
@@ -114,35 +114,35 @@ def test_the_study_writes_the_further_figures_with_their_data(tmp_path: Path) ->
     xr.testing.assert_identical(read(tmp_path / "figure_collapse.nc"), collapse)
 
 
-def test_claims_of_json_and_page_agree(made) -> None:
-    written = json.loads((made.folder / "claims.json").read_text())["claims"]
-    assert [claim["name"] for claim in written] == [claim.name for claim in made.claims]
-    page = (made.folder / "claims.md").read_text()
+def test_claims_of_json_and_page_agree(outcome) -> None:
+    written = json.loads((outcome.folder / "claims.json").read_text())["claims"]
+    assert [claim["name"] for claim in written] == [claim.name for claim in outcome.claims]
+    page = (outcome.folder / "claims.md").read_text()
     for claim in written:
         assert claim["finding"] in page
         assert claim["statement"] in page
 
 
-def test_progress_grows_steadily_to_its_total(made, steps: list[tuple[int, int]]) -> None:
+def test_progress_grows_steadily_to_its_total(outcome, steps: list[tuple[int, int]]) -> None:
     done, totals = zip(*steps, strict=True)
     assert len(set(totals)) == 1
     assert list(done) == sorted(set(done))
     assert done[-1] == totals[0]
-    assert made.solves < totals[0]
+    assert outcome.solves < totals[0]
 
 
 @pytest.mark.slow
-def test_same_seed_gives_the_same_bytes_and_workers_do_not_matter(made, tmp_path: Path) -> None:
+def test_same_seed_gives_the_same_bytes_and_workers_do_not_matter(outcome, tmp_path: Path) -> None:
     again = reproduce(tmp_path, quick=True, seed=11, workers=1)
     for path in again.files:
         if path.suffix != ".nc":
-            assert path.read_bytes() == (made.folder / path.name).read_bytes(), path.name
+            assert path.read_bytes() == (outcome.folder / path.name).read_bytes(), path.name
         else:
-            xr.testing.assert_identical(read(path), read(made.folder / path.name))
+            xr.testing.assert_identical(read(path), read(outcome.folder / path.name))
 
 
 @pytest.mark.parametrize("at", [1, 4])
-def test_interrupted_run_leaves_whole_files(made, tmp_path: Path, at: int) -> None:
+def test_interrupted_run_leaves_whole_files(outcome, tmp_path: Path, at: int) -> None:
     calls = 0
 
     def interrupt(done: int, total: int) -> None:
@@ -158,9 +158,9 @@ def test_interrupted_run_leaves_whole_files(made, tmp_path: Path, at: int) -> No
     assert len(left) == 3 * (at // 2)
     for path in left:
         if path.suffix == ".nc":
-            xr.testing.assert_identical(read(path), read(made.folder / path.name))
+            xr.testing.assert_identical(read(path), read(outcome.folder / path.name))
         else:
-            assert path.read_bytes() == (made.folder / path.name).read_bytes()
+            assert path.read_bytes() == (outcome.folder / path.name).read_bytes()
 
 
 def test_interrupt_while_data_are_written_leaves_no_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

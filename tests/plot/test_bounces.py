@@ -13,7 +13,7 @@ from restitution.plot import style
 
 
 @pytest.fixture
-def found() -> Any:
+def series() -> Any:
     """Fall from 5 m in 1 s with g = 10 m/s2 to 10 m/s; each contact of 0.1 s halves the velocity."""
     return SimpleNamespace(
         touch_time=np.array([1.0, 2.1, 2.7]),
@@ -30,8 +30,8 @@ def found() -> Any:
     )
 
 
-def test_flights_are_parabolas_with_gaps_during_contact(found: Any) -> None:
-    time, height = plots.flight(found)
+def test_flights_are_parabolas_with_gaps_during_contact(series: Any) -> None:
+    time, height = plots.flight(series)
     assert np.all(np.diff(time) >= 0.0)
     assert (time[0], height[0], time[-1]) == (0.0, 5.0, 2.7)
     at = np.interp([0.5, 1.6, 2.45], time[np.isfinite(height)], height[np.isfinite(height)])
@@ -41,16 +41,16 @@ def test_flights_are_parabolas_with_gaps_during_contact(found: Any) -> None:
     assert np.nanmin(height) == pytest.approx(0.0, abs=1e-14)
 
 
-def test_axes(found: Any) -> None:
-    ax = plots.height_time(style.new_figure().add_subplot(), found)
+def test_axes(series: Any) -> None:
+    ax = plots.height_time(style.new_figure().add_subplot(), series)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("time since the release [s]", "height [m]")
-    ax = plots.restitution_velocity(style.new_figure().add_subplot(), found)
+    ax = plots.restitution_velocity(style.new_figure().add_subplot(), series)
     assert ax.lines[0].get_xydata().tolist() == [[10.0, 0.5], [5.0, 0.5], [2.5, 0.0]]
-    ax = plots.bounce_heights(style.new_figure().add_subplot(), found)
+    ax = plots.bounce_heights(style.new_figure().add_subplot(), series)
     assert ax.lines[0].get_xydata().tolist() == [[0.0, 5.0], [1.0, 1.25], [2.0, 0.3125]]
 
 
-def test_overview(found: Any) -> None:
-    figure = plots.bounces_overview(found)
+def test_overview(series: Any) -> None:
+    figure = plots.bounces_overview(series)
     assert [ax.get_title("left") for ax in figure.axes] == ["(a)", "(b)", "(c)"]
     assert figure.get_suptitle() == "3 bounces; captured: the weight holds the body in contact"

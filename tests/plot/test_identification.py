@@ -15,7 +15,7 @@ from restitution.quantities import INPUTS
 
 
 @pytest.fixture(scope="module")
-def found() -> rs.Identification:
+def fit() -> rs.Identification:
     solid = rs.kelvin_voigt(1e6, 300.0, poisson_ratio=0.5)
     v, mass = np.tile([0.005, 0.01, 0.02], 2), np.repeat([0.01, 0.1], 3)
     exact = rs.solve(rs.Impact(solid, rs.Parabola(0.01), mass, v))
@@ -32,8 +32,8 @@ def found() -> rs.Identification:
     return rs.identify(balls, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5})
 
 
-def test_the_page_of_an_identification(found: rs.Identification, tmp_path: Path) -> None:
-    figure = overview(found)
+def test_the_page_of_an_identification(fit: rs.Identification, tmp_path: Path) -> None:
+    figure = overview(fit)
     labels = [(ax.get_xlabel(), ax.get_ylabel()) for ax in figure.axes]
     assert labels[:2] == [
         ("impact velocity $v_0$ [mm/s]", "restitution coefficient $e$"),
@@ -45,8 +45,8 @@ def test_the_page_of_an_identification(found: rs.Identification, tmp_path: Path)
     assert save_figure(figure, tmp_path / "fit.png").stat().st_size > 10_000
 
 
-def test_each_ball_has_its_own_fit(found: rs.Identification) -> None:
-    (_, curves), *_ = found.curves
+def test_each_ball_has_its_own_fit(fit: rs.Identification) -> None:
+    (_, curves), *_ = fit.curves
     with context():
         ax = data_and_fit(new_figure().add_subplot(), [("two balls", curves[0])])
     fits = [line for line in ax.lines if line.get_color() == "black"]
@@ -55,14 +55,14 @@ def test_each_ball_has_its_own_fit(found: rs.Identification) -> None:
         np.testing.assert_allclose(line.get_ydata(), curves[0].measured[rows], rtol=1e-4)
 
 
-def test_only_several_sets_are_named(found: rs.Identification) -> None:
-    (_, curves), *_ = found.curves
+def test_only_several_sets_are_named(fit: rs.Identification) -> None:
+    (_, curves), *_ = fit.curves
     with context():
         axes = [data_and_fit(new_figure().add_subplot(), [(name, curves[0]._replace()) for name in names])
                 for names in (["one"], ["one", "other"])]  # fmt: skip
     words = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in axes]
     names = [["10 g", "100 g", "fit"], ["fit", "one, 10 g", "one, 100 g", "other, 10 g", "other, 100 g"]]
-    assert [sorted(one) for one in words] == [sorted(one) for one in names]
+    assert [sorted(result) for result in words] == [sorted(result) for result in names]
     alone = curves[0]._replace(bodies=())
     with context():
         ax = data_and_fit(new_figure().add_subplot(), [("one", alone)])
@@ -86,25 +86,25 @@ def test_bodies_have_the_quantities_that_distinguish_them(mass: np.ndarray, name
     shown = {container.get_label(): container[0].get_ydata() for container in ax.containers}
     assert list(shown) == names
     for name, values in shown.items():
-        wanted = [e[n] for n in range(8) if name == "measured" or (name.startswith(f"{1e3 * balls.radius[n]:g} mm")
+        expected = [e[n] for n in range(8) if name == "measured" or (name.startswith(f"{1e3 * balls.radius[n]:g} mm")
                   and (" g" not in name or name.endswith(f" {1e3 * mass[n]:g} g")))]  # fmt: skip
-        assert values.tolist() == wanted
+        assert values.tolist() == expected
 
 
 @pytest.mark.parametrize("removed", [0, 1])
-def test_a_page_has_no_empty_panel(found: rs.Identification, removed: int) -> None:
-    (data,) = found.data
+def test_a_page_has_no_empty_panel(fit: rs.Identification, removed: int) -> None:
+    (data,) = fit.data
     times = {} if removed else {"contact_time": data.contact_time}
     alone = rs.Rebounds(data.velocity, data.restitution_coefficient, radius=0.01, mass=data.mass, **times)
     figure = overview(rs.identify(alone, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}))
     places = [ax.get_subplotspec() for ax in figure.axes]
-    cells = {(row, column) for one in places for row in one.rowspan for column in one.colspan}
+    cells = {(row, column) for place in places for row in place.rowspan for column in place.colspan}
     rows, columns = places[0].get_gridspec().get_geometry()
     assert len(cells) == rows * columns
 
 
-def test_a_parameter_that_is_not_determined_has_no_profile(found: rs.Identification) -> None:
-    (data,) = found.data
+def test_a_parameter_that_is_not_determined_has_no_profile(fit: rs.Identification) -> None:
+    (data,) = fit.data
     alone = rs.Rebounds(data.velocity, data.restitution_coefficient, radius=0.01, mass=data.mass,
                         noise=rs.Noise(restitution_coefficient=0.01))  # fmt: skip
     figure = overview(rs.identify(alone, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}))
@@ -142,8 +142,8 @@ def test_a_force_map_has_a_colour_bar_with_the_unit() -> None:
         grid(table.isel(x=0), "equilibrium_modulus")
 
 
-def test_compared_models_have_a_line_each(found: rs.Identification) -> None:
-    compared = rs.identify.compare(list(found.data), [rs.kelvin_voigt, rs.elastic], fixed={"poisson_ratio": 0.5})
+def test_compared_models_have_a_line_each(fit: rs.Identification) -> None:
+    compared = rs.identify.compare(list(fit.data), [rs.kelvin_voigt, rs.elastic], fixed={"poisson_ratio": 0.5})
     left, right = comparison(compared).axes
     assert [text.get_text().partition(",")[0] for text in left.get_legend().get_texts()][1:] == [
         "kelvin voigt",

@@ -85,17 +85,17 @@ def _lines(figure):
 def test_several_impacts_are_drawn_over_their_velocity() -> None:
     """In the units of the labels, in the order of the velocity."""
     speeds = np.array([0.5, 0.01, 0.1])
-    found = rs.solve(rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=speeds))
-    figure = found.plot()
+    several = rs.solve(rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=speeds))
+    figure = several.plot()
     assert [ax.get_xlabel() for ax in figure.axes] == ["impact velocity $v_0$ [mm/s]"] * 4
     assert figure.axes[0].get_xscale() == "log"
     e, time, *_ = (line.get_ydata() for line in _lines(figure))
     np.testing.assert_allclose(_lines(figure)[0].get_xdata(), [10.0, 100.0, 500.0], rtol=1e-12)
-    np.testing.assert_array_equal(e, found.restitution_coefficient[[1, 2, 0]])
-    np.testing.assert_allclose(time, 1e3 * found.contact_time[[1, 2, 0]], rtol=1e-12)
+    np.testing.assert_array_equal(e, several.restitution_coefficient[[1, 2, 0]])
+    np.testing.assert_allclose(time, 1e3 * several.contact_time[[1, 2, 0]], rtol=1e-12)
     assert "[ms]" in figure.axes[1].get_ylabel()
     with pytest.raises(rs.InputError, match="times"):
-        found.plot([1e-3])
+        several.plot([1e-3])
 
 
 def test_several_impacts_without_a_common_order_are_points() -> None:

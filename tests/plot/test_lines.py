@@ -7,7 +7,9 @@ import pytest
 
 from restitution.errors import InputError
 from restitution.plot import style
-from restitution.plot.style import contour_map, curve_family
+from restitution.plot.style import Shading, contour_map, curve_family
+
+SUM = Shading("sum of both")
 
 
 @pytest.fixture
@@ -18,7 +20,7 @@ def ax():
 
 def test_isolines_lie_where_the_function_has_their_value(ax) -> None:
     x = np.linspace(-1.0, 1.0, 201)
-    contour_map(ax, x, x, np.hypot(*np.meshgrid(x, x)), [0.25, 0.5], cmap=style.SEQUENTIAL)
+    contour_map(ax, x, x, np.hypot(*np.meshgrid(x, x)), [0.25, 0.5], SUM)
     (lines,) = [part for part in ax.collections if not part.get_rasterized()]
     for radius, path in zip((0.25, 0.5), lines.get_paths(), strict=True):
         # The error of the interpolation within a cell of size h is at most h^2/(8 (r - h)). The ends of the gap for a
@@ -29,31 +31,31 @@ def test_isolines_lie_where_the_function_has_their_value(ax) -> None:
 
 def test_levels_outside_the_data_are_left_out_and_labels_have_the_format(ax) -> None:
     x = np.linspace(0.0, 1.0, 21)
-    contour_map(ax, x, x, np.add.outer(x, x), [-1.0, 0.5, 1.5, 7.0], fmt=lambda level: f"{100 * level:.0f} %")
+    contour_map(ax, x, x, np.add.outer(x, x), [-1.0, 0.5, 1.5, 7.0], SUM, fmt=lambda level: f"{100 * level:.0f} %")
     assert {text.get_text() for text in ax.texts} == {"50 %", "150 %"}
 
 
 def test_flat_map_has_no_isolines(ax) -> None:
-    contour_map(ax, [0.0, 1.0], [0.0, 1.0], np.ones((2, 2)), [0.5, 1.0])
-    assert len(ax.collections) == 0
+    contour_map(ax, [0.0, 1.0], [0.0, 1.0], np.ones((2, 2)), [0.5, 1.0], SUM)
+    assert all(part.get_rasterized() for part in ax.collections)
 
 
 def test_transposed_values_are_refused(ax) -> None:
     with pytest.raises(InputError, match=r"\(3, 2\).*\(2, 3\)"):
-        contour_map(ax, [0, 1, 2], [0, 1], np.ones((3, 2)), [0.5])
+        contour_map(ax, [0, 1, 2], [0, 1], np.ones((3, 2)), [0.5], SUM)
 
 
 def test_labels_lie_on_the_isolines_closest_to_the_given_points(ax) -> None:
     x = np.linspace(-1.0, 1.0, 81)
     z = np.hypot(*np.meshgrid(x, x))
-    contour_map(ax, x, x, z, [0.4, 0.6, 0.8], labels_at=[(0.0, 0.41), (-0.59, 0.0), (0.0, -0.79)])
+    contour_map(ax, x, x, z, [0.4, 0.6, 0.8], SUM, labels_at=[(0.0, 0.41), (-0.59, 0.0), (0.0, -0.79)])
     places = {text.get_text(): np.hypot(*text.get_position()) for text in ax.texts}
     assert places == pytest.approx({"0.4": 0.4, "0.6": 0.6, "0.8": 0.8}, abs=0.02)
 
 
 def test_colour_bar_has_ticks_for_the_isolines_that_fit(ax) -> None:
     x = np.linspace(0.0, 1.0, 21)
-    contour_map(ax, x, x, np.add.outer(x, x), [0.5, 0.502, 1.0], cmap=style.SEQUENTIAL, colorbar="sum of both")
+    contour_map(ax, x, x, np.add.outer(x, x), [0.5, 0.502, 1.0], SUM)
     bar = ax.figure.axes[1]
     assert bar.get_ylabel() == "sum of both"
     assert bar.get_yticks().tolist() == [0.502, 1.0]

@@ -38,16 +38,16 @@ def hertz(r: Any, a: float) -> Any:
 
 
 def test_four_instants_of_approach_and_rebound() -> None:
-    found = contact(hertz)
-    assert plots.instants(found) == pytest.approx([0.5e-3, 1e-3, 1e-3 + 2e-3 / 3, 1e-3 + 4e-3 / 3], rel=1e-12)
-    ax = plots.pressure_radius(style.new_figure().add_subplot(), found)
+    impact = contact(hertz)
+    assert plots.instants(impact) == pytest.approx([0.5e-3, 1e-3, 1e-3 + 2e-3 / 3, 1e-3 + 4e-3 / 3], rel=1e-12)
+    ax = plots.pressure_radius(style.new_figure().add_subplot(), impact)
     assert [line.get_linestyle() for line in ax.lines] == ["-", "-", "--", "--"]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("radius $r$ [mm]", "pressure $p$ [MPa]")
 
 
 def test_curves_have_the_pressure_in_the_units_of_the_labels() -> None:
-    found = contact(hertz)
-    ax = plots.pressure_radius(style.new_figure().add_subplot(), found, [1e-3])
+    impact = contact(hertz)
+    ax = plots.pressure_radius(style.new_figure().add_subplot(), impact, [1e-3])
     r, p = ax.lines[0].get_data()
     assert r[-1] == pytest.approx(1.2, rel=2e-6)
     assert p == pytest.approx(2.0 * np.sqrt(np.maximum(1.44 - r**2, 0.0)), abs=1e-12)

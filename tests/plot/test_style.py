@@ -17,11 +17,11 @@ def settings() -> dict:
 @pytest.fixture
 def figure():
     with style.context():
-        made = style.new_figure(3.0, 2.0)
-        ax = made.add_subplot()
+        picture = style.new_figure(3.0, 2.0)
+        ax = picture.add_subplot()
         ax.plot([0.0, 1.0], [0.0, 1.0])
         ax.set_xlabel(r"time $t$ [µs]")
-    return made
+    return picture
 
 
 def test_context_restores_the_users_settings_even_after_an_error() -> None:

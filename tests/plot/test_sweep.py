@@ -119,7 +119,7 @@ def test_one_value_of_an_axis_can_be_chosen() -> None:
 
 
 def test_no_two_quantities_share_a_symbol() -> None:
-    symbols = [one.symbol for one in INPUTS.values()] + [one.symbol for one in OUTPUTS.values()]
+    symbols = [entry.symbol for entry in INPUTS.values()] + [entry.symbol for entry in OUTPUTS.values()]
     assert len(set(symbols)) == len(symbols)
 
 
@@ -165,7 +165,7 @@ def test_a_map_is_not_transposed() -> None:
     ax = plot_sweep(dataset).axes[0]
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("impact velocity $v_0$ [mm/s]", "radius $R$ [mm]")
     # e = (1 + i)(1 + j)/660 on its isolines
-    (lines,) = [one for one in ax.collections if type(one).__name__ == "QuadContourSet"]
+    (lines,) = [part for part in ax.collections if type(part).__name__ == "QuadContourSet"]
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
         if len(path.vertices) == 0:
             continue
@@ -227,8 +227,8 @@ def test_large_sweeps_are_thinned() -> None:
     ],
 )
 def test_units(values: list[float], attributes: dict[str, str], label: str, first: float) -> None:
-    one = quantity(xr.DataArray(values, attrs=attributes, name="thing"))
-    assert (one.label, one.values[0]) == (label, pytest.approx(first))
+    column = quantity(xr.DataArray(values, attrs=attributes, name="thing"))
+    assert (column.label, column.values[0]) == (label, pytest.approx(first))
 
 
 @pytest.mark.parametrize(
@@ -268,7 +268,7 @@ def test_slices_share_their_levels_and_their_shading() -> None:
     dataset = result({"poisson_ratio": line(3), "velocity": line(20), "radius": line(30)}, ("contact_time",))
     figure = plot_sweep(dataset)
     shown = [ax.collections[0] for ax in panels(figure)]
-    assert len({(one.norm.vmin, one.norm.vmax) for one in shown}) == 1
+    assert len({(mesh.norm.vmin, mesh.norm.vmax) for mesh in shown}) == 1
     bars = [ax for ax in figure.axes if ax.get_label() == "<colorbar>"]
     assert len({tuple(bar.get_yticks()) for bar in bars}) == 1
 
@@ -276,7 +276,7 @@ def test_slices_share_their_levels_and_their_shading() -> None:
 def test_draws_at_two_points_give_bars_and_no_bands() -> None:
     ax = plot_sweep(result({"velocity": line(2)}, draws=50)).axes[0]
     assert ax.lines[0].get_linestyle() == "None"
-    assert {type(one).__name__ for one in ax.collections} == {"LineCollection"}
+    assert {type(part).__name__ for part in ax.collections} == {"LineCollection"}
 
 
 def test_a_real_sweep(tmp_path: Path) -> None:
@@ -292,5 +292,5 @@ def test_a_real_sweep(tmp_path: Path) -> None:
 def test_the_colours_of_a_map_span_its_values() -> None:
     """Values from 0.40 to 0.53 are no single blue."""
     e = xr.DataArray(np.linspace(0.40, 0.53, 12).reshape(3, 4), dims=("y", "x"), name="restitution_coefficient")
-    found = map_levels(e)
-    assert (found.low, found.high) == (pytest.approx(0.40), pytest.approx(0.53))
+    levels = map_levels(e)
+    assert (levels.low, levels.high) == (pytest.approx(0.40), pytest.approx(0.53))

@@ -117,19 +117,19 @@ def test_headline_numbers_are_computed(name):
     """Restitution coefficients and instantaneous Poisson ratios of the two examples."""
     text = (ROOT / name).read_text()
     for nu, p2, p3 in ((0.49, 1e-3, 10.0), (0.499, 0.0045, 6.0)):
-        one = restitution.standard_solid_restitution(nu, p2, p3)
+        single = restitution.standard_solid_restitution(nu, p2, p3)
         limit = restitution.standard_solid_restitution(0.5, p2, p3)
         solid = restitution.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
         glass = solid.instantaneous_poisson_ratio
         assert re.search(rf"{glass:.2f}|{glass:.3f}", text), glass
         if name == "README.md":
-            assert f"{100 * one:.2g} %" in text
+            assert f"{100 * single:.2g} %" in text
             assert f"{100 * limit:.2g} %" in text
         elif name == "docs/index.md":
-            assert f"{one:.3f}" in text
+            assert f"{single:.3f}" in text
             assert f"{limit:.3f}" in text
     if name.endswith("limits.md"):
-        assert f"{one:.4f}" in text
+        assert f"{single:.4f}" in text
         assert f"{limit:.4f}" in text
 
 

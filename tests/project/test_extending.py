@@ -84,10 +84,10 @@ def test_many_impacts_have_the_output(extension):
 
 def test_a_contact_law_is_a_target(extension):
     ball = rs.Body(rs.kelvin_voigt(1e6, 50.0, poisson_ratio=0.5, density=1100.0), radius=0.005)
-    found = rs.calibrate((ball, ball), "damping-ratio", 1.0)
+    calibration = rs.calibrate((ball, ball), "damping-ratio", 1.0)
     same = rs.calibrate((ball, ball), "lammps-coeff-restitution", 1.0)
-    assert found.parameters["zeta"].value == pytest.approx(0.5 * same.law.strength, rel=1e-9)
-    assert f"hertz {found.parameters['E'].value:.8g}" in found.snippet
+    assert calibration.parameters["zeta"].value == pytest.approx(0.5 * same.law.strength, rel=1e-9)
+    assert f"hertz {calibration.parameters['E'].value:.8g}" in calibration.snippet
 
 
 @pytest.mark.parametrize(

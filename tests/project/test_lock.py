@@ -52,9 +52,9 @@ def test_lock_belongs_to_the_declared_dependencies(project, lock):
     declared = {requirement(text) for text in project["dependencies"]}
     for extra, texts in project["optional-dependencies"].items():
         declared |= {requirement(text, extra) for text in texts}
-    own = next(package for package in lock["package"] if package["name"] == "restitution")
+    project_entry = next(package for package in lock["package"] if package["name"] == "restitution")
     locked = set()
-    for entry in own["metadata"]["requires-dist"]:
+    for entry in project_entry["metadata"]["requires-dist"]:
         extra = re.search(r"extra == '([^']+)'", entry.get("marker", ""))
         locked.add(
             (

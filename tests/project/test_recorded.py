@@ -17,23 +17,27 @@ from recorded_problems.names import public_names
 
 TESTS = Path(__file__).resolve().parents[1]
 DATA, NAMES = TESTS / "data" / "recorded.json", TESTS / "data" / "public_names.txt"
-KINDS = sorted({one.kind for one in PROBLEMS.values()})
+KINDS = sorted({problem.kind for problem in PROBLEMS.values()})
 
 
 @pytest.fixture(scope="module")
 def recorded():
     text = json.loads(DATA.read_text(encoding="utf-8"))
-    return {name: {output: np.array(one, dtype=float) for output, one in row.items()} for name, row in text.items()}
+    return {
+        name: {output: np.array(values, dtype=float) for output, values in row.items()} for name, row in text.items()
+    }
 
 
 def failures(chosen, recorded):
     """Outputs of problems that are not within their tolerances of the record."""
-    beyonds = {one.name: beyond(one, one.short(one.values()), recorded[one.name]) for one in chosen}
+    beyonds = {
+        problem.name: beyond(problem, problem.short(problem.values()), recorded[problem.name]) for problem in chosen
+    }
     return {name: outputs for name, outputs in beyonds.items() if outputs}
 
 
 def of_kind(kind, *, slow=False):
-    return [one for one in PROBLEMS.values() if one.kind == kind and one.slow == slow]
+    return [problem for problem in PROBLEMS.values() if problem.kind == kind and problem.slow == slow]
 
 
 def test_the_record_has_all_problems(recorded):
@@ -46,7 +50,7 @@ def test_numbers_are_those_of_the_record(kind, recorded):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [one.name for one in PROBLEMS.values() if one.slow])
+@pytest.mark.parametrize("name", [problem.name for problem in PROBLEMS.values() if problem.slow])
 def test_slow_numbers_are_those_of_the_record(name, recorded):
     assert failures([PROBLEMS[name]], recorded) == {}
 
@@ -66,11 +70,11 @@ NAME = "material/impact_on/3 branches"
     ],
 )
 def test_a_changed_number_is_seen(output, share, seen, recorded):
-    changed = {name: one.copy() for name, one in recorded[NAME].items()}
+    changed = {name: values.copy() for name, values in recorded[NAME].items()}
     largest = np.argmax(np.abs(changed[output]))
     changed[output][largest] += share * max(abs(changed[output][largest]), 1.0 if math.isinf(share) else 0.0)
-    found = failures([PROBLEMS[NAME]], {NAME: changed})
-    assert list(found.get(NAME, {})) == ([output] if seen else [])
+    faults = failures([PROBLEMS[NAME]], {NAME: changed})
+    assert list(faults.get(NAME, {})) == ([output] if seen else [])
 
 
 def test_absent_and_new_outputs_are_seen(recorded):
@@ -81,15 +85,15 @@ def test_absent_and_new_outputs_are_seen(recorded):
 
 def test_one_changed_bit_is_seen():
     problem = PROBLEMS["fit/conversion/tension"]
-    one, other = problem.values(), problem.values()
-    assert same_bits(one, other)
-    assert set(differences(one, other).values()) == {0.0}
+    values, other = problem.values(), problem.values()
+    assert same_bits(values, other)
+    assert set(differences(values, other).values()) == {0.0}
     name = "creep_compliance"
     other[name][0] = np.nextafter(other[name][0], math.inf)
-    assert not same_bits(one, other)
-    assert [output for output, error in differences(one, other).items() if error] == [name]
+    assert not same_bits(values, other)
+    assert [output for output, error in differences(values, other).items() if error] == [name]
     other[name] = other[name][:-1]
-    assert math.isinf(differences(one, other)[name])
+    assert math.isinf(differences(values, other)[name])
 
 
 def test_signs_of_zero_are_bits_but_no_differences():
@@ -105,7 +109,7 @@ def test_problems_use_public_names_alone():
             if isinstance(node, ast.ImportFrom):
                 assert not (node.module or "").startswith("restitution")
             if isinstance(node, ast.Import):
-                assert all(one.name == "restitution" for one in node.names if one.name.startswith("restitution"))
+                assert all(alias.name == "restitution" for alias in node.names if alias.name.startswith("restitution"))
 
 
 def test_public_names_are_those_of_the_list():

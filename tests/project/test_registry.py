@@ -32,8 +32,8 @@ def restated(text: str) -> list[str]:
 
 
 def test_registered_quantities_are_checked_by_the_registry():
-    found = {path.relative_to(PACKAGE): restated(path.read_text(encoding="utf-8")) for path in MODULES}
-    assert {path: calls for path, calls in found.items() if calls} == {}
+    units_of = {path.relative_to(PACKAGE): restated(path.read_text(encoding="utf-8")) for path in MODULES}
+    assert {path: calls for path, calls in units_of.items() if calls} == {}
 
 
 def test_a_restated_unit_is_found():
@@ -44,6 +44,6 @@ def test_a_restated_unit_is_found():
 @pytest.mark.parametrize("name", ["Parabola", "TruncatedCone", "FlatEndedParabola", "Ellipsoid", "Pyramid", "Layer"])
 def test_the_numbers_of_geometries_have_units_as_axes(name: str) -> None:
     kind: type[Geometry] = getattr(rs, name)
-    units = {one.name: one.quantity.unit for one in constants_of(kind).values()}
+    units = {constant.name: constant.quantity.unit for constant in constants_of(kind).values()}
     assert units
     assert {key: input_attributes(key)["units"] for key in units} == units

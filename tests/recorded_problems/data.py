@@ -25,30 +25,30 @@ INCOMPRESSIBLE = {"poisson_ratio": 0.5}
 TRUTH = rs.standard_solid(1e6, 1e7, 1e4, poisson_ratio=0.5)
 
 
-def of_fit(found: Any) -> dict[str, Any]:
+def of_fit(result: Any) -> dict[str, Any]:
     """Numbers of an identification."""
-    estimates = found.parameters | found.nuisances
-    one = {name: (each.value, each.standard_error, *each.interval) for name, each in estimates.items()}
+    estimates = result.parameters | result.nuisances
+    item = {name: (each.value, each.standard_error, *each.interval) for name, each in estimates.items()}
     return {
-        "value": {name: np.array([row[0]], dtype=float) for name, row in one.items()},
-        "standard_error": {name: np.array([row[1]], dtype=float) for name, row in one.items()},
-        "interval": {name: np.array(row[2:], dtype=float) for name, row in one.items()},
-        "chi2": found.chi2,
-        "degrees_of_freedom": found.degrees_of_freedom,
-        "window": np.array(found.window, dtype=float),
-        "functionals": {name: [each.value] for name, each in found.functionals.items() if each.value is not None},
+        "value": {name: np.array([row[0]], dtype=float) for name, row in item.items()},
+        "standard_error": {name: np.array([row[1]], dtype=float) for name, row in item.items()},
+        "interval": {name: np.array(row[2:], dtype=float) for name, row in item.items()},
+        "chi2": result.chi2,
+        "degrees_of_freedom": result.degrees_of_freedom,
+        "window": np.array(result.window, dtype=float),
+        "functionals": {name: [each.value] for name, each in result.functionals.items() if each.value is not None},
     }
 
 
-def bounced(random: Random, radius: Any, velocity: Any, one: Any = TRUTH, noise: float = 0.01) -> dict[str, Any]:
+def bounced(random: Random, radius: Any, velocity: Any, target: Any = TRUTH, noise: float = 0.01) -> dict[str, Any]:
     """Measured restitution, contact time and largest force of steel balls."""
     mass = 7800.0 * 4.0 / 3.0 * np.pi * np.asarray(radius) ** 3
-    found = rs.solve(rs.Impact(one, rs.Parabola(radius), mass, velocity))
+    result = rs.solve(rs.Impact(target, rs.Parabola(radius), mass, velocity))
     scatter = lambda values: values * np.exp(noise * random.standard_normal(np.shape(values)))  # noqa: E731
     return {
-        "restitution_coefficient": np.minimum(scatter(found.restitution_coefficient), 1.0),
-        "contact_time": scatter(found.contact_time),
-        "max_force": scatter(found.max_force),
+        "restitution_coefficient": np.minimum(scatter(result.restitution_coefficient), 1.0),
+        "contact_time": scatter(result.contact_time),
+        "max_force": scatter(result.max_force),
         "radius": radius,
         "mass": mass,
         "velocity": velocity,
@@ -101,19 +101,19 @@ def model(random: Random, kind: str) -> Any:
         return identify(data, rs.generalised_maxwell, terms=2, profiles=False)
     if kind == "springpot":
         return identify(data, rs.springpot, fixed={})
-    found = rs.identify(data, "spectrum", fixed=INCOMPRESSIBLE)
-    return found.moduli(np.geomspace(1e2, 1e4, 5))
+    result = rs.identify(data, "spectrum", fixed=INCOMPRESSIBLE)
+    return result.moduli(np.geomspace(1e2, 1e4, 5))
 
 
 @problem("identification", ["force", "acceleration"], **LOOSE)
 def from_a_force_history(random: Random, kind: str) -> Any:
     mass = 0.0327
-    found = rs.solve(rs.Impact(TRUTH, rs.Parabola(0.01), mass, 1.0))
-    time = np.linspace(0.0, 1.6, 160) * found.contact_time
-    inside = (time >= 0.3 * found.contact_time) & (time < 1.3 * found.contact_time)
+    result = rs.solve(rs.Impact(TRUTH, rs.Parabola(0.01), mass, 1.0))
+    time = np.linspace(0.0, 1.6, 160) * result.contact_time
+    inside = (time >= 0.3 * result.contact_time) & (time < 1.3 * result.contact_time)
     force = np.zeros(time.size)
-    force[inside] = found.sample(time[inside] - 0.3 * found.contact_time)["force"]
-    force += 2e-3 * found.max_force * random.standard_normal(time.size)
+    force[inside] = result.sample(time[inside] - 0.3 * result.contact_time)["force"]
+    force += 2e-3 * result.max_force * random.standard_normal(time.size)
     record = {"force": force} if kind == "force" else {"acceleration": force / mass}
     return identify(rs.ForceHistory(time, **record, radius=0.01, mass=mass, velocity=1.0))
 
@@ -138,8 +138,8 @@ def from_bounce_times(random: Random, kind: str) -> Any:
     target = rs.standard_solid(1e6, 2e5, 200.0, poisson_ratio=0.5)
     hit = rs.drop(rs.Body(None, 0.01, 0.0327), rs.Body(target), 0.3)
     time = rs.bounces(hit, max_bounces=10).touch_time + 5e-5 * random.standard_normal(10)
-    given: Any = {"air_density": 1.2} if kind == "air" else {"noise": rs.Noise(time=5e-5), "drop_height": 0.3}
-    return identify(rs.BounceTimes(time, radius=0.01, mass=0.0327, **given), rs.kelvin_voigt)
+    options: Any = {"air_density": 1.2} if kind == "air" else {"noise": rs.Noise(time=5e-5), "drop_height": 0.3}
+    return identify(rs.BounceTimes(time, radius=0.01, mass=0.0327, **options), rs.kelvin_voigt)
 
 
 @problem("identification", ["dynamic", "relaxation", "with rebounds"], **LOOSE)
@@ -169,22 +169,22 @@ def over_temperatures(random: Random, _: int) -> Any:
 
 @problem("identification", rtol=1e-3)
 def comparison(random: Random, _: int) -> Any:
-    found = rs.identify.compare(  # type: ignore[attr-defined]
+    result = rs.identify.compare(  # type: ignore[attr-defined]
         rebounds(random, "contact_time"), [rs.standard_solid, rs.kelvin_voigt], fixed=INCOMPRESSIBLE, profiles=False
     )
-    return {name: one.chi2 for name, one in found.results.items()}
+    return {name: item.chi2 for name, item in result.results.items()}
 
 
 @problem("identification", rtol=1e-3)
 def prediction(random: Random, _: int) -> Any:
-    found = rs.identify(rebounds(random, "contact_time"), rs.standard_solid, fixed=INCOMPRESSIBLE)
+    result = rs.identify(rebounds(random, "contact_time"), rs.standard_solid, fixed=INCOMPRESSIBLE)
     hit = rs.Impact(TRUTH, rs.Parabola(0.01), 0.03, [0.2, 2.0])
-    coordinates = found.coordinates + 0.01 * random.normal(size=(3, found.coordinates.size))
+    coordinates = result.coordinates + 0.01 * random.normal(size=(3, result.coordinates.size))
     return {
-        "predict": found.predict(hit),
-        "moduli": found.moduli(np.geomspace(1e2, 1e4, 4)),
-        "log_probability": found.log_probability(coordinates),
-        "profile": found.interval(0.9),
+        "predict": result.predict(hit),
+        "moduli": result.moduli(np.geomspace(1e2, 1e4, 4)),
+        "log_probability": result.log_probability(coordinates),
+        "profile": result.interval(0.9),
     }
 
 
@@ -227,14 +227,14 @@ def isotherms(random: Random, kind: str) -> Any:
     law: Any = rs.Arrhenius(373.15, 3e5) if kind == "arrhenius" else rs.WLF(373.15, 10.7, 29.9)
     scatter = lambda: np.exp(0.01 * random.normal(size=OMEGA.size))  # noqa: E731
     tables = []
-    for one in kelvin:
-        factor = law.factor(one)
+    for item in kelvin:
+        factor = law.factor(item)
         if kind == "relaxation":
             t = 1.0 / OMEGA[::-1]
-            tables.append(rs.RelaxationTable(t, polymer.relaxation_modulus(t / factor) * scatter(), temperature=one))
+            tables.append(rs.RelaxationTable(t, polymer.relaxation_modulus(t / factor) * scatter(), temperature=item))
             continue
         storage, loss = polymer.storage_modulus(OMEGA * factor), polymer.loss_modulus(OMEGA * factor)
-        tables.append(rs.DynamicTable(OMEGA, storage * scatter(), loss * scatter(), temperature=one))
+        tables.append(rs.DynamicTable(OMEGA, storage * scatter(), loss * scatter(), temperature=item))
     return rs.Isotherms(tables)
 
 
@@ -250,8 +250,8 @@ def superposed(random: Random, kind: str) -> Any:
 @problem("master curve", rtol=1e-2)
 def fit_of_a_master_curve(random: Random, _: int) -> Any:
     curve = isotherms(random, "wlf").superposed(reference_temperature=373.15, shift="wlf")
-    found = rs.fit_prony(curve.data).material(bulk_modulus=3e9, deformation="shear")
-    return {"E*": rs.reduced_modulus(found).relaxation_modulus(np.geomspace(1e-2, 1e2, 5))}
+    result = rs.fit_prony(curve.data).material(bulk_modulus=3e9, deformation="shear")
+    return {"E*": rs.reduced_modulus(result).relaxation_modulus(np.geomspace(1e-2, 1e2, 5))}
 
 
 @problem("fit", ["relaxation", "dynamic", "liquid", "all of the loss"], rtol=1e-6)
@@ -264,19 +264,19 @@ def fit_prony(random: Random, kind: str) -> Any:
     else:
         table = rs.DynamicTable(x, truth.storage_modulus(x) * noise(), truth.loss_modulus(x) * noise())
     options: Any = {"liquid": {"liquid": True}, "all of the loss": {"loss_weight": 1.0}}.get(kind, {})
-    found = rs.fit_prony(table, **options)
+    result = rs.fit_prony(table, **options)
     t = np.geomspace(1e-2, 1e2, 7)
-    return {"misfit": found.misfit, "window": found.window, "modulus": found.series.relaxation_modulus(t)}
+    return {"misfit": result.misfit, "window": result.window, "modulus": result.series.relaxation_modulus(t)}
 
 
 @problem("fit", ["tension", "shear", "round trip"])
 def conversion(random: Random, kind: str) -> Any:
-    one, bulk = series(random, 5), power(random, 7.0, 9.0)
+    item, bulk = series(random, 5), power(random, 7.0, 9.0)
     if kind == "tension":
-        return of_prony(rs.tension_from_shear(one, bulk_modulus=bulk))
+        return of_prony(rs.tension_from_shear(item, bulk_modulus=bulk))
     if kind == "shear":
-        return of_prony(rs.shear_from_tension(one, poisson_ratio=random.uniform(0.2, 0.5)))
-    relaxing = rs.tension_from_shear(one, bulk_modulus=series(random, 3).scaled(10.0))
+        return of_prony(rs.shear_from_tension(item, poisson_ratio=random.uniform(0.2, 0.5)))
+    relaxing = rs.tension_from_shear(item, bulk_modulus=series(random, 3).scaled(10.0))
     return {"tension": of_prony(relaxing), "shear": rs.shear_from_tension(relaxing, bulk_modulus=1e12)}
 
 
@@ -303,9 +303,9 @@ def table(random: Random, kind: str) -> Any:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "table.csv"
         path.write_text(FILES[kind])
-        found: Any = rs.read_material(path)
-    one = lambda found: {name: getattr(found, name) for name in COLUMNS if hasattr(found, name)}  # noqa: E731
-    return one(found) | {"tables": [one(part) for part in getattr(found, "tables", ())]}
+        result: Any = rs.read_material(path)
+    item = lambda result: {name: getattr(result, name) for name in COLUMNS if hasattr(result, name)}  # noqa: E731
+    return item(result) | {"tables": [item(part) for part in getattr(result, "tables", ())]}
 
 
 @problem("file", ["deck.inp", "deck.txt"])
@@ -323,27 +323,27 @@ def workbook(random: Random, _: int) -> Any:
         book, path = openpyxl.Workbook(), Path(folder) / "table.xlsx"
         sheet: Any = book.active
         for line in FILES["relaxation"].splitlines():
-            sheet.append([float(one) if one[0].isdigit() else one for one in line.split(",")])
+            sheet.append([float(item) if item[0].isdigit() else item for item in line.split(",")])
         book.save(path)
-        found: Any = rs.read_material(path)
-    return {"time": found.time, "modulus": found.modulus}
+        result: Any = rs.read_material(path)
+    return {"time": result.time, "modulus": result.modulus}
 
 
 @problem("file", ["balls", "sound", "afm_curve"])
 def observations(random: Random, name: str) -> Any:
-    given: Any = {"balls": {}, "sound": {"radius": 0.02, "mass": 0.03351},
+    options: Any = {"balls": {}, "sound": {"radius": 0.02, "mass": 0.03351},
                   "afm_curve": {"profile": rs.Parabola(2.5e-6)}}[name]  # fmt: skip
-    found: Any = rs.read_observations(EXAMPLES / "identification" / f"{name}.csv", **given)
+    result: Any = rs.read_observations(EXAMPLES / "identification" / f"{name}.csv", **options)
     names = ("time", "velocity", "restitution_coefficient", "contact_time", "radius", "mass", "depth", "force", "size")
-    return {one: getattr(found, one) for one in names if hasattr(found, one)}
+    return {item: getattr(result, item) for item in names if hasattr(result, item)}
 
 
 @problem("case", ["rubber_ball", "two_beads", "epoxy", "coated_plate", "rubber_pad", "beads", "dropped_ball"],
          rtol=1e-7)  # fmt: skip
 def read_case(random: Random, name: str) -> Any:
     case = rs.read_case(EXAMPLES / f"{name}.toml")
-    found = case.solve()
-    return of_impact(found) | {"validity": of_validity(found)}
+    result = case.solve()
+    return of_impact(result) | {"validity": of_validity(result)}
 
 
 @problem("case")

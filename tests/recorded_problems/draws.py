@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -45,12 +46,12 @@ def rubber(random: Random) -> Any:
     return rs.Material(series(random, 5), math.inf)
 
 
-def material(random: Random, kind: str) -> Any:
-    """Material of a kind."""
+def materials(random: Random) -> dict[str, Callable[[], Any]]:
+    """Materials by their kinds."""
     modulus, other, time = power(random, 5.5, 6.5), power(random, 5.5, 7.0), power(random, -4.0, -2.0)
     window, exponent = (1e-8, 1e2), random.uniform(0.1, 0.6)
     window_of = lambda shear, bulk: rs.FractionalMaterial(shear, bulk).within(window)  # noqa: E731
-    kinds = {
+    return {
         "elastic": lambda: rs.elastic(youngs_modulus=modulus, poisson_ratio=0.4),
         "standard solid, Poisson ratio": lambda: solid(random),
         "standard solid, bulk modulus": lambda: solid(random, bulk_modulus=power(random, 6.5, 9.5)),
@@ -96,37 +97,14 @@ def material(random: Random, kind: str) -> Any:
             series(random, 6), 2e9, shift=rs.Arrhenius(298.0, 8e4), temperature=298.0
         ).at(random.uniform(270.0, 320.0)),
     }
-    return kinds[kind]()
 
 
-MATERIALS = (
-    "elastic",
-    "standard solid, Poisson ratio",
-    "standard solid, bulk modulus",
-    "standard solid, nu = -1",
-    "maxwell",
-    "maxwell, incompressible",
-    "kelvin_voigt",
-    "kelvin_voigt, bulk viscosity",
-    "burgers",
-    "generalised_maxwell",
-    "3 branches",
-    "12 branches",
-    "25 branches, liquid",
-    "bulk relaxes alike",
-    "bulk relaxes",
-    "bulk of zero",
-    "parallel dashpot",
-    "equal times",
-    "springpot",
-    "fractional_kelvin_voigt",
-    "fractional_maxwell",
-    "fractional_zener",
-    "from tension",
-    "shifted",
-    "shifted by a table",
-    "shifted by Arrhenius",
-)
+MATERIALS = tuple(materials(np.random.default_rng()))
+
+
+def material(random: Random, kind: str) -> Any:
+    """Material of a kind."""
+    return materials(random)[kind]()
 
 
 def measured_tip(random: Random, size: float, points: int, noise: float) -> Any:
@@ -145,11 +123,11 @@ def force_law(exponent: float | None) -> Any:
     return rs.ForceLaw(depth, force, 1e6, 0.5, exponent)
 
 
-def profile(random: Random, kind: str) -> Any:
-    """Geometry of a kind."""
+def profiles(random: Random) -> dict[str, Callable[[], Any]]:
+    """Geometries by their kinds."""
     size = power(random, -2.2, -1.8)
     ball, thick = rs.Parabola(size), size * power(random, -0.7, 0.5)
-    kinds = {
+    return {
         "parabola": lambda: ball,
         "sphere": lambda: rs.Sphere(size),
         "cone": lambda: rs.Cone(random.uniform(0.8, 1.4)),
@@ -189,55 +167,22 @@ def profile(random: Random, kind: str) -> Any:
         "ellipsoids": lambda: rs.Ellipsoid(size, size * np.array([1.0, 2.0, 20.0])),
         "pyramids": lambda: rs.Pyramid(np.array([0.9, 1.1, 1.3])),
     }
-    return kinds[kind]()
 
 
-PROFILES = (
-    "parabola",
-    "sphere",
-    "cone",
-    "power law 4",
-    "power law",
-    "flat punch",
-    "flat-ended parabola",
-    "truncated cone",
-    "tabulated",
-    "noisy tip",
-    "tip in steps",
-    "ellipsoid",
-    "crossed cylinders",
-    "ellipsoid of bodies",
-    "pyramid 3",
-    "pyramid 4",
-    "pyramid 6",
-    "force law, exponent",
-    "force law",
-    "layer, bonded",
-    "layer, strict",
-    "layer, frictionless",
-    "layer under a cone",
-    "layer under a power law",
-    "layer under a sphere",
-    "layer under a flat end",
-    "layer under a punch",
-    "layer under a table",
-    "layers of several thicknesses",
-    "layers, frictionless, several",
-    "parabolas",
-    "spheres",
-    "cones",
-    "power laws",
-    "ellipsoids",
-    "pyramids",
-)
+PROFILES = tuple(profiles(np.random.default_rng()))
+
+
+def profile(random: Random, kind: str) -> Any:
+    """Geometry of a kind."""
+    return profiles(random)[kind]()
 
 
 def of_impact(result: Any, *, energy: bool = True) -> dict[str, Any]:
     """Numbers of an impact, single or an array."""
-    found = {name: getattr(result, name) for name in NUMBERS} | {"zero_overlap_time": result.zero_overlap_time}
+    numbers = {name: getattr(result, name) for name in NUMBERS} | {"zero_overlap_time": result.zero_overlap_time}
     if energy:
-        found |= {f"energy.{name}": getattr(result.energy, name) for name in ENERGIES}
-    return found
+        numbers |= {f"energy.{name}": getattr(result.energy, name) for name in ENERGIES}
+    return numbers
 
 
 def of_prony(series: Any) -> dict[str, Any]:

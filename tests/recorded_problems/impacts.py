@@ -26,52 +26,56 @@ from recorded_problems.registry import Random, problem
 
 @problem("material", MATERIALS)
 def impact_on(random: Random, kind: str) -> Any:
-    one, mass = material(random, kind), power(random, -3.0, -1.5)
+    item, mass = material(random, kind), power(random, -3.0, -1.5)
     ball = rs.Parabola(power(random, -2.3, -1.7))
-    single = rs.solve(rs.Impact(one, ball, mass, power(random, -1.5, 0.0)))
-    several = rs.solve(rs.Impact(one, ball, mass, power(random, -2.0, 0.0, 4)))
+    single = rs.solve(rs.Impact(item, ball, mass, power(random, -1.5, 0.0)))
+    several = rs.solve(rs.Impact(item, ball, mass, power(random, -2.0, 0.0, 4)))
     return {"single": of_impact(single), "several": of_impact(several, energy=False)}
 
 
 @problem("material", MATERIALS[1:24:4])
 def functions_of(random: Random, kind: str) -> Any:
-    one = material(random, kind)
+    target = material(random, kind)
     t = np.geomspace(1e-6, 10.0, 7)
-    found = {"shear": of_prony(one.shear), "reduced": of_prony(rs.reduced_modulus(one)), "nu": one.poisson_ratio}
-    found["instantaneous_nu"] = one.instantaneous_poisson_ratio
-    return found | {"nu(t)": one.relaxation_poisson_ratio(t)}
+    result = {
+        "shear": of_prony(target.shear),
+        "reduced": of_prony(rs.reduced_modulus(target)),
+        "nu": target.poisson_ratio,
+    }
+    result["instantaneous_nu"] = target.instantaneous_poisson_ratio
+    return result | {"nu(t)": target.relaxation_poisson_ratio(t)}
 
 
 @problem("material", rs.library.names())
 def library(random: Random, name: str) -> Any:
-    one = rs.library.get(name)
+    target = rs.library.get(name)
     t = np.geomspace(1e-8, 10.0, 5)
-    hit = rs.solve(rs.Impact(one, rs.Parabola(0.005), 0.004, power(random, -2.0, 0.0)), errors="warn")
-    speed = {} if one.density is None else {"wave_speed": one.wave_speed(t)}
-    return of_impact(hit, energy=False) | speed | {"nu(t)": one.relaxation_poisson_ratio(t), "material": one}
+    hit = rs.solve(rs.Impact(target, rs.Parabola(0.005), 0.004, power(random, -2.0, 0.0)), errors="warn")
+    speed = {} if target.density is None else {"wave_speed": target.wave_speed(t)}
+    return of_impact(hit, energy=False) | speed | {"nu(t)": target.relaxation_poisson_ratio(t), "material": target}
 
 
 @problem("profile", PROFILES)
 def impact_of(random: Random, kind: str) -> Any:
-    one = profile(random, kind)
+    geometry = profile(random, kind)
     target = solid(random, poisson_ratio=0.5) if "layer" in kind or "law" in kind else solid(random)
     mass = power(random, -3.0, -2.0)
-    if np.all(np.isfinite(getattr(one, "max_contact_radius", math.inf))):
+    if np.all(np.isfinite(getattr(geometry, "max_contact_radius", math.inf))):
         mass = 0.3 * mass
-    hit = rs.Impact(target, one, mass, power(random, -2.0, -0.5))
-    found = rs.solve(hit, errors="warn")
-    branches = rs.solve(rs.Impact(rubber(random), one, mass, power(random, -2.0, -0.5)), errors="warn")
+    hit = rs.Impact(target, geometry, mass, power(random, -2.0, -0.5))
+    result = rs.solve(hit, errors="warn")
+    branches = rs.solve(rs.Impact(rubber(random), geometry, mass, power(random, -2.0, -0.5)), errors="warn")
     depth = 1e-4 * np.array([0.0, 0.3, 1.0])
-    plain = np.size(found.contact_time) == 1 and "layer" not in kind
-    radius = {"contact_radius": one.contact_radius(depth)} if plain else {}
-    return {"solid": of_impact(found), "branches": of_impact(branches, energy=False)} | radius
+    plain = np.size(result.contact_time) == 1 and "layer" not in kind
+    radius = {"contact_radius": geometry.contact_radius(depth)} if plain else {}
+    return {"solid": of_impact(result), "branches": of_impact(branches, energy=False)} | radius
 
 
 @problem("profile", ["bonded", "frictionless"], slow=["bonded"])
 def layer_that_changes_its_poisson_ratio(random: Random, base: str) -> Any:
     soft = rs.Material(rs.PronySeries(2e5, [2e5, 5e5], [1e-3, 1e-4]), power(random, 5.8, 6.5))
-    one = rs.Layer(rs.Parabola(0.01), power(random, -2.5, -2.0), base)  # type: ignore[arg-type]
-    return of_impact(rs.solve(rs.Impact(soft, one, 0.005, power(random, -2.0, -0.5, 3))))
+    target = rs.Layer(rs.Parabola(0.01), power(random, -2.5, -2.0), base)  # type: ignore[arg-type]
+    return of_impact(rs.solve(rs.Impact(soft, target, 0.005, power(random, -2.0, -0.5, 3))))
 
 
 @problem("options", ["parabola", "sphere", "cone", "ellipsoid", "pyramid 4", "tabulated"])
@@ -85,9 +89,9 @@ def two_bodies(random: Random, kind: str) -> Any:
 
 @problem("options", range(3))
 def collision(random: Random, number: int) -> Any:
-    one = rs.Body(solid(random), power(random, -2.5, -2.0), power(random, -3.0, -2.0))
+    first = rs.Body(solid(random), power(random, -2.5, -2.0), power(random, -3.0, -2.0))
     other = rs.Body(material(random, "bulk relaxes"), power(random, -2.5, -2.0), power(random, -3.0, -2.0))
-    return of_impact(rs.solve(rs.collision(one, other, power(random, -2.0, -0.5, 1 + 2 * number))))
+    return of_impact(rs.solve(rs.collision(first, other, power(random, -2.0, -0.5, 1 + 2 * number))))
 
 
 @problem("options", range(2))
@@ -108,10 +112,10 @@ def constant_force(random: Random, kind: str) -> Any:
 
 @problem("options", ["parabola", "cone", "ellipsoid", "layer, bonded"])
 def impedance(random: Random, kind: str) -> Any:
-    one = profile(random, kind)
+    geometry = profile(random, kind)
     target = solid(random, poisson_ratio=0.5)
-    hit = rs.Impact(target, one, 0.005, 0.2, impedance=power(random, 0.5, 3.0, 4))
-    single = rs.Impact(target, one, 0.005, 0.2, impedance=power(random, 0.5, 3.0))
+    hit = rs.Impact(target, geometry, 0.005, 0.2, impedance=power(random, 0.5, 3.0, 4))
+    single = rs.Impact(target, geometry, 0.005, 0.2, impedance=power(random, 0.5, 3.0))
     return {"several": of_impact(rs.solve(hit), energy=False), "single": of_impact(rs.solve(single))}
 
 
@@ -134,8 +138,8 @@ def arrays(random: Random, number: int) -> Any:
 @problem("options", ["one profile", "all profiles", "random materials"])
 def lists(random: Random, kind: str) -> Any:
     if kind == "all profiles":
-        one = solid(random, poisson_ratio=0.5)
-        impacts = [rs.Impact(one, profile(random, name), 2e-3, 0.05) for name in PROFILES[:27:2]]
+        target = solid(random, poisson_ratio=0.5)
+        impacts = [rs.Impact(target, profile(random, name), 2e-3, 0.05) for name in PROFILES[:27:2]]
     elif kind == "one profile":
         impacts = [rs.Impact(rubber(random), rs.Parabola(0.01), 0.01, v) for v in power(random, -2.0, 0.0, 6)]
     else:
@@ -187,32 +191,35 @@ HISTORY: dict[str, Any] = {"rtol": 1e-7, "columns.": math.inf}
                      "force law, exponent", "flat-ended parabola"], **HISTORY)  # fmt: skip
 def history(random: Random, kind: str) -> Any:
     hit = rs.Impact(solid(random, poisson_ratio=0.5), profile(random, kind), 2e-3, power(random, -1.5, -0.7))
-    found = rs.solve(hit)
-    times = np.sort(random.uniform(0.0, 1.0, 9)) * found.contact_time
+    result = rs.solve(hit)
+    times = np.sort(random.uniform(0.0, 1.0, 9)) * result.contact_time
     return {
-        "sample": found.sample(times), "turning_time": found.turning_time, "validity": of_validity(found),
-        "columns": found.sample(n_points=41),
+        "sample": result.sample(times), "turning_time": result.turning_time, "validity": of_validity(result),
+        "columns": result.sample(n_points=41),
     }  # fmt: skip
 
 
 @problem("history", ["12 branches", "kelvin_voigt", "bulk relaxes", "springpot"], rtol=1e-7)
 def history_on(random: Random, kind: str) -> Any:
     hit = rs.Impact(material(random, kind), rs.Parabola(0.01), 2e-3, 0.1, external_force=0.01)
-    found = rs.solve(hit)
-    times = np.sort(random.uniform(0.0, 1.0, 9)) * found.contact_time
-    return {"sample": found.sample(times), "turning_time": found.turning_time, "validity": of_validity(found)}
+    result = rs.solve(hit)
+    times = np.sort(random.uniform(0.0, 1.0, 9)) * result.contact_time
+    return {"sample": result.sample(times), "turning_time": result.turning_time, "validity": of_validity(result)}
 
 
 @problem("history", ["parabola", "sphere", "cone", "ellipsoid", "tabulated"], rtol=1e-7)
 def pressure(random: Random, kind: str) -> Any:
-    one = profile(random, kind)
-    found = rs.solve(rs.Impact(solid(random, poisson_ratio=0.5), one, 2e-3, power(random, -1.5, -0.7)))
-    r = found.max_contact_radius * np.linspace(0.05, 1.2, 5)
-    t = found.contact_time * np.array([0.2, 0.5, 0.8])
-    numbers = {"max_pressure": found.max_pressure}
+    geometry = profile(random, kind)
+    result = rs.solve(rs.Impact(solid(random, poisson_ratio=0.5), geometry, 2e-3, power(random, -1.5, -0.7)))
+    r = result.max_contact_radius * np.linspace(0.05, 1.2, 5)
+    t = result.contact_time * np.array([0.2, 0.5, 0.8])
+    numbers = {"max_pressure": result.max_pressure}
     if kind == "ellipsoid":
-        return numbers | {"semi_axes": found.max_semi_axes}
-    return numbers | {"pressure": found.pressure(r[:, None], t), "surface": found.surface_displacement(r[:, None], t)}
+        return numbers | {"semi_axes": result.max_semi_axes}
+    return numbers | {
+        "pressure": result.pressure(r[:, None], t),
+        "surface": result.surface_displacement(r[:, None], t),
+    }
 
 
 @problem(

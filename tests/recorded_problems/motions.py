@@ -27,8 +27,8 @@ PAD = rs.Material(
 def bounces(random: Random, kind: str) -> Any:
     stiff = rs.standard_solid(2.5e7, 2.5e7, 2.5e3, poisson_ratio=0.5)
     hit = rs.Impact(stiff, profile(random, kind), 0.005, power(random, -1.0, 0.0))
-    found = rs.bounces(hit, max_bounces=25)
-    return {"table": found.to_dataset(), "validity": of_validity(found)}
+    result = rs.bounces(hit, max_bounces=25)
+    return {"table": result.to_dataset(), "validity": of_validity(result)}
 
 
 @problem("bounces", ["captured", "no weight", "height", "gravity"])
@@ -40,8 +40,8 @@ def bounces_until(random: Random, kind: str) -> Any:
         "gravity": {"height": 0.05, "gravity": 1.62},
     }[kind]
     hit = rs.Impact(rubber(random), rs.Parabola(0.01), 0.005, power(random, -0.5, 0.3))
-    found = rs.bounces(hit, **options)
-    return {"table": found.to_dataset(), "height": found.height, "n": found.n_bounces, "drop": found.drop_height}
+    result = rs.bounces(hit, **options)
+    return {"table": result.to_dataset(), "height": result.height, "n": result.n_bounces, "drop": result.drop_height}
 
 
 def of_indentation(result: Any, random: Random) -> dict[str, Any]:
@@ -87,26 +87,26 @@ def history(kind: str, peak: float, time: float) -> dict[str, Any]:
 
 @problem("indentation", DEPTHS, **INDENTATION)
 def prescribed_depth(random: Random, kind: str) -> Any:
-    given = history(kind, power(random, -4.5, -3.5), power(random, -3.0, 0.0))
+    options = history(kind, power(random, -4.5, -3.5), power(random, -3.0, 0.0))
     ball = rs.Parabola(power(random, -2.3, -1.7))
-    return of_indentation(rs.indent(rubber(random), ball, **given), random)
+    return of_indentation(rs.indent(rubber(random), ball, **options), random)
 
 
 @problem("indentation", ["3 branches", "maxwell", "bulk relaxes", "kelvin_voigt", "springpot", "25 branches, liquid"],
          **INDENTATION)  # fmt: skip
 def depth_on(random: Random, kind: str) -> Any:
-    given = history("sine_arch", power(random, -4.5, -3.5), power(random, -3.0, -1.0))
+    options = history("sine_arch", power(random, -4.5, -3.5), power(random, -3.0, -1.0))
     other = material(random, "3 branches") if kind == "bulk relaxes" else None
-    found = rs.indent(material(random, kind), rs.Parabola(0.01), counter_material=other, **given)
-    return of_indentation(found, random)
+    result = rs.indent(material(random, kind), rs.Parabola(0.01), counter_material=other, **options)
+    return of_indentation(result, random)
 
 
 @problem("indentation", ["sphere", "cone", "power law", "flat punch", "flat-ended parabola", "noisy tip", "ellipsoid",
                          "pyramid 4", "force law, exponent", "layer, bonded", "layer, frictionless",
                          "layer under a flat end"], **INDENTATION)  # fmt: skip
 def depth_of(random: Random, kind: str) -> Any:
-    given = history("triangle", power(random, -4.5, -3.5), power(random, -3.0, -1.0))
-    return of_indentation(rs.indent(solid(random, poisson_ratio=0.5), profile(random, kind), **given), random)
+    options = history("triangle", power(random, -4.5, -3.5), power(random, -3.0, -1.0))
+    return of_indentation(rs.indent(solid(random, poisson_ratio=0.5), profile(random, kind), **options), random)
 
 
 @problem("indentation", ["triangle", "steps", "sine_arch", "hold"], **INDENTATION)
@@ -124,17 +124,17 @@ def prescribed_force(random: Random, kind: str) -> Any:
 @problem("indentation", ["cone", "ellipsoid", "layer, bonded", "force law, exponent"], **INDENTATION)
 def force_of(random: Random, kind: str) -> Any:
     force = rs.triangle(power(random, -2.0, -0.5), power(random, -3.0, 0.0))
-    found = rs.indent(solid(random, poisson_ratio=0.5), profile(random, kind), force=force)
-    return of_indentation(found, random)
+    result = rs.indent(solid(random, poisson_ratio=0.5), profile(random, kind), force=force)
+    return of_indentation(result, random)
 
 
 @problem("indentation")
 def histories(random: Random, _: int) -> Any:
     time = np.cumsum(random.uniform(0.1, 1.0, 6))
-    one = rs.History.from_points(time, random.normal(size=6))
+    target = rs.History.from_points(time, random.normal(size=6))
     arch = rs.sine_arch(2.0, 3.0)
-    moments = np.linspace(one.start, one.stop, 9)
-    return {"points": one(moments), "rate": one.rate(moments), "arch": arch(np.linspace(0.0, 3.0, 7))}
+    moments = np.linspace(target.start, target.stop, 9)
+    return {"points": target(moments), "rate": target.rate(moments), "arch": arch(np.linspace(0.0, 3.0, 7))}
 
 
 @problem("law", ["standard solid", "5 branches", "parallel dashpot", "cone", "sphere", "layer"], rtol=1e-8)
@@ -177,28 +177,31 @@ TARGETS = ("lammps-viscoelastic", "lammps-tsuji", "lammps-coeff-restitution", "l
 
 @problem("calibration", TARGETS, rtol=1e-6, slow=["lammps-tsuji", "mujoco-solref"])
 def calibrate(random: Random, target: str) -> Any:
-    one = rs.standard_solid(1e6, power(random, 6.0, 6.8), 500.0, poisson_ratio=0.49, density=1100.0)
-    bead = rs.Body(one, radius=0.001)
+    grain = rs.standard_solid(1e6, power(random, 6.0, 6.8), 500.0, poisson_ratio=0.49, density=1100.0)
+    bead = rs.Body(grain, radius=0.001)
     law = rs.calibrate((bead, bead), target, velocity=(0.02, 0.2), points=9)
-    found = {"e": law.restitution_coefficient(np.array([0.03, 0.1])), "error": law.largest_error}
-    return found | {"parameters": {name: one.value for name, one in law.parameters.items()}}
+    result = {"e": law.restitution_coefficient(np.array([0.03, 0.1])), "error": law.largest_error}
+    return result | {"parameters": {name: parameter.value for name, parameter in law.parameters.items()}}
 
 
 @problem("calibration", ["wall", "radius", "restitution"], rtol=1e-6)
 def calibrate_with(random: Random, kind: str) -> Any:
-    one = rs.standard_solid(1e6, power(random, 6.0, 6.8), 500.0, poisson_ratio=0.49, density=1100.0)
-    bead = rs.Body(one, radius=0.001)
+    target = rs.standard_solid(1e6, power(random, 6.0, 6.8), 500.0, poisson_ratio=0.49, density=1100.0)
+    bead = rs.Body(target, radius=0.001)
     options: Any = {"wall": {"contact": "wall"}, "radius": {"radius": (0.001, 0.003)},
                     "restitution": {"restitution": 0.7}}[kind]  # fmt: skip
     law = rs.calibrate((bead, bead), "lammps-viscoelastic", velocity=(0.02, 0.2), points=9, **options)
-    return {"error": law.largest_error, "parameters": {name: one.value for name, one in law.parameters.items()}}
+    return {
+        "error": law.largest_error,
+        "parameters": {name: parameter.value for name, parameter in law.parameters.items()},
+    }
 
 
 @problem("resilience", ["ISO 4662", "DIN 53512", "ASTM D2632", "ISO 8307", "ASTM D3574"])
 def resilience(random: Random, standard: str) -> Any:
-    given: Any = {"tip_radius": 0.005, "mass": 0.028} if standard == "ASTM D2632" else {}
-    found = rs.resilience(PAD, standard, temperature=random.uniform(270.0, 330.0, 2), **given)
-    return {"table": found.to_dataset(), "validity": of_validity(found), "frequency": found.frequency}
+    options: Any = {"tip_radius": 0.005, "mass": 0.028} if standard == "ASTM D2632" else {}
+    result = rs.resilience(PAD, standard, temperature=random.uniform(270.0, 330.0, 2), **options)
+    return {"table": result.to_dataset(), "validity": of_validity(result), "frequency": result.frequency}
 
 
 @problem("resilience", ["bonded", "frictionless", "half-space"])
@@ -209,4 +212,4 @@ def resilience_on(random: Random, base: str) -> Any:
 
 @problem("resilience")
 def implied_loss_tangent(random: Random, _: int) -> Any:
-    return [rs.implied_loss_tangent(one) for one in random.uniform(5.0, 95.0, 6)]
+    return [rs.implied_loss_tangent(item) for item in random.uniform(5.0, 95.0, 6)]

@@ -19,47 +19,47 @@ import restitution as rs
 def signature(function: Any) -> str:
     """Parameters with their defaults, without annotations, which name modules."""
     try:
-        found = inspect.signature(function)
+        result = inspect.signature(function)
     except (TypeError, ValueError):
         return "(...)"
-    public = (one for name, one in found.parameters.items() if not name.startswith("_"))
-    plain = [one.replace(annotation=inspect.Parameter.empty) for one in public]
+    public = (item for name, item in result.parameters.items() if not name.startswith("_"))
+    plain = [item.replace(annotation=inspect.Parameter.empty) for item in public]
     text = str(inspect.Signature(plain))
     return re.sub(r" at 0x[0-9a-f]+|restitution(\.\w+)+(?=\.\w)\.", "", text)
 
 
 def foreign(member: str, owner: type) -> bool:
     """Whether a member comes from Python or another library."""
-    for one in owner.__mro__:
-        if member in one.__dict__ or member in inspect.get_annotations(one):
-            return not one.__module__.startswith("restitution")
+    for item in owner.__mro__:
+        if member in item.__dict__ or member in inspect.get_annotations(item):
+            return not item.__module__.startswith("restitution")
     return False
 
 
-def of_class(one: type, instance: Any = None) -> Iterator[str]:
+def of_class(item: type, instance: Any = None) -> Iterator[str]:
     """Public members of a class, or of an instance with its own attributes."""
-    if issubclass(one, enum.Enum):
-        yield from (f"{member.name} = {member.value!r}" for member in one)
-    names = set(dir(one))
-    names |= {name for base in one.__mro__ for name in inspect.get_annotations(base)}
+    if issubclass(item, enum.Enum):
+        yield from (f"{member.name} = {member.value!r}" for member in item)
+    names = set(dir(item))
+    names |= {name for base in item.__mro__ for name in inspect.get_annotations(base)}
     names |= set(getattr(instance, "__dict__", {}))
     for name in sorted(names):
         if (
             (name.startswith("_") and name != "__call__")
-            or foreign(name, one)
-            or (issubclass(one, enum.Enum) and name in one.__members__)
+            or foreign(name, item)
+            or (issubclass(item, enum.Enum) and name in item.__members__)
         ):
             continue
-        member = inspect.getattr_static(one, name, None)
+        member = inspect.getattr_static(item, name, None)
         is_method = callable(member) or isinstance(member, classmethod | staticmethod)
-        yield name + (signature(getattr(one, name)) if is_method else "")
+        yield name + (signature(getattr(item, name)) if is_method else "")
 
 
 def results() -> dict[str, Any]:
     """Results whose classes have no public name, by the way to get them."""
     solid = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.5, density=1100.0)
     hit = rs.Impact(solid, rs.Parabola(0.01), 0.005, 0.1)
-    found = rs.solve(hit)
+    result = rs.solve(hit)
     omega = np.geomspace(1e3, 1e5, 12)
     scatter = np.exp(0.01 * np.random.default_rng(1).standard_normal(12))
     shear = solid.shear
@@ -86,9 +86,9 @@ def results() -> dict[str, Any]:
         ),
         "implied_loss_tangent()": rs.implied_loss_tangent(60.0),
         "resilience().standard": rs.resilience(solid).standard,
-        "solve().energy": found.energy,
-        "solve().summary()": found.summary(),
-        "solve().validity.checks[]": found.validity.checks[0],
+        "solve().energy": result.energy,
+        "solve().summary()": result.summary(),
+        "solve().validity.checks[]": result.validity.checks[0],
         "springpot()": rs.springpot(1e6, 0.3),
         "Impact().contact": hit.contact,
         "Material()": solid,
@@ -104,23 +104,23 @@ def public_names() -> str:
     """All public names, one in each line."""
     lines: list[str] = []
     for name in sorted(rs.__all__):
-        one = getattr(rs, name)
-        if isinstance(one, ModuleType):
+        item = getattr(rs, name)
+        if isinstance(item, ModuleType):
             lines.append(f"module {name}")
-            for member, part in sorted(vars(one).items()):
-                own = callable(part) and part.__module__.startswith(one.__name__)
-                if own and not member.startswith("_"):
+            for member, part in sorted(vars(item).items()):
+                is_public = callable(part) and part.__module__.startswith(item.__name__)
+                if is_public and not member.startswith("_"):
                     lines.append(f"    {member}{signature(part)}")
-        elif isinstance(one, type):
-            lines.append(f"class {name}" + ("" if issubclass(one, enum.Enum) else signature(one)))
-            lines += [f"    {member}" for member in of_class(one)]
+        elif isinstance(item, type):
+            lines.append(f"class {name}" + ("" if issubclass(item, enum.Enum) else signature(item)))
+            lines += [f"    {member}" for member in of_class(item)]
         else:
-            lines.append(f"{name}{signature(one)}")
-            lines += [f"    {part}{signature(getattr(one, part))}" for part in vars(one) if not part.startswith("_")]
+            lines.append(f"{name}{signature(item)}")
+            lines += [f"    {part}{signature(getattr(item, part))}" for part in vars(item) if not part.startswith("_")]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rs.RestitutionWarning)
-        found = results()
-    for name, one in sorted(found.items()):
+        result = results()
+    for name, item in sorted(result.items()):
         lines.append(f"result {name}")
-        lines += [f"    {member}" for member in of_class(type(one), one)]
+        lines += [f"    {member}" for member in of_class(type(item), item)]
     return "\n".join(lines) + "\n"

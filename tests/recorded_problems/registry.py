@@ -47,12 +47,12 @@ class Problem(NamedTuple):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", rs.RestitutionWarning)
             try:
-                found = self.function(random, self.variant)
+                result = self.function(random, self.variant)
             except rs.SolverError as error:
                 return {"solver_error": np.array(float(error.status))}
             except rs.InputError as error:
                 return {f"input_error {error.field}": np.array(1.0)}
-        return dict(flat(found))
+        return dict(flat(result))
 
     def tolerance(self, output: str) -> float:
         """Relative tolerance of one output; the longest part of its name in `tolerances` decides."""
@@ -60,7 +60,7 @@ class Problem(NamedTuple):
 
     def short(self, values: Values) -> Values:
         """Some numbers of each output that has a finite tolerance, for a small file."""
-        return {name: short(one) for name, one in values.items() if math.isfinite(self.tolerance(name))}
+        return {name: short(item) for name, item in values.items() if math.isfinite(self.tolerance(name))}
 
 
 PROBLEMS: dict[str, Problem] = {}
@@ -130,44 +130,44 @@ def short(values: NDArray[np.float64], count: int = 4) -> NDArray[np.float64]:
     return row if row.size <= count else row[np.linspace(0, row.size - 1, count).round().astype(int)]
 
 
-def same_bits(one: Values, other: Values) -> bool:
+def same_bits(first: Values, other: Values) -> bool:
     """Whether both have the same names, shapes and bits."""
-    return one.keys() == other.keys() and all(
-        one[name].shape == other[name].shape and one[name].tobytes() == other[name].tobytes() for name in one
+    return first.keys() == other.keys() and all(
+        first[name].shape == other[name].shape and first[name].tobytes() == other[name].tobytes() for name in first
     )
 
 
-def difference(one: NDArray[np.float64], other: NDArray[np.float64], floor: float = 0.0) -> float:
+def difference(first: NDArray[np.float64], other: NDArray[np.float64], floor: float = 0.0) -> float:
     """Largest difference over the largest finite magnitude; infinite if shapes, NaN or infinities differ."""
-    if one.shape != other.shape:
+    if first.shape != other.shape:
         return math.inf
     finite = np.isfinite(other)
-    if not np.array_equal(np.isfinite(one), finite) or not np.array_equal(
-        one[~finite], other[~finite], equal_nan=True
+    if not np.array_equal(np.isfinite(first), finite) or not np.array_equal(
+        first[~finite], other[~finite], equal_nan=True
     ):
         return math.inf
-    largest = float(np.max(np.abs(one[finite] - other[finite]), initial=0.0))
+    largest = float(np.max(np.abs(first[finite] - other[finite]), initial=0.0))
     scale = max(float(np.max(np.abs(other[finite]), initial=0.0)), floor)
     return largest / scale if largest else 0.0
 
 
-def differences(one: Values, other: Values) -> dict[str, float]:
+def differences(first: Values, other: Values) -> dict[str, float]:
     """Difference of each output relative to its largest magnitude; infinite if one of both lacks it."""
     return {
-        name: difference(one[name], other[name]) if name in one and name in other else math.inf
-        for name in one.keys() | other.keys()
+        name: difference(first[name], other[name]) if name in first and name in other else math.inf
+        for name in first.keys() | other.keys()
     }
 
 
-def beyond(problem: Problem, found: Values, recorded: Values) -> dict[str, float]:
+def beyond(problem: Problem, result: Values, recorded: Values) -> dict[str, float]:
     """Outputs that differ by more than their tolerance, with the difference over the scale of the output.
 
     The scale is the largest magnitude, and at least that of the output that bounds its rounding errors: the depth of
     the imprint is a difference of depths of the size of the largest one, and energies are parts of the kinetic one.
     """
     outside = {}
-    for name in sorted(found.keys() | recorded.keys()):
-        if name not in found or name not in recorded:
+    for name in sorted(result.keys() | recorded.keys()):
+        if name not in result or name not in recorded:
             outside[name] = math.inf
             continue
         head, dot, last = name.rpartition(".")
@@ -175,6 +175,6 @@ def beyond(problem: Problem, found: Values, recorded: Values) -> dict[str, float
         floor = FLOOR if last.endswith("restitution_coefficient") else 0.0
         if bound is not None and np.isfinite(bound).any():
             floor = float(np.max(np.abs(bound[np.isfinite(bound)])))
-        if (error := difference(found[name], recorded[name], floor)) > problem.tolerance(name):
+        if (error := difference(result[name], recorded[name], floor)) > problem.tolerance(name):
             outside[name] = error
     return outside

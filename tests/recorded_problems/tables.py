@@ -17,9 +17,9 @@ ENERGIES = ("restitution_coefficient", "dissipated_energy", "stored_energy", "ra
 VELOCITIES = rs.Logarithmic(0.01, 0.3, 4)
 
 
-def ball(one: Any, geometry: Any = None, **options: Any) -> Any:
+def ball(item: Any, geometry: Any = None, **options: Any) -> Any:
     """Impact of a ball, the base of a sweep."""
-    return rs.Impact(one, geometry or rs.Parabola(0.01), 0.005, 0.2, **options)
+    return rs.Impact(item, geometry or rs.Parabola(0.01), 0.005, 0.2, **options)
 
 
 # Axes of a sweep over a standard solid, and its further arguments.
@@ -104,10 +104,10 @@ def samples(random: Random, method: Any) -> Any:
 
 @problem("sweep")
 def function(random: Random, _: int) -> Any:
-    one = rubber(random)
+    target = rubber(random)
 
     def sphere(radius: float) -> Any:
-        return rs.Impact(one, rs.Parabola(radius), 4600.0 * radius**3, 1.0)
+        return rs.Impact(target, rs.Parabola(radius), 4600.0 * radius**3, 1.0)
 
     return rs.sweep(sphere, {"radius": rs.Linear(0.005, 0.02, 4), "velocity": VELOCITIES})
 
@@ -128,20 +128,20 @@ def store(random: Random, _: int) -> Any:
 
 @problem("surrogate", ["standard solid", "cone", "sphere", "layer", "force", "two bodies"], rtol=1e-8, error=math.inf)
 def surrogate(random: Random, kind: str) -> Any:
-    one = solid(random, poisson_ratio=0.5)
+    target = solid(random, poisson_ratio=0.5)
     hit = {
-        "standard solid": lambda: ball(one),
-        "cone": lambda: ball(one, rs.Cone(1.2)),
-        "sphere": lambda: ball(one, rs.Sphere(0.01)),
-        "layer": lambda: ball(one, rs.Layer(rs.Parabola(0.01), 0.005)),
-        "force": lambda: ball(one, external_force=1e-4),
-        "two bodies": lambda: ball(one, counter_material=rubber(random)),
+        "standard solid": lambda: ball(target),
+        "cone": lambda: ball(target, rs.Cone(1.2)),
+        "sphere": lambda: ball(target, rs.Sphere(0.01)),
+        "layer": lambda: ball(target, rs.Layer(rs.Parabola(0.01), 0.005)),
+        "force": lambda: ball(target, external_force=1e-4),
+        "two bodies": lambda: ball(target, counter_material=rubber(random)),
     }[kind]()
-    found = rs.surrogate(hit, velocity=(0.05, 0.5))
+    result = rs.surrogate(hit, velocity=(0.05, 0.5))
     v = power(random, math.log10(0.05), math.log10(0.5), 8)
-    values = {"restitution_coefficient": found(v), "time": found.contact_time(v), "force": found.max_force(v)}
-    values["table"] = found.sample(9)
+    values = {"restitution_coefficient": result(v), "time": result.contact_time(v), "force": result.max_force(v)}
+    values["table"] = result.sample(9)
     with tempfile.TemporaryDirectory() as folder:
-        again = rs.Surrogate.load(found.save(Path(folder) / "e.json"))
+        again = rs.Surrogate.load(result.save(Path(folder) / "e.json"))
     assert np.array_equal(again(v), values["restitution_coefficient"])
-    return values | {"error": found.error}
+    return values | {"error": result.error}

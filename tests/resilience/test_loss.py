@@ -12,13 +12,13 @@ from restitution.impact.status import Status
 
 def of_materials(materials, mass=0.25, velocity=1.98, radius=0.0075):
     """Resiliences in per cent and loss tangents at pi over the contact time."""
-    impacts = [rs.Impact(one, rs.Parabola(radius), mass, velocity) for one in materials]
+    impacts = [rs.Impact(material, rs.Parabola(radius), mass, velocity) for material in materials]
     columns = solve_columns(impacts, 1e-8)
     there = columns["status"] == Status.SEPARATED
     e, time = columns["restitution_coefficient"], columns["contact_time"]
     tangents = [
-        one.shear.loss_tangent(math.pi / t) if ok else math.nan
-        for one, t, ok in zip(materials, time, there, strict=True)
+        material.shear.loss_tangent(math.pi / t) if ok else math.nan
+        for material, t, ok in zip(materials, time, there, strict=True)
     ]
     return 100.0 * e**2, np.array(tangents)
 
@@ -36,9 +36,9 @@ def test_loss_tangent_of_a_power_law(exponent):
     # tan(pi n/2) at all frequencies. The relation does not depend on mass, velocity, radius and modulus.
     gel = rs.FractionalMaterial(rs.springpot(3e5, exponent), bulk=math.inf)
     result = rs.solve(rs.for_contact(lambda window: rs.Impact(gel.within(window), rs.Parabola(0.02), 0.01, 0.3)))
-    found = rs.implied_loss_tangent(float(100.0 * result.restitution_coefficient**2))
-    assert found.loss_tangent == pytest.approx(math.tan(0.5 * math.pi * exponent), rel=2e-3)
-    assert found.low < found.loss_tangent < found.high
+    implied = rs.implied_loss_tangent(float(100.0 * result.restitution_coefficient**2))
+    assert implied.loss_tangent == pytest.approx(math.tan(0.5 * math.pi * exponent), rel=2e-3)
+    assert implied.low < implied.loss_tangent < implied.high
 
 
 @pytest.mark.parametrize(("thickness", "ratio", "low"), [(0.0081, 0.5, 0.005), (0.0019, 2.0, 0.0105)])
@@ -46,8 +46,8 @@ def test_the_relation_hardly_changes_on_a_pad(thickness, ratio, low):
     gel, pad = rs.FractionalMaterial(rs.springpot(3e5, 0.2), bulk=math.inf), rs.Layer(rs.Parabola(0.0075), thickness)
     result = rs.solve(rs.for_contact(lambda window: rs.Impact(gel.within(window), pad, 0.25, 0.5)))
     assert result.max_contact_radius / thickness == pytest.approx(ratio, rel=0.04)
-    found = rs.implied_loss_tangent(float(100.0 * result.restitution_coefficient**2))
-    assert found.loss_tangent == pytest.approx((1.0 - low) * math.tan(0.1 * math.pi), rel=1e-3)
+    implied = rs.implied_loss_tangent(float(100.0 * result.restitution_coefficient**2))
+    assert implied.loss_tangent == pytest.approx((1.0 - low) * math.tan(0.1 * math.pi), rel=1e-3)
 
 
 @pytest.mark.parametrize(("terms", "outside"), [((1, 1), 0.01), ((2, 7), 0.06)])
@@ -55,7 +55,7 @@ def test_range_over_prony_series(terms, outside):
     resilience, tangent = of_materials(list(solids(400, 5, terms)))
     inside = (resilience > 1.0) & (resilience < 99.5)
     assert inside.sum() > 150
-    ranges = np.array([rs.implied_loss_tangent(one)[1:] for one in resilience[inside]])
+    ranges = np.array([rs.implied_loss_tangent(percent)[1:] for percent in resilience[inside]])
     assert np.all(tangent[inside] > (1.0 - outside) * ranges[:, 0])
     assert np.all(tangent[inside] < (1.0 + outside) * ranges[:, 1])
 
@@ -79,15 +79,15 @@ def test_the_weakest_branch_has_nearly_the_highest_loss_tangent(ratio):
 def test_formula_of_single_bounces():
     # tan delta = -0.815 ln e to 3 % for a power law.
     for e in np.linspace(0.35, 0.99, 9):
-        found = rs.implied_loss_tangent(100.0 * e**2)
-        assert found.loss_tangent == pytest.approx(-0.815 * math.log(e), rel=0.035)
+        implied = rs.implied_loss_tangent(100.0 * e**2)
+        assert implied.loss_tangent == pytest.approx(-0.815 * math.log(e), rel=0.035)
 
 
 def test_loss_tangent_falls_with_the_resilience():
-    found = np.array([rs.implied_loss_tangent(one) for one in np.linspace(1.0, 99.5, 80)])
-    assert np.all(np.diff(found, axis=0) < 0.0)
-    assert np.all(found[:, 1] < found[:, 0])
-    assert np.all(found[:, 0] < found[:, 2])
+    implied = np.array([rs.implied_loss_tangent(percent) for percent in np.linspace(1.0, 99.5, 80)])
+    assert np.all(np.diff(implied, axis=0) < 0.0)
+    assert np.all(implied[:, 1] < implied[:, 0])
+    assert np.all(implied[:, 0] < implied[:, 2])
 
 
 @pytest.mark.parametrize("rebound", [120.0, 0.0, -3.0, 100.0, math.nan, [50.0, 60.0], "much"])

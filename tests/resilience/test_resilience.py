@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import refusal
 from restitution.citation.cite import citations, entries
+from restitution.errors import ABSENT
 from restitution.rebound_resilience import STANDARDS
 
 TIMES = [1.0, 0.1, 1e-2, 1e-3, 1e-4, 1e-5]
@@ -21,10 +23,10 @@ NUMBERS = ("rebound_resilience", "contact_time", "max_indentation_depth", "max_c
 
 def test_half_space_under_the_schob_pendulum():
     # Five numbers of this rubber from independent programs, to four digits.
-    found = rs.resilience(RUBBER, "ASTM D7121", base="half-space")
-    wanted = 63.16, 8.94e-3, 5.83e-3, 6.61e-3, 181.0
-    assert [float(getattr(found, name)[0]) for name in NUMBERS] == pytest.approx(wanted, rel=1e-3)
-    assert found.rebound_resilience[0] == pytest.approx(63.16, abs=6e-3)
+    pad = rs.resilience(RUBBER, "ASTM D7121", base="half-space")
+    expected = 63.16, 8.94e-3, 5.83e-3, 6.61e-3, 181.0
+    assert [float(getattr(pad, name)[0]) for name in NUMBERS] == pytest.approx(expected, rel=1e-3)
+    assert pad.rebound_resilience[0] == pytest.approx(63.16, abs=6e-3)
 
 
 # Pad in mm and its base; R, contact time [ms], depth and contact radius [mm], force [N]: an independent integration.
@@ -38,8 +40,8 @@ PADS = {
 
 @pytest.mark.parametrize(("thickness", "base"), PADS)
 def test_pads_under_the_schob_pendulum(thickness, base):
-    found = rs.resilience(RUBBER, "ASTM D7121", thickness=1e-3 * thickness, base=base)
-    numbers = [float(getattr(found, name)[0]) for name in NUMBERS]
+    pad = rs.resilience(RUBBER, "ASTM D7121", thickness=1e-3 * thickness, base=base)
+    numbers = [float(getattr(pad, name)[0]) for name in NUMBERS]
     resilience, *others = PADS[thickness, base]
     assert numbers[0] == pytest.approx(resilience, abs=6e-3)
     assert numbers[1:] == pytest.approx(np.array(others) * [1e-3, 1e-3, 1e-3, 1.0], rel=1.5e-3)
@@ -57,9 +59,9 @@ def test_the_base_brackets_the_pad_and_a_thick_one_is_a_half_space():
 def test_a_bonded_pad_is_left_out_where_it_does_not_hold():
     # The Poisson ratio of this foam changes in time.
     foam = rs.Material(rs.PronySeries(2e4, [2e4, 5e4], [1e-3, 1e-4]), 6e4)
-    found = rs.resilience(foam, "ISO 8307")
-    assert found.base == ("frictionless", "half-space")
-    assert any("bonded" in one and "Poisson ratio" in one for one in found.warnings)
+    pad = rs.resilience(foam, "ISO 8307")
+    assert pad.base == ("frictionless", "half-space")
+    assert any("bonded" in warning and "Poisson ratio" in warning for warning in pad.warnings)
     with pytest.raises(rs.InputError, match="Poisson ratio"):
         rs.resilience(foam, "ISO 8307", base="bonded")
 
@@ -67,27 +69,27 @@ def test_a_bonded_pad_is_left_out_where_it_does_not_hold():
 @pytest.mark.parametrize("name", STANDARDS)
 def test_numbers_of_each_standard(name):
     test, radius = STANDARDS[name], 0.009
-    given: dict[str, float] = {} if test.mass else {"mass": 0.03}
-    mass = test.mass or given["mass"]
-    found = rs.resilience(RUBBER, name, base="half-space", tip_radius=radius, temperature=[270.0, 310.0], **given)
-    assert found.rebound_resilience.shape == (2, 1)
+    further: dict[str, float] = {} if test.mass else {"mass": 0.03}
+    mass = test.mass or further["mass"]
+    pad = rs.resilience(RUBBER, name, base="half-space", tip_radius=radius, temperature=[270.0, 310.0], **further)
+    assert pad.rebound_resilience.shape == (2, 1)
     for row, kelvin in enumerate([270.0, 310.0]):
         weight = mass * 9.80665 if test.falls else 0.0
         impact = rs.Impact(RUBBER.at(kelvin), rs.Parabola(radius), mass, test.velocity, external_force=weight)
         result = rs.solve(impact)
-        assert found.rebound_resilience[row, 0] == pytest.approx(100.0 * result.restitution_coefficient**2, rel=1e-6)
+        assert pad.rebound_resilience[row, 0] == pytest.approx(100.0 * result.restitution_coefficient**2, rel=1e-6)
         for other in NUMBERS[1:]:
-            assert getattr(found, other)[row, 0] == pytest.approx(getattr(result, other), rel=1e-6)
+            assert getattr(pad, other)[row, 0] == pytest.approx(getattr(result, other), rel=1e-6)
         rate = math.pi / result.contact_time
-        assert found.loss_tangent[row, 0] == pytest.approx(RUBBER.at(kelvin).shear.loss_tangent(rate))
-    assert found.frequency == pytest.approx(0.5 / found.contact_time)
+        assert pad.loss_tangent[row, 0] == pytest.approx(RUBBER.at(kelvin).shear.loss_tangent(rate))
+    assert pad.frequency == pytest.approx(0.5 / pad.contact_time)
 
 
 @pytest.mark.parametrize("name", STANDARDS)
 def test_every_number_has_a_source(name):
     test = STANDARDS[name]
-    known = {name for name in ("radius", "mass", "velocity", "thickness") if getattr(test, name) is not None}
-    assert set(test.sources) == known
+    numbers = {name for name in ("radius", "mass", "velocity", "thickness") if getattr(test, name) is not None}
+    assert set(test.sources) == numbers
     assert set(test.keys) <= set(entries())
     assert all(text.partition(": ")[2] for text in test.sources.values())
 
@@ -98,36 +100,36 @@ def test_nominal_numbers_of_iso_4662_and_of_schob():
         test = STANDARDS[name]
         assert test.radius is not None
         assert test.mass is not None
-        found = test.mass * test.velocity**2 / (2.0 * test.radius * test.thickness**2)
-        assert 251e3 < found < 532e3
-        assert density is None or found == density
+        pad = test.mass * test.velocity**2 / (2.0 * test.radius * test.thickness**2)
+        assert 251e3 < pad < 532e3
+        assert density is None or pad == density
     assert pytest.approx(0.5, abs=0.05) == 0.5 * 0.25 * 1.98**2
     assert STANDARDS["ISO 8307"].velocity ** 2 / (2.0 * 9.80665) == pytest.approx(0.5)
 
 
 def test_given_numbers_replace_those_of_the_standard():
-    found = rs.resilience(RUBBER, "ASTM D2632", tip_radius=0.004, mass=0.028, thickness=0.02)
-    assert (found.standard.radius, found.standard.mass, found.standard.thickness) == (0.004, 0.028, 0.02)
-    assert set(found.standard.sources) == {"velocity"}
+    pad = rs.resilience(RUBBER, "ASTM D2632", tip_radius=0.004, mass=0.028, thickness=0.02)
+    assert (pad.standard.radius, pad.standard.mass, pad.standard.thickness) == (0.004, 0.028, 0.02)
+    assert set(pad.standard.sources) == {"velocity"}
     assert set(rs.resilience(RUBBER, "ISO 4662").standard.sources) == {"radius", "mass", "velocity", "thickness"}
 
 
 def test_table_dataset_and_json():
-    found = rs.resilience(RUBBER, temperature=[280.0, 300.0, 320.0])
-    data = found.to_dataset()
+    pad = rs.resilience(RUBBER, temperature=[280.0, 300.0, 320.0])
+    data = pad.to_dataset()
     assert data.rebound_resilience.dims == ("temperature", "base")
     assert data.rebound_resilience.attrs["units"] == "%"
     assert data.temperature.attrs["units"] == "K"
-    assert len(found.table) == 3 * len(found.base)
+    assert len(pad.table) == 3 * len(pad.base)
     for head, values in {
-        "contact [ms]": 1e3 * found.contact_time,
-        "depth [mm]": 1e3 * found.max_indentation_depth,
+        "contact [ms]": 1e3 * pad.contact_time,
+        "depth [mm]": 1e3 * pad.max_indentation_depth,
     }.items():
-        assert found.table[head].astype(float).to_numpy() == pytest.approx(values.ravel(), rel=5e-3)
-    assert all(word in str(found) for word in ("ISO 4662", "R [%]", "6.85", found.base[0]))
-    assert "<table" in found._repr_html_()  # pyright: ignore[reportPrivateUsage]
-    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
-    assert content["rebound_resilience"] == found.rebound_resilience.tolist()
+        assert pad.table[head].astype(float).to_numpy() == pytest.approx(values.ravel(), rel=5e-3)
+    assert all(word in str(pad) for word in ("ISO 4662", "R [%]", "6.85", pad.base[0]))
+    assert "<table" in pad._repr_html_()  # pyright: ignore[reportPrivateUsage]
+    content = json.loads(json.dumps(pad.to_dict(), allow_nan=False))
+    assert content["rebound_resilience"] == pad.rebound_resilience.tolist()
     assert content["standard"]["sources"].keys() == {"radius", "mass", "velocity", "thickness"}
     single = rs.resilience(RUBBER)
     assert single.rebound_resilience.shape == (len(single.base),)
@@ -136,15 +138,15 @@ def test_table_dataset_and_json():
 
 
 def test_resilience_rises_far_above_the_glass_transition():
-    found = rs.resilience(RUBBER, temperature=[300.0, 350.0, 450.0], base="half-space")
-    assert np.all(np.diff(found.rebound_resilience[:, 0]) > 0.0)
+    pad = rs.resilience(RUBBER, temperature=[300.0, 350.0, 450.0], base="half-space")
+    assert np.all(np.diff(pad.rebound_resilience[:, 0]) > 0.0)
 
 
 def test_warnings_have_the_numbers_of_strain_and_pad():
-    found = rs.resilience(RUBBER, "ASTM D7121", base="half-space")
-    text = "\n".join(found.warnings)
-    assert f"{found.max_contact_radius[0] / 0.0075:.3g}" in text
-    assert f"{found.max_contact_radius[0] / 0.0125:.3g}" in text
+    pad = rs.resilience(RUBBER, "ASTM D7121", base="half-space")
+    text = "\n".join(pad.warnings)
+    assert f"{pad.max_contact_radius[0] / 0.0075:.3g}" in text
+    assert f"{pad.max_contact_radius[0] / 0.0125:.3g}" in text
     assert "trend" in text
     # The heavy indentor is no ball.
     assert "density" not in text
@@ -152,8 +154,8 @@ def test_warnings_have_the_numbers_of_strain_and_pad():
 
 def test_a_body_that_stays_has_no_resilience():
     liquid = rs.maxwell(1e4, 1.0, bulk_modulus=math.inf)
-    found = rs.resilience(liquid, "ISO 8307", base="half-space")
-    assert found.rebound_resilience[0] < 1.0
+    pad = rs.resilience(liquid, "ISO 8307", base="half-space")
+    assert pad.rebound_resilience[0] < 1.0
     stays = rs.resilience(rs.kelvin_voigt(1e3, 1e3, poisson_ratio=0.5), "ISO 8307", base="half-space")
     assert stays.rebound_resilience[0] < 1.0
     assert stays.plot().axes
@@ -168,29 +170,30 @@ def test_pictures(temperature):
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("arguments", "field", "words"),
     [
-        ({"standard": "ISO 466"}, "did you mean ISO 4662"),
-        ({"standard": "ASTM D2632"}, "tip_radius: must be given"),
-        ({"standard": "ASTM D2632", "tip_radius": 0.004}, "mass: must be given"),
-        ({"mass": -1.0}, "mass = -1 kg"),
-        ({"temperature": -5.0}, "temperature = -5 K"),
-        ({"temperature": []}, "temperature: must be"),
-        ({"temperature": [[280.0]]}, "temperature: must be"),
-        ({"temperature": math.nan}, "temperature = nan"),
-        ({"base": "glued"}, "base = 'glued'"),
-        ({"base": ()}, "base: must name"),
-        ({"thickness": 0.0}, "thickness = 0 m"),
-        ({"thickness": 12.5}, "thickness = 12.5 m: must be in [0.0001, 1] m"),
-        ({"tip_radius": -1.0}, "tip_radius = -1 m"),
-        ({"rtol": 1.0}, "rtol = 1"),
+        ({"standard": "ISO 466"}, "standard", "did you mean ISO 4662"),
+        ({"standard": "ASTM D2632"}, "tip_radius", "must be given"),
+        ({"standard": "ASTM D2632", "tip_radius": 0.004}, "mass", ""),
+        ({"mass": -1.0}, "mass", ""),
+        ({"temperature": -5.0}, "temperature", ""),
+        ({"temperature": []}, "temperature", "must be a number or a list"),
+        ({"temperature": [[280.0]]}, "temperature", ""),
+        ({"temperature": math.nan}, "temperature", ""),
+        ({"base": "glued"}, "base", ""),
+        ({"base": ()}, "base", "must name"),
+        ({"thickness": 0.0}, "thickness", ""),
+        ({"thickness": 12.5}, "thickness", "must be in [0.0001, 1] m"),
+        ({"tip_radius": -1.0}, "tip_radius", ""),
+        ({"rtol": 1.0}, "rtol", ""),
     ],
 )
-def test_silly_inputs_are_refused_in_one_line(given, words):
-    with pytest.raises(rs.InputError) as caught:
-        rs.resilience(RUBBER, **given)
-    assert words in str(caught.value)
-    assert "\n" not in str(caught.value)
+def test_silly_inputs_are_refused_in_one_line(arguments, field, words):
+    error = refusal(lambda: rs.resilience(RUBBER, **arguments))
+    assert error.field == field
+    assert error.value is ABSENT or error.value == pytest.approx(arguments[field], nan_ok=True)
+    assert words in error.rule
+    assert "\n" not in str(error)
 
 
 def test_a_temperature_needs_a_shift_and_a_material_its_type():

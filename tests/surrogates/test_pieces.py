@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from restitution.surrogates.build import DEGREE, NotMet, build_pieces
-from restitution.surrogates.evaluation import scalar_function, table, value, values
+from restitution.surrogates.velocity import lookup_table, scalar_function, value, values
 
 
 def difference(approximate, exact):
@@ -16,7 +16,7 @@ def difference(approximate, exact):
 def look_up(pieces, function, x):
     """Value at x from a table of the logarithm of the function over the logarithm of its argument."""
     low, high = np.exp(pieces.edges[[0, -1]])
-    return math.log(value(math.exp(x), *table(pieces, function, low, high, math.inf)))
+    return math.log(value(math.exp(x), lookup_table(pieces, function, low, high, math.inf)))
 
 
 @pytest.mark.plain
@@ -45,8 +45,8 @@ def test_pieces_are_halved_where_the_function_is_rough():
     assert widths.max() > 30.0 * widths.min()
     points = np.random.default_rng(5).uniform(-1.0, 1.0, 300)
     for function in (0, 1):
-        found = [look_up(pieces, function, x) for x in points]
-        assert np.abs(found - sample(points)[function]).max() < 1e-7
+        looked_up = [look_up(pieces, function, x) for x in points]
+        assert np.abs(looked_up - sample(points)[function]).max() < 1e-7
 
 
 @pytest.mark.plain
@@ -83,19 +83,19 @@ def test_an_unattainable_error_is_reported_with_place_and_size():
 @pytest.mark.plain
 def test_values_out_of_range_are_nan():
     pieces, _ = build_pieces(lambda x: x[None], difference, 0.0, 1.0, 1e-6)
-    one = table(pieces, 0, 1.0, math.e, math.inf)
-    assert value(2.0, *one) == pytest.approx(2.0)
-    assert value(1.0, *one) == pytest.approx(1.0)
-    assert value(math.e, *one) == pytest.approx(math.e)
+    table = lookup_table(pieces, 0, 1.0, math.e, math.inf)
+    assert value(2.0, table) == pytest.approx(2.0)
+    assert value(1.0, table) == pytest.approx(1.0)
+    assert value(math.e, table) == pytest.approx(math.e)
     for v in (0.999, 2.72, -1.0, math.nan, math.inf):
-        assert math.isnan(value(v, *one))
+        assert math.isnan(value(v, table))
     out = np.empty(3)
-    values(np.array([0.5, 1.5, 9.0]), out, *one)
+    values(np.array([0.5, 1.5, 9.0]), out, table)
     assert np.isnan(out).tolist() == [True, False, True]
-    assert scalar_function(one)(1.5) == out[1]
+    assert scalar_function(table)(1.5) == out[1]
 
 
 @pytest.mark.plain
 def test_values_do_not_exceed_their_upper_limit():
     pieces, _ = build_pieces(lambda x: (1e-3 + 0.0 * x)[None], difference, 0.0, 1.0, 1e-6)
-    assert value(2.0, *table(pieces, 0, 1.0, math.e, 1.0)) == 1.0
+    assert value(2.0, lookup_table(pieces, 0, 1.0, math.e, 1.0)) == 1.0

@@ -7,6 +7,7 @@ import os
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import restitution as rs
+from refusals import refusal
+from restitution.errors import ABSENT
 from restitution.impact.closed_forms import (
     elastic_contact_time,
     elastic_max_force,
@@ -51,37 +54,37 @@ def drawn(low: float, high: float, n: int, seed: int = 7) -> np.ndarray:
     ("impact", "rtol"), [(BALL, 1e-3), (BALL, 1e-6), (BALL, 1e-10), (EPOXY, 1e-6), (KINK, 1e-4), (PRESSED, 1e-7)]
 )
 def test_error_is_below_the_stated_error_at_other_points(impact: rs.Impact, rtol: float) -> None:
-    made = rs.surrogate(impact, velocity=(1e-3, 10.0), rtol=rtol)
+    curve = rs.surrogate(impact, velocity=(1e-3, 10.0), rtol=rtol)
     v = drawn(1e-3, 10.0, 800)
     exact = rs.solve(replace(impact, velocity=v), rtol=max(1e-5 * rtol, 1e-12))
     for name in OUTPUTS:
         truth = getattr(exact, name)
         floor = 1e-3 if name == "restitution_coefficient" else 0.0
-        error = np.abs(getattr(made, name)(v) - truth) / np.maximum(truth, floor)
+        error = np.abs(getattr(curve, name)(v) - truth) / np.maximum(truth, floor)
         assert error.max() <= rtol
-        assert made.error[name] <= rtol
+        assert curve.error[name] <= rtol
         # The stated error also holds at points that were not used to measure it.
-        assert error.max() <= made.error[name]
+        assert error.max() <= curve.error[name]
 
 
 def test_shallow_impacts_with_a_tabulated_profile_are_accurate() -> None:
-    made = rs.surrogate(KINK, velocity=(1e-3, 100.0), rtol=1e-10)
+    curve = rs.surrogate(KINK, velocity=(1e-3, 100.0), rtol=1e-10)
     for v in (1e-3, 3e-3, 0.02):
         alone = rs.solve(replace(KINK, velocity=v), rtol=1e-12)
         for name in OUTPUTS:
-            assert getattr(made, name)(v) == pytest.approx(getattr(alone, name), rel=1e-10)
+            assert getattr(curve, name)(v) == pytest.approx(getattr(alone, name), rel=1e-10)
 
 
 def test_elastic_body_agrees_with_hertz() -> None:
     steel = rs.elastic(shear_modulus=8e10, poisson_ratio=0.3)
-    made = rs.surrogate(rs.Impact(steel, rs.Parabola(0.01), mass=0.03, velocity=1.0), velocity=(1e-3, 1.0))
+    curve = rs.surrogate(rs.Impact(steel, rs.Parabola(0.01), mass=0.03, velocity=1.0), velocity=(1e-3, 1.0))
     v = drawn(1e-3, 1.0, 50)
     modulus = 2.0 * 8e10 / (1.0 - 0.3)
     depth = elastic_max_indentation_depth(modulus, 0.1, 0.03, v)
-    assert made(v) == pytest.approx(1.0, abs=1e-10)
-    assert made(v).max() <= 1.0
-    assert made.contact_time(v) == pytest.approx(elastic_contact_time(depth, v), rel=1e-9)
-    assert made.max_force(v) == pytest.approx(elastic_max_force(depth, 0.03, v), rel=1e-9)
+    assert curve(v) == pytest.approx(1.0, abs=1e-10)
+    assert curve(v).max() <= 1.0
+    assert curve.contact_time(v) == pytest.approx(elastic_contact_time(depth, v), rel=1e-9)
+    assert curve.max_force(v) == pytest.approx(elastic_max_force(depth, 0.03, v), rel=1e-9)
 
 
 def test_flat_punch_on_a_maxwell_liquid_has_a_constant_e() -> None:
@@ -105,36 +108,16 @@ def test_values_have_the_shape_of_the_velocities(ball: rs.Surrogate) -> None:
     assert ball([]).shape == (0,)
 
 
-@pytest.mark.parametrize(
-    ("velocity", "message"),
-    [
-        (9.99e-4, r"velocity = 0.000999 m/s: must be in \[0.001, 10\] m/s"),
-        ([1.0, 10.1], r"velocity\[1\] = 10.1 m/s: must be in \[0.001, 10\] m/s"),
-        (math.nan, r"velocity = nan m/s: must be in \[0.001, 10\] m/s"),
-        (-1.0, r"velocity = -1 m/s: must be in"),
-    ],
-)
-def test_nothing_is_extrapolated(ball: rs.Surrogate, velocity: object, message: str) -> None:
+@pytest.mark.parametrize("velocity", [9.99e-4, [1.0, 10.1], math.nan, -1.0])
+def test_nothing_is_extrapolated(ball: rs.Surrogate, velocity: object) -> None:
     for function in (ball, ball.contact_time, ball.max_force):
-        with pytest.raises(ValueError, match=message):
-            function(velocity)
+        error = refusal(partial(function, velocity))
+        assert (error.field, error.rule) == ("velocity", "must be in [0.001, 10] m/s")
+        assert error.value == pytest.approx(np.atleast_1d(velocity)[-1], nan_ok=True)
 
 
-def test_compiled_form_within_a_callback_for_c(ball: rs.Surrogate) -> None:
-    e, force = ball.compiled(), ball.compiled("max_force")
-
-    @numba.cfunc("float64(float64, float64)")
-    def lost_energy(mass, v):
-        return 0.5 * mass * v * v * (1.0 - e(v) ** 2) + 0.0 * force(v)
-
-    for v in drawn(1e-3, 10.0, 20):
-        assert lost_energy.ctypes(0.005, v) == pytest.approx(0.0025 * v**2 * (1.0 - ball(v) ** 2), rel=1e-14)
-    assert math.isnan(lost_energy.ctypes(0.005, 11.0))
-    assert math.isnan(lost_energy.ctypes(0.005, 9e-4))
-
-
-def test_compiled_form_in_a_loop_gives_the_same_bits(ball: rs.Surrogate) -> None:
-    time = ball.compiled("contact_time")
+def test_compiled_forms_in_a_loop_and_in_a_callback_for_c_give_the_same_bits(ball: rs.Surrogate) -> None:
+    e, time = ball.compiled(), ball.compiled("contact_time")
 
     @numba.njit
     def loop(v):
@@ -143,37 +126,34 @@ def test_compiled_form_in_a_loop_gives_the_same_bits(ball: rs.Surrogate) -> None
             out[n] = time(v[n])
         return out
 
+    called = numba.cfunc("float64(float64)")(lambda v: e(v) + 0.0 * time(v)).ctypes
     v = drawn(1e-3, 10.0, 1000)
     assert np.array_equal(loop(v), ball.contact_time(v))
-    assert time(0.7) == ball.contact_time(0.7)
+    assert list(map(called, v[:20].tolist())) == ball(v[:20]).tolist()
+    assert math.isnan(called(11.0))
+    assert math.isnan(called(9e-4))
     with pytest.raises(rs.InputError, match="output = 'depth'"):
         ball.compiled("depth")
 
 
-def test_threads_give_the_same_values(ball: rs.Surrogate) -> None:
+def test_threads_and_other_processes_give_the_same_values(ball: rs.Surrogate) -> None:
     v = drawn(1e-3, 10.0, 1000)
     fresh = replace(ball)
     with ThreadPoolExecutor(4) as pool:
         rows = list(pool.map(lambda _: fresh(v), range(8)))
-    assert all(np.array_equal(row, ball(v)) for row in rows)
-
-
-def test_other_processes_give_the_same_values(ball: rs.Surrogate) -> None:
-    v = drawn(1e-3, 10.0, 20)
-    expected = ball(v)
-    assert np.array_equal(pickle.loads(pickle.dumps(ball))(v), expected)
+    assert all(np.array_equal(row, ball(v)) for row in [*rows, pickle.loads(pickle.dumps(ball))(v)])
 
 
 def test_results_do_not_depend_on_the_number_of_workers() -> None:
-    one, two = (rs.surrogate(BALL, (0.1, 1.0), 1e-8, workers=n) for n in (1, 2))
-    assert np.array_equal(one.pieces.coefficients, two.pieces.coefficients)
-    assert one.error == two.error
+    alone, shared = (rs.surrogate(BALL, (0.1, 1.0), 1e-8, workers=n) for n in (1, 2))
+    assert np.array_equal(alone.pieces.coefficients, shared.pieces.coefficients)
+    assert alone.error == shared.error
 
 
 def test_progress_ends_with_all_pieces() -> None:
     reports = []
-    made = rs.surrogate(KINK, (1e-3, 10.0), 1e-4, progress=lambda *report: reports.append(report))
-    n = made.pieces.edges.size - 1
+    curve = rs.surrogate(KINK, (1e-3, 10.0), 1e-4, progress=lambda *report: reports.append(report))
+    n = curve.pieces.edges.size - 1
     assert n > 1
     assert reports[-1] == (n, n)
 
@@ -231,22 +211,22 @@ def test_an_indentation_beyond_the_table_is_reported() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "error", "message"),
+    ("arguments", "field", "value", "words"),
     [
-        ((BALL, (0.1, 0.1)), ValueError, r"velocity = \(0.1, 0.1\): must be the lowest and the highest"),
-        ((BALL, (1.0, 1.0)), ValueError, r"velocity = \(1.0, 1.0\): must be the lowest and the highest"),
-        ((BALL, 1.0), ValueError, r"velocity = 1: must be the lowest and the highest"),
-        ((BALL, (0.0, 1.0)), ValueError, r"velocity\[0\] = 0 m/s: must be finite and > 0"),
-        ((BALL, (0.1, math.inf)), ValueError, r"velocity\[1\] = inf m/s: must be finite and > 0"),
-        ((BALL, (0.1, 1.0), 1e-11), ValueError, r"rtol = 1e-11: must be in \[1e-10, 0.01\]"),
-        ((replace(BALL, mass=[1.0, 2.0]),), ValueError, r"impact: must be a single impact, .* shape \(2,\)"),
-        ((RUBBER,), TypeError, "must be an Impact"),
+        ((BALL, (0.1, 0.1)), "velocity", (0.1, 0.1), "must be the lowest and the highest"),
+        ((BALL, 1.0), "velocity", 1.0, ""),
+        ((BALL, (0.0, 1.0)), "velocity", 0.0, ""),
+        ((BALL, (0.1, math.inf)), "velocity", math.inf, ""),
+        ((BALL, (0.1, 1.0), 1e-11), "rtol", 1e-11, "must be in [1e-10, 0.01]"),
+        ((replace(BALL, mass=[1.0, 2.0]),), "impact", ABSENT, "must be a single impact, but has shape (2,)"),
+        ((RUBBER,), "impact", RUBBER, "must be an Impact"),
     ],
 )
-def test_bad_input_is_one_line(arguments: tuple, error: type, message: str) -> None:
-    with pytest.raises(error, match=message) as caught:
-        rs.surrogate(*arguments)
-    assert "\n" not in str(caught.value)
+def test_bad_input_is_one_line(arguments: tuple, field: str, value: object, words: str) -> None:
+    error = refusal(lambda: rs.surrogate(*arguments))
+    assert (error.field, error.value) == (field, value)
+    assert words in error.rule
+    assert "\n" not in str(error)
 
 
 def test_the_file_is_plain_json(ball: rs.Surrogate, tmp_path: Path) -> None:
@@ -286,7 +266,7 @@ def test_a_failed_write_keeps_the_old_file(
 
 def rehashed(content: dict[str, Any]) -> dict[str, Any]:
     """Content with its correct hash, as another program may write it."""
-    return content | {"sha256": content_hash({key: one for key, one in content.items() if key != "sha256"})}
+    return content | {"sha256": content_hash({key: value for key, value in content.items() if key != "sha256"})}
 
 
 @pytest.mark.parametrize(
@@ -366,17 +346,17 @@ def test_any_material_and_its_file(
 ) -> None:
     impact = rs.Impact(material, rs.Parabola(radius), mass=mass, velocity=1.0)
     assume(float(impact.reduced_modulus.instantaneous_modulus) > 0.0)
-    made = rs.surrogate(impact, (low, low * ratio), rtol)
-    v = np.append(drawn(low, low * ratio, 30), made.velocity)
-    e, time, force = made(v), made.contact_time(v), made.max_force(v)
+    curve = rs.surrogate(impact, (low, low * ratio), rtol)
+    v = np.append(drawn(low, low * ratio, 30), curve.velocity)
+    e, time, force = curve(v), curve.contact_time(v), curve.max_force(v)
     assert np.all((e > 0.0) & (e <= 1.0))
     order = np.argsort(v)
     # For any material a faster impact is shorter and has a larger force.
     assert np.all(np.diff(time[order]) < 2.0 * rtol * time.max())
     assert np.all(np.diff(force[order]) > -2.0 * rtol * force.max())
-    again = rs.Surrogate.load(made.save(tmp_path / "any.json"))
-    assert (again.velocity, again.rtol, again.error) == (made.velocity, made.rtol, made.error)
-    assert (again.warnings, again.problem) == (made.warnings, made.problem)
+    again = rs.Surrogate.load(curve.save(tmp_path / "any.json"))
+    assert (again.velocity, again.rtol, again.error) == (curve.velocity, curve.rtol, curve.error)
+    assert (again.warnings, again.problem) == (curve.warnings, curve.problem)
     for name, values in zip(OUTPUTS, (e, time, force), strict=True):
         assert np.array_equal(getattr(again, name)(v), values)
     assert again.save(tmp_path / "again.json").read_bytes() == (tmp_path / "any.json").read_bytes()
@@ -392,7 +372,7 @@ def test_a_single_piece_takes_few_solves_and_its_error_includes_that_of_the_solv
         return solved(impacts, speeds, accuracy, workers)
 
     monkeypatch.setattr(build, "_solved", counted)
-    made = rs.surrogate(BALL, (0.1, 1.0), 1e-8)
+    curve = rs.surrogate(BALL, (0.1, 1.0), 1e-8)
     assert sum(counts) <= 100
     # The tolerance of the solves is 1e-12, and the error of the largest force is up to 14 times as large.
-    assert min(made.error.values()) >= 1.4e-11
+    assert min(curve.error.values()) >= 1.4e-11

@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.stats import qmc
 
 from restitution.errors import InputError, InputTypeError
-from restitution.sweeps.axes import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform, read_axis
+from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform, read_axis
 from restitution.units import unit_registry
 
 
@@ -86,6 +86,19 @@ def test_moments_of_the_draws(distribution: object, mean: float, deviation: floa
     assert values.std() == pytest.approx(deviation, rel=5e-3)
 
 
+@pytest.mark.parametrize("share", [0.0, 1.0 - 2.0**-53])
+def test_no_draw_is_infinite(share: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shares of 0 and almost 1 occur once in 2^30 draws."""
+    monkeypatch.setattr(qmc.Sobol, "random", lambda self, n: np.full((n, self.d), share))
+    draws = Samples(4, {"mass": LogNormal(1.0, 0.1), "external_force": Normal(10.0, 0.1)}, seed=1).columns(
+        "draw", 0, 4
+    )
+    for values in draws.values():
+        assert np.all(np.isfinite(values))
+    # The quantile of 2^-31 is 6.2 standard deviations from the mean.
+    assert abs(draws["external_force"][0] - 10.0) == pytest.approx(0.62, abs=0.01)
+
+
 def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
     values = whole(Samples(1024, {"mass": Normal(0.1, 0.1)}))["mass"]
     assert values.min() > 0.0
@@ -130,11 +143,11 @@ def test_numbers_in_place_of_distributions_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    "given", ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}]
+    "entry", ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}]
 )
-def test_axes_that_are_no_numbers_are_refused(given: object) -> None:
+def test_axes_that_are_no_numbers_are_refused(entry: object) -> None:
     with pytest.raises(InputTypeError) as caught:
-        read_axis("velocity", given)
+        read_axis("velocity", entry)
     assert caught.value.field == "velocity"
 
 

@@ -14,24 +14,20 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from cases import BALL, FAST, RUBBER, case_file
+from checkout import tree
 from restitution.sweeps import run
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")]
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
 AXES = {"velocity": rs.Logarithmic(0.01, 10.0, 200), "radius": rs.Linear(0.005, 0.02, 100)}
-
-
-def tree(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")
 def client() -> Any:
     options: dict[str, Any] = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0"}
-    with distributed.LocalCluster(**options) as local, distributed.Client(local) as one:
-        yield one
+    with distributed.LocalCluster(**options) as local, distributed.Client(local) as connected:
+        yield connected
 
 
 def test_dask_and_threads_write_the_same_bytes(client: Any, tmp_path: Path) -> None:
@@ -136,21 +132,11 @@ def test_a_missing_dask_is_reported_with_the_command_to_install_it(monkeypatch: 
         rs.sweep(BALL, {"velocity": [1.0]}, engine="dask")
 
 
-CASE = """
-[body]
-mass = "5 g"
-radius = "10 mm"
-[material]
-equilibrium_modulus = "1 MPa"
-branch_modulus = "10 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.45
-[axes]
-velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = 400 }
-radius = { linear = ["5 mm", "20 mm"], n = 50 }
-[sweep]
-chunk = 500
-"""
+CASE = case_file(
+    material=FAST, impact=None, sweep="chunk = 500",
+    axes="""velocity = { logarithmic = ["1 cm/s", "10 m/s"], n = 400 }
+    radius = { linear = ["5 mm", "20 mm"], n = 50 }""",
+)  # fmt: skip
 
 
 def test_the_command_runs_and_resumes_on_a_local_cluster(tmp_path: Path) -> None:
@@ -205,9 +191,9 @@ def test_the_local_cluster_listens_on_this_machine_only() -> None:
     def look(*_: int) -> None:
         me = psutil.Process()
         for process in (me, *me.children(recursive=True)):
-            for one in process.net_connections(kind="inet"):
-                if one.status == psutil.CONN_LISTEN:
-                    addresses.add(one.laddr.ip)
+            for connection in process.net_connections(kind="inet"):
+                if connection.status == psutil.CONN_LISTEN:
+                    addresses.add(connection.laddr.ip)
 
     rs.sweep(BALL, {"velocity": AXES["velocity"]}, chunk=50, engine="dask", workers=1, progress=look)
     assert addresses

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from cases import BALL, RUBBER
+from checkout import tree
 from restitution.errors import InputError, RestitutionWarning
 from restitution.sweeps import plan
 from restitution.sweeps.store import _is_intact
@@ -19,8 +21,6 @@ from restitution.sweeps.store import _is_intact
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
 OUTPUTS = ["restitution_coefficient", "contact_time"]
 
 
@@ -30,20 +30,16 @@ def run(out: Path, n: int = 12) -> Any:
     return rs.sweep(BALL, axes, OUTPUTS, out=out, chunk=1)
 
 
-def tree(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def intact_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("made") / "result.zarr"
     run(out)
     return out
 
 
 @pytest.fixture
-def out(made: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(made, tmp_path / "result.zarr"))
+def out(intact_store: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(intact_store, tmp_path / "result.zarr"))
 
 
 @pytest.fixture
@@ -66,37 +62,21 @@ def flipped(content: bytes, bit: int) -> bytes:
     return bytes(changed)
 
 
-@pytest.mark.parametrize("name", ["contact_time", "status"])
-def test_every_flipped_bit_of_a_chunk_is_noticed(made: Path, out: Path, name: str, computed: list[Any]) -> None:
-    stored, chunk = rs.open_sweep(out), out / name / "c" / "7" / "0"
+@pytest.mark.parametrize("name", ["contact_time", "status", "velocity", "material", "external_force"])
+def test_every_flipped_bit_is_noticed(intact_store: Path, out: Path, name: str, computed: list[Any]) -> None:
+    folder = out / name / "c"
+    chunk = next(path for path in (folder / "7" / "0", folder / "0", folder) if path.is_file())
     content = chunk.read_bytes()
     bits = range(8 * len(content))
+    assert _is_intact(content)
     assert not any(_is_intact(flipped(content, bit)) for bit in bits)
-    for bit in random.sample(bits, 30):
-        chunk.write_bytes(flipped(content, bit))
-        with pytest.raises(InputError, match=rf"result\.zarr: {name}/c/7/0 is damaged; ") as caught:
-            stored[name][7].load()
-        assert "\n" not in str(caught.value)
     for bit in random.sample(bits, 5):
         chunk.write_bytes(flipped(content, bit))
-        run(out)
-        assert tree(out) == tree(made), bit
-    assert computed == [(7, 0)] * 5
-
-
-@pytest.mark.parametrize("name", ["velocity", "material", "external_force"])
-def test_every_flipped_bit_of_an_axis_is_noticed(made: Path, out: Path, name: str, computed: list[Any]) -> None:
-    chunk = next(path for path in (out / name / "c", out / name / "c" / "0") if path.is_file())
-    content = chunk.read_bytes()
-    assert _is_intact(content)
-    assert not any(_is_intact(flipped(content, bit)) for bit in range(8 * len(content)))
-    for bit in np.linspace(0, 8 * len(content) - 1, 3, dtype=int):
-        chunk.write_bytes(flipped(content, int(bit)))
-        with pytest.raises(InputError, match="is damaged"):
+        with pytest.raises(InputError, match=rf"result\.zarr: {chunk.relative_to(out)} is damaged; [^\n]+\Z"):
             rs.open_sweep(out).load()
         run(out)
-        assert tree(out) == tree(made)
-    assert computed == []
+        assert tree(out) == tree(intact_store), bit
+    assert computed == ([(7, 0)] * 5 if name in (*OUTPUTS, "status") else [])
 
 
 def remove(path: Path) -> None:
@@ -123,7 +103,7 @@ def four_zeros(path: Path) -> None:
 @pytest.mark.parametrize("harm", [remove, empty, truncate, zero, four_zeros])
 @pytest.mark.parametrize("name", ["restitution_coefficient", "status", "velocity"])
 def test_remains_of_a_crash_are_reported_and_repaired(
-    made: Path, out: Path, name: str, harm: Callable[[Path], None], computed: list[Any]
+    intact_store: Path, out: Path, name: str, harm: Callable[[Path], None], computed: list[Any]
 ) -> None:
     harm(out / name / "c" / ("0" if name == "velocity" else "7/0"))
     if (name, harm) == ("status", remove):
@@ -135,16 +115,16 @@ def test_remains_of_a_crash_are_reported_and_repaired(
             rs.open_sweep(out).load()
     run(out)
     assert computed == ([] if name == "velocity" else [(7, 0)])
-    assert tree(out) == tree(made)
+    assert tree(out) == tree(intact_store)
 
 
 @pytest.mark.parametrize("name", ["restitution_coefficient", "status", "velocity", "material"])
-def test_a_missing_folder_of_a_variable_is_restored(made: Path, out: Path, name: str) -> None:
+def test_a_missing_folder_of_a_variable_is_restored(intact_store: Path, out: Path, name: str) -> None:
     shutil.rmtree(out / name)
     with pytest.raises(InputError):
         rs.open_sweep(out).load()
     run(out)
-    assert tree(out) == tree(made)
+    assert tree(out) == tree(intact_store)
 
 
 @pytest.mark.parametrize(
@@ -158,7 +138,7 @@ def test_a_missing_folder_of_a_variable_is_restored(made: Path, out: Path, name:
     ],
 )
 def test_edited_metadata_are_reported_and_repaired(
-    made: Path, out: Path, file: str, old: str, new: str, computed: list[Any]
+    intact_store: Path, out: Path, file: str, old: str, new: str, computed: list[Any]
 ) -> None:
     text = (out / file).read_text()
     assert old.replace('\\"', '\\"') in text
@@ -166,7 +146,7 @@ def test_edited_metadata_are_reported_and_repaired(
     with pytest.raises(InputError, match="damaged"):
         rs.open_sweep(out)
     run(out)
-    assert tree(out) == tree(made)
+    assert tree(out) == tree(intact_store)
     assert computed == []
 
 
@@ -190,7 +170,7 @@ def test_an_invalid_description_is_refused_in_one_line(out: Path, value: Any) ->
             attempt(out)
 
 
-def test_other_files_among_the_chunks_are_ignored(made: Path, out: Path, computed: list[Any]) -> None:
+def test_other_files_among_the_chunks_are_ignored(intact_store: Path, out: Path, computed: list[Any]) -> None:
     (out / "status" / "c" / "99999").mkdir()
     (out / "status" / "c" / "99999" / "0").write_text("x")
     (out / "status" / "c" / "9" / "0").unlink()
@@ -207,7 +187,7 @@ def test_other_files_among_the_chunks_are_ignored(made: Path, out: Path, compute
     )
     assert (done[0], done[-1]) == (11, 12)
     assert computed == [(9, 0)]
-    assert (out / "status" / "c" / "9" / "0").read_bytes() == (made / "status" / "c" / "9" / "0").read_bytes()
+    assert (out / "status" / "c" / "9" / "0").read_bytes() == (intact_store / "status" / "c" / "9" / "0").read_bytes()
 
 
 def test_links_and_files_in_the_way_are_refused_by_name(out: Path, tmp_path: Path) -> None:
@@ -240,31 +220,33 @@ def test_a_chunk_of_nan_counts_as_computed(tmp_path: Path, computed: list[Any]) 
     assert sorted(computed) == [(0,), (1,), (2,)]
 
 
-def test_an_exchanged_chunk_is_noticed_and_repaired(made: Path, out: Path, computed: list[Any]) -> None:
+def test_an_exchanged_chunk_is_noticed_and_repaired(intact_store: Path, out: Path, computed: list[Any]) -> None:
     """A chunk of another variable or another place has a right checksum, and wrong numbers."""
-    intact = rs.open_sweep(made).load()
+    intact = rs.open_sweep(intact_store).load()
     places = [(name, n) for name in OUTPUTS for n in range(12)]
     for _ in range(6):
-        (one, i), (other, j) = random.sample(places, 2)
-        shutil.copyfile(out / other / "c" / str(j) / "0", out / one / "c" / str(i) / "0")
-        with pytest.raises(InputError, match=rf"result\.zarr: {one}/c/{i}/0 is damaged: it is another chunk; [^\n]+$"):
+        (name, i), (other, j) = random.sample(places, 2)
+        shutil.copyfile(out / other / "c" / str(j) / "0", out / name / "c" / str(i) / "0")
+        with pytest.raises(
+            InputError, match=rf"result\.zarr: {name}/c/{i}/0 is damaged: it is another chunk; [^\n]+$"
+        ):
             rs.open_sweep(out).load()
         computed.clear()
         assert run(out).identical(intact)
         assert computed == [(i, 0)]
-        assert tree(out) == tree(made)
+        assert tree(out) == tree(intact_store)
 
 
-def test_chunks_exchanged_with_their_records_are_noticed(made: Path, out: Path) -> None:
+def test_chunks_exchanged_with_their_records_are_noticed(intact_store: Path, out: Path) -> None:
     """Everything of one place in the files of another one."""
     i, j = random.sample(range(12), 2)
     for name in (*OUTPUTS, "status"):
-        shutil.copyfile(made / name / "c" / str(j) / "0", out / name / "c" / str(i) / "0")
-    shutil.copyfile(made / "validity" / f"c-{j}-0", out / "validity" / f"c-{i}-0")
+        shutil.copyfile(intact_store / name / "c" / str(j) / "0", out / name / "c" / str(i) / "0")
+    shutil.copyfile(intact_store / "validity" / f"c-{j}-0", out / "validity" / f"c-{i}-0")
     with pytest.raises(InputError, match="damaged"):
         rs.open_sweep(out).load()
     run(out)
-    assert tree(out) == tree(made)
+    assert tree(out) == tree(intact_store)
 
 
 def _start(out: Path, barrier: Any, answers: Any) -> None:
@@ -276,9 +258,9 @@ def _start(out: Path, barrier: Any, answers: Any) -> None:
         answers.put(str(error))
 
 
-def test_any_bit_of_any_file_is_noticed(made: Path, out: Path) -> None:
+def test_any_bit_of_any_file_is_noticed(intact_store: Path, out: Path) -> None:
     """With one random bit of the store flipped, a reader refuses the store or reads the same numbers."""
-    intact = rs.open_sweep(made).load()
+    intact = rs.open_sweep(intact_store).load()
     files = sorted(path for path in out.rglob("*") if path.is_file())
     for file in random.choices(files, weights=[file.stat().st_size for file in files], k=40):
         content = file.read_bytes()
@@ -295,7 +277,7 @@ def test_any_bit_of_any_file_is_noticed(made: Path, out: Path) -> None:
 
 @pytest.mark.slow
 def test_two_processes_start_the_same_sweep_at_once(
-    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    intact_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(Path(__file__).parents[2])  # the processes import this module
     context = multiprocessing.get_context("spawn")
@@ -309,4 +291,4 @@ def test_two_processes_start_the_same_sweep_at_once(
             process.join()
         assert ends[-1] == "done"
         assert ends[0] == "done" or ends[0].endswith("another process is writing it")
-        assert tree(out) == tree(made)
+        assert tree(out) == tree(intact_store)

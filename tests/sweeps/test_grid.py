@@ -5,17 +5,17 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from restitution.sweeps.axes import Grid, Linear, Samples, Uniform, boxes, make_grid
+from restitution.sweeps.grid import Grid, Linear, Samples, Uniform, boxes, lengths, make_grid, part_of
 
 
 def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:
     """All points, assembled from chunks and parts of chunks."""
     arrays = {name: np.full(grid.shape, np.nan) for name in grid.names}
     for index in grid.chunks():
-        points = grid.points(index)
-        for part in boxes(tuple(slice(0, n) for n in points.shape), block):
-            for name, values in points.box(part).items():
-                filled = arrays[name][grid.region(index)][part]
+        chunk, region = grid.values(index), grid.region(index)
+        for part in boxes(tuple(slice(0, n) for n in lengths(region)), block):
+            for name, values in part_of(chunk, part).items():
+                filled = arrays[name][region][part]
                 assert np.isnan(filled).all()
                 filled[...] = values
     return arrays
@@ -32,18 +32,18 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
     drawn = draws.columns("draw", 0, 8)
     v, m, r = np.meshgrid(velocities, masses.values(0, 3), drawn["radius"], indexing="ij")
     nu = np.meshgrid(velocities, masses.values(0, 3), drawn["poisson_ratio"], indexing="ij")[2]
-    for name, wanted in (
+    for name, expected in (
         ("velocity", v),
         ("mass", m),
         ("radius", r),
         ("poisson_ratio", nu),
         ("external_force", 0.5 + 0 * v),
     ):
-        np.testing.assert_array_equal(arrays[name], wanted)
+        np.testing.assert_array_equal(arrays[name], expected)
 
 
 @pytest.mark.parametrize(
-    ("shape", "chunk", "wanted"),
+    ("shape", "chunk", "expected"),
     [
         ((100, 1000), 3000, (54, 55)),
         ((100, 1000), 300, (17, 17)),
@@ -57,10 +57,10 @@ def test_chunks_cover_every_point_once(chunk: object) -> None:
         ((10**8,), None, (65536,)),
     ],
 )
-def test_chunks_have_the_requested_size(shape: tuple[int, ...], chunk: int | None, wanted: tuple[int, ...]) -> None:
+def test_chunks_have_the_requested_size(shape: tuple[int, ...], chunk: int | None, expected: tuple[int, ...]) -> None:
     names = ("velocity", "mass", "radius")
     grid = make_grid({name: Linear(1.0, 2.0, n) for name, n in zip(names, shape, strict=False)}, chunk)
-    assert grid.chunk_shape == wanted
+    assert grid.chunk_shape == expected
 
 
 def test_random_chunks_are_nearly_square() -> None:
@@ -81,7 +81,7 @@ def test_random_chunks_are_nearly_square() -> None:
 def test_a_grid_without_axes_is_one_point() -> None:
     grid = make_grid({"velocity": 1.0})
     assert (grid.shape, grid.n_points, list(grid.chunks())) == ((), 1, [()])
-    assert grid.points(()).box(()) == {"velocity": 1.0}
+    assert part_of(grid.values(()), ()) == {"velocity": 1.0}
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from cases import case_file
 from restitution.case.sweep import read_sweep
 from restitution.impact.batch import Batch
 from restitution.impact.status import Status
@@ -22,23 +23,6 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:(small strain|density|Poisson r
 RNG = np.random.default_rng(12)
 R = np.linspace(0.0, 0.004, 9)
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force", "max_contact_radius")
-CASE = """
-[body]
-density = "7800 kg/m^3"
-radius = "5 mm"
-[profile]
-thickness = "2 mm"
-[material]
-equilibrium_modulus = "2 MPa"
-branch_modulus = "4 MPa"
-viscosity = "1 kPa s"
-poisson_ratio = 0.5
-[impact]
-velocity = "0.1 m/s"
-[axes]
-thickness = ["1 mm", "50 mm"]
-radius = ["3 mm", "8 mm"]
-"""
 
 
 def solid(poisson_ratio: float = 0.5) -> rs.Material:
@@ -54,7 +38,7 @@ def compare(table: Any, point: dict[str, int], single: rs.ImpactResult, rtol: fl
 @pytest.mark.parametrize(
     ("profile", "axis"),
     [(rs.Parabola(0.005), "radius"), (rs.Cone(1.35), "half_angle"), (rs.Sphere(0.01), "radius")],
-    ids=lambda one: type(one).__name__,
+    ids=lambda profile: type(profile).__name__,
 )
 def test_thickness_and_profile_as_axes(profile: Any, axis: str, base: Any) -> None:
     thickness = np.exp(RNG.uniform(np.log(1e-3), np.log(0.3), 3)).tolist()
@@ -72,7 +56,7 @@ def test_thickness_and_profile_as_axes(profile: Any, axis: str, base: Any) -> No
 @pytest.mark.parametrize(
     "profile",
     [rs.Sphere(0.01), rs.Tabulated(R, R**2 / 0.02 + np.sin(800.0 * R) ** 2 * 2e-6), rs.TruncatedCone(3e-4, 1.4)],
-    ids=lambda one: type(one).__name__,
+    ids=lambda profile: type(profile).__name__,
 )
 def test_many_thicknesses_share_their_tables(profile: Any, outer: str) -> None:
     ball = rs.Impact(solid(), rs.Layer(profile, thickness=0.01), mass=0.01, velocity=0.05)
@@ -108,9 +92,9 @@ def test_an_inaccurate_table_fails_its_own_impacts(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(Batch, "scaled", rough)
     batch = Batch.from_impact(rs.Impact(solid(), layers, mass=0.01, velocity=0.05))
-    found = batch.solve(1e-9, workers=1)
-    assert np.isnan(found["restitution_coefficient"]).tolist() == [False, False, True]
-    assert found["status"][2] == Status.NOT_ACCURATE
+    columns = batch.solve(1e-9, workers=1)
+    assert np.isnan(columns["restitution_coefficient"]).tolist() == [False, False, True]
+    assert columns["status"][2] == Status.NOT_ACCURATE
 
 
 @pytest.mark.parametrize(("base", "ratios"), [("bonded", [0.49995, 0.5]), ("frictionless", [0.3, 0.5])])
@@ -130,10 +114,10 @@ def test_a_poisson_ratio_that_begins_to_relax_is_counted_in_one_warning() -> Non
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         table = rs.sweep(ball, {"poisson_ratio": ratios, "thickness": thickness}, OUTPUTS)
-    found = [str(one.message) for one in caught if getattr(one.message, "kind", "") == "separability"]
-    assert len(found) == 1
+    texts = [str(warning.message) for warning in caught if getattr(warning.message, "kind", "") == "separability"]
+    assert len(texts) == 1
     assert (
-        "relaxes from -0.0714 to 0.3, and a bonded layer is approximate then; exceeded in 4 of 6 impacts" in found[0]
+        "relaxes from -0.0714 to 0.3, and a bonded layer is approximate then; exceeded in 4 of 6 impacts" in texts[0]
     )
     for i, nu in enumerate(ratios):
         for j, h in enumerate(thickness):
@@ -144,32 +128,36 @@ def test_a_poisson_ratio_that_begins_to_relax_is_counted_in_one_warning() -> Non
 
 
 def test_the_radius_of_a_case_is_that_of_the_tip_and_of_the_mass(tmp_path: Path) -> None:
-    file = tmp_path / "coat.toml"
-    file.write_text(CASE, encoding="utf-8")
+    file, constants = tmp_path / "coat.toml", "equilibrium_modulus = 2e6\nbranch_modulus = 4e6\nviscosity = 1e3"
+    case_file(
+        file, body='density = "7800 kg/m^3"\nradius = "5 mm"', profile='thickness = "2 mm"',
+        material=f"{constants}\npoisson_ratio = 0.5", impact='velocity = "0.1 m/s"',
+        axes='thickness = ["1 mm", "50 mm"]\nradius = ["3 mm", "8 mm"]',
+    )  # fmt: skip
     table = run(read_sweep(file))
     material = rs.standard_solid(2e6, 4e6, 1e3, poisson_ratio=0.5)
     for i, h in enumerate([1e-3, 50e-3]):
         for j, radius in enumerate([3e-3, 8e-3]):
             mass = 7800.0 * 4.0 / 3.0 * np.pi * radius**3
             single = rs.solve(rs.Impact(material, rs.Layer(rs.Parabola(radius), thickness=h), mass, 0.1))
-            found = float(table.restitution_coefficient[i, j])
-            assert found == pytest.approx(single.restitution_coefficient, rel=1e-8)
+            restitution = float(table.restitution_coefficient[i, j])
+            assert restitution == pytest.approx(single.restitution_coefficient, rel=1e-8)
 
 
-@pytest.mark.parametrize("profile", [rs.Parabola(0.005), rs.Sphere(0.005)], ids=lambda one: type(one).__name__)
+@pytest.mark.parametrize("profile", [rs.Parabola(0.005), rs.Sphere(0.005)], ids=lambda profile: type(profile).__name__)
 def test_arrays_of_thickness_in_one_impact(profile: Any) -> None:
     thickness = np.array([[1e-3], [0.02]])
     impacts = rs.Impact(solid(), rs.Layer(profile, thickness=thickness), mass=0.01, velocity=np.array([0.01, 0.1]))
     assert impacts.shape == (2, 2)
-    found: Any = rs.solve(impacts)
+    restitution: Any = rs.solve(impacts)
     single = rs.solve(rs.Impact(solid(), rs.Layer(profile, thickness=0.02), mass=0.01, velocity=0.1))
-    assert found.restitution_coefficient[1, 1] == pytest.approx(single.restitution_coefficient, rel=1e-8)
-    assert found.max_contact_radius[1, 1] == pytest.approx(single.max_contact_radius, rel=1e-8)
+    assert restitution.restitution_coefficient[1, 1] == pytest.approx(single.restitution_coefficient, rel=1e-8)
+    assert restitution.max_contact_radius[1, 1] == pytest.approx(single.max_contact_radius, rel=1e-8)
 
 
 def test_a_surrogate_over_the_velocity() -> None:
     ball = rs.Impact(solid(), rs.Layer(rs.Parabola(0.005), thickness=0.003), mass=0.01, velocity=0.05)
     surrogate = rs.surrogate(ball, (0.01, 0.1), rtol=1e-6)
     velocity = float(RNG.uniform(0.01, 0.1))
-    known = rs.solve(replace(ball, velocity=velocity)).restitution_coefficient
-    assert float(surrogate.restitution_coefficient(velocity)) == pytest.approx(known, abs=2e-6)
+    expected = rs.solve(replace(ball, velocity=velocity)).restitution_coefficient
+    assert float(surrogate.restitution_coefficient(velocity)) == pytest.approx(expected, abs=2e-6)

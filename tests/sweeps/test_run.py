@@ -5,6 +5,7 @@ import os
 import threading
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import cases
 import checkout
 import restitution as rs
 from restitution import WLF, Cone, RestitutionWarning, Sphere, Tabulated, generalised_maxwell, parallel
@@ -25,12 +27,12 @@ from restitution.sweeps.plan import hash_of as hash_of_plan
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, name="rubber")
+RUBBER = replace(cases.RUBBER, name="rubber")
 EPOXY = rs.Material(
     rs.PronySeries(1e6, [4e6, 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8, name="epoxy", shift=WLF(300.0, 10.0, 100.0)
 )
 STEEL = rs.Material(80e9, 160e9, name="steel")
-BALL = rs.Impact(RUBBER, rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+BALL = replace(cases.BALL, material=RUBBER)
 # The closed form of a standard solid and the general calculation differ by rounding.
 ROUNDING = 1e-10
 
@@ -41,11 +43,11 @@ def check(result: xr.Dataset, impact: Callable[..., rs.Impact], rtol: float = RO
     for place in np.ndindex(*result.restitution_coefficient.shape):
         point = result.isel(dict(zip(dims, place, strict=True)))
         values = {str(name): point[name].values[()] for name in point.coords}
-        one = rs.solve(impact(**values))
+        single = rs.solve(impact(**values))
         for name in result.data_vars:
             if name in ("status", *DEFAULT_OUTPUTS):
-                wanted = float(getattr(one, str(name)))
-                assert float(point[name]) == pytest.approx(wanted, rel=rtol), (values, name)
+                expected = float(getattr(single, str(name)))
+                assert float(point[name]) == pytest.approx(expected, rel=rtol), (values, name)
 
 
 def impact(material: rs.Material = RUBBER, radius: float = 0.01, **changes: Any) -> rs.Impact:
@@ -67,11 +69,11 @@ def test_groups_of_the_paper() -> None:
     result = rs.sweep(None, {"nu": nu, "p2": p2, "p3": p3})
     assert result.restitution_coefficient.dims == ("poisson_ratio", "p2", "p3")
     grid = np.meshgrid(nu, p2.values(0, 4), p3, indexing="ij")
-    wanted = rs.standard_solid_restitution(*grid)
-    np.testing.assert_allclose(result.restitution_coefficient, wanted, rtol=1e-12)
-    one = rs.sweep(None, {"nu": 0.49, "p2": 1e-3, "p3": 10.0})
-    assert one.restitution_coefficient.shape == ()
-    assert float(one.restitution_coefficient) == pytest.approx(0.219706, abs=5e-7)
+    expected = rs.standard_solid_restitution(*grid)
+    np.testing.assert_allclose(result.restitution_coefficient, expected, rtol=1e-12)
+    single = rs.sweep(None, {"nu": 0.49, "p2": 1e-3, "p3": 10.0})
+    assert single.restitution_coefficient.shape == ()
+    assert float(single.restitution_coefficient) == pytest.approx(0.219706, abs=5e-7)
 
 
 @pytest.mark.parametrize(("base", "others", "p2"), [(BALL, {}, 1e-320), (None, {"nu": 0.45, "p3": 1.0}, 1e308)])
@@ -90,21 +92,21 @@ def test_groups_of_a_dimensional_impact() -> None:
     groups = result.isel(velocity=0, radius=0)
     for place in np.ndindex(2, 2, 2):
         point = groups.isel(dict(zip(("p2", "p3", "poisson_ratio"), place, strict=True)))
-        wanted = rs.standard_solid_restitution(float(point.poisson_ratio), float(point.p2), float(point.p3))
-        assert float(point.restitution_coefficient) == pytest.approx(wanted, rel=ROUNDING)
+        expected = rs.standard_solid_restitution(float(point.poisson_ratio), float(point.p2), float(point.p3))
+        assert float(point.restitution_coefficient) == pytest.approx(expected, rel=ROUNDING)
 
 
 def solid(**values: float) -> rs.Material:
     """RUBBER with other constants."""
-    given = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e3} | values
-    if "p2" in given:
-        given["branch_modulus"] = given["equilibrium_modulus"] / given.pop("p2")
-    if "relaxation_time" in given:
-        given["viscosity"] = given["branch_modulus"] * given.pop("relaxation_time")
+    constants = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e3} | values
+    if "p2" in constants:
+        constants["branch_modulus"] = constants["equilibrium_modulus"] / constants.pop("p2")
+    if "relaxation_time" in constants:
+        constants["viscosity"] = constants["branch_modulus"] * constants.pop("relaxation_time")
     if "equilibrium_modulus" in values:
-        given.setdefault("bulk_modulus", 29e6 / 3.0)
+        constants.setdefault("bulk_modulus", 29e6 / 3.0)
     return rs.standard_solid(
-        **given, **({} if {"poisson_ratio", "bulk_modulus"} & given.keys() else {"poisson_ratio": 0.45})
+        **constants, **({} if {"poisson_ratio", "bulk_modulus"} & constants.keys() else {"poisson_ratio": 0.45})
     )
 
 
@@ -184,11 +186,11 @@ def test_temperature(counter: rs.Material | None) -> None:
 def test_materials_from_a_list() -> None:
     result = rs.sweep(BALL, {"material": [RUBBER, EPOXY], "velocity": [0.1, 1.0], "counter_material": [STEEL]})
     assert result.material.values.tolist() == ["rubber", "epoxy"]
-    known = {"rubber": RUBBER, "epoxy": EPOXY}
+    materials = {"rubber": RUBBER, "epoxy": EPOXY}
     check(
         result,
         lambda material, velocity, counter_material: impact(
-            known[str(material)], velocity=velocity, counter_material=STEEL
+            materials[str(material)], velocity=velocity, counter_material=STEEL
         ),
     )
     solids = rs.sweep(
@@ -206,12 +208,38 @@ def test_other_profiles(profile: Any, field: str, values: list[float]) -> None:
     base = rs.Impact(EPOXY, profile(values[0]), mass=0.005, velocity=1.0)
     result = rs.sweep(base, {field: values, "velocity": [0.1, 0.5], "branch_moduli[0]": [1e6, 4e6]})
 
-    def one(velocity: float, **given: float) -> rs.Impact:
-        material = rs.Material(rs.PronySeries(1e6, [given.pop("branch_moduli[0]"), 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8)
-        return rs.Impact(material, profile(**given), mass=0.005, velocity=velocity)
+    def single(velocity: float, **numbers: float) -> rs.Impact:
+        material = rs.Material(
+            rs.PronySeries(1e6, [numbers.pop("branch_moduli[0]"), 2e6, 1e6], [1e-5, 1e-3, 1e-1]), 2e8
+        )
+        return rs.Impact(material, profile(**numbers), mass=0.005, velocity=velocity)
 
     # All velocities of a profile share a table with an error of 1e-12.
-    check(result, one, rtol=1e-9)
+    check(result, single, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "profile", [rs.Parabola(0.01), Cone(1.2), Sphere(0.01), rs.PowerLaw(3.0, 1e4)], ids=lambda p: type(p).__name__
+)
+def test_each_coordinate_enters_its_impact(profile: Any) -> None:
+    outputs = ("restitution_coefficient", "max_indentation_depth", "max_force")
+    axes = {"mass": [0.002, 0.02], "velocity": [0.3, 2.0], "external_force": [0.0, 0.4]}
+    table = rs.sweep(rs.Impact(RUBBER, profile, 0.005, 1.0), axes, outputs)
+    expected = rs.solve(
+        rs.Impact(
+            RUBBER,
+            profile,
+            np.array(axes["mass"])[:, None, None],
+            np.array(axes["velocity"])[:, None],
+            external_force=axes["external_force"],
+        )
+    )
+    for name in outputs:
+        np.testing.assert_allclose(table[name], getattr(expected, name), rtol=1e-9, err_msg=name)
+    # All three coordinates matter.
+    e = expected.restitution_coefficient
+    for axis in range(3):
+        assert np.all(np.abs(np.diff(e, axis=axis)) > 1e-6)
 
 
 def test_a_function_of_some_axes_and_columns_for_the_others() -> None:
@@ -235,15 +263,15 @@ def test_a_function_of_some_axes_and_columns_for_the_others() -> None:
 def test_every_output() -> None:
     result = rs.sweep(BALL, {"velocity": [0.1, 1.0]}, list(SWEEP_OUTPUTS))
     for n, velocity in enumerate((0.1, 1.0)):
-        one = rs.solve(impact(velocity=velocity))
+        single = rs.solve(impact(velocity=velocity))
         for name in set(SWEEP_OUTPUTS) - set(VALIDITY):
             names = {
                 "kinetic_energy_in": "kinetic_in", "kinetic_energy_out": "kinetic_out",
                 "dissipated_energy": "dissipated", "stored_energy": "stored", "energy_residual": "residual",
                 "radiated_energy": "radiated",
             }  # fmt: skip
-            wanted = getattr(one.energy, names[name]) if name in names else getattr(one, name)
-            assert float(result[name][n]) == wanted, name
+            expected = getattr(single.energy, names[name]) if name in names else getattr(single, name)
+            assert float(result[name][n]) == expected, name
 
 
 def test_attributes_of_the_result() -> None:
@@ -300,8 +328,8 @@ def test_the_hash_of_a_function_includes_the_values_that_it_uses(
     def hash_of(**values: Any) -> str:
         names: dict[str, Any] = {"partial": partial, "make": lambda radius, mass: impact(radius=radius, mass=mass)}
         source = text.replace("VALUE", values.pop("VALUE", ""))
-        exec(source, names | values, made := {})
-        return hash_of_plan(describe(made["f"]))
+        exec(source, names | values, scope := {})
+        return hash_of_plan(describe(scope["f"]))
 
     assert hash_of(**first) == hash_of(**first)
     assert hash_of(**first) != hash_of(**second)
@@ -408,7 +436,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
         (impact(EPOXY), {"p3": [1.0]}, {}, "axes: p3 belongs to a rigid parabola on a standard solid"),
         (impact(EPOXY), {"temperature": [300.0, 150.0]}, {}, "temperature = 150 K: must be >=? 20"),
         (impact(velocity=[1.0, 2.0]), {"mass": [1.0]}, {}, r"base: has shape \(2,\); must be a single"),
-        (None, {"nu": 0.3, "p2": 1.0}, {}, "axes: must have p3 where there is no base"),
+        (None, {"nu": 0.3, "p2": 1.0}, {}, "axes: must have p3 where no impact is given"),
         (lambda radius: BALL, {"velocity": [1.0]}, {}, "axes: must have 'radius', which the function takes"),
         (BALL, {"velocity": [1.0]}, {"outputs": ["e"]}, "outputs = 'e': is not known; "),
         (BALL, {"velocity": [1.0]}, {"outputs": ["max_forces"]}, "outputs = .* did you mean max_force?"),

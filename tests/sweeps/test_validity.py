@@ -52,28 +52,28 @@ def swept(base, axes, **options):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         table = rs.sweep(base, axes, **options)
-    return table, {one.message.kind: str(one.message) for one in caught}
+    return table, {warning.message.kind: str(warning.message) for warning in caught}
 
 
 def test_counts_equal_those_of_single_results(tmp_path):
     material = replace(RUBBER, window=(1e-3, 1e-1))
     ball, speeds = replace(BALL, material=material), np.geomspace(0.01, 20.0, 40)
-    wanted: dict[str, int] = {}
+    expected: dict[str, int] = {}
     worst: dict[str, float] = {}
     for v in speeds:
         for check in rs.solve(replace(ball, velocity=v)).validity:
-            wanted[check.kind] = wanted.get(check.kind, 0) + check.exceeded
+            expected[check.kind] = expected.get(check.kind, 0) + check.exceeded
             if check.kind == "small_strain":
                 worst["small_strain"] = max(worst.get("small_strain", 0.0), check.value)
     for out in (None, tmp_path / "a.zarr"):
         table, texts = swept(ball, {"velocity": speeds}, chunk=7, out=out)
         stored = json.loads(table.attrs["validity"])
         assert stored["impacts"] == 40
-        assert {kind: check["exceeded_in"] for kind, check in stored["checks"].items()} == wanted
+        assert {kind: check["exceeded_in"] for kind, check in stored["checks"].items()} == expected
         assert stored["checks"]["small_strain"]["value"] == pytest.approx(worst["small_strain"], rel=1e-9)
-        assert set(texts) == {kind for kind, count in wanted.items() if count}
-        assert 0 < wanted["small_strain"] < 40
-        assert f"exceeded in {wanted['small_strain']} of 40 impacts" in texts["small_strain"]
+        assert set(texts) == {kind for kind, count in expected.items() if count}
+        assert 0 < expected["small_strain"] < 40
+        assert f"exceeded in {expected['small_strain']} of 40 impacts" in texts["small_strain"]
     # The store keeps the counts of each chunk. A missing count is computed again.
     (tmp_path / "a.zarr" / "validity" / "c-2").unlink()
     again, repeated = swept(ball, {"velocity": speeds}, chunk=7, out=tmp_path / "a.zarr")

@@ -175,11 +175,10 @@ def _of_law(law: Law, cases: Collisions, units: str) -> Calibration:
     system = _system(cases, units)
 
     def numbers(numbered: TypedLaw) -> dict[str, TypedParameter]:
+        typed = law.typed(numbered.modulus, numbered.strength, setting)
         return {
-            name: TypedParameter(
-                system.convert(typed.value, typed.dimension), system.unit(typed.dimension), typed.words
-            )
-            for name, typed in law.typed(numbered.modulus, numbered.strength, setting).items()
+            name: TypedParameter(system.convert(value, dimension), system.unit(dimension), words)
+            for name, (value, dimension, words) in typed.items()
         }
 
     parameters = numbers(best)
@@ -198,7 +197,7 @@ def _system(cases: Collisions, units: str) -> UnitSystem:
 def _of_events(cases: Collisions) -> Calibration:
     table, middle = exact.event_table(cases), cases.middle_restitution
     constant = exact.TableLaw(cases.velocity[:1], np.array([middle]))
-    usual = {"e": TypedParameter(middle, "", "coefficient of restitution at all velocities")}
+    naive = {"e": TypedParameter(middle, "", "coefficient of restitution at all velocities")}
     words, source = (CODES[REBOUND][name] for name in ("words", "source"))
     text = "\n".join([*(f"# {line}" for line in heading(words, cases, SI)), table.text])
-    return Calibration(REBOUND, words, source, "si", {}, usual, text, cases, table, constant)
+    return Calibration(REBOUND, words, source, "si", {}, naive, text, cases, table, constant)

@@ -13,13 +13,13 @@ from restitution.calibration.laws import CODES
 from restitution.checks import Array, is_iterable, pair, positive, within
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError
-from restitution.impact.batch import Batch
+from restitution.impact.batch import solve_columns
 from restitution.impact.closed_forms import elastic_contact_time, elastic_max_indentation_depth
 from restitution.impact.problem import Body, Impact, collision, two_bodies
-from restitution.impact.status import SolverError, Status
-from restitution.impact.window import require_known
+from restitution.impact.window import compared, require_known, require_separation
 from restitution.units import VELOCITY
 from restitution.validity import Validity
+from restitution.variation import vary
 
 # The two bodies of a problem: a ball of a radius and a mass, and another ball or a wall.
 
@@ -187,8 +187,8 @@ def collisions(
     *,
     extrapolate: bool = False,
 ) -> Collisions:
-    """Return the collisions of a pair of bodies, solved or with given coefficients of restitution."""
-    speeds, coefficients = _given(velocity, restitution, points)
+    """Return the collisions of a pair of bodies, solved or with stated coefficients of restitution."""
+    speeds, coefficients = _stated(velocity, restitution, points)
     radii = np.array([pair.ball_radius]) if radius is None else _range("radius", radius, _RADII)
     with np.errstate(over="ignore", under="ignore"):
         factor = radii / pair.ball_radius
@@ -196,9 +196,13 @@ def collisions(
     if not np.all((mass > 0) & np.isfinite(mass)):
         raise InputError("radius", radius, f"must not be that far from {pair.ball_radius:g} m, the ball's", "m")
     if coefficients is None:
-        balls = replace(pair.impact, profile=Parabola(reduced), mass=mass)
+        balls = vary(pair.impact, {"radius": reduced, "mass": mass})
         require_known(balls, speeds[[0, -1]], extrapolate=extrapolate)
-        e, time, report = _solved(pair.impact, speeds, mass, reduced, rtol, workers)
+        balls = vary(balls, {"velocity": speeds[:, None]})
+        columns = solve_columns(balls, rtol, workers=workers)
+        require_separation(columns["status"], np.repeat(speeds, radii.size), (float(speeds[0]), float(speeds[-1])))
+        report = validity.report(compared(balls, columns))
+        e, time = (columns[name].reshape(balls.shape) for name in ("restitution_coefficient", "contact_time"))
     else:
         e = np.repeat(coefficients[:, None], radii.size, axis=1)
         time, report = np.full(e.shape, math.nan), None
@@ -220,8 +224,8 @@ def _range(name: str, value: Any, points: int) -> Array:
     return np.clip(np.geomspace(low, high, points), low, high)
 
 
-def _given(velocity: Any, restitution: Any, points: int) -> tuple[Array, Array | None]:
-    """Return the velocities [m/s], and the given coefficients of restitution at them, if there are any."""
+def _stated(velocity: Any, restitution: Any, points: int) -> tuple[Array, Array | None]:
+    """Return the velocities [m/s], and the coefficients of restitution at them if they are stated."""
     if is_iterable(restitution):
         return _measured(velocity, restitution)
     if velocity is None:
@@ -249,26 +253,6 @@ def _measured(velocity: Any, restitution: Any) -> tuple[Array, Array]:
 
 def _coefficients(name: str, value: Any) -> Array:
     return np.asarray(positive(name, within(name, value, 0.0, 1.0)))
-
-
-def _solved(
-    impact: Impact, speeds: Array, mass: Array, radii: Array, rtol: float, workers: int | None
-) -> tuple[Array, Array, Validity]:
-    """Solve for e and the contact time [s] over velocity and radius; refuse what no code could use."""
-    shape = speeds.size, radii.size
-    v, m, r = (column.reshape(-1) for column in np.broadcast_arrays(speeds[:, None], mass, radii))
-    many = replace(impact, profile=Parabola(r), mass=m, velocity=v)
-    columns = Batch.from_impact(many).solve(rtol, workers=workers)
-    status = columns["status"]
-    for place in np.flatnonzero(status != Status.SEPARATED)[:1]:
-        end = Status(int(status[place]))
-        if end.failed:
-            raise SolverError(end, f"at velocity = {v[place]:.6g} m/s")
-        rule = f"must be a range in which the bodies separate; at {v[place]:.4g} m/s: {end.message}"
-        raise InputError("velocity", [float(speeds[0]), float(speeds[-1])], rule, VELOCITY.unit)
-    outputs = {name: columns[name] for name in validity.COLUMNS}
-    e, time = (columns[name].reshape(shape) for name in ("restitution_coefficient", "contact_time"))
-    return e, time, validity.validity(many.contact, **outputs, velocity=v, mass=m)
 
 
 # Law of event-driven and N-body codes, which take the coefficient of restitution over velocity itself: REBOUND.

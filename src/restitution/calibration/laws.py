@@ -326,23 +326,16 @@ def _texts(name: str) -> dict[str, Any]:
     return text | {"wall": f"{text['pair']}\n{text.pop('wall_line', '')}".rstrip("\n")}
 
 
-def _kelvin_voigt(setting: Setting) -> tuple[float, float]:
-    """Return the storage modulus, and the loss tangent over the frequency as the time A [s]."""
-    return setting.modulus, setting.retardation_time
-
-
-def _eta_n0(modulus: float, strength: float, setting: Setting) -> dict[str, Typed]:
-    return elastic(modulus, setting) | {"eta_n0": Typed(strength, _DAMPING, "damping coefficient")}
-
-
 LAMMPS_VISCOELASTIC = Law(
     **_lammps("viscoelastic", "eta_n0"),
     shape=VISCOELASTIC,
     # eta_n = eta_n0 a m_eff, a = sqrt(R d).
     dashpot=lambda stiffness, mass, radius: mass * np.sqrt(radius),
-    typed=_eta_n0,
+    typed=lambda modulus, strength, setting: (
+        elastic(modulus, setting) | {"eta_n0": Typed(strength, _DAMPING, "damping coefficient")}
+    ),
     # c = (3/2) A k with the retardation time A.
-    naive=lambda one: (one.modulus, 2.0 * one.modulus * one.retardation_time / one.mass),
+    naive=lambda setting: (setting.modulus, 2.0 * setting.modulus * setting.retardation_time / setting.mass),
     notes=("eta_n0 is inversely proportional to the mass of the balls",),
 )
 
@@ -361,20 +354,6 @@ def _tsuji_typed(modulus: float, strength: float, setting: Setting) -> dict[str,
     return _TSUJI.typed(modulus, strength, setting) | {"e_later": Typed(later, NUMBER, words)}
 
 
-LAMMPS_TSUJI = replace(_TSUJI, typed=_tsuji_typed)
-
-LAMMPS_COEFF_RESTITUTION = Law(
-    **_lammps("coeff_restitution", "e"), **by_restitution(coefficient_strength, 1e-9, 1.0), shape=CONSTANT
-)
-
-LIGGGHTS = Law(
-    **_texts("liggghts"),
-    **by_restitution(coefficient_strength, 0.05 * (1.0 + 1e-9), 1.0),
-    shape=CONSTANT,
-    naive_end="overlap",
-    units=("si", "cgs"),
-)
-
 MERCURY_BSHP = Law(
     **_texts("mercury-bshp"),
     shape=VISCOELASTIC,
@@ -383,7 +362,8 @@ MERCURY_BSHP = Law(
         "E_eff": Typed(modulus, MODULUS, "effective elastic modulus"),
         "A": Typed(strength, TIME, "dissipation"),
     },
-    naive=_kelvin_voigt,
+    # The loss tangent over the frequency is the time A.
+    naive=lambda setting: (setting.modulus, setting.retardation_time),
 )
 
 
@@ -410,8 +390,6 @@ YADE_MINDLIN = Law(
     naive=_yade_naive,
 )
 
-KRATOS_DEM = Law(**_texts("kratos-dem"), **by_restitution(thornton_strength, 1e-3, 0.999), shape=CONSTANT)
-
 MUJOCO_SOLREF = Law(
     **_texts("mujoco-solref"),
     shape=LINEAR,
@@ -427,8 +405,20 @@ MUJOCO_SOLREF = Law(
 LAWS = {
     law.name: law
     for law in (
-        LAMMPS_VISCOELASTIC, LAMMPS_TSUJI, LAMMPS_COEFF_RESTITUTION, MERCURY_BSHP, YADE_MINDLIN, LIGGGHTS, KRATOS_DEM,
+        LAMMPS_VISCOELASTIC,
+        replace(_TSUJI, typed=_tsuji_typed),
+        Law(**_lammps("coeff_restitution", "e"), **by_restitution(coefficient_strength, 1e-9, 1.0), shape=CONSTANT),
+        MERCURY_BSHP,
+        YADE_MINDLIN,
+        Law(
+            **_texts("liggghts"),
+            **by_restitution(coefficient_strength, 0.05 * (1.0 + 1e-9), 1.0),
+            shape=CONSTANT,
+            naive_end="overlap",
+            units=("si", "cgs"),
+        ),
+        Law(**_texts("kratos-dem"), **by_restitution(thornton_strength, 1e-3, 0.999), shape=CONSTANT),
         MUJOCO_SOLREF,
     )
-}  # fmt: skip
+}
 """Laws by the name of the target."""

@@ -229,9 +229,9 @@ class Calibration(Result):
         for name, (value, unit, words) in self.parameters.items():
             lines.append(f"  {name:{wide}} = {f'{value:.6g} {unit}'.rstrip()}  ({words})")
         for name, what in ((_E, "e"), (_TIME, "the contact time")):
-            ours, usual = (self._largest_error(kind + name) for kind in ("calibrated_", "naive_"))
-            if np.isfinite(ours):
-                lines.append(f"  largest error of {what}: {100 * ours:.2g} %; as usually typed: {100 * usual:.2g} %")
+            error, naive = (self._largest_error(kind + name) for kind in ("calibrated_", "naive_"))
+            if np.isfinite(error):
+                lines.append(f"  largest error of {what}: {100 * error:.2g} %; as usually typed: {100 * naive:.2g} %")
         for level, ranges in self.within.items():
             where = ", ".join(f"{a:.3g} to {b:.3g} m/s" for a, b in ranges) or "nowhere"
             lines.append(f"  e within {100 * level:g} %: {where}")

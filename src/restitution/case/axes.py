@@ -14,11 +14,11 @@ from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
 from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice, key_of
-from restitution.sweeps.axes import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
+from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
 from restitution.units import to_si
 
-DRAWS = "sample"
-"""Name of the dimension of random draws."""
+# Name of the dimension of random draws.
+_DRAWS = "sample"
 
 # Keys that are clear without their section.
 _SHORT = {
@@ -32,16 +32,15 @@ _SHORT = {
 SHORT_NAMES = (*_SHORT, *ALIASES)
 """Keys that an axis may have without their section."""
 _SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact")
-_AXES: dict[str, Callable[..., Any]] = {one.__name__.lower(): one for one in (Linear, Logarithmic)}
+_AXES: dict[str, Callable[..., Any]] = {kind.__name__.lower(): kind for kind in (Linear, Logarithmic)}
 _KINDS = (Uniform, LogUniform, Normal, LogNormal)
-_DISTRIBUTIONS: dict[str, Callable[..., Any]] = {one.__name__.lower(): one for one in _KINDS}
+_DISTRIBUTIONS: dict[str, Callable[..., Any]] = {kind.__name__.lower(): kind for kind in _KINDS}
 
 
 def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
-    """Return the axes of the sections [axes] and [samples] by place of the key, such as `impact.velocity`.
+    """Return the axes of the sections [axes] and [samples] by name of the quantity, as `restitution.sweep` takes them.
 
-    An axis is `Linear`, `Logarithmic`, a list or one value; that of `DRAWS` is `Samples`, by places too. A `CaseError`
-    has a line for each mistake.
+    The random draws have the name of their dimension. A `CaseError` has a line for each mistake.
     """
     for section, content in (("axes", axes), ("samples", samples)):
         if content is not None and not isinstance(content, dict):
@@ -54,100 +53,98 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
     for keys, spec in _leaves(axes or {}, (*_AXES, "n")):
         field = key_path(["axes", *keys])
         try:
-            place = known_place(field, keys)
-            if place in read:
-                raise InputError("axes", rule=f"{place} is there twice")
-            read[place] = read_axis(field, place, spec)
+            name = quantity_name(field, keys)
+            if name in read:
+                raise InputError("axes", rule=f"{place_of(name)} is there twice")
+            read[name] = read_axis(field, name, spec)
         except InputError as error:
             mistakes.append(error)
     if mistakes:
         raise CaseError(*mistakes, where=path)
     if samples:
         with in_file(path):
-            read[DRAWS] = _samples(dict(samples))
+            read[_DRAWS] = _samples(dict(samples))
     return read
 
 
-def known_place(field: str, keys: tuple[str, ...]) -> str:
-    """Return where a key stands, given its place or, if it is a common one, its name alone; refuse an unknown name.
+def quantity_name(field: str, keys: tuple[str, ...]) -> str:
+    """Return the name of the quantity of a key: that of the key where this is clear without its section.
 
     Examples
     --------
-    >>> known_place("", ("velocity",)), known_place("", ("nu",)), known_place("", ("profile", "radius"))
-    ('impact.velocity', 'material.poisson_ratio', 'profile.radius')
+    >>> quantity_name("", ("impact", "velocity")), quantity_name("", ("nu",)), quantity_name("", ("profile", "radius"))
+    ('velocity', 'poisson_ratio', 'profile.radius')
     """
-    first, *more = keys
-    if more:
-        return ".".join(keys)
-    _known(field, first, (*_SHORT, *ALIASES, *_SECTIONS))
-    name = ALIASES.get(first, first)
+    *section, key = keys
+    if section:
+        return key if _SHORT.get(key) == f"{'.'.join(section)}." else ".".join(keys)
+    _known(field, key, (*SHORT_NAMES, *_SECTIONS))
+    return ALIASES.get(key, key)
+
+
+def place_of(name: str) -> str:
+    """Return where the key of a quantity stands, given its name.
+
+    Examples
+    --------
+    >>> place_of("velocity"), place_of("profile.half_angle")
+    ('impact.velocity', 'profile.half_angle')
+    """
     return _SHORT.get(name, "") + name
 
 
-def short_name(place: str) -> str:
-    """Return the name of the quantity at a place: that of its key where this is clear without the section.
-
-    Examples
-    --------
-    >>> short_name("impact.velocity"), short_name("profile.half_angle")
-    ('velocity', 'profile.half_angle')
-    """
-    section, _, key = place.rpartition(".")
-    return key if _SHORT.get(key) == f"{section}." else place
-
-
-def quantity_of(place: str) -> Quantity | None:
-    """Quantity of the key at a place such as `material.shear.relaxation_times[2]`; None where it has none."""
-    return _quantities().get(key_of(place))
+def quantity_of(name: str) -> Quantity | None:
+    """Return the quantity of a key such as `material.shear.relaxation_times[2]`; None if it has none."""
+    return _quantities().get(key_of(name))
 
 
 def _quantities() -> dict[str, Quantity]:
-    """Quantities by the name of their key: of all geometries and material models, and of the registry."""
+    """Return the quantities by the name of their key: of all geometries and material models, and of the registry."""
     owners = (*Geometry.registered.values(), Layer, *(model.build for model in material_models().values()))
-    constants = {name: one.quantity for owner in owners for name, one in constants_of(owner).items()}
+    constants = {name: each.quantity for owner in owners for name, each in constants_of(owner).items()}
     shear = CONSTANTS["shear_modulus"]
     return constants | CONSTANTS | INPUTS | {"bulk": INPUTS["bulk_modulus"], "shear": shear}
 
 
-def value_in_si(field: str, place: str, value: Any) -> Any:
-    """Return a number in SI where the quantity is known, anything else as it stands."""
+def value_in_si(field: str, name: str, value: Any) -> Any:
+    """Return a number in SI if the key has a quantity, anything else as it stands."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         try:
             return float(value)
         except OverflowError:
             rule = "must be a number that a double can hold"
             raise InputError(field, "a number of very many digits", rule) from None
-    quantity = quantity_of(place)
+    quantity = quantity_of(name)
     if not isinstance(value, str) or quantity is None:
         return value
     if value == "incompressible":
-        return math.inf if quantity.infinite and place.endswith("bulk_modulus") else value
+        return math.inf if quantity.infinite and name.endswith("bulk_modulus") else value
     try:
         return to_si(value, quantity.dimension)
     except InputError as error:
         raise InputError(field, value, error.rule) from None
 
 
-def read_axis(field: str, place: str, spec: Any) -> Any:
-    """Return the axis of a key at a place, or its list or one value; `field` names it in messages."""
+def read_axis(field: str, name: str, spec: Any) -> Any:
+    """Return the axis of a key, or its list or single value; `field` names it in messages."""
     if isinstance(spec, list):
         if not spec:
             raise InputError(field, rule="must hold at least one value")
-        return [_admissible(f"{field}[{i}]", place, value_in_si(field, place, one)) for i, one in enumerate(spec)]
+        return [_admissible(f"{field}[{i}]", name, value_in_si(field, name, value)) for i, value in enumerate(spec)]
     if not isinstance(spec, dict):
-        return _admissible(field, place, value_in_si(field, place, spec))
+        return _admissible(field, name, value_in_si(field, name, spec))
     for key in spec:
         _known(f"{field}.{key}", key, (*_AXES, "n"), "unknown key")
     kind = next((name for name in _AXES if name in spec), None)
     if kind is None or set(spec) != {kind, "n"}:
         raise InputError(field, rule=f"must be a value, a list, or a table with n and one of {', '.join(_AXES)}")
-    low, high = (_admissible(field, place, number(field, place, end)) for end in _pair(field, kind, spec[kind]))
-    return _made(field, _AXES[kind], low, high, spec["n"])
+    low, high = (_admissible(field, name, number(field, name, end)) for end in _pair(field, kind, spec[kind]))
+    return _new(field, _AXES[kind], low, high, spec["n"])
 
 
-def _admissible(field: str, place: str, value: Any) -> Any:
+def _admissible(field: str, name: str, value: Any) -> Any:
     """Return a value of an axis, refusing a number outside the range of its quantity."""
-    quantity = INPUTS.get(key_of(place))
+    quantity = INPUTS.get(key_of(name))
     return quantity.check(value, field) if quantity is not None and isinstance(value, float) else value
 
 
@@ -168,29 +165,27 @@ def _samples(content: dict[str, Any]) -> Samples:
     drawn: dict[str, Any] = {}
     for keys, spec in _leaves(content, _DISTRIBUTIONS):
         field = key_path(["samples", *keys])
-        place = known_place(field, keys)
-        drawn[place] = distribution(field, place, spec)
-    return _made("samples", Samples, options.pop("n"), drawn, **options)
+        name = quantity_name(field, keys)
+        drawn[name] = distribution(field, name, spec)
+    return _new("samples", Samples, options.pop("n"), drawn, **options)
 
 
-def distribution(field: str, place: str, spec: Any) -> Any:
+def distribution(field: str, name: str, spec: Any) -> Any:
     """Return the distribution of a table such as `{ normal = ["5 g", "0.1 g"] }`."""
     kind = next((name for name in _DISTRIBUTIONS if isinstance(spec, dict) and name in spec), None)
     if kind is None or len(spec) != 1:
         raise InputError(field, rule=f"must be a table with one of {', '.join(_DISTRIBUTIONS)}")
     first, second = _pair(field, kind, spec[kind])
     # The scatter of a logarithm has no unit.
-    other = "p2" if kind == "lognormal" else place
-    return _made(field, _DISTRIBUTIONS[kind], number(field, place, first), number(field, other, second))
+    other = "p2" if kind == "lognormal" else name
+    return _new(field, _DISTRIBUTIONS[kind], number(field, name, first), number(field, other, second))
 
 
-def _made(field: str, kind: Callable[..., Any], *numbers: Any, **options: Any) -> Any:
+def _new(field: str, kind: Callable[..., Any], *numbers: Any, **options: Any) -> Any:
     try:
         return kind(*numbers, **options)
     except InputError as error:
         raise error.within(field) from None
-    except (ValueError, TypeError) as error:
-        raise InputError(field, rule=str(error)) from None
 
 
 def _pair(field: str, kind: str, pair: Any) -> tuple[Any, Any]:
@@ -199,12 +194,12 @@ def _pair(field: str, kind: str, pair: Any) -> tuple[Any, Any]:
     return pair[0], pair[1]
 
 
-def number(field: str, place: str, entry: Any) -> float:
-    """Return a number in SI, given as a number or as a text with the unit of the key at a place."""
-    value = value_in_si(field, place, entry)
+def number(field: str, name: str, entry: Any) -> float:
+    """Return a number in SI from a number, or from a text with a unit of the key's quantity."""
+    value = value_in_si(field, name, entry)
     if not isinstance(value, float):
-        if isinstance(entry, str) and quantity_of(place) is None:
-            _known(field, place.rpartition(".")[2], _quantities())
+        if isinstance(entry, str) and quantity_of(name) is None:
+            _known(field, name.rpartition(".")[2], _quantities())
         raise InputError(field, entry, "must be a number in SI")
     return value
 

@@ -33,7 +33,7 @@ from restitution.identification.parameters import SPECTRUM
 from restitution.material.models import material_models
 from restitution.material.shift import WLF, Arrhenius
 from restitution.quantities import DENSITY, INPUTS, MEASURED, NUMBER, known
-from restitution.sweeps.axes import Linear
+from restitution.sweeps.grid import Linear
 from restitution.units import STIFFNESS, to_si
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class DataSection(Section):
     def read(self, folder: Path) -> Observations:
         """Return the observations in SI."""
         keys = type(self).model_fields.keys() - DataSection.model_fields.keys()
-        arguments: dict[str, Any] = {key: getattr(self, key) for key in self.given(*sorted(keys))}
+        arguments: dict[str, Any] = self.values(sorted(keys))
         if arguments.get("gain") == "unknown":
             arguments["gain"] = None
         if (profile := arguments.get("profile")) is not None:
@@ -321,7 +321,9 @@ class DesignCase:
         from restitution.identification.design import design
 
         section = self.section
-        candidates = {name: getattr(section, name) for name in section.given("velocity", "radius", "density", "mass")}
+        candidates = {
+            name: getattr(section, name) for name in section.present("velocity", "radius", "density", "mass")
+        }
         noise = None if section.noise is None else Noise(**section.noise)
         with in_file(self.path, "design"):
             return design(self.model, candidates, section.n, section.criterion, fixed=section.fixed, noise=noise)

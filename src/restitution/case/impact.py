@@ -114,9 +114,9 @@ class SolverSection(AccuracySection):
 
     @model_validator(mode="after")
     def _check(self) -> SolverSection:
-        for key in self.given("n_elements", "time_step"):
-            if self.method != "elements":
-                refuse(f'is an option of method = "elements", not of method = "{self.method}"', key)
+        if self.method != "elements":
+            rule = f'is an option of method = "elements", not of method = "{self.method}"'
+            self.refuse_present(rule, "n_elements", "time_step")
         return self
 
 
@@ -156,7 +156,7 @@ class CaseFile(Section):
             if self.impact.impedance is not None:
                 refuse("is that of a target; a free body has its mass", "impact.impedance", self.impact.impedance)
             bodies = (self.counter_material, self.counter_body.material, self.counter_body.rigid or None)
-            if sum(one is not None for one in bodies) > 1:
+            if sum(body is not None for body in bodies) > 1:
                 refuse("give one of counter_material, counter_body.material and rigid = true", "counter_body")
         if self.profile.on_layer and self.impact.material_of == "body":
             refuse("the layer is of [material]; leave it out", "impact.material_of", "body")
@@ -175,7 +175,7 @@ class CaseFile(Section):
         return any(part is not None and part.needs_window for part in (self.material, self.partner))
 
     def build(self, window: Window | None = None) -> Impact:
-        """Impact in SI; fractional models hold in the window, which is that of the contact if left out."""
+        """Return the impact in SI; fractional models hold in the window, by default that of the contact."""
         if window is None and self.needs_window:
             return for_contact(self.build)
         mass, velocity, material = self.body.kilograms, self.impact.impact_velocity, self.material.build(window)
@@ -191,7 +191,7 @@ class CaseFile(Section):
         return Impact(material, profile, mass, velocity, counter_material=counter, body_size=size, **options)
 
     def bodies(self, material: Material, counter: Material | None) -> tuple[Body, Body] | None:
-        """The two free bodies, of these materials; None where the second is a half-space."""
+        """Return the two free bodies, of these materials; None if the second is a half-space."""
         first, second = self.body, self.counter_body
         if second is None:
             return None
@@ -232,13 +232,13 @@ class Case:
         return f"a body on a {target}, {'one of the two rigid' if counter is None else f'the other one {partner}'}"
 
     def over(self, velocity: tuple[float, float]) -> Impact:
-        """The impact, with fractional materials that hold for the contact times of a range of velocities [m/s]."""
+        """Return the impact, with fractional materials that hold for the contacts in a range of velocities [m/s]."""
         if not self.sections.needs_window:
             return self.impact
         return for_contact(lambda window: replace(self.sections.build(window), velocity=list(velocity)))
 
     def bodies(self, impact: Impact) -> tuple[Body, Body] | None:
-        """The two bodies, of the materials of an impact: balls, or a ball and a wall; None if they are something else.
+        """Return the two bodies of an impact: balls, or a ball and a wall; None if they are something else.
 
         If only one of the ball and the wall deforms, it is the ball: the solution is the same.
         """
@@ -262,7 +262,7 @@ class Case:
             return solve(self.impact, **self.options)
 
     def bounces(self) -> Bounces:
-        """Bounces of the body until it rests, under the gravity of the file.
+        """Return the bounces of the body until it rests, under the gravity of the file.
 
         Its weight acts during contact too unless the file has `weight = false`. A velocity in the file is that of
         the first touch. A `CaseError` refuses a force other than the weight, a second body, or another method than
@@ -299,16 +299,16 @@ class Case:
             )
 
     def notes(self, impact: Any) -> list[str]:
-        """Remarks on the files of the materials, and what was assumed about the materials of a solved impact."""
+        """Return remarks on the files of the materials, and assumptions about the materials of a solved impact."""
         files = [getattr(part, "file", None) for part in (self.sections.material, self.sections.partner)]
         remarks = [note for file in files for note in getattr(file, "notes", ())]
         return list(dict.fromkeys(remarks)) + notes_on(impact.material, impact.counter_material)
 
 
 def notes_on(material: Material, counter: Material | None) -> list[str]:
-    """What was assumed about materials, one line each."""
+    """Return what was assumed about materials, one line each."""
     pair = (material, counter) if counter != material else (material,)
-    return [f"{one.name or 'material'}: {one.assumptions}" for one in pair if one and one.assumptions]
+    return [f"{each.name or 'material'}: {each.assumptions}" for each in pair if each and each.assumptions]
 
 
 def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, Field, StrictInt, Tag, model_validator
 
-from restitution.case.columns import named_columns, read_columns
 from restitution.case.impact import AccuracySection, notes_on
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
-from restitution.case.quantity import LIST, nonnegative, positive, within
-from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
+from restitution.case.quantity import LIST, named_columns, nonnegative, positive, read_columns, within
+from restitution.case.section import IN_FILE, Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.geometry import Geometry
 from restitution.impact.problem import window_around
 from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
@@ -51,7 +50,7 @@ Force = Annotated[
 ]
 
 # Functions that make the shapes. Their parameters after the first are keys of the section.
-_SHAPES = {one.__name__: one for one in (triangle, ramp, hold, sine_arch)}
+_SHAPES = {shape.__name__: shape for shape in (triangle, ramp, hold, sine_arch)}
 _SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "duration", "rise_time")
 
 
@@ -73,8 +72,7 @@ class IndentationSection(Section):
     @model_validator(mode="after")
     def _check(self) -> IndentationSection:
         if self.file is not None:
-            for key in self.given("depth", "force", "time", "shape", *_SHAPE_KEYS):
-                refuse("stands in the file already; leave one of the two out", key)
+            self.refuse_present(IN_FILE, "depth", "force", "time", "shape", *_SHAPE_KEYS)
             return self
         name = self.one_of("depth", "force")
         if not isinstance(getattr(self, name), list):
@@ -82,8 +80,7 @@ class IndentationSection(Section):
             return self
         if self.time is None:
             refuse(f"is missing; it belongs to the list of {name}", "time")
-        for key in self.given("shape", *_SHAPE_KEYS):
-            refuse(f"belongs to one largest {name}; {name} is a list over time", key)
+        self.refuse_present(f"belongs to one largest {name}; {name} is a list over time", "shape", *_SHAPE_KEYS)
         return self
 
     def _check_shape(self, name: str) -> None:
@@ -97,12 +94,11 @@ class IndentationSection(Section):
             if parameter.default is parameter.empty and getattr(self, parameter.name) is None:
                 refuse(f'is missing; shape = "{self.shape}" needs it', parameter.name)
         names = [parameter.name for parameter in parameters]
-        for key in self.given(*_SHAPE_KEYS):
-            if key not in names:
-                refuse(f'does not go with shape = "{self.shape}"; that takes {", ".join(names)}', key)
+        rule = f'does not go with shape = "{self.shape}"; that takes {", ".join(names)}'
+        self.refuse_present(rule, *(key for key in _SHAPE_KEYS if key not in names))
 
     def read(self, folder: Path) -> tuple[str, History]:
-        """Name of the prescribed quantity, and its history in SI."""
+        """Return the name of the prescribed quantity, and its history in SI."""
         if self.file is not None:
             names = named_columns(folder, self.file)
             if {"depth", "force"} <= set(names):
@@ -116,7 +112,7 @@ class IndentationSection(Section):
         if isinstance(value, list):
             return name, History.from_points(np.array(self.time), np.array(value), name=name)
         assert self.shape is not None
-        return name, _SHAPES[self.shape](value, **{key: getattr(self, key) for key in self.given(*_SHAPE_KEYS)})
+        return name, _SHAPES[self.shape](value, **self.values(_SHAPE_KEYS))
 
 
 class IndentationFile(Section):

@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import replace
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -25,8 +26,7 @@ from pydantic import (
 )
 
 from restitution.case.quantity import LIST, fields_of, nonnegative, of, positive
-from restitution.case.section import FROM_FILE, Forms, Section, refuse, toml_value
-from restitution.case.shift import AnyShift, ShiftSection, Temperature, read_file
+from restitution.case.section import FROM_FILE, IN_FILE, Forms, Section, folder_of, refuse, toml_value
 from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
@@ -36,7 +36,8 @@ from restitution.material.fractional import Window
 from restitution.material.master_curve import Isotherms, MasterCurve, ShiftLaw
 from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
-from restitution.material.shift import ShiftTable
+from restitution.material.readers import MaterialFile, read_material
+from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
 from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, TIME, known
 
@@ -44,7 +45,73 @@ Modulus = Annotated[float, of("instantaneous_modulus")]
 EndModulus = Annotated[float, of("equilibrium_modulus")]
 PoissonRatio = Annotated[float, of("poisson_ratio")]
 Bulk = Annotated[float, of("bulk_modulus")]
+Temperature = Annotated[float, of("temperature")]
 _Time = Annotated[float, positive(TIME)]
+_ENDS = ("equilibrium_modulus", "instantaneous_modulus")
+_OF_MODULI = ("deformation", "bulk_modulus", "poisson_ratio")
+
+
+def read_file(value: Any, info: ValidationInfo, example: str, name: str | None = None) -> MaterialFile:
+    """Read a file of a material beside the case file."""
+    if not isinstance(value, str):
+        refuse(f'must be the name of a file, e.g. "{example}"')
+    try:
+        return read_material(Path(folder_of(info), value), name=name)
+    except InputError as error:
+        refuse(error.rule)
+
+
+class ShiftSection(Section):
+    """A law of the time-temperature shift."""
+
+    law: ClassVar[type[WLF] | type[Arrhenius]]
+    reference_temperature: Temperature
+    temperature_range: Annotated[list[Temperature], LIST] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> ShiftSection:
+        if self.temperature_range is not None and len(self.temperature_range) != 2:
+            refuse("must be two temperatures, the lowest and the highest", "temperature_range")
+        self.build()
+        return self
+
+    def build(self) -> Shift:
+        """Return the law in SI."""
+        constants: dict[str, Any] = self.model_dump(exclude_none=True)
+        if self.temperature_range is not None:
+            constants["temperature_range"] = tuple(self.temperature_range)
+        return self.law(**constants)
+
+
+class WLFSection(ShiftSection):
+    """Law of Williams, Landel and Ferry."""
+
+    law = WLF
+    c1: Annotated[float, of("c1")]
+    c2: Annotated[float, of("c2")]
+
+
+class ArrheniusSection(ShiftSection):
+    """Law of Arrhenius."""
+
+    law = Arrhenius
+    activation_energy: Annotated[float, of("activation_energy")]
+
+
+def _shift(value: Any, info: ValidationInfo) -> Any:
+    """Check a table by the section of its law, or read a table of shift factors."""
+    if isinstance(value, dict):
+        law = ArrheniusSection if "activation_energy" in value else WLFSection
+        return law.model_validate(value, context=info.context)
+    table = read_file(value, info, "shift.csv")
+    if not isinstance(table, ShiftTable):
+        refuse("must hold temperatures and shift factors")
+    return table
+
+
+AnyShift = Annotated[
+    SerializeAsAny[ShiftSection] | Annotated[InstanceOf[ShiftTable], FROM_FILE], BeforeValidator(_shift)
+]
 
 
 class PronySection(Section):
@@ -76,8 +143,7 @@ class PronySection(Section):
     @model_validator(mode="after")
     def _check(self) -> PronySection:
         if self.terms is not None:
-            for key in self.given("branch_moduli", "relative_moduli", "relaxation_times"):
-                refuse("stands in the file of terms already; leave one of the two out", key)
+            self.refuse_present(IN_FILE, "branch_moduli", "relative_moduli", "relaxation_times")
         else:
             key = self.one_of("branch_moduli", "relative_moduli", "terms")
             if self.relaxation_times is None:
@@ -96,8 +162,7 @@ class PronySection(Section):
             terms = PronyTerms(np.array(self.relaxation_times), np.array(moduli, dtype=np.float64), relative)
         if not terms.relative and terms.instantaneous_modulus is None and terms.equilibrium_modulus is None:
             self.one_of("equilibrium_modulus", "instantaneous_modulus")
-        ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
-        return replace(terms.series(**ends), parallel_viscosity=self.parallel_viscosity)
+        return replace(terms.series(**self.values(_ENDS)), parallel_viscosity=self.parallel_viscosity)
 
 
 _Series = Annotated[PronySection, Tag("<table>")]
@@ -232,9 +297,6 @@ class LibrarySection(MaterialSection):
         return library.get(self.library)
 
 
-_OF_MODULI = ("deformation", "bulk_modulus", "poisson_ratio")
-
-
 class FileSection(MaterialSection):
     """A material in a file: measured data, which are fitted, Prony terms, or the deck of a solver."""
 
@@ -268,7 +330,7 @@ class FileSection(MaterialSection):
         return content
 
     def check_keys(self) -> None:
-        what, keys = "Prony terms", (*_OF_MODULI, "equilibrium_modulus", "instantaneous_modulus")
+        what, keys = "Prony terms", (*_OF_MODULI, *_ENDS)
         if isinstance(self.file, ViscoelasticDeck):
             what, keys = "the deck of a solver", ("material_name", "youngs_modulus", "poisson_ratio")
         elif not isinstance(self.file, PronyTerms):
@@ -277,9 +339,8 @@ class FileSection(MaterialSection):
             what, keys = "several temperatures", ("reference_temperature", "superposition", *keys)
             if self.shift is not None:
                 refuse("has no meaning for several temperatures, whose shift is fitted", "shift")
-        for key in self.given(*type(self).model_fields):
-            if key not in ("file", *keys, *MaterialSection.model_fields):
-                refuse(f"has no meaning for {what}; known are {', '.join(keys)}", key)
+        others = (key for key in type(self).model_fields if key not in ("file", *keys, *MaterialSection.model_fields))
+        self.refuse_present(f"has no meaning for {what}; known are {', '.join(keys)}", *others)
         if not isinstance(self.file, ViscoelasticDeck):
             self.one_of("bulk_modulus", "poisson_ratio")
             if self.file.deformation is None and self.deformation is None:
@@ -305,22 +366,20 @@ class FileSection(MaterialSection):
         data = self.file if self.curve is None else self.curve.data
         if not isinstance(data, RelaxationTable | DynamicTable):
             return None
-        return fit_prony(data, **{key: getattr(self, key) for key in self.given("misfit", "liquid")})
+        return fit_prony(data, **self.values(("misfit", "liquid")))
 
     def isothermal(self, window: Window | None) -> Material:
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
         if self.fit is not None:
-            constants: dict[str, Any] = {key: getattr(self, key) for key in _OF_MODULI}
-            material = self.fit.material(**constants)
+            material = self.fit.material(**self.values(_OF_MODULI))
             if self.curve is None:
                 return material
             return replace(material, shift=self.curve.shift, temperature=self.curve.reference_temperature)
         terms = self.file
         assert isinstance(terms, PronyTerms)
-        ends = {key: getattr(self, key) for key in ("instantaneous_modulus", "equilibrium_modulus")}
-        elastic = self.bulk_modulus, self.poisson_ratio
-        moduli = shear_and_bulk(terms.series(**ends), *elastic, terms.deformation, self.deformation)
+        elastic, series = (self.bulk_modulus, self.poisson_ratio), terms.series(**self.values(_ENDS))
+        moduli = shear_and_bulk(series, *elastic, terms.deformation, self.deformation)
         return Material(*moduli, source=terms.source, window=terms.window)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from restitution import checks
-from restitution.case.columns import in_si, open_sheet
+from restitution.case.quantity import in_si, open_sheet
 from restitution.errors import InputError
 from restitution.files import path_of
 from restitution.identification.observations import Noise, Observations
@@ -153,7 +153,7 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
         if error.index and error.field.removeprefix("noise.") in names:
             # A row of the table is a line of the file.
             value = InputError(error.field, error.value, error.rule, error.unit)
-            raise FileError("", sheet.lines[error.index[0]], str(value)) from None
+            raise FileError("", sheet.line(error.index[0]), str(value)) from None
         raise
 
 

@@ -20,9 +20,8 @@ from pydantic import (
     model_validator,
 )
 
-from restitution.case.columns import read_columns
-from restitution.case.quantity import Reader, fields_of
-from restitution.case.section import FROM_FILE, Forms, Section, folder_of, refuse, toml_value
+from restitution.case.quantity import Reader, fields_of, read_columns
+from restitution.case.section import FROM_FILE, IN_FILE, Forms, Section, folder_of, refuse, toml_value
 
 # Importing a profile registers it.
 from restitution.contact import (  # noqa: F401
@@ -80,7 +79,7 @@ class ProfileSection(Section):
         return self._geometry(1.0)
 
     def build(self, body_radius: float | None) -> Geometry:
-        """Geometry in SI."""
+        """Return the geometry in SI."""
         return self._geometry(body_radius) if self.needs_body_radius else self._of_unit_radius
 
     def _geometry(self, body_radius: float | None) -> Geometry:
@@ -92,7 +91,7 @@ class ProfileSection(Section):
         return body
 
     def body(self, body_radius: float | None) -> Any:
-        """Geometry of the body on a half-space, in SI."""
+        """Return the geometry of the body on a half-space, in SI."""
         numbers = self.values(key for key in type(self).model_fields if key not in ("type", *LAYER))
         if self.needs_body_radius:
             numbers["radius"] = body_radius
@@ -138,13 +137,12 @@ class TableSection(ProfileSection):
     def body(self, body_radius: float | None) -> Geometry:
         others = self.model_dump(exclude={"type", "file", *self.columns, *LAYER}, exclude_none=True)
         if self.file is not None:
-            for key in self.given(*self.columns):
-                refuse("stands in the file already; leave one of the two out", key)
+            self.refuse_present(IN_FILE, *self.columns)
             try:
                 return self.geometry(**self.file, **others)
             except ValueError as error:
                 refuse(str(error), "file")
-        if len(self.given(*self.columns)) < len(self.columns):
+        if len(self.present(*self.columns)) < len(self.columns):
             refuse(f"give file, or {' and '.join(self.columns)}")
         return self.geometry(**{key: np.array(self.number(key)) for key in self.columns}, **others)
 
@@ -168,7 +166,7 @@ _SPECIAL: dict[str, type[ProfileSection]] = {
 
 
 def sections() -> dict[str, type[ProfileSection]]:
-    """Section of each registered geometry by its type."""
+    """Return the section of each registered geometry by its type."""
     return {name: _section(name, geometry) for name, geometry in Geometry.registered.items()}
 
 
@@ -177,7 +175,7 @@ def _section(name: str, geometry: type[Geometry]) -> type[ProfileSection]:
     base = _SPECIAL.get(name, ProfileSection)
     default = name if name in ("parabola", "tabulated") else ...
     keys: dict[str, Any] = {"type": (Literal[name], default), **fields_of(constants_of(geometry).values())}
-    keys = {key: one for key, one in keys.items() if key == "type" or key not in base.model_fields}
+    keys = {key: field for key, field in keys.items() if key == "type" or key not in base.model_fields}
     for key in keys:
         if key in _COLUMNS or (key == "radius" and geometry.body_radius):
             keys[key] = (keys[key][0] | None, None)

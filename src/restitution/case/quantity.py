@@ -1,19 +1,22 @@
-"""Quantities with units as types of the fields of case files."""
+"""Quantities with units: types of the fields of case files, and columns of CSV files."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator
 from pydantic_core import core_schema
 
+from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.material.models import Constant
+from restitution.material.sheet import FileError, Sheet, decoded, read_bytes, read_sheet, split_lines
 from restitution.quantities import CONSTANTS, INPUTS, SHIFTS, Quantity
 from restitution.units import ANGLE, Dimension, to_si
 
@@ -94,7 +97,7 @@ LIST = BeforeValidator(split_list)
 
 
 def fields_of(constants: Iterable[Constant]) -> dict[str, Any]:
-    """Fields of a section, as `pydantic.create_model` takes them, for the constants of a material or a profile."""
+    """Return fields of a section, as `pydantic.create_model` takes them, for constants of a material or profile."""
     fields: dict[str, Any] = {}
     for constant in constants:
         kind: Any = Annotated[float, Reader(constant.quantity)]
@@ -102,3 +105,73 @@ def fields_of(constants: Iterable[Constant]) -> dict[str, Any]:
             kind = Annotated[list[kind], LIST]
         fields[constant.name] = (kind, ...) if constant.required else (kind | None, None)
     return fields
+
+
+# Columns of numbers in CSV files, with the units of their header.
+
+# Symbols that stand for the names of columns.
+_SYMBOLS = {"t": "time", "d": "depth", "F": "force"}
+
+
+def read_columns(folder: str | Path, name: str, dimensions: Mapping[str, Dimension]) -> dict[str, Array]:
+    """Read columns of a CSV file and return them in SI by name.
+
+    The header names each quantity once, in any order, by its name or its symbol. Units stand behind an underscore or
+    in brackets, as in ``r_um,f [nm]``, or in a second line, ``um,nm``. The rest is as in tables of materials.
+    """
+    sheet, names = open_sheet(folder, name)
+    for label, column in zip(sheet.labels, names, strict=True):
+        if column not in dimensions:
+            raise FileError("", sheet.header_line, f"unknown column {label!r}; {_forms(dimensions)}")
+    if sorted(names) != sorted(dimensions):
+        raise FileError("", sheet.header_line, f"must name {len(dimensions)} columns; {_forms(dimensions)}")
+    return {column: in_si(sheet, i, column, dimensions[column]) for i, column in enumerate(names)}
+
+
+def named_columns(folder: str | Path, name: str) -> list[str]:
+    """Return the names of the columns of a CSV file."""
+    return open_sheet(folder, name)[1]
+
+
+def open_sheet(
+    folder: str | Path, name: str, composed: Collection[str] = (), symbols: Mapping[str, str] = _SYMBOLS
+) -> tuple[Sheet, list[str]]:
+    """Return the table of a CSV file and the names of its columns; `composed` are names that have an underscore."""
+    path = Path(folder, name)
+    try:
+        text = decoded("", read_bytes(path))
+    except FileError as error:
+        raise InputError("", rule=f"{error.rule}: {path}" if folder else error.rule) from None
+    lines = split_lines(text, " ")
+    sheet = read_sheet("", lines, is_unit=lambda tail: True, is_name=lambda label: _plain(label) in composed)
+    labels = [_plain(label) if composed else label for label in sheet.labels]
+    return sheet, [symbols.get(label, label) for label in labels]
+
+
+def in_si(sheet: Sheet, index: int, name: str, dimension: Dimension) -> Array:
+    """Return the numbers of a column in SI; a number that is not finite is refused with its line."""
+    unit = (sheet.units[index] or "").strip()
+    zero, factor = 0.0, 1.0
+    if unit not in ("", "-", dimension.unit):
+        try:
+            # Zero on the scale of degrees Celsius is not zero in SI.
+            zero = to_si(f"0 {unit}", dimension)
+            factor = to_si(f"1 {unit}", dimension) - zero
+        except InputError as error:
+            raise FileError("", sheet.unit_line, f"unit {unit!r} of {name}: {error}") from None
+    with np.errstate(over="ignore"):
+        values = sheet.numbers(index) * factor + zero
+    sheet.require(np.isfinite(values), index, "must be finite", name)
+    return values
+
+
+def _plain(label: str) -> str:
+    return label.strip().replace(" ", "_")
+
+
+def _forms(dimensions: Mapping[str, Dimension]) -> str:
+    """Return the headers that are understood."""
+    units = {name: dimension.example.split()[-1] for name, dimension in dimensions.items()}
+    behind = ",".join(f"{name}_{unit}" for name, unit in units.items())
+    brackets = ",".join(f"{name} [{unit}]" for name, unit in units.items())
+    return f'write e.g. "{behind}", "{brackets}", or "{",".join(units)}" and the units in a second line'

@@ -38,7 +38,11 @@ class Forms:
     sections: Callable[[], Iterable[type[BaseModel]]]
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
-        return {"anyOf": [handler(one.__pydantic_core_schema__) for one in self.sections()]}
+        return {"anyOf": [handler(section.__pydantic_core_schema__) for section in self.sections()]}
+
+
+IN_FILE = "stands in the file already; leave one of the two out"
+"""Rule of keys beside the name of a file that has their values."""
 
 
 class CaseError(InputError):
@@ -48,12 +52,13 @@ class CaseError(InputError):
     """
 
     def __init__(self, *mistakes: InputError, where: str | Path = "") -> None:
-        one = mistakes[0]
-        super().__init__(one.field, one.value, one.rule, one.unit, index=one.index, where=str(where) or one.where)
+        first = mistakes[0]
+        where = str(where) or first.where
+        super().__init__(first.field, first.value, first.rule, first.unit, index=first.index, where=where)
         self.mistakes = mistakes
 
     def __str__(self) -> str:
-        lines = [_line(self.where, one) for one in self.mistakes[:_MOST_MISTAKES]]
+        lines = [_line(self.where, mistake) for mistake in self.mistakes[:_MOST_MISTAKES]]
         more = len(self.mistakes) - len(lines)
         return "\n".join([*lines, f"{self.where}: and {more} more"] if more > 0 else lines)
 
@@ -118,12 +123,17 @@ class Section(BaseModel):
 
     @classmethod
     def alternatives(cls) -> set[str]:
-        """Keys of the other forms that the section may have."""
+        """Return the keys of the other forms that the section may have."""
         return set()
 
-    def given(self, *keys: str) -> list[str]:
-        """Which of the keys have a value."""
+    def present(self, *keys: str) -> list[str]:
+        """Return those of the keys that have a value."""
         return [key for key in keys if getattr(self, key) is not None]
+
+    def refuse_present(self, rule: str, *keys: str) -> None:
+        """Refuse the first of the keys that has a value."""
+        for key in self.present(*keys):
+            refuse(rule, key)
 
     def values(self, keys: Iterable[str]) -> dict[str, Any]:
         """Return the values of those of the keys that have one."""
@@ -131,7 +141,7 @@ class Section(BaseModel):
 
     def one_of(self, *keys: str) -> str:
         """Return which one of the keys has a value; refuse none and more than one."""
-        present = self.given(*keys)
+        present = self.present(*keys)
         if len(present) != 1:
             state = f"{' and '.join(present)} are given" if present else "none is given"
             refuse(f"give exactly one of {', '.join(keys[:-1])} and {keys[-1]}; {state}")
@@ -147,7 +157,7 @@ def read_sections(kind: type[S], path: Path, data: dict[str, Any], folder: Path 
 
 
 def folder_of(info: ValidationInfo) -> Path:
-    """Folder of the case file, which the names of other files start from."""
+    """Return the folder of the case file, where the names of other files start."""
     return Path((info.context or {}).get("folder", "."))
 
 
@@ -240,12 +250,12 @@ def _mistakes(data: dict[str, Any], error: ValidationError) -> Iterator[InputErr
             rule = _rule(detail["type"], detail["msg"], context, len(parts))
             yield InputError(key_path(parts), _shown(value), rule)
             continue
-        for one in cause.mistakes if isinstance(cause, CaseError) else (cause,):
-            yield _of_section(parts, value, one)
+        for mistake in cause.mistakes if isinstance(cause, CaseError) else (cause,):
+            yield _of_section(parts, value, mistake)
 
 
 def _of_section(parts: list[str | int], value: Any, error: InputError) -> InputError:
-    """Mistake that a section found, under the path of the section and with the value that the file has."""
+    """Return a mistake within a section under the path of the section, with the value that the file has."""
     if not error.field:
         return InputError(key_path(parts), _shown(value), error.rule)
     part = cast("Any", value).get(error.field, ABSENT) if isinstance(value, dict) else ABSENT
@@ -261,7 +271,7 @@ def _shown(value: Any) -> Any:
 
 
 def _place(data: dict[str, Any], detail: Any) -> tuple[list[str | int], Any]:
-    """Path of keys to the value to blame, and the value as the file has it."""
+    """Return the path of keys to the value to blame, and the value as the file has it."""
     parts: list[str | int] = []
     value: Any = data
     for part in detail["loc"]:

@@ -6,15 +6,16 @@ import copy
 import dataclasses
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import StrictInt, field_validator
 
-from restitution.case.axes import DRAWS, read_axes, short_name
+from restitution.case.axes import place_of, read_axes
 from restitution.case.impact import CaseFile, SolverSection
 from restitution.case.material import is_fractional
 from restitution.case.quantity import split_list
@@ -23,9 +24,8 @@ from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.models import material_models
 from restitution.quantities import BODY, DEFAULT_OUTPUTS, checked_outputs
-from restitution.sweeps.axes import Linear, Samples, make_grid
-from restitution.sweeps.plan import Plan, describe
-from restitution.sweeps.template import Template, dimensionless_template
+from restitution.sweeps.grid import Values, make_grid
+from restitution.sweeps.plan import Plan, Template, Vary, describe, dimensionless_template
 from restitution.variation import MATERIALS, check_rivals, varied
 
 _ENTRY = re.compile(r"(.+)\[(\d+)\]")
@@ -102,28 +102,20 @@ def plan_case(
     with in_file(path):
         if options.solver.method != "exact":
             refuse('must be "exact" in a sweep', "solver.method", options.solver.method)
+        grid = make_grid(axes, options.sweep.chunk)
+    first = next(grid.corners())
     case = {name: value for name, value in data.items() if name != "sweep"}
-    quantities = dict(_quantities(axes))
     template: Template
-    if not set(case) - {"title", "solver"}:
-        names = {short_name(place) for place in quantities}
-        missing = [name for name in ("poisson_ratio", "p2", "p3") if name not in names]
-        with in_file(path, "axes"):
-            if missing:
-                refuse("is missing; or give body, material and impact", ", ".join(missing))
-        template = dimensionless_template()
+    if set(case) - {"title", "solver"}:
+        template = _template(path, copy.deepcopy(case), axes, first, replace)
     else:
-        template = _template(path, copy.deepcopy(case), axes, quantities, replace)
-    with in_file(path):
-        renamed = {short_name(place): _renamed(axis) for place, axis in axes.items()}
-        grid, rtol = make_grid(renamed, options.sweep.chunk), options.solver.rtol or 1e-9
-        return Plan(template, grid, options.sweep.outputs, rtol, str(data.get("title", "")), text)
+        with in_file(path):
+            template = dimensionless_template(grid.names)
+    return Plan(template, grid, options.sweep.outputs, options.solver.rtol or 1e-9, str(data.get("title", "")), text)
 
 
-def _template(
-    path: Path, case: dict[str, Any], axes: Mapping[str, Any], quantities: dict[str, Any], replace: bool
-) -> CaseTemplate:
-    """Return the template of a case whose quantities, given by their first values, the axes set."""
+def _template(path: Path, case: dict[str, Any], axes: Mapping[str, Any], first: Values, replace: bool) -> CaseTemplate:
+    """Return the template of a case; `first` has the first value of each quantity that the axes set."""
     materials = [data.get(name) for data in (case, axes) for name in ("material", "counter_material")]
     fractional = any(
         is_fractional(each) for values in materials for each in (values if isinstance(values, list) else [values])
@@ -131,33 +123,31 @@ def _template(
     by_way = _by_way(case) if not fractional else {}
     with in_file(path, "axes"):
         for rivals in _RIVALS:
-            both = [place for place in quantities if place in rivals]
+            both = [place for place in map(place_of, first) if place in rivals]
             if len(both) > 1:
                 refuse("set the same; leave one out", " and ".join(both))
-        for place, value in quantities.items():
-            _complete(case, place, value, by_way, replace)
-    places = {short_name(place): place for place in quantities}
-    template = CaseTemplate(path, path.parent.absolute(), case, places, tuple(by_way), tuple(places))
-    start = template.prepare({})
+        for name, value in first.items():
+            _complete(case, name, value, by_way, replace)
+    template = CaseTemplate(path, path.parent.absolute(), case, tuple(by_way), tuple(first))
+    vary = template.prepare({})
     if fractional:
         # The window of a Prony series depends on the contact time.
         return template
-    numbers = {short_name(place): value for place, value in quantities.items()}
     with in_file(path):
-        check_rivals(tuple(numbers) if by_way else ())
-    apart = tuple(name for name, value in numbers.items() if not _takes_arrays(start, name, value))
+        check_rivals(tuple(first) if by_way else ())
+    apart = tuple(name for name, value in first.items() if not _takes_arrays(vary, name, value))
     return dataclasses.replace(template, apart=apart)
 
 
 def _by_way(case: dict[str, Any]) -> dict[str, str]:
-    """Quantities of a standard solid that no key of the file has, and the keys that stand for them."""
+    """Return quantities of a standard solid that no key of the file has, and the keys that stand for them."""
     material: Any = case["material"] if isinstance(case.get("material"), dict) else {}
     keys = {"model", "name", "density", *material_models()[_SOLID].constants}
     return dict(_BY_WAY_OF) if set(material) <= keys and material.get("model", _SOLID) == _SOLID else {}
 
 
-def _takes_arrays(start: PreparedCase, name: str, value: Any) -> bool:
-    """Whether a key takes arrays of numbers: whether each of two equal ones makes the impact of the number itself."""
+def _takes_arrays(vary: Vary, name: str, value: Any) -> bool:
+    """Return whether a key takes arrays: whether each of two equal numbers makes the impact of the number itself."""
     if not isinstance(value, float):
         return False
     # A model of the user may put its numbers into lists, where another axis would be that of the branches.
@@ -165,40 +155,22 @@ def _takes_arrays(start: PreparedCase, name: str, value: Any) -> bool:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            several = start.varied({name: np.full(shape, value)})
-            single, row = start.varied({name: value}), several.take(np.array(0))
+            several = vary({name: np.full(shape, value)})
+            single, row = vary({name: value}), several.take(np.array(0))
         except (ValueError, TypeError):
             return False
     parts = (*MATERIALS, "profile", *BODY)
     return several.shape == shape and all(getattr(row, part) == getattr(single, part) for part in parts)
 
 
-def _renamed(axis: Any) -> Any:
-    if not isinstance(axis, Samples):
-        return axis
-    drawn = {short_name(place): each for place, each in axis.distributions.items()}
-    return Samples(axis.n, drawn, axis.method, axis.seed)
-
-
-def _quantities(axes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Yield the place of every quantity, and one of its values."""
-    for place, axis in axes.items():
-        if isinstance(axis, Samples):
-            for drawn, values in axis.corners(DRAWS)[0].items():
-                yield drawn, float(values[0])
-        elif isinstance(axis, Linear):
-            yield place, float(axis.low)
-        else:
-            yield place, axis[0] if isinstance(axis, list) else axis
-
-
-def _complete(case: dict[str, Any], place: str, value: Any, by_way: Mapping[str, str], replace: bool) -> None:
+def _complete(case: dict[str, Any], name: str, value: Any, by_way: Mapping[str, str], replace: bool) -> None:
     """Put a value of an axis where the file may have none."""
-    if (name := short_name(place)) in by_way:
+    if name in by_way:
         case.setdefault("material", {}).setdefault(by_way[name], 1.0)
         return
-    if place in ("p2", "p3"):
-        refuse("belongs to a standard solid, which the material is not", place)
+    if name in ("p2", "p3"):
+        refuse("belongs to a standard solid, which the material is not", name)
+    place = place_of(name)
     for rivals in _RIVALS:
         for other in rivals if place in rivals else ():
             section, _, key = other.partition(".")
@@ -217,7 +189,6 @@ class CaseTemplate:
     path: Path
     folder: Path  # where relative names of files start
     data: dict[str, Any]
-    places: dict[str, str]  # of the keys that axes set, by the name of the quantity
     by_way: tuple[str, ...]  # names of constants of a standard solid that no key has
     apart: tuple[str, ...]  # names whose combinations have an impact of their own each
 
@@ -226,51 +197,39 @@ class CaseTemplate:
     def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(name for name in names if name in self.apart)
 
-    def prepare(self, values: dict[str, Any]) -> PreparedCase:
+    def prepare(self, values: Values) -> Vary:
         data = copy.deepcopy(self.data)
         for name, value in values.items():
-            put(data, self.places[name], value)
-        prepared = PreparedCase(self, data, read_sections(CaseFile, self.path, data, self.folder))
-        prepared.varied({})
-        return prepared
+            put(data, place_of(name), value)
+        vary = partial(self._varied, data, self._read(data))
+        vary({})
+        return vary
+
+    def _read(self, data: dict[str, Any]) -> CaseFile:
+        return read_sections(CaseFile, self.path, data, self.folder)
+
+    def _varied(self, data: dict[str, Any], case: CaseFile, values: Values) -> Impact:
+        """Return the impact of a case with other numbers in SI, which broadcast."""
+        by_way = {name: value for name, value in values.items() if name in self.by_way}
+        changed = {place_of(name): value for name, value in values.items() if name not in by_way}
+        if changed:
+            # Sections without a change are not read again, as files and fits take their time.
+            again = {place.partition(".")[0] for place in changed}
+            data = {
+                name: copy.deepcopy(part) if name in again else getattr(case, name)
+                for name, part in data.items()
+                if name != "sweep"
+            }
+            for place, value in changed.items():
+                put(data, place, value)
+            case = self._read(data)
+        with in_file(self.path):
+            return varied(case.build(), by_way, "bulk_modulus")
 
     def describe(self) -> Any:
         """Return the content of the file in SI."""
-        case = read_sections(CaseFile, self.path, self.data, self.folder)
-        content = case.model_dump(exclude={"title", "solver"}, exclude_none=True)
-        return {"case": describe(content), "axes": list(self.places.values()), "apart": list(self.apart)}
-
-
-@dataclass(frozen=True)
-class PreparedCase:
-    """A case whose keys take other numbers, which may be arrays."""
-
-    template: CaseTemplate
-    data: dict[str, Any]
-    case: CaseFile
-
-    @property
-    def impact(self) -> Impact:
-        """The impact itself."""
-        return self.varied({})
-
-    def varied(self, values: dict[str, Any]) -> Impact:
-        """Return the impact of other numbers in SI, which broadcast."""
-        path, places = self.template.path, self.template.places
-        by_way = {name: value for name, value in values.items() if name in self.template.by_way}
-        changed = {places[name]: value for name, value in values.items() if name not in by_way}
-        # Sections without a change are not read again, as files and fits take their time.
-        data = {name: getattr(self.case, name) for name in self.data if name != "sweep"}
-        data |= {
-            name: copy.deepcopy(self.data[name])
-            for name in {place.partition(".")[0] for place in changed}
-            if name in self.data
-        }
-        for place, value in changed.items():
-            put(data, place, value)
-        case = read_sections(CaseFile, path, data, self.template.folder) if changed else self.case
-        with in_file(path):
-            return varied(case.build(), by_way, "bulk_modulus")
+        content = self._read(self.data).model_dump(exclude={"title", "solver"}, exclude_none=True)
+        return {"case": describe(content), "apart": list(self.apart)}
 
 
 def put(case: dict[str, Any], place: str, value: Any) -> None:

@@ -147,7 +147,7 @@ def _(subject: rs.Case) -> Iterator[Reason]:
 
 @_reasons.register
 def _(subject: Plan) -> Iterator[Reason]:
-    return _problem("exact", subject.template.prepare({}).impact)
+    return _problem("exact", subject.impact)
 
 
 @_reasons.register

@@ -12,8 +12,9 @@ import typer
 import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
-from restitution.cli.terminal import argument, option, target
+from restitution.cli.terminal import argument, quantity, target
 from restitution.files import TABLES, write_table, write_text
+from restitution.units import TIME
 
 
 def solve(
@@ -21,8 +22,8 @@ def solve(
     json: cli.Json = False,
     plot: cli.Plot = None,
     pressure_at: Annotated[
-        list[str] | None,
-        option('Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Four times if not given.', "TIME"),
+        list[float] | None,
+        quantity("--pressure-at", TIME, 'Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Default: four.'),
     ] = None,
     history: cli.History = None,
     extrapolate: cli.Extrapolate = False,
@@ -31,21 +32,18 @@ def solve(
 
     Example: restitution solve examples/rubber_ball.toml --plot picture.png
     """
-    with cli.user_input():
-        from restitution.impact.window import require_known
-        from restitution.quantities import TIME
+    from restitution.impact.window import require_known
 
-        times = [cli.read_quantity("--pressure-at", time, TIME) for time in pressure_at or []]
-        if times and plot is None:
-            raise cli.BadInput("--pressure-at: give --plot FILE as well")
-        problem = rs.read_case(case)
-        with cli.compilation():
-            require_known(problem.impact, extrapolate=extrapolate)
-            result = problem.solve()
-        for text, time in zip(pressure_at or [], times, strict=True):
-            if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
-                end = f"{result.contact_time:.6g} s"
-                raise cli.BadInput(f'--pressure-at "{text}": must be within the contact, which lasts {end}')
+    if pressure_at and plot is None:
+        raise cli.BadInput("--pressure-at: give --plot FILE as well")
+    problem = rs.read_case(case)
+    with cli.compilation():
+        require_known(problem.impact, extrapolate=extrapolate)
+        result = problem.solve()
+    for time in pressure_at or []:
+        if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
+            end = f"{result.contact_time:.6g} s"
+            raise cli.BadInput(f"--pressure-at {time:g} s: must be within the contact, which lasts {end}")
     title, notes = problem.title or str(case), problem.notes(result.impact)
     tables.answer(result, title, problem.arrangement, json=json, notes=notes, energy_residual=result.energy.residual)
     if history is not None:
@@ -54,7 +52,7 @@ def solve(
         tables.require_end(result, "--plot", plot)
         from restitution.plot.impact import overview
 
-        tables.save_picture(overview(result, times or None, title=problem.title or ""), plot)
+        tables.save_picture(overview(result, pressure_at or None, title=problem.title or ""), plot)
 
 
 def standard_solid(
@@ -73,14 +71,13 @@ def standard_solid(
     from restitution.checks import positive, within
     from restitution.impact.result import of_impact
 
-    with cli.user_input():
-        within("nu", nu, -1.0, 0.5)
-        positive("p2", p2)
-        positive("p3", p3)
-        solid = rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
-        impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
-        with cli.compilation():
-            result = rs.solve(impact, method=method, rtol=rtol)
+    within("nu", nu, -1.0, 0.5)
+    positive("p2", p2)
+    positive("p3", p3)
+    solid = rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
+    impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
+    with cli.compilation():
+        result = rs.solve(impact, method=method, rtol=rtol)
     # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
     validity = rs.Validity((result.validity["poisson_ratio"],))
     doubts = {"warnings": [*validity.warnings, *result.notes]}
@@ -104,13 +101,12 @@ def bounce(
     The case file gives the drop height or the velocity of the first impact. The weight acts during contact too,
     unless the file has weight = false. Example: restitution bounce examples/dropped_ball.toml
     """
-    with cli.user_input():
-        from restitution.impact.window import require_known
+    from restitution.impact.window import require_known
 
-        problem = rs.read_case(case)
-        with cli.compilation():
-            result = problem.bounces()
-            require_known(result.impact, result.velocity, extrapolate=extrapolate)
+    problem = rs.read_case(case)
+    with cli.compilation():
+        result = problem.bounces()
+        require_known(result.impact, result.velocity, extrapolate=extrapolate)
     title, notes = problem.title or str(case), problem.notes(result.impact)
     more = {"n_bounces": result.n_bounces, "ended": str(result.ended)}
     tables.answer(result, title, json=json, plot=plot, notes=notes, **more)
@@ -130,14 +126,13 @@ def indent(
     The case file has the sections profile, material and indentation. A second loading in contact is refused.
     Example: restitution indent examples/afm_indent.toml --plot curve.png
     """
-    with cli.user_input():
-        from restitution.case.indentation import read_indentation
-        from restitution.impact.window import require_known_times
+    from restitution.case.indentation import read_indentation
+    from restitution.impact.window import require_known_times
 
-        problem = read_indentation(case)
-        with cli.compilation():
-            result = problem.solve()
-        require_known_times(result.validity["window"], extrapolate=extrapolate)
+    problem = read_indentation(case)
+    with cli.compilation():
+        result = problem.solve()
+    require_known_times(result.validity["window"], extrapolate=extrapolate)
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
     if history is not None:
         write_table(result.sample(n_points=problem.n_points), history)
@@ -152,22 +147,21 @@ def cite(
 
     Without a case, the program and the paper that it reproduces. Example: restitution cite examples/epoxy.toml
     """
-    with cli.user_input():
-        from restitution.case.indentation import read_indentation
-        from restitution.case.section import read_toml
-        from restitution.case.sweep import read_sweep
-        from restitution.citation.cite import citations, cite, entries
+    from restitution.case.indentation import read_indentation
+    from restitution.case.section import read_toml
+    from restitution.case.sweep import read_sweep
+    from restitution.citation.cite import citations, cite, entries
 
-        subjects: list[Any] = []
-        for case in cases or []:
-            content = read_toml(case)
-            is_sweep = "axes" in content or "samples" in content
-            read = read_indentation if "indentation" in content else read_sweep if is_sweep else rs.read_case
-            subjects.append(read(case))
-        if json:
-            used = citations(*subjects)
-            tables.write_json([{"key": key, "used_for": use, "bibtex": entries()[key]} for key, use in used.items()])
-        text = cite(*subjects) + "\n"
+    subjects: list[Any] = []
+    for case in cases or []:
+        content = read_toml(case)
+        is_sweep = "axes" in content or "samples" in content
+        read = read_indentation if "indentation" in content else read_sweep if is_sweep else rs.read_case
+        subjects.append(read(case))
+    if json:
+        used = citations(*subjects)
+        tables.write_json([{"key": key, "used_for": use, "bibtex": entries()[key]} for key, use in used.items()])
+    text = cite(*subjects) + "\n"
     if out is not None:
         write_text(out, text)
     elif not json:

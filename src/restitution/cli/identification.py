@@ -96,20 +96,23 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
     from restitution.units import scaled_unit
 
     rows: list[tuple[str, ...]] = []
-    for name, one in group.items():
-        sizes = [abs(x) for x in (one.value, *one.interval) if x is not None and math.isfinite(x) and x != 0.0]
-        factor, unit = scaled_unit(abs(one.value) if one.value else max(sizes, default=1.0), one.unit)
+    for name, estimate in group.items():
+        sizes = [
+            abs(x) for x in (estimate.value, *estimate.interval) if x is not None and math.isfinite(x) and x != 0.0
+        ]
+        factor, unit = scaled_unit(abs(estimate.value) if estimate.value else max(sizes, default=1.0), estimate.unit)
 
         def shown(x: float | None, factor: float = factor, digits: int = 4) -> str:
             return "-" if x is None or not math.isfinite(x) else f"{x * factor:.{digits}g}"
 
         ends = " to ".join(
-            "open" if is_open else shown(end) for end, is_open in zip(one.interval, one.open_ends, strict=True)
+            "open" if is_open else shown(end)
+            for end, is_open in zip(estimate.interval, estimate.open_ends, strict=True)
         )
-        digits = 4 if one.factor <= CLOSE else 2
-        estimate = f"{shown(one.value, digits=digits)} {unit}".strip() if one.determined else "not determined"
-        known_ends = any(map(math.isfinite, one.interval)) or any(one.open_ends)
-        rows.append((name, estimate, shown(one.standard_error, digits=2), ends if known_ends else "-"))
+        digits = 4 if estimate.factor <= CLOSE else 2
+        value = f"{shown(estimate.value, digits=digits)} {unit}".strip() if estimate.determined else "not determined"
+        known_ends = any(map(math.isfinite, estimate.interval)) or any(estimate.open_ends)
+        rows.append((name, value, shown(estimate.standard_error, digits=2), ends if known_ends else "-"))
     return rows
 
 

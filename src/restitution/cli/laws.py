@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from json import dumps
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -56,20 +55,22 @@ def export(
         if suffix in TABLES:
             if velocity is None:
                 raise cli.BadInput(f"--to {to}: give --velocity LOW HIGH as well")
-            done = _write_outcomes(case, to, _range(velocity), extrapolate)
+            exported = _write_outcomes(case, to, _range(velocity), extrapolate)
         elif velocity is not None and terms is None:
             text = " ".join(velocity)
             raise cli.BadInput(f"--velocity {text}: has no meaning for {to}; it belongs to a table or --terms")
         elif suffix in _LAWS:
-            done = _write_law(case, to, None if velocity is None else _range(velocity), terms, extrapolate)
+            exported = _write_law(case, to, None if velocity is None else _range(velocity), terms, extrapolate)
         else:
-            done = _write_materials(case, to)
+            exported = _write_materials(case, to)
     if json:
-        tables.write_json({"file": str(to), **done.numbers, "warnings": done.warnings, "notes": done.notes})
+        tables.write_json(
+            {"file": str(to), **exported.numbers, "warnings": exported.warnings, "notes": exported.notes}
+        )
         return
-    print(f"{to}: {done.words}")
-    cli.report("warning", *done.warnings)
-    cli.report("note", *done.notes)
+    print(f"{to}: {exported.words}")
+    cli.report("warning", *exported.warnings)
+    cli.report("note", *exported.notes)
 
 
 class _Export(NamedTuple):
@@ -89,12 +90,13 @@ def _write_law(
 
     from restitution.impact.window import require_known, validity_of
     from restitution.surrogates.velocity import velocity_range
+    from restitution.variation import vary
 
     problem = rs.read_case(case, any_velocity=velocity is not None)
     impact = problem.impact
     if velocity is not None:
         speeds = np.geomspace(*velocity_range(velocity), _POINTS)
-        impact = replace(problem.over(velocity), velocity=speeds)
+        impact = vary(problem.over(velocity), {"velocity": speeds})
     require_known(impact, extrapolate=extrapolate)
     law = rs.contact_law(impact)
     law = law if terms is None else law.reduced(terms, extrapolate=extrapolate)

@@ -73,7 +73,7 @@ def reproduce(
     """
     from restitution.paper import reproduction
 
-    with cli.user_input(), cli.progress_bar("reproducing") as progress:
+    with cli.progress_bar("reproducing") as progress:
         chosen = reproduction.DEFAULT_SEED if seed is None else seed
         result = reproduction.reproduce(out, quick=quick, seed=chosen, workers=workers, progress=progress)
     for claim in result.claims:

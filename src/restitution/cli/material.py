@@ -6,16 +6,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
-from restitution.cli.terminal import argument, completed, option
+from restitution.cli.terminal import argument, completed, option, quantity
 from restitution.errors import InputError
-from restitution.units import TEMPERATURE, celsius
+from restitution.units import DENSITY, MODULUS, MOLAR_ENERGY, TEMPERATURE, TIME, celsius
 
 if TYPE_CHECKING:
     from restitution.material.cards import PronyTerms, ViscoelasticDeck
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # Rows of the table of moduli: enough to see each transition, few enough for a screen.
 _ROWS = 9
+# Units at the end of the names of facts.
+_UNITS = [dimension.unit for dimension in (TIME, MODULUS, TEMPERATURE, DENSITY, MOLAR_ENERGY)]
 # Columns of tables that belong to another command, and advice on it.
 _OTHERS = (
     (
@@ -202,9 +204,10 @@ def material(
     at: Annotated[str | None, option('Temperature of the moduli, e.g. "20 degC" or 293.', "TEMPERATURE")] = None,
     shift: Annotated[Path | None, option("Shift factors over temperature, for a file of moduli.", "FILE")] = None,
     reference_temperature: Annotated[
-        str | None, option("Temperature of the master curve of a file with several.", "TEMPERATURE")
+        float | None,
+        quantity("--reference-temperature", TEMPERATURE, "Temperature of the master curve of a file with several."),
     ] = None,
-    superposition: Annotated[str | None, option("Shifts of such a file: free, wlf or arrhenius.", "LAW")] = None,
+    superposition: Annotated[Literal["free", "wlf", "arrhenius"] | None, option("Shifts of such a file.")] = None,
     material_name: Annotated[str | None, option("Which material of a deck that has several.", "NAME")] = None,
     json: cli.Json = False,
     plot: cli.Plot = None,
@@ -215,24 +218,23 @@ def material(
     Prony terms and of shift factors, the decks of ANSYS and Abaqus, and the materials of a case file are read too.
     Example: restitution material examples/beads_dma.csv --plot moduli.png
     """
-    with cli.user_input():
-        if list_:
-            sources = {name: rs.library.get(name).source or "" for name in rs.library.names()}
-            if json:
-                tables.write_json(sources)
-            else:
-                tables.print_rows("Materials of the library", ("name", "source"), list(sources.items()))
-            return
-        if source is None:
-            raise cli.BadInput("material: give a file or a name, or --list")
-        try:
-            with cli.progress_bar("reading", begin="reading and fitting"):
-                fitted = _Superposition(reference_temperature, superposition)
-                reports = _reports(source, at, shift, material_name, fitted)
-        except InputError as error:
-            if error.field == "temperature" and at is not None and _is_celsius(at):
-                raise cli.BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None
-            raise
+    if list_:
+        sources = {name: rs.library.get(name).source or "" for name in rs.library.names()}
+        if json:
+            tables.write_json(sources)
+        else:
+            tables.print_rows("Materials of the library", ("name", "source"), list(sources.items()))
+        return
+    if source is None:
+        raise cli.BadInput("material: give a file or a name, or --list")
+    try:
+        with cli.progress_bar("reading", begin="reading and fitting"):
+            options = {"--reference-temperature": reference_temperature, "--superposition": superposition}
+            reports = _reports(source, at, shift, material_name, options)
+    except InputError as error:
+        if error.field == "temperature" and at is not None and _is_celsius(at):
+            raise cli.BadInput(f'{error}; a plain number is in K: write --at "{at} degC" for Celsius') from None
+        raise
     if json:
         contents = [_content(report) for report in reports]
         tables.write_json(contents[0] if len(contents) == 1 else contents)
@@ -244,29 +246,6 @@ def material(
         tables.save_picture(_picture(reports), plot)
 
 
-class _Superposition(NamedTuple):
-    """Options of a file with several temperatures, as they are written."""
-
-    reference_temperature: str | None
-    law: str | None
-
-    def curve(self, isotherms: rs.Isotherms) -> rs.MasterCurve:
-        """Return the master curve of such a file."""
-        if self.law not in (None, "free", "wlf", "arrhenius"):
-            raise cli.BadInput(f"--superposition {self.law}: must be free, wlf or arrhenius")
-        text, kelvin = self.reference_temperature, None
-        if text is not None:
-            kelvin = cli.read_quantity("--reference-temperature", text, TEMPERATURE)
-        law: Any = self.law or "free"
-        return isotherms.superposed(reference_temperature=kelvin, shift=law)
-
-    def refuse(self, source: str) -> None:
-        """Refuse options that are given for other files."""
-        for name, value in (("--reference-temperature", self.reference_temperature), ("--superposition", self.law)):
-            if value is not None:
-                raise cli.BadInput(f"{name} {value}: {source} must have moduli at several temperatures")
-
-
 def _is_celsius(text: str) -> bool:
     """Return whether a plain number is too low for most temperatures in kelvin."""
     try:
@@ -276,11 +255,10 @@ def _is_celsius(text: str) -> bool:
 
 
 def _reports(
-    source: str, at: str | None, shift: Path | None, name: str | None, superposition: _Superposition
+    source: str, at: str | None, shift: Path | None, name: str | None, options: dict[str, Any]
 ) -> list[Report]:
     """Return one report, or for a case file one for each of its materials."""
     from restitution.material.cards import PronyTerms, ViscoelasticDeck
-    from restitution.quantities import advice
 
     kelvin = None if at is None else cli.read_quantity("--at", at, TEMPERATURE)
     law = None if shift is None else rs.read_material(shift)
@@ -288,64 +266,76 @@ def _reports(
         raise cli.BadInput(f"--shift {shift}: must hold temperatures and shift factors")
     if law is not None and kelvin is None:
         raise cli.BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
-    path = Path(source)
-    of_library, of_case = source in rs.library.names() and not path.exists(), path.suffix == ".toml"
-    if of_library or of_case:
-        if name is not None:
-            rule = f"{source} is no deck of a solver, whose materials have names"
-            raise cli.BadInput(f"--material-name {name}: {rule}")
-        superposition.refuse(source)
-        if of_case and not of_library:
-            return _of_case(source, kelvin, law)
-        return [of_material(rs.library.get(source), source, "material of the library", kelvin, law)]
-    if not path.exists() and not path.suffix:
-        unknown = f"no such file, and no material of the library; {advice(source, rs.library.names())}"
-        raise cli.BadInput(f"{source}: {unknown}")
-    try:
-        content = rs.read_material(source, name=name)
-    except ValueError as error:
-        raise cli.BadInput(f"{error}{_other_use(source)}") from None
+    content = _read(source, name)
     if isinstance(content, rs.Isotherms):
-        curve = superposition.curve(content)
-        report = of_isotherms(curve, source)
-        return [report if kelvin is None else report.shifted(law or curve.shift, kelvin)]
-    superposition.refuse(source)
-    if isinstance(content, rs.ShiftTable):
-        return [of_shift(content, source, kelvin)]
-    if kelvin is not None and law is None:
-        raise cli.BadInput("--at: a file of moduli has no law of the shift; give its shift factors by --shift FILE")
-    if isinstance(content, ViscoelasticDeck):
-        report = of_deck(content, source)
-    else:
-        report = of_terms(content, source) if isinstance(content, PronyTerms) else of_data(content, source)
+        curve = content.superposed(
+            reference_temperature=options["--reference-temperature"], shift=options["--superposition"] or "free"
+        )
+        return [of_isotherms(curve, source).shifted(law or curve.shift, kelvin)]
+    if unused := [option for option, value in options.items() if value is not None]:
+        raise cli.BadInput(f"{unused[0]}: {source} must have moduli at several temperatures")
+    match content:
+        case list():
+            # An elastic material needs no law of the shift.
+            return [
+                of_material(each, each.name or role, f"{role} of {source}", kelvin if _relaxes(each) else None, law)
+                for role, each in content
+            ]
+        case rs.Material():
+            return [of_material(content, source, "material of the library", kelvin, law)]
+        case rs.ShiftTable():
+            return [of_shift(content, source, kelvin)]
+        case _ if kelvin is not None and law is None:
+            rule = "a file of moduli has no law of the shift; give its shift factors by --shift FILE"
+            raise cli.BadInput(f"--at: {rule}")
+        case ViscoelasticDeck():
+            report = of_deck(content, source)
+        case PronyTerms():
+            report = of_terms(content, source)
+        case _:
+            report = of_data(content, source)
     return [replace(report, notes=getattr(content, "notes", ())).shifted(law, kelvin)]
+
+
+def _read(source: str, name: str | None) -> Any:
+    """Return a material of the library, the roles and materials of a case, or the content of a file."""
+    from restitution.quantities import advice
+
+    path = Path(source)
+    of_library = source in rs.library.names() and not path.exists()
+    if not of_library and path.suffix != ".toml":
+        if not path.exists() and not path.suffix:
+            unknown = f"no such file, and no material of the library; {advice(source, rs.library.names())}"
+            raise cli.BadInput(f"{source}: {unknown}")
+        try:
+            return rs.read_material(source, name=name)
+        except ValueError as error:
+            raise cli.BadInput(f"{error}{_other_use(source)}") from None
+    if name is not None:
+        raise cli.BadInput(f"--material-name {name}: {source} is no deck of a solver, whose materials have names")
+    if of_library:
+        return rs.library.get(source)
+    from restitution.case.indentation import read_indentation
+    from restitution.case.section import read_toml
+
+    subject = read_indentation(source) if "indentation" in read_toml(path) else rs.read_case(source).impact
+    materials = ((role, getattr(subject, role)) for role in ("material", "counter_material"))
+    return [(role, each) for role, each in materials if each is not None]
+
+
+def _relaxes(material: rs.Material) -> bool:
+    return not all(series.is_elastic for series in series_of(material).values())
 
 
 def _other_use(source: str) -> str:
     """Return the advice on a table whose columns are those of an indentation or of bounces."""
-    from restitution.case.columns import named_columns
+    from restitution.case.quantity import named_columns
 
     try:
         columns = {name.casefold() for name in named_columns(".", source)}
     except ValueError:
         return ""
     return next((f". {advice}" for names, advice in _OTHERS if columns & names), "")
-
-
-def _of_case(source: str, kelvin: float | None, law: ShiftTable | None) -> list[Report]:
-    from restitution.case.indentation import read_indentation
-    from restitution.case.section import read_toml
-
-    pressed = "indentation" in read_toml(Path(source))
-    subject = read_indentation(source) if pressed else rs.read_case(source).impact
-    reports: list[Report] = []
-    for name in ("material", "counter_material"):
-        if (material := getattr(subject, name)) is not None:
-            # An elastic material needs no law of the shift.
-            elastic = all(series.is_elastic for series in series_of(material).values())
-            title, kind = material.name or name, f"{name} of {source}"
-            reports.append(of_material(material, title, kind, None if elastic else kelvin, law))
-    return reports
 
 
 def _content(report: Report) -> dict[str, Any]:
@@ -382,7 +372,7 @@ def _print(report: Report) -> None:
             columns, triples = (*columns, "standard error"), zip(pairs, curve.errors, strict=True)
             rows = [(celsius(kelvin, 5), f"{factor:.4g}", f"{error:.2g}") for (kelvin, factor), error in triples]
             tables.print_rows("Shifts", columns, rows)
-    unit = "-" if report.relative else "Pa"
+    unit = "-" if report.relative else MODULUS.unit
     for name, series in report.series.items():
         if report.window is None or not series.n_branches:
             modulus = f"{series.equilibrium_modulus:.6g}"
@@ -399,8 +389,8 @@ def _row(key: str, value: Any) -> tuple[str, str]:
     """Return the words with the unit, and value, of a fact; temperatures are in °C, as in the tables of shifts."""
     if key.endswith("temperature_K"):
         return f"{key.removesuffix('_K').replace('_', ' ')} [°C]", celsius(value)
-    name, _, unit = key.replace("_kg_m3", "_kg/m3").rpartition("_")
-    words = f"{name} [{unit}]" if unit in ("K", "s", "Pa", "kg/m3", "J/mol") else key
+    name, _, unit = key.replace("_kg_m3", f"_{DENSITY.unit}").rpartition("_")
+    words = f"{name} [{unit}]" if unit in _UNITS else key
     return words.replace("_", " "), _text(value)
 
 
@@ -426,5 +416,5 @@ def _picture(reports: list[Report]) -> Any:
     series = {f"{item.title}, {k}" if several else k: v for item in reports for k, v in item.series.items()}
     windows = [report.window for report in reports if report.window is not None] or [(1e-6, 1.0)]
     window = min(low for low, _ in windows), max(high for _, high in windows)
-    unit = "" if all(report.relative for report in reports) else "Pa"
+    unit = "" if all(report.relative for report in reports) else MODULUS.unit
     return pictures.overview(series, window, first.data, unit=unit)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 _RESULTS = (".zarr", *TABLES)
-# Places of the quantities of the paper's problem, and their options.
-_GROUPS = {"material.poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
+# Quantities of the paper's problem, and their options.
+_GROUPS = {"poisson_ratio": "nu", "p2": "p2", "p3": "p3"}
 _POINTS = 80
 # A map is held in memory, and no picture shows more.
 _MOST_POINTS = 2000
@@ -39,14 +39,7 @@ _RTOL = 1e-6
 
 def sweep(
     file: Annotated[Path, argument("SWEEP.toml", "Case file with axes.")],
-    out: Annotated[
-        Path,
-        option(
-            "Zarr store for the results; or a table, .csv or .nc, held in memory.",
-            "RESULT.zarr",
-            callback=lambda path: cli.check_target("--out", path, _RESULTS),
-        ),
-    ],
+    out: Annotated[Path, target("Store for the results, or a table, which is held in memory", "--out", *_RESULTS)],
     dask: Annotated[str | None, option("Dask: 'local', or a scheduler such as tcp://host:8786.", "ADDRESS")] = None,
     workers: cli.Workers = None,
     json: cli.Json = False,
@@ -57,42 +50,37 @@ def sweep(
     After Ctrl-C or a crash, the same command continues; at most the unfinished chunks are computed again.
     Example: restitution sweep examples/velocity_sweep.toml --out v.zarr
     """
-    with cli.user_input():
-        from restitution.case.sweep import read_sweep
-        from restitution.sweeps.run import run
-        from restitution.validity import checks
+    from restitution.case.sweep import read_sweep
+    from restitution.sweeps.run import run
 
-        plan = read_sweep(file)
-        is_table = out.suffix.lower() in TABLES
-        engine, store = "threads" if dask is None else "dask", None if is_table else out
-        # Points done and time: when imports and the store are ready, and at the last report.
-        marks: list[tuple[int, float]] = []
-        with cli.collected_warnings() as warnings, cli.progress_bar("sweeping", rate="impacts/s") as bar:
+    plan = read_sweep(file)
+    is_table = out.suffix.lower() in TABLES
+    engine, store = "threads" if dask is None else "dask", None if is_table else out
+    # Points done and time: when imports and the store are ready, and at the last report.
+    marks: list[tuple[int, float]] = []
+    with cli.collected_warnings() as warnings, cli.progress_bar("sweeping", rate="impacts/s") as bar:
 
-            def progress(done: int, total: int) -> None:
-                marks[1:] = [(done, time.monotonic())]
-                bar(done, total)
+        def progress(done: int, total: int) -> None:
+            marks[1:] = [(done, time.monotonic())]
+            bar(done, total)
 
-            try:
-                dataset = run(plan, out=store, engine=engine, cluster=dask, workers=workers, progress=progress)
-                _require_known(dataset, out, extrapolate)
-                if is_table:
-                    write_table(dataset, out)
-            except KeyboardInterrupt:
-                if not is_table:
-                    cli.report("note", f"{out}: the same command resumes")
-                raise
+        try:
+            dataset = run(plan, out=store, engine=engine, cluster=dask, workers=workers, progress=progress)
+            _require_known(dataset, out, extrapolate)
+            if is_table:
+                write_table(dataset, out)
+        except KeyboardInterrupt:
+            if not is_table:
+                cli.report("note", f"{out}: the same command resumes")
+            raise
     (before, start), (_, end) = marks[0], marks[-1]
     total, seconds = plan.grid.n_points, end - start
-    if json:
-        content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
-        tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
-        return
     resumed = f", {before} of them from before" if before else ""
     # No speed: the start takes most of the time of a short sweep.
     lasted = f"; took {seconds:.1f} s" if total > before else ""
-    print(f"{total} impact{'s' if total > 1 else ''} in {out}{resumed}{lasted}")
-    cli.report("warning", *warnings)
+    line = f"{total} impact{'s' if total > 1 else ''} in {out}{resumed}{lasted}"
+    content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
+    _answer(line, content, dataset, warnings, json)
 
 
 def plot(
@@ -112,14 +100,13 @@ def plot(
     """
     # The path of the current folder has no name.
     named = result if result.name not in ("", "..") else result.resolve()
-    target = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
-    cli.check_target("--out", target, cli.PICTURES)
-    with cli.user_input():
-        from restitution.validity import messages
+    picture = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
+    cli.check_target("--out", picture, cli.PICTURES)
+    from restitution.validity import messages
 
-        dataset = rs.open_sweep(result)
-        chosen = dict(_slice(dataset, text) for text in at or ())
-        _draw(dataset, target, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
+    dataset = rs.open_sweep(result)
+    chosen = dict(_slice(dataset, text) for text in at or ())
+    _draw(dataset, picture, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
 
 
 def map_(
@@ -142,42 +129,41 @@ def map_(
     NAME is a key of the case file, such as velocity or material.density; without a file nu, p2 and p3.
     Example: restitution map examples/epoxy.toml --x velocity=1cm/s:1m/s --y radius=5:20mm
     """
-    target = Path("map.png" if case is None else f"{case.stem}-map.png") if out is None else out
-    cli.check_target("--out", target, cli.PICTURES)
-    with cli.user_input():
-        from restitution.case.axes import known_place, read_axis
-        from restitution.case.section import read_toml
-        from restitution.case.sweep import plan_case
-        from restitution.sweeps.run import run
+    picture = out or Path("map.png" if case is None else f"{case.stem}-map.png")
+    cli.check_target("--out", picture, cli.PICTURES)
+    from restitution.case.axes import quantity_name, read_axis
+    from restitution.case.section import read_toml
+    from restitution.case.sweep import plan_case
+    from restitution.sweeps.run import run
 
-        path = Path("standard solid") if case is None else case
-        data = {} if case is None else read_toml(case)
-        read: dict[str, Any] = {}
-        for option, text in (("--x", x), ("--y", y), *(("--set", text) for text in fixed or ())):
-            name, value = _assignment(option, text)
-            where = f"{option} {name}"
-            place = known_place(where, tuple(name.split(".")))
-            if place in read:
-                raise cli.BadInput(f"{option} {text}: {name} is given twice")
-            if option == "--set":
-                read[place] = read_axis(where, place, _plain(value))
-            else:
-                axis = read_axis(where, place, _range(option, text, value, points))
-                if axis.low == axis.high:
-                    raise cli.BadInput(f"{option} {text}: low and high must differ")
-                low, high = sorted((axis.low, axis.high))
-                apart = low > 0.0 and high >= _LOG_RATIO * low
-                read[place] = rs.Logarithmic(axis.low, axis.high, axis.n) if apart else axis
-        if case is None and (missing := [name for place, name in _GROUPS.items() if place not in read]):
-            advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
-            raise cli.BadInput(f"map: {', '.join(missing)}: {advice}")
-        outputs = output or ["restitution_coefficient"]
-        plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
-        with cli.collected_warnings() as warnings, cli.progress_bar("computing", rate="impacts/s") as progress:
-            dataset = run(plan, workers=workers, progress=progress)
-        _require_known(dataset, target, extrapolate)
-        names = list(plan.grid.axes)
-        _draw(dataset, target, outputs, warnings, json, x=names[0], y=names[1])
+    path = Path("standard solid") if case is None else case
+    data = {} if case is None else read_toml(case)
+    read: dict[str, Any] = {}
+    for flag, text in (("--x", x), ("--y", y), *(("--set", text) for text in fixed or ())):
+        key, value = _assignment(flag, text)
+        where = f"{flag} {key}"
+        name = quantity_name(where, tuple(key.split(".")))
+        if name in read:
+            raise cli.BadInput(f"{flag} {text}: {key} is given twice")
+        if flag == "--set":
+            read[name] = read_axis(where, name, _plain(value))
+        else:
+            axis = read_axis(where, name, _range(flag, text, value, points))
+            if axis.low == axis.high:
+                raise cli.BadInput(f"{flag} {text}: low and high must differ")
+            low, high = sorted((axis.low, axis.high))
+            apart = low > 0.0 and high >= _LOG_RATIO * low
+            read[name] = rs.Logarithmic(axis.low, axis.high, axis.n) if apart else axis
+    if case is None and (missing := [key for name, key in _GROUPS.items() if name not in read]):
+        advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
+        raise cli.BadInput(f"map: {', '.join(missing)}: {advice}")
+    outputs = output or ["restitution_coefficient"]
+    plan = plan_case(path, data | {"sweep": {"outputs": outputs}}, read, replace=True)
+    with cli.collected_warnings() as warnings, cli.progress_bar("computing", rate="impacts/s") as progress:
+        dataset = run(plan, workers=workers, progress=progress)
+    _require_known(dataset, picture, extrapolate)
+    names = list(plan.grid.axes)
+    _draw(dataset, picture, outputs, warnings, json, x=names[0], y=names[1])
 
 
 def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
@@ -191,19 +177,24 @@ def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
         raise cli.BadInput(f"{check['message']}; {WAY_OUT}{stored}")
 
 
-def _draw(
-    dataset: xr.Dataset, target: Path, outputs: list[str], warnings: list[str], in_json: bool, **choice: Any
-) -> None:
+def _answer(line: str, content: dict[str, Any], dataset: xr.Dataset, warnings: list[str], in_json: bool) -> None:
+    """Print a line and the warnings, or the content with the validity of the impacts as JSON."""
     from restitution.validity import checks
 
-    tables.save_picture(rs.plot_sweep(dataset, outputs, **choice), target)
     if in_json:
-        shown = outputs or [str(name) for name in dataset.data_vars if name != "status"]
-        content = {"picture": str(target), "outputs": shown, "impacts": dataset["status"].size}
         tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})
-        return
-    print(target)
-    cli.report("warning", *warnings)
+    else:
+        print(line)
+        cli.report("warning", *warnings)
+
+
+def _draw(
+    dataset: xr.Dataset, path: Path, outputs: list[str], warnings: list[str], in_json: bool, **choice: Any
+) -> None:
+    tables.save_picture(rs.plot_sweep(dataset, outputs, **choice), path)
+    shown = outputs or [str(name) for name in dataset.data_vars if name != "status"]
+    content = {"picture": str(path), "outputs": shown, "impacts": dataset["status"].size}
+    _answer(str(path), content, dataset, warnings, in_json)
 
 
 def _assignment(option: str, text: str) -> tuple[str, str]:
@@ -250,9 +241,7 @@ def surrogate(
     source: Annotated[Path, argument("CASE.toml|FILE.json", "Case file, or a saved surrogate.")],
     velocity: Annotated[
         tuple[float, float] | None,
-        quantity(
-            "--velocity", VELOCITY, "Range of velocities, e.g. 1mm/s 10m/s. Default: 1e-3 10, in m/s.", "LOW HIGH"
-        ),
+        quantity("--velocity", VELOCITY, "Range of velocities. Default: 1mm/s 10m/s.", "LOW HIGH"),
     ] = None,
     rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
     out: Annotated[Path | None, target("Save it, or a table of it", "--out", _SAVED, *TABLES)] = None,
@@ -268,17 +257,16 @@ def surrogate(
 
     The case file needs no velocity. Example: restitution surrogate examples/epoxy.toml --velocity 0.1 1 --out e.json
     """
-    with cli.user_input():
-        if source.suffix.lower() == _SAVED:
-            for name, value in (("--velocity", velocity), ("--rtol", rtol), ("--out", out)):
-                if value is not None:
-                    raise cli.BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
-            result, notes = rs.Surrogate.load(source), []
-        else:
-            result, notes = build_surrogate(
-                source, velocity or _RANGE, _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
-            )
-        rows = [(v, result(v), result.contact_time(v), result.max_force(v)) for v in at or ()]
+    if source.suffix.lower() == _SAVED:
+        for name, value in (("--velocity", velocity), ("--rtol", rtol), ("--out", out)):
+            if value is not None:
+                raise cli.BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
+        result, notes = rs.Surrogate.load(source), []
+    else:
+        result, notes = build_surrogate(
+            source, velocity or _RANGE, _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
+        )
+    rows = [(v, result(v), result.contact_time(v), result.max_force(v)) for v in at or ()]
     if out is not None:
         if out.suffix.lower() == _SAVED:
             result.save(out)

@@ -64,9 +64,9 @@ def show(summary: Summary, *lines: str) -> None:
     report("warning", *summary.warnings)
 
 
-def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]], right: str = "") -> None:
-    """Print rows of text under their columns; the column `right` is aligned to the right."""
-    show(Summary(title, Table(columns, rows, right)))
+def print_rows(title: str, columns: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> None:
+    """Print rows of text under their columns."""
+    show(Summary(title, Table(columns, rows)))
 
 
 def print_dataset(title: str, dataset: xr.Dataset, *lines: str) -> None:

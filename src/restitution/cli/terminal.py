@@ -43,7 +43,10 @@ _UsageProblem = cast("type[Exception]", typer.BadParameter.__mro__[2])
 
 
 class BadInput(Exception):
-    """Input that cannot be used; each line of the message is one mistake."""
+    """Input that cannot be used; each line of the message is one mistake.
+
+    It is no ValueError, which typer would turn into the refusal of a parameter.
+    """
 
 
 @contextmanager
@@ -93,9 +96,6 @@ def exit_code(command: Callable[[], Any]) -> int:
             where = problem.ctx.command_path if getattr(problem, "ctx", None) else "restitution"
             report("error", f"{message} (see: {where} --help)")
         return BAD_INPUT
-    except BadInput as error:
-        report("error", *str(error).split("\n"))
-        return BAD_INPUT
     except SolverError as error:
         report("error", str(error))
         return SOLVER_FAILED
@@ -110,19 +110,19 @@ def exit_code(command: Callable[[], Any]) -> int:
         return INTERRUPTED
     except (typer.Exit, SystemExit):
         raise
-    except _OF_INPUT as error:
-        return _show(error, _reason(error), BAD_INPUT)
+    except (InputError, BadInput) as error:
+        report("error", *str(error).split("\n"))
+        return BAD_INPUT
     except Exception as error:
+        if os.environ.get("RESTITUTION_TRACEBACK", "") not in ("", "0"):
+            traceback.print_exception(error)
+        if isinstance(error, _OF_INPUT):
+            report("error", " ".join(_reason(error).split()))
+            return BAD_INPUT
         what = f"{type(error).__name__}: {error}".splitlines()[0][:200]
         hint = "this is a mistake in the program; please report it, with what --debug prints"
-        return _show(error, f"{what}; {hint}", BUG)
-
-
-def _show(error: Exception, message: str, code: int) -> int:
-    if os.environ.get("RESTITUTION_TRACEBACK", "") not in ("", "0"):
-        traceback.print_exception(error)
-    report("error", " ".join(message.split()))
-    return code
+        report("error", " ".join(f"{what}; {hint}".split()))
+        return BUG
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, finite, single, within
+from restitution.checks import Array, finite, refuse, single, within
 from restitution.contact.geometry import Geometry, as_array
 from restitution.errors import InputError, RestitutionWarning
 from restitution.quantities import CONSTANTS, FORCE, INPUTS, LENGTH, NUMBER, Quantity
@@ -92,11 +92,11 @@ class ForceFit:
         return math.hypot(np.max(self._deviation(_force_columns(x, self.exponent, self.degree), x)), self.spread)
 
     def force(self, x: Array) -> Array:
-        """Force over F_1 at x."""
+        """Return the force over F_1 at x."""
         return x ** (2.0 * self.exponent) * chebyshev.chebval(2.0 * x - 1.0, self.coefficients)
 
     def stiffness(self, x: Array) -> Array:
-        """Stiffness dF/dd over F_1/d_1 at x."""
+        """Return the stiffness dF/dd over F_1/d_1 at x."""
         series = chebyshev.chebval(2.0 * x - 1.0, self.coefficients)
         slope = chebyshev.chebval(2.0 * x - 1.0, chebyshev.chebder(self.coefficients))
         return x ** (2.0 * self.exponent - 2.0) * (self.exponent * series + x * slope)
@@ -117,7 +117,7 @@ class ForceFit:
         return ForceFit(1.0, 1.0, self.exponent, unit, self.residual, self.covariance)
 
     def _deviation(self, columns: Array, x: Array) -> Array:
-        """Standard deviation of a linear function of the coefficients, given by its columns."""
+        """Return the standard deviation of a linear function of the coefficients, given by its columns."""
         if len(self.covariance) > columns.shape[1]:
             # The derivative with respect to the exponent, to leading order for the stiffness.
             free = columns @ self.coefficients * 2.0 * np.log(x)
@@ -197,7 +197,7 @@ def _trials(x: Array, y: Array, exponent: float | None) -> Iterator[_Trial]:
 
 
 def _score(residual: Array, leverage: Array, weights: Array) -> float:
-    """Minus twice the log-likelihood of rows that are left out one by one."""
+    """Return minus twice the log-likelihood of rows that are left out one by one."""
     left_out = np.mean((residual / np.maximum(1.0 - leverage, 1e-3)) ** 2)
     return residual.size * math.log(max(left_out, _ROUNDING**2)) - 2.0 * float(np.sum(np.log(weights)))
 
@@ -207,7 +207,7 @@ def _force_columns(x: Array, exponent: float, degree: int) -> Array:
 
 
 def _with_exponent(x: Array, y: Array, weights: Array, exponent: float, degree: int) -> tuple[Array, Array, Array]:
-    """Weighted columns with the derivative with respect to the exponent as the last, coefficients, and residuals."""
+    """Return weighted columns, the derivative with respect to the exponent as the last, coefficients, residuals."""
     columns = weights[:, None] * _force_columns(x, exponent, degree)
     coefficients = np.linalg.lstsq(columns, weights * y, rcond=None)[0]
     fitted = columns @ coefficients
@@ -216,7 +216,7 @@ def _with_exponent(x: Array, y: Array, weights: Array, exponent: float, degree: 
 
 
 def _fitted_exponent(x: Array, y: Array, weights: Array, degree: int) -> float:
-    """Exponent of the least squares, by Gauss-Newton; NaN where it does not converge."""
+    """Return the exponent of the least squares, by Gauss-Newton; NaN where it does not converge."""
     p, step = 1.5, math.inf
     for _ in range(50):
         columns, _, residual = _with_exponent(x, y, weights, p, degree)
@@ -366,16 +366,16 @@ class ForceLaw(Geometry, case_name="force_law"):
         return self.fit.depth_unit
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius (dF/dd)/(2 E*) [m] of the fit; 0 where d < 0."""
+        """Return the stiffness radius (dF/dd)/(2 E*) [m] of the fit; 0 where d < 0."""
         depth, unit = as_array(depth), self.fit.force_unit / self.fit.depth_unit / (2.0 * self.reduced_modulus)
         return np.where(depth >= 0.0, unit * self.fit.stiffness(self._place(depth)), 0.0)[()]
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral F/(2 E*) [m^2] of the fit."""
+        """Return the force integral F/(2 E*) [m^2] of the fit."""
         return self.fit.force_unit / (2.0 * self.reduced_modulus) * self.fit.force(self._place(as_array(depth)))
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """NaN: the contact radius is not known."""
+        """Return NaN: the contact radius is not known."""
         return np.full_like(as_array(depth), np.nan)[()]
 
     def plot(self) -> Figure:
@@ -395,9 +395,7 @@ def _columns(depth: Any, force: Any) -> tuple[Array, Array]:
     d, f = np.asarray(finite("depth", depth, "m")), np.asarray(finite("force", force, "N"))
     if d.ndim != 1 or d.shape != f.shape:
         raise InputError("depth, force", rule=f"have shapes {d.shape}, {f.shape}: must be two columns of equal length")
-    if np.any(d < 0.0):
-        row = int(np.argmax(d < 0.0))
-        raise InputError("depth", float(d[row]), "must be >= 0: depths count from first touch", "m", index=(row,))
+    refuse("depth", d, d < 0.0, "must be >= 0: depths count from first touch", "m")
     distinct = np.unique(d[d > 0.0]).size
     if distinct < _FEWEST:
         raise InputError("depth", rule=f"has {distinct} different depths > 0: must be at least {_FEWEST}")
@@ -406,27 +404,16 @@ def _columns(depth: Any, force: Any) -> tuple[Array, Array]:
         if not 1e-100 <= size <= 1e100:
             raise InputError(name, size, f"is the largest: must be in [1e-100, 1e+100] {unit}", unit)
     deepest = int(np.argmax(d))
-    if f[deepest] <= 0.0:
-        raise InputError(
-            "force",
-            float(f[deepest]),
-            "must be > 0 in indentation; a compression counts positive",
-            "N",
-            index=(deepest,),
-        )
-    strange = np.abs(f) > _MOST_FORCE * f[deepest]
-    if np.any(strange):
-        row = int(np.argmax(strange))
-        rule = f"is beyond the force at the largest depth, {f[deepest]:g} N: an elastic force rises with the depth"
-        raise InputError("force", float(f[row]), rule, "N", index=(row,))
+    most = float(f[deepest])
+    at_end = np.arange(d.size) == deepest
+    refuse("force", f, at_end & (f <= 0.0), "must be > 0 in indentation; a compression counts positive", "N")
+    rule = f"is beyond the force at the largest depth, {most:g} N: an elastic force rises with the depth"
+    refuse("force", f, np.abs(f) > _MOST_FORCE * most, rule, "N")
     first = float(d[d > 0.0].min())
     if first > _FIRST * d[deepest]:
         rule = f"is the least of the depths: must be at most {_FIRST:g} times the largest, {d[deepest]:g} m"
         raise InputError("depth", first, rule, "m")
-    offset = (d == 0.0) & (np.abs(f) > _MOST_OFFSET * f[deepest])
-    if np.any(offset):
-        row = int(np.argmax(offset))
-        raise InputError("force", float(f[row]), "must be 0 at depth 0", "N", index=(row,))
+    refuse("force", f, (d == 0.0) & (np.abs(f) > _MOST_OFFSET * most), "must be 0 at depth 0", "N")
     return d, f
 
 

@@ -12,7 +12,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property
-from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, get_type_hints
 
 import numpy as np
@@ -28,7 +27,6 @@ from restitution.quantities import Quantity
 
 if TYPE_CHECKING:
     from restitution.contact.profiles import Profile
-    from restitution.material.viscoelastic import Material
 
 
 def as_array(values: ArrayLike) -> Array:
@@ -119,25 +117,25 @@ class Geometry(ABC):
 
     @abstractmethod
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius a = S/(2 E*) [m] of the approach at depth d >= 0 [m]; 0 where d < 0."""
+        """Return the stiffness radius a = S/(2 E*) [m] of the approach at depth d >= 0 [m]; 0 where d < 0."""
 
     @abstractmethod
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        """Return the force integral int_0^d a dd [m^2] at depth d [m]."""
 
     @abstractmethod
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius [m] of the approach at depth d >= 0 [m]; 0 where d < 0.
+        """Return the contact radius [m] of the approach at depth d >= 0 [m]; 0 where d < 0.
 
         It is the radius of a disc of equal area where the contact is no disc, and NaN where it is not known.
         """
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
-        """Contact radius [m] at depth d [m] where the stiffness radius [m] is known too, which may be quicker."""
+        """Return the contact radius [m] at depth d [m] where the stiffness radius [m] is known; may be quicker."""
         return self.contact_radius(depth)
 
     def semi_axes(self, contact_radius: ArrayLike) -> Array:
-        """Semi-axes a >= b [m] of contacts whose radius [m] is sqrt(a b), stacked along the first axis."""
+        """Return semi-axes a >= b [m] of contacts whose radius [m] is sqrt(a b), stacked along the first axis."""
         radius, root = as_array(contact_radius), np.sqrt(self.axis_ratio)
         return np.stack([radius / root, radius * root])
 
@@ -244,7 +242,7 @@ class Geometry(ABC):
         return True
 
     def effective_moduli(self, material: Material, contact_radius: Array) -> PronySeries:
-        """Reduced moduli [Pa] of contacts up to radii [m], one for each, of a geometry that is not `separable`."""
+        """Return a reduced modulus [Pa] for each contact up to a radius [m], of a geometry that is not `separable`."""
         return reduced_modulus(material).broadcast_to((contact_radius.size,))
 
     @property
@@ -289,7 +287,7 @@ class Geometry(ABC):
 
     @cached_property
     def _hash(self) -> int:
-        values = (one if isinstance(one, Geometry) else np.asarray(one).tobytes() for one in _values(self))
+        values = (value if isinstance(value, Geometry) else np.asarray(value).tobytes() for value in _values(self))
         return hash((type(self), *values))
 
 
@@ -301,7 +299,7 @@ def _parameters(kind: type[Geometry]) -> dict[str, Quantity]:
 
 @cache
 def _numbers(kind: type[Geometry]) -> dict[str, bool]:
-    """Parameters that are numbers, and whether the methods take arrays of them."""
+    """Return parameters that are numbers, and whether the methods take arrays of them."""
     hints = get_type_hints(kind)
     names = [each.name for each in fields(kind) if each.init] if is_dataclass(kind) else []
     return {name: hints[name] == Numeric for name in names if hints[name] in (float, Numeric)}
@@ -313,7 +311,7 @@ def _values(geometry: Any) -> list[Any]:
 
 # The contact of an indenter with a target: the geometry and the materials of both bodies.
 
-BALL_ON_TARGET = (inf, 2.0)
+BALL_ON_TARGET = (math.inf, 2.0)
 """Diameters of a flat target and of a ball over the radius of the profile."""
 
 
@@ -403,7 +401,7 @@ class Contact:
 
 
 def approximation(instantaneous: float, static: float) -> tuple[str, str]:
-    """Why a contact is not exact, by the Poisson ratios of its material, and what to expect of the results."""
+    """Return why a contact is not exact, by the Poisson ratios of its material, and what to expect of the results."""
     text = f"the Poisson ratio relaxes from {instantaneous:.3g} to {static:.3g}, and a bonded layer is approximate "
     return f"{text}then", "Expect errors of some 0.5 % of e, 4 % of the contact time and 10 % of the force."
 

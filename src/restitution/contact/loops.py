@@ -11,30 +11,16 @@ from restitution.kernel.compile import cached, entry_point, inlined
 
 
 @entry_point
-def fit_cells(
-    depth: Any, radius: Any, deepest: Any, origin: Any, slopes: Any, weights: Any, place: Any, ends: Any,
-    coefficients: Any, sums: Any,
-) -> None:  # fmt: skip
+def fit_cells(depth: Any, radius: Any, deepest: Any, origin: Any, rule: Any, place: Any, results: Any) -> None:
     """Fit a polynomial to each cell of several tables and compare it with the values between its nodes.
 
-    Parameters
-    ----------
-    depth, radius
-        Depth and stiffness radius at the n nodes of each cell, from its start to its end, and then at n Gauss nodes,
-        shape (n_table, n_cell, 2 n).
-    deepest, origin
-        Largest depth of each table, shape (n_table,), and origin of rho, shape (n_table, n_cell).
-    slopes, weights
-        Slopes at the Gauss nodes from values at the nodes, shape (n, n), and weights, for a cell of width 1.
-    place
-        Space for 2 n numbers.
-    ends
-        Results of the shape (n_table, n_cell, 3): s and rho at the start, and the width in rho.
-    coefficients
-        Coefficients over the share of the width, shape (n_table, n_cell, n), lowest power first.
-    sums
-        Results of the shape (n_table, n_cell, 3): ``int a dd``, ``int |delta a| dd`` and the largest error of a.
+    `depth` and `radius` hold n nodes of each cell and then n Gauss nodes, shape (n_table, n_cell, 2 n), and `rule` the
+    slopes from values at the nodes, and weights, at the Gauss nodes of a cell of width 1; `place` is space for 2 n
+    numbers. Results: ends (s and rho at the start, and the width in rho), coefficients over the share of the width,
+    lowest power first, and sums (``int a dd``, ``int |delta a| dd`` and the largest error of a).
     """
+    slopes, weights = rule
+    ends, coefficients, sums = results
     n = weights.shape[0]
     for table in range(depth.shape[0]):
         for cell in range(depth.shape[1]):
@@ -83,31 +69,17 @@ def _fast(function: Any) -> Any:
 
 
 @_fast
-def add_integrals(
-    x: Any, y: Any, breaks: Any, slopes: Any, rule: Any, far_from: Any, nodes: Any, masses: Any, starts: Any,
-    group_far_from: Any, group_nodes: Any, group_masses: Any, sums: Any,
-) -> None:  # fmt: skip
+def add_integrals(x: Any, y: Any, breaks: Any, slopes: Any, rule: Any, pieces: Any, groups: Any, sums: Any) -> None:
     """Add ``int f' dpsi``, ``int (f' + r f'') dpsi`` and ``int f' r^2 dpsi`` with r = x cos(psi) over all pieces.
 
-    Parameters
-    ----------
-    x, y
-        Radii within the breaks, and ``sqrt(x^2 - b^2)`` with the first break b, shape (m,).
-    breaks, slopes
-        Breaks, shape (n + 1,), and coefficients of f' over r - break in each piece, lowest power first, shape (n, k).
-    rule
-        Nodes and weights in [0, 1] for the angle over a near piece, shape (2, n_near).
-    far_from, nodes, masses
-        Radius from which each piece is far, the nodes over r that then serve, and the masses there of the three
-        integrands, shapes (n,), (n, n_far) and (n, 3, n_far).
-    starts
-        Number of the first group of each level, from pairs of the level below on, and of all groups at the end. The
-        first level has four pieces in each group.
-    group_far_from, group_nodes, group_masses
-        The same for the groups. In each level it rises, so that the far groups are the first ones.
-    sums
-        Results of the shape (m, 3).
+    `x` are radii within the breaks, `y` are ``sqrt(x^2 - b^2)`` with the first break b, and `slopes` the coefficients
+    of f' over r - break in each piece. From the first numbers of `pieces` on, their nodes with masses of the three
+    integrands serve in place of the near `rule` over the angle. The `groups` begin with the number of the first one of
+    each level: the first level has four pieces in a group, each next one two groups. In a level the radii from which
+    they are far rise, so that the far groups are the first ones. The `sums` have the shape (m, 3).
     """
+    far_from, nodes, masses = pieces
+    starts, group_far_from, group_nodes, group_masses = groups
     order = slopes.shape[1]
     for n in range(x.shape[0]):
         here = x[n]
@@ -159,7 +131,7 @@ def add_integrals(
 
 @_fast
 def evaluate_series(root: Any, cell: Any, low: Any, high: Any, series: Any, values: Any) -> None:
-    """Values of the Chebyshev series of cells from `low` to `high` at places `root`.
+    """Return values of the Chebyshev series of cells from `low` to `high` at places `root`.
 
     `series` has the shape (n_cell, 3, n_term) and `values` (m, 3).
     """
@@ -167,10 +139,10 @@ def evaluate_series(root: Any, cell: Any, low: Any, high: Any, series: Any, valu
         cell_of = cell[n]
         t = (2.0 * root[n] - low[cell_of] - high[cell_of]) / (high[cell_of] - low[cell_of])
         for q in range(3):
-            one = two = 0.0
+            first = second = 0.0
             for k in range(series.shape[2] - 1, 0, -1):
-                one, two = series[cell_of, q, k] + 2.0 * t * one - two, one
-            values[n, q] = series[cell_of, q, 0] + t * one - two
+                first, second = series[cell_of, q, k] + 2.0 * t * first - second, first
+            values[n, q] = series[cell_of, q, 0] + t * first - second
 
 
 # Line loads of flat punches on a layer: the symmetric linear system of the integral equation, compiled.
@@ -181,7 +153,7 @@ def evaluate_series(root: Any, cell: Any, low: Any, high: Any, series: Any, valu
 
 @inlined
 def _kernel(cells: Any, per_unit: float, t: float) -> float:
-    """Kernel m(t) from its polynomials over cells of equal width, highest power first."""
+    """Return the kernel m(t) from its polynomials over cells of equal width, highest power first."""
     place = t * per_unit
     cell = int(place)
     place = 2.0 * (place - cell) - 1.0
@@ -193,21 +165,15 @@ def _kernel(cells: Any, per_unit: float, t: float) -> float:
 
 @entry_point
 def solve_line_loads(
-    cells: Any, per_unit: float, radii: Any, nodes: Any, weights: Any, matrix: Any, roots: Any, loads: Any, ends: Any
+    cells: Any, per_unit: float, radii: Any, nodes: Any, weights: Any, space: Any, loads: Any, ends: Any
 ) -> None:
     """Write the resolvent r and the load w at the nodes a x_j of each radius a, and ``int w dx`` and w(a).
 
-    Parameters
-    ----------
-    cells, per_unit
-        Polynomials of m(t), shape (degree + 1, n_cell), and cells for each unit of t.
-    radii, nodes, weights
-        Radii a, and Gauss nodes and weights on [0, 1], shape (n,).
-    matrix, roots
-        Space for n^2 and n numbers.
-    loads, ends
-        Results of the shapes (n_radius, 2, n) and (n_radius, 2).
+    `cells` are polynomials of m(t), highest power first, `per_unit` of them for a unit of t, and x_j and weights are
+    Gauss nodes on [0, 1]; `space` is that for n^2 and for n numbers. Results: `loads`, shape (n_radius, 2, n), and
+    `ends`, shape (n_radius, 2).
     """
+    matrix, roots = space
     n = nodes.shape[0]
     for k in range(radii.shape[0]):
         a = radii[k]
@@ -277,18 +243,8 @@ def _moments(a: float, b: float, nodes: Any, before: Any, x: Any, masses: Any, s
 def condense(starts: Any, nodes: Any, x: Any, masses: Any, weights: Any, space: Any, moments: Any) -> None:
     """Write masses at the nodes of [0, b] with the same moments as those of the cells before each start b.
 
-    Parameters
-    ----------
-    starts
-        Starts b of the cells, shape (n,).
-    nodes, weights
-        Nodes over b, shape (n_term,), and the matrix from moments to masses there, shape (n_term, n_term).
-    x, masses
-        Places and masses of each cell, shape (n, n_place).
-    space
-        Space of the shape (4, n_term + n_place).
-    moments
-        Masses, shape (n, n_term), which are 0 at first.
+    `x` and `masses` are those of each cell, shape (n, n_place), `weights` the matrix from moments to masses, and
+    `space` has the shape (4, n_term + n_place). The results, shape (n, n_term), are 0 at first.
     """
     terms = nodes.shape[0]
     for n in range(1, starts.shape[0]):
@@ -303,12 +259,14 @@ def condense(starts: Any, nodes: Any, x: Any, masses: Any, weights: Any, space: 
 
 
 @entry_point
-def add_moments(
-    radius: Any, own: Any, starts: Any, nodes: Any, before: Any, x: Any, masses: Any, space: Any, moments: Any
-) -> None:
-    """Write the moments at each radius > 0 of the masses before its cell, number `own`, and of further ones at x."""
+def add_moments(radius: Any, cells: Any, condensed: Any, x: Any, masses: Any, space: Any, moments: Any) -> None:
+    """Write the moments at each radius > 0 of the masses before its cell, and of further ones at x.
+
+    `condensed` are the starts of all cells, and the nodes and masses that stand for what is before.
+    """
+    starts, nodes, before = condensed
     for n in range(radius.shape[0]):
-        cell = own[n]
+        cell = cells[n]
         _moments(radius[n], starts[cell], nodes, before[cell], x[n], masses[n], space, moments[n])
 
 
@@ -320,7 +278,7 @@ MOST = 128
 
 @inlined
 def _panel(panels: Any, radius: float) -> int:
-    """Panel that contains a radius over the thickness; the last one beyond its end."""
+    """Return the panel that contains a radius over the thickness; the last one beyond its end."""
     last = panels.shape[0] - 2
     panel = 0
     while panel < last and radius >= panels[panel + 1]:
@@ -332,23 +290,13 @@ def _panel(panels: Any, radius: float) -> int:
 def on_layers(
     thickness: Any, radius: Any, panels: Any, stiffness: Any, edge: Any, series: Any, scratch: Any, means: Any
 ) -> None:
-    """Write ln kappa, ln w(a) and a mean over the profile for every contact on every layer.
+    """Write ln kappa, ln w(a) and a mean over the profile for every contact on every layer, shape (3, n_layer, n).
 
-    Parameters
-    ----------
-    thickness, radius
-        Thicknesses of the layers, shape (n_layer,), and radii of the contacts in the same unit, shape (n,).
-    panels, stiffness, edge
-        Ends of the panels, and the series of ln kappa and ln w over each, shape (n_panel, n_term), n_term even.
-    series
-        Series of the mean of each contact, shape (n_panel, n_term, n).
-    scratch
-        Space of the shape (6, `MOST`).
-    means
-        Results, shape (3, n_layer, n).
+    `stiffness` and `edge` are series over each of the panels of a/h, of an even number of terms, and `series` those of
+    the mean of each contact, shape (n_panel, n_term, n); `scratch` has the shape (6, `MOST`).
     """
     n, terms = radius.shape[0], stiffness.shape[1]
-    twice, even, odd, one, two, three = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
+    twice, even, odd, kappa, edges, mean = scratch[0], scratch[1], scratch[2], scratch[3], scratch[4], scratch[5]
     for layer in range(thickness.shape[0]):
         per_unit = 1.0 / thickness[layer]
         first = 0
@@ -363,9 +311,9 @@ def on_layers(
                 place = (2.0 * radius[first + i] * per_unit - low - high) / (high - low)
                 twice[i] = 2.0 * place
                 even[i], odd[i] = 1.0, place
-                one[i] = stiffness[panel, 0] + stiffness[panel, 1] * place
-                two[i] = edge[panel, 0] + edge[panel, 1] * place
-                three[i] = series[panel, 0, first + i] + series[panel, 1, first + i] * place
+                kappa[i] = stiffness[panel, 0] + stiffness[panel, 1] * place
+                edges[i] = edge[panel, 0] + edge[panel, 1] * place
+                mean[i] = series[panel, 0, first + i] + series[panel, 1, first + i] * place
             # Two terms at a time, since reading and writing cost more than the products.
             for k in range(2, terms, 2):
                 for i in range(count):
@@ -373,11 +321,11 @@ def on_layers(
                     after = twice[i] * now - odd[i]
                     even[i] = now
                     odd[i] = after
-                    one[i] += stiffness[panel, k] * now + stiffness[panel, k + 1] * after
-                    two[i] += edge[panel, k] * now + edge[panel, k + 1] * after
-                    three[i] += series[panel, k, first + i] * now + series[panel, k + 1, first + i] * after
+                    kappa[i] += stiffness[panel, k] * now + stiffness[panel, k + 1] * after
+                    edges[i] += edge[panel, k] * now + edge[panel, k + 1] * after
+                    mean[i] += series[panel, k, first + i] * now + series[panel, k + 1, first + i] * after
             for i in range(count):
-                means[0, layer, first + i] = one[i]
-                means[1, layer, first + i] = two[i]
-                means[2, layer, first + i] = three[i]
+                means[0, layer, first + i] = kappa[i]
+                means[1, layer, first + i] = edges[i]
+                means[2, layer, first + i] = mean[i]
             first += count

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array, single_positive
 from restitution.contact.geometry import as_array
+from restitution.numerics.refine import chebyshev, local, refine
 
 _DEGREE = 10
 _MAX_LEVEL = 60
@@ -51,7 +52,7 @@ class LineFunction:
         """Value at x [m]."""
         x = np.abs(as_array(x))
         cell = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.edges) - 2)
-        value = evaluate(self.coefficients[cell], self.local(x, cell))
+        value = chebyshev(self.coefficients[cell], self.local(x, cell))
         return np.where(x <= self.extent, value, 0.0)[()]
 
     @property
@@ -81,7 +82,7 @@ class LineFunction:
     def local(self, x: Array, cell: NDArray[np.intp]) -> Array:
         """Return the coordinate in [-1, 1] of x within its cell."""
         low, high = self.edges[cell], self.edges[cell + 1]
-        return np.clip((2.0 * x - low - high) / (high - low), -1.0, 1.0)
+        return np.clip(local(x, low, high), -1.0, 1.0)
 
 
 def line_function(
@@ -121,35 +122,23 @@ def line_function(
     (3, 0.58)
     """
     extent, rtol = single_positive("extent", extent, "m"), single_positive("rtol", rtol)
-    pending = _starting_cells(extent, breakpoints)
-    done: list[tuple[Array, Array]] = []
-    largest, n_cells = scale, 0
-    for level in range(_MAX_LEVEL + 1):
-        coefficients, peak = _fitted(function, pending)
+    largest = scale
+
+    def fit(cells: Array) -> tuple[Array, Array]:
+        nonlocal largest
+        coefficients, peak = _fitted(function, cells)
         largest = max(largest, peak)
+        width = np.diff(cells, axis=1)[:, 0]
         # The last two coefficients estimate the rest of the series; one of them may vanish by symmetry.
         tail = np.max(np.abs(coefficients[:, -2:]), axis=1)
-        share = np.diff(pending, axis=1)[:, 0] / extent
-        too_narrow = np.diff(pending, axis=1)[:, 0] <= 8.0 * np.spacing(pending[:, 1])
-        good = (tail * np.sqrt(share) <= rtol * largest) | too_narrow | (level == _MAX_LEVEL)
-        done.append((pending[good], coefficients[good]))
-        n_cells += int(np.count_nonzero(good))
-        left = pending[~good]
-        if not len(left):
-            break
-        if n_cells + 2 * len(left) > _MAX_CELLS:
-            raise ValueError(f"function: unresolved by {_MAX_CELLS} cells at rtol = {rtol:g}; name its breakpoints")
-        middle = np.mean(left, axis=1)
-        pending = np.concatenate([np.column_stack([left[:, 0], middle]), np.column_stack([middle, left[:, 1]])])
-    cells = np.concatenate([cell for cell, _ in done])
+        too_narrow = width <= 8.0 * np.spacing(cells[:, 1])
+        return (tail * np.sqrt(width / extent) <= rtol * largest) | too_narrow, coefficients
+
+    (cells, coefficients), is_cut = refine(_starting_cells(extent, breakpoints), fit, _MAX_LEVEL, _MAX_CELLS)
+    if is_cut:
+        raise ValueError(f"function: unresolved by {_MAX_CELLS} cells at rtol = {rtol:g}; name its breakpoints")
     order = np.argsort(cells[:, 0])
-    edges = np.append(cells[order, 0], extent)
-    return LineFunction(edges, np.concatenate([fit for _, fit in done])[order])
-
-
-def evaluate(coefficients: Array, t: Array) -> Array:
-    """Chebyshev series with coefficients of shape (..., n) at local coordinates t, shape (...)."""
-    return np.asarray(np.polynomial.chebyshev.chebval(t, np.moveaxis(coefficients, -1, 0), tensor=False), np.float64)
+    return LineFunction(np.append(cells[order, 0], extent), coefficients[order])
 
 
 def _starting_cells(extent: float, breakpoints: Iterable[float]) -> Array:
@@ -180,7 +169,7 @@ def _fitted(function: Callable[[Array], ArrayLike], cells: Array) -> tuple[Array
 
 
 def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, tip_exponent: float = 1.0) -> Array:
-    """Contact pressure p(r) [Pa] under a line load.
+    """Return the contact pressure p(r) [Pa] under a line load.
 
     Parameters
     ----------
@@ -237,7 +226,7 @@ def pressure(line_load: LineFunction, r: ArrayLike, *, noise: float = _NOISE, ti
 
 
 def surface_displacement(line_displacement: LineFunction, r: ArrayLike) -> Array:
-    """Normal displacement w(r) [m] of the surface, into the half-space, inside and outside the contact.
+    """Return the normal displacement w(r) [m] of the surface, into the half-space, inside and outside the contact.
 
     Parameters
     ----------
@@ -284,22 +273,30 @@ def _radii(r: ArrayLike) -> Array:
 
 
 def _outer_cells(load: LineFunction, r: Array) -> Array:
-    """Integral of q'/sqrt(x^2 - r^2) over x > r in all cells but the first."""
+    """Return the integral of q'/sqrt(x^2 - r^2) over x > r in all cells but the first."""
     edges = load.edges[1:]
     if len(edges) < 2:
         return np.zeros_like(r)
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     above = np.maximum(edges, r[:, None])
     u = np.sqrt((above - r[:, None]) * (above + r[:, None]))
-    half = 0.5 * np.diff(u, axis=1)[..., None]
-    x = np.hypot(r[:, None, None], u[:, :-1, None] + half * (1.0 + nodes))
-    cell = np.broadcast_to(np.arange(1, len(edges), dtype=np.intp)[:, None], x.shape)
-    slope = evaluate(load.slope[1:, None, :], load.local(x, cell))
-    return np.sum(half * weights * slope / x, axis=(1, 2))
+    return _sum(load, load.slope, u, lambda u: np.hypot(r[:, None, None], u), over_x=True)
+
+
+def _sum(
+    function: LineFunction, series: Array, ends: Array, place: Callable[[Array], Array], *, over_x: bool = False
+) -> Array:
+    """Return the integral of a series, perhaps over x, over the last cells, by Gauss nodes between `ends`."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    half = 0.5 * np.diff(ends, axis=1)[..., None]
+    x = place(ends[:, :-1, None] + half * (1.0 + nodes))
+    n, first = len(series), len(series) - half.shape[1]
+    cell = np.broadcast_to(np.arange(first, n, dtype=np.intp)[:, None], x.shape)
+    values = half * weights * chebyshev(series[first:, None, :], function.local(x, cell))
+    return np.sum(values / x if over_x else values, axis=(1, 2))
 
 
 def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
-    """Integral of q'/sqrt(x^2 - r^2) over x > r in the first cell, by the recursion of its moments."""
+    """Return the integral of q'/sqrt(x^2 - r^2) over x > r in the first cell, by the recursion of its moments."""
     end = float(load.edges[1])
     # Powers of x/end: Chebyshev coefficients of a resolved cell fall faster than the conversion amplifies rounding.
     powers = np.polynomial.Chebyshev(load.slope[0] * end, domain=[0.0, 1.0]).convert(
@@ -325,7 +322,7 @@ def _first_cell(load: LineFunction, r: Array, least: float) -> Array:
 
 
 def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array:
-    """The same integral for a series q in x^n, over y with x = r cosh(y), in which the terms are analytic."""
+    """Return the same integral for a series q in x^n, over y with x = r cosh(y), in which the terms are analytic."""
     end = float(load.edges[1])
     t = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, load.coefficients.shape[1]) / (load.coefficients.shape[1] - 1))
     powers = exponent * np.arange(1, _TIP_TERMS + 1)
@@ -347,14 +344,9 @@ def _first_cell_of_power(load: LineFunction, r: Array, exponent: float) -> Array
 
 
 def _displacement_block(displacement: LineFunction, r: Array) -> Array:
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    edges = displacement.edges
-    below = np.minimum(edges, r[:, None])
+    below = np.minimum(displacement.edges, r[:, None])
     angle = np.arctan2(below, np.sqrt((r[:, None] - below) * (r[:, None] + below)))
     # At r = 0 the whole quarter turn lies in the first cell.
     angle[r == 0.0, 1:] = 0.5 * math.pi
-    half = 0.5 * np.diff(angle, axis=1)[..., None]
-    x = r[:, None, None] * np.sin(angle[:, :-1, None] + half * (1.0 + nodes))
-    cell = np.broadcast_to(np.arange(len(edges) - 1, dtype=np.intp)[:, None], x.shape)
-    value = evaluate(displacement.coefficients[:, None, :], displacement.local(x, cell))
-    return 2.0 / math.pi * np.sum(half * weights * value, axis=(1, 2))
+    turned = _sum(displacement, displacement.coefficients, angle, lambda angle: r[:, None, None] * np.sin(angle))
+    return 2.0 / math.pi * turned

@@ -2,7 +2,6 @@
 
 The method of dimensionality reduction maps a profile f(r) onto g(x), the depth at which the contact radius is x. An
 impact needs the contact radius over the depth, a(d), and its integral, the force integral.
-
 """
 
 from __future__ import annotations
@@ -19,11 +18,6 @@ from restitution.checks import Array, Numeric, finite, plain
 from restitution.contact.geometry import Geometry, as_array
 from restitution.errors import InputError
 from restitution.quantities import INPUTS, NUMBER, Quantity
-
-# Axisymmetric indenter profiles: the interface that all share, and the parabola.
-#
-# The method of dimensionality reduction maps a profile f(r) onto g(x), the depth at which the contact radius is x. An
-# impact needs the contact radius over the depth, a(d), and its integral, the force integral.
 
 
 class Profile(Geometry):
@@ -44,26 +38,26 @@ class Profile(Geometry):
 
     @abstractmethod
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f(r) [m] at radius r [m]."""
+        """Return the profile f(r) [m] at radius r [m]."""
 
     @abstractmethod
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g(x) [m]: the depth at which the contact radius is x [m]."""
+        """Return the transformed profile g(x) [m]: the depth at which the contact radius is x [m]."""
 
     @abstractmethod
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a = g^-1(d) [m] of the approach at depth d >= 0 [m]; 0 where d < 0."""
+        """Return the contact radius a = g^-1(d) [m] of the approach at depth d >= 0 [m]; 0 where d < 0."""
 
     @abstractmethod
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi(a) = int_0^a x g'(x) dx [m^2] at contact radius a [m]."""
+        """Return the force integral Pi(a) = int_0^a x g'(x) dx [m^2] at contact radius a [m]."""
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius [m] at depth d [m]: the contact radius."""
+        """Return the stiffness radius [m] at depth d [m]: the contact radius."""
         return self.contact_radius(depth)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a dd [m^2] at depth d [m], which also a flat punch has."""
+        """Return the force integral int_0^d a dd [m^2] at depth d [m], which also a flat punch has."""
         return self.force_integral(self.contact_radius(depth))
 
     @property
@@ -121,19 +115,19 @@ class Parabola(Profile, case_name="parabola", body_radius=True):
     radius: Annotated[Numeric, INPUTS["radius"]]
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f = r^2/(2R) [m]."""
+        """Return the profile f = r^2/(2R) [m]."""
         return as_array(r) ** 2 / (2.0 * self.radius)
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g = x^2/R [m]."""
+        """Return the transformed profile g = x^2/R [m]."""
         return as_array(x) ** 2 / self.radius
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a = sqrt(R d) [m]."""
+        """Return the contact radius a = sqrt(R d) [m]."""
         return np.sqrt(self.radius * np.maximum(as_array(depth), 0.0))
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi = 2 a^3/(3R) [m^2]."""
+        """Return the force integral Pi = 2 a^3/(3R) [m^2]."""
         return 2.0 * as_array(contact_radius) ** 3 / (3.0 * self.radius)
 
     @property
@@ -193,19 +187,19 @@ class Cone(Profile, case_name="cone"):
             return plain(1.0 / np.tan(self.half_angle))
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f = r cot(alpha) [m]."""
+        """Return the profile f = r cot(alpha) [m]."""
         return np.abs(as_array(r)) * self._slope
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g = (pi/2) cot(alpha) x [m]."""
+        """Return the transformed profile g = (pi/2) cot(alpha) x [m]."""
         return 0.5 * math.pi * np.abs(as_array(x)) * self._slope
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a = (2/pi) tan(alpha) d [m]."""
+        """Return the contact radius a = (2/pi) tan(alpha) d [m]."""
         return 2.0 / math.pi * np.maximum(as_array(depth), 0.0) / self._slope
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi = (pi/4) cot(alpha) a^2 [m^2]."""
+        """Return the force integral Pi = (pi/4) cot(alpha) a^2 [m^2]."""
         return 0.25 * math.pi * as_array(contact_radius) ** 2 * self._slope
 
     @property
@@ -220,7 +214,7 @@ class Cone(Profile, case_name="cone"):
 
 
 def transform_factor(exponent: float) -> float:
-    """Factor kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2), by which r^n transforms into kappa_n x^n."""
+    """Return kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2), by which r^n transforms into kappa_n x^n."""
     if exponent < 300.0:
         return math.sqrt(math.pi) * math.gamma(0.5 * exponent + 1.0) / math.gamma(0.5 * (exponent + 1.0))
     # Expansion of the quotient for large arguments; the next term is below 2e-14.
@@ -272,19 +266,19 @@ class PowerLaw(Profile, case_name="power_law"):
         object.__setattr__(self, "_transformed", transformed)
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f = A r^n [m]."""
+        """Return the profile f = A r^n [m]."""
         return self.coefficient * np.abs(as_array(r)) ** self.exponent
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g = kappa_n A x^n [m]."""
+        """Return the transformed profile g = kappa_n A x^n [m]."""
         return self._transformed * np.abs(as_array(x)) ** self.exponent
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a = (d/(kappa_n A))^(1/n) [m]."""
+        """Return the contact radius a = (d/(kappa_n A))^(1/n) [m]."""
         return (np.maximum(as_array(depth), 0.0) / self._transformed) ** (1.0 / np.asarray(self.exponent))
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi = kappa_n A n a^(n+1)/(n+1) [m^2]."""
+        """Return the force integral Pi = kappa_n A n a^(n+1)/(n+1) [m^2]."""
         n = self.exponent
         return self._transformed * n / (n + 1.0) * as_array(contact_radius) ** (n + 1.0)
 
@@ -336,15 +330,15 @@ class FlatPunch(Profile, case_name="flat_punch"):
     radius: Annotated[Numeric, INPUTS["radius"]]
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile [m]: 0 under the face, infinite beside it."""
+        """Return the profile [m]: 0 under the face, infinite beside it."""
         return np.where(np.abs(as_array(r)) <= self.radius, 0.0, np.inf)
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile [m]: 0 under the face, infinite beside it."""
+        """Return the transformed profile [m]: 0 under the face, infinite beside it."""
         return self.shape(x)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius [m]: the radius of the face where d >= 0."""
+        """Return the contact radius [m]: the radius of the face where d >= 0."""
         return np.where(as_array(depth) >= 0.0, self.radius, 0.0)
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
@@ -352,7 +346,7 @@ class FlatPunch(Profile, case_name="flat_punch"):
         raise ValueError("a flat punch has the same contact radius at every depth: use force_integral_at_depth")
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral a d [m^2] at depth d [m]."""
+        """Return the force integral a d [m^2] at depth d [m]."""
         return self.radius * np.maximum(as_array(depth), 0.0)
 
     @property
@@ -373,7 +367,7 @@ class FlatPunch(Profile, case_name="flat_punch"):
 
 
 def sphere_mass(density: Any, radius: Any) -> Any:
-    """Mass m = (4/3) pi rho R^3 [kg] of a solid sphere of density rho [kg/m^3] and radius R [m]."""
+    """Return the mass m = (4/3) pi rho R^3 [kg] of a solid sphere of density rho [kg/m^3] and radius R [m]."""
     # A product, unlike a power, gives the same bits for numbers and arrays.
     # An impact with an infinite mass is refused, or fails with NOT_FINITE.
     with np.errstate(over="ignore"):
@@ -412,30 +406,30 @@ class Sphere(Profile, case_name="sphere", body_radius=True):
     radius: Annotated[Numeric, INPUTS["radius"]]
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f = R - sqrt(R^2 - r^2) [m]; infinite beyond the equator."""
+        """Return the profile f = R - sqrt(R^2 - r^2) [m]; infinite beyond the equator."""
         r, radius = np.abs(as_array(r)), self.radius
         height = np.sqrt(np.maximum((radius - r) * (radius + r), 0.0))
         return np.where(r <= radius, r * (r / (radius + height)), np.inf)
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g = x artanh(x/R) [m]; infinite from the equator on."""
+        """Return the transformed profile g = x artanh(x/R) [m]; infinite from the equator on."""
         x = np.abs(as_array(x))
         inside = x < self.radius
         return np.where(inside, x * np.arctanh(np.where(inside, x / self.radius, 0.0)), np.inf)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a [m], the root of d = a artanh(a/R)."""
+        """Return the contact radius a [m], the root of d = a artanh(a/R)."""
         return self.radius * np.tanh(self._rapidity(depth))
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi = ((R^2 + a^2) artanh(a/R) - a R)/2 [m^2]; infinite at the equator."""
+        """Return the force integral Pi = ((R^2 + a^2) artanh(a/R) - a R)/2 [m^2]; infinite at the equator."""
         a = as_array(contact_radius)
         inside = a < self.radius
         rapidity = np.arctanh(np.where(inside, a / self.radius, 0.0))
         return np.where(inside, self._force_integral(rapidity), np.inf)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        """Return the force integral int_0^d a dd [m^2] at depth d [m]."""
         return self._force_integral(self._rapidity(depth))
 
     @property
@@ -516,27 +510,27 @@ class TruncatedCone(Profile, case_name="truncated_cone"):
         return plain(1.0 / np.tan(self.half_angle))
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f = max(r - b, 0) cot(alpha) [m]."""
+        """Return the profile f = max(r - b, 0) cot(alpha) [m]."""
         return np.maximum(np.abs(as_array(r)) - self.radius, 0.0) * self._slope
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g = x cot(alpha) arccos(b/x) [m] beyond the face."""
+        """Return the transformed profile g = x cot(alpha) arccos(b/x) [m] beyond the face."""
         x = np.abs(as_array(x))
         return x * self._slope * np.arctan2(_flank_root(x, self.radius), self.radius)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a [m], the root of d = g(a); that of the face at d = 0."""
+        """Return the contact radius a [m], the root of d = g(a); that of the face at d = 0."""
         _, complement = self._angles(depth)
         return np.where(as_array(depth) >= 0.0, self.radius / np.sin(complement), 0.0)
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi = (cot(alpha)/2) (a^2 arccos(b/a) + b sqrt(a^2 - b^2)) [m^2]."""
+        """Return the force integral Pi = (cot(alpha)/2) (a^2 arccos(b/a) + b sqrt(a^2 - b^2)) [m^2]."""
         a = as_array(contact_radius)
         root = _flank_root(a, self.radius)
         return 0.5 * self._slope * (a * a * np.arctan2(root, self.radius) + self.radius * root)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        """Return the force integral int_0^d a dd [m^2] at depth d [m]."""
         theta, complement = self._angles(depth)
         cosine = np.sin(complement)
         return 0.5 * self._slope * self.radius**2 * (theta / cosine**2 + np.sin(theta) / cosine)
@@ -590,26 +584,26 @@ class FlatEndedParabola(Profile, case_name="flat_ended_parabola", body_radius=Tr
     face_radius: Annotated[Numeric, INPUTS["face_radius"]]
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f = max(r^2 - b^2, 0)/(2R) [m]."""
+        """Return the profile f = max(r^2 - b^2, 0)/(2R) [m]."""
         return _flank_root(as_array(r), self.face_radius) ** 2 / (2.0 * self.radius)
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g = x sqrt(x^2 - b^2)/R [m] beyond the face."""
+        """Return the transformed profile g = x sqrt(x^2 - b^2)/R [m] beyond the face."""
         x = np.abs(as_array(x))
         return x * _flank_root(x, self.face_radius) / self.radius
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a [m] with 2 a^2 = b^2 + sqrt(b^4 + 4 R^2 d^2); that of the face at d = 0."""
+        """Return the contact radius a [m] with 2 a^2 = b^2 + sqrt(b^4 + 4 R^2 d^2); that of the face at d = 0."""
         return np.where(as_array(depth) >= 0.0, np.sqrt(self._squared_radius(depth)), 0.0)
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R) [m^2]."""
+        """Return the force integral Pi = (2 a^2 + b^2) sqrt(a^2 - b^2)/(3R) [m^2]."""
         a = as_array(contact_radius)
         root = _flank_root(a, self.face_radius)
         return (2.0 * a * a + np.asarray(self.face_radius) ** 2) * root / (3.0 * self.radius)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        """Return the force integral int_0^d a dd [m^2] at depth d [m]."""
         squared = self._squared_radius(depth)
         root = np.maximum(as_array(depth), 0.0) * self.radius / np.sqrt(squared)
         return (2.0 * squared + np.asarray(self.face_radius) ** 2) * root / (3.0 * self.radius)

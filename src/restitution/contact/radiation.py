@@ -67,23 +67,12 @@ def radiated(
     skewness: Array,
     sizes: tuple[Array, Array],
 ) -> Waves:
-    """Waves that contacts send into their bodies; the contacts last T and reach the force F_max.
+    """Return waves that contacts send into their bodies; the contacts last T [s] and reach the force F_max [N].
 
-    Parameters
-    ----------
-    pairs : sequence of Bodies
-        The first and, if any, the second bodies of the kinds of contacts. Only the body that radiates more counts.
-    is_single : array of bool
-        Whether a kind has one body alone, which then stands for the second as well.
-    kind : array of int, shape (n,) or (1,)
-        Kind of each contact, or that of all.
-    contact_time, max_force : array, shape (n,)
-        T [s] and F_max [N].
-    skewness : array, shape (n,)
-        y = 1/2 less the centroid of the force over time, divided by T.
-    sizes : pair of array, shape (n,)
-        Smallest dimension h [m] of the first and of the second body, infinite if it is deep. A body keeps the waves
-        that return in contact, 2 h < c T.
+    `pairs` are the first and, if any, the second bodies of the kinds of contacts, and `kind` is that of each contact;
+    a kind that `is_single` has one body alone. Only the body that radiates more counts. The `skewness` is y = 1/2 less
+    the centroid of the force over time, divided by T. A body whose smallest dimension h [m] in `sizes` is finite keeps
+    the waves that return in contact, 2 h < c T.
 
     Notes
     -----
@@ -118,7 +107,7 @@ def radiated(
 
 
 def radiation(poisson_ratio: ArrayLike) -> Array:
-    """Factor beta of the power ``beta F'^2/(rho c^3)`` that a normal point force radiates into a half-space.
+    """Return the factor beta of the power ``beta F'^2/(rho c^3)`` that a point force radiates into a half-space.
 
     Parameters
     ----------

@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array, single_positive
 from restitution.contact.geometry import Geometry, Kinks, as_array
-
-# The stiffness radius over the square root of the depth, a(s) with d = s^2, as a table for the kernel.
+from restitution.numerics.refine import refine
 
 _DEGREE = 7
 _FIRST_CELLS = 4
 # Nodes of a cell, and Gauss nodes and weights for comparison. Nodes at both ends make a(s) continuous and exact at 0.
 _NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
-_GAUSS, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(_DEGREE + 1))
+_GAUSS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(_DEGREE + 1))
 _PLACES = np.append(_NODES, 0.5 + _GAUSS)
 # Slopes at the Gauss nodes from values at the nodes.
 _PACE: Any = np.arange(1, _DEGREE + 1) * np.vander(0.5 + _GAUSS, _DEGREE, increasing=True)
@@ -85,7 +84,7 @@ class PathTable(NamedTuple):
     @property
     def several(self) -> PathTable:
         """The table as one of several."""
-        return PathTable._make([*(np.asarray(one)[None] for one in self[:-1]), self.power])
+        return PathTable._make([*(np.asarray(part)[None] for part in self[:-1]), self.power])
 
     @property
     def error(self) -> float:
@@ -100,7 +99,7 @@ class PathTable(NamedTuple):
         return _rho(self.edges[..., :-1], self.origin), _rho(self.edges[..., 1:], self.origin)
 
     def error_at(self, depth: ArrayLike) -> Array:
-        """Largest error for depths from that of the cell that contains a depth [m] on."""
+        """Return the largest error for depths from that of the cell that contains a depth [m] on."""
         cell = np.searchsorted(self.edges[1:-1], np.sqrt(as_array(depth)), side="right")
         return np.maximum.accumulate(self.errors[::-1])[::-1][cell]
 
@@ -108,7 +107,7 @@ class PathTable(NamedTuple):
 def path_table(
     profile: Geometry, depth_max: float, rtol: float = 1e-12, *, depth_min: float | None = None
 ) -> PathTable:
-    """Table of the stiffness radius a(s) over s = sqrt(depth) of a geometry, up to a largest depth.
+    """Return the table of the stiffness radius a(s) over s = sqrt(depth) of a geometry, up to a largest depth.
 
     Parameters
     ----------
@@ -157,66 +156,41 @@ def path_table(
     return table.single(0)
 
 
-class Cells(NamedTuple):
-    """Cells of tables over a parameter y from 0 to 1.
+def first_cells(places: Array) -> Array:
+    """Return one cell beyond each kink, at places y, and some before the first one.
 
-    Attributes
-    ----------
-    start : array, shape (n_cell,)
-        Kink at which the coordinate ``sqrt(y - start)`` begins; -1 where it is y.
-    left, width : array, shape (n_cell,)
-        Start and width of each cell in its coordinate.
+    The columns are the kink at which the coordinate ``sqrt(y - start)`` begins, -1 where it is y, and the left end and
+    the width of the cell in this coordinate.
     """
-
-    start: Array
-    left: Array
-    width: Array
-
-    @property
-    def nodes(self) -> Array:
-        """Values of y at the nodes of each cell, shape (n_cell, n_node)."""
-        rho, start = self.left[:, None] + self.width[:, None] * _PLACES, self.start[:, None]
-        return np.where(start < 0.0, rho, start + rho * rho)
-
-    def part(self, chosen: Any) -> Cells:
-        """Return some of the cells."""
-        return Cells(*(one[chosen] for one in self))
-
-    def halves(self) -> Cells:
-        """Return the halves of all cells."""
-        start, left, width = (np.repeat(one, 2) for one in self)
-        width *= 0.5
-        left[1::2] += width[1::2]
-        return Cells(start, left, width)
-
-
-def first_cells(places: Array) -> Cells:
-    """Return one cell beyond each kink, at places y, and some before the first one."""
     end = places[0] if places.size else 1.0
     # Those before the first kink are exact in binary.
     width = np.append(np.full(_FIRST_CELLS, end / _FIRST_CELLS), np.sqrt(np.diff(np.append(places, 1.0))))
     left = np.append(end * np.arange(_FIRST_CELLS) / _FIRST_CELLS, np.zeros(places.size))
-    return Cells(np.append(np.full(_FIRST_CELLS, -1.0), places), left, width)
+    return np.column_stack([np.append(np.full(_FIRST_CELLS, -1.0), places), left, width])
+
+
+def cell_nodes(cells: Array) -> Array:
+    """Return values of y at the nodes of each cell, shape (n_cell, n_node)."""
+    start, left, width = cells.T[..., None]
+    rho = left + width * _PLACES
+    return np.where(start < 0.0, rho, start + rho * rho)
+
+
+def _halved(cells: Array) -> Array:
+    # The width is halved, as the difference of two ends would round.
+    low = cells * (1.0, 1.0, 0.5)
+    return np.concatenate([low, low + low[:, 2:] * (0.0, 1.0, 0.0)])
 
 
 def path_tables(
-    curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array, cells: Cells
-) -> tuple[PathTable, Cells]:
-    """Tables of geometries that have their kinks at the same places of a common parameter y from 0 to 1, and cells.
+    curve: Callable[[Array], tuple[Array, Array]], kinks: Kinks, rtol: float, least_integral: Array, cells: Array
+) -> tuple[PathTable, Array]:
+    """Return tables of geometries whose kinks have the same places of a parameter y from 0 to 1, and their cells.
 
-    Parameters
-    ----------
-    curve : callable
-        Depth [m] and stiffness radius [m], shape ``(n_geometries, *y.shape)``, at y. Both are smooth over y between
-        the kinks, and ``sqrt(depth)`` is nearly proportional to y there.
-    kinks : Kinks
-        Depths of the kinks in y^2, and their strengths in terms of the depth, shape ``(n_geometries, n_kinks)``.
-    rtol : float
-        Aim for the errors; see `path_table`.
-    least_integral : array, shape (n_geometries,)
-        Force integrals at the smallest of the largest depths.
-    cells : Cells
-        Cells to begin with, such as the first ones or those of similar tables; those of the tables are returned.
+    `curve` gives depths and stiffness radii [m], shape ``(n_geometries, *y.shape)``, at y. Both are smooth over y
+    between the kinks, and ``sqrt(depth)`` is nearly proportional to y there. The kinks are at depths in y^2, with
+    strengths of shape ``(n_geometries, n_kinks)``, `least_integral` are force integrals at the smallest of the largest
+    depths, and `cells` those to begin with, such as the first ones or those of similar tables.
     """
     # Numba takes half a second to import.
     from restitution.contact.loops import fit_cells
@@ -226,34 +200,28 @@ def path_tables(
     depth_max, radius_max = kink_depths[:, -1:], radius[:, -1]
     # The last origin is that of the cells before the first kink.
     origins = np.append(np.sqrt(kink_depths[:, :-1] / depth_max), np.full_like(depth_max, -1.0), axis=1)
-    most = _MAX_CELLS + 2 * places.size
-    pending, chosen, size = cells, list[Cells](), 0
-    done: list[tuple[Array, ...]] = []
-    for rank in range(_MOST_HALVINGS + 1):
-        depth, values = curve(pending.nodes)
-        kink = np.where(pending.start < 0.0, places.size, np.searchsorted(places, pending.start))
+
+    def fit(cells: Array) -> tuple[Array, ...]:
+        depth, values = curve(cell_nodes(cells))
+        start, left = cells[:, 0], cells[:, 1]
+        kink = np.where(start < 0.0, places.size, np.searchsorted(places, start))
         origin = np.ascontiguousarray(origins[:, kink])
         # rho = sqrt(s - origin) makes 1e-8 of a rounding of the depth where a cell starts at a kink.
-        at_kink = np.flatnonzero((pending.start >= 0.0) & (pending.left == 0.0))
+        at_kink = np.flatnonzero((start >= 0.0) & (left == 0.0))
         depth[:, at_kink, 0] = kink_depths[:, kink[at_kink]]
         ends, sums = np.empty((2, *origin.shape, 3))
-        radius = np.empty((*origin.shape, _NODES.size))
-        space = np.empty(_PLACES.size)
-        fit_cells(depth, values, depth_max[:, 0], origin, _SLOPES, _WEIGHTS, space, ends, radius, sums)
+        radius, space = np.empty((*origin.shape, _NODES.size)), np.empty(_PLACES.size)
+        fit_cells(depth, values, depth_max[:, 0], origin, (_SLOPES, _WEIGHTS), space, (ends, radius, sums))
         gain, missed, largest = np.moveaxis(sums, -1, 0)
         allowed = rtol * np.maximum(gain, least_integral[:, None] / _FIRST_CELLS**2)
-        last = rank == _MOST_HALVINGS or size + 2 * pending.left.size > most
-        good = np.all(missed <= allowed, axis=0) | last
-        fitted = (origin, *np.moveaxis(ends, -1, 0), radius, missed, largest)
-        done.append(tuple(one[:, good] for one in fitted))
-        chosen.append(pending.part(good))
-        size += int(np.count_nonzero(good))
-        pending = pending.part(~good).halves()
-        if not pending.left.size:
-            break
-    columns = [np.concatenate(parts, axis=1) for parts in zip(*done, strict=True)]
-    order = np.argsort(columns[1][0])
-    origin, start, low, width, radius, missed, largest = (np.ascontiguousarray(one[:, order]) for one in columns)
+        columns = origin, *np.moveaxis(ends, -1, 0), radius, missed, largest
+        return np.all(missed <= allowed, axis=0), *(column.swapaxes(0, 1) for column in columns)
+
+    (cells, *columns), _ = refine(cells, fit, _MOST_HALVINGS, _MAX_CELLS + 2 * places.size, _halved)
+    order = np.argsort(columns[1][:, 0])
+    origin, start, low, width, radius, missed, largest = (
+        np.ascontiguousarray(column[order].swapaxes(0, 1)) for column in columns
+    )
     integral = _force_integral(depth_max, origin, low, width, radius)
     errors = np.cumsum(missed, axis=1) / np.sum(integral, axis=2)
     roots = np.sqrt(depth_max)
@@ -263,19 +231,19 @@ def path_tables(
         roots * np.append(start, np.ones_like(roots), axis=1), roots * origin, radius, integral, errors,
         np.max(largest, axis=1) / radius_max, roots * origins[:, :-1], strengths, kinks.power,
     )  # fmt: skip
-    return table, Cells(*map(np.concatenate, zip(*chosen, strict=True))).part(order)
+    return table, cells[order]
 
 
 def joined(tables: list[PathTable]) -> PathTable:
     """Join several tables, each of one or more, that have kinks of one power."""
-    cells, kinks = (max(getattr(one, name).shape[1] for one in tables) for name in ("origin", "kinks"))
+    cells, kinks = (max(getattr(table, name).shape[1] for table in tables) for name in ("origin", "kinks"))
 
     def filled(table: PathTable) -> PathTable:
         more, further = ((0, 0), (0, cells - table.origin.shape[1])), ((0, 0), (0, kinks - table.kinks.shape[1]))
-        radius, integral = (np.pad(one, (*more, (0, 0))) for one in (table.radius, table.force_integral))
-        for one, whole in ((radius, table.radius), (integral, table.force_integral)):
+        radius, integral = (np.pad(part, (*more, (0, 0))) for part in (table.radius, table.force_integral))
+        for part, whole in ((radius, table.radius), (integral, table.force_integral)):
             # The value at the end.
-            one[:, whole.shape[1] :, 0] = np.sum(whole[:, -1:], axis=2)
+            part[:, whole.shape[1] :, 0] = np.sum(whole[:, -1:], axis=2)
         edges = np.pad(table.edges, more, mode="edge")
         places = np.concatenate([table.kinks, np.repeat(edges[:, -1:], further[1][1], axis=1)], axis=1)
         return PathTable(
@@ -283,12 +251,12 @@ def joined(tables: list[PathTable]) -> PathTable:
             table.radius_error, places, np.pad(table.strengths, further), table.power,
         )  # fmt: skip
 
-    columns = zip(*(filled(one)[:-1] for one in tables), strict=True)
+    columns = zip(*(filled(table)[:-1] for table in tables), strict=True)
     return PathTable._make([*map(np.concatenate, columns), tables[0].power])
 
 
 def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
-    """Stiffness radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)] in the table.
+    """Return the stiffness radius a [m], its slope da/ds [m^(1/2)] and force integral Pi [m^2] at s [m^(1/2)].
 
     Examples
     --------
@@ -314,7 +282,7 @@ def evaluate(table: PathTable, s: ArrayLike) -> tuple[Array, Array, Array]:
 
 
 def scaled(table: PathTable, length: float, radius: float) -> PathTable:
-    """The same table with depths in units of `length` [m] and contact radii in units of `radius` [m]."""
+    """Return the same table with depths in units of `length` [m] and contact radii in units of `radius` [m]."""
     root = length**0.5
     return table._replace(
         edges=table.edges / root,
@@ -334,12 +302,12 @@ def _polynomial(coefficients: Array, t: Array) -> Array:
 
 
 def _rho(s: Array, origin: Array) -> Array:
-    """Coordinate rho in which a(s) is smooth."""
+    """Return the coordinate rho in which a(s) is smooth."""
     return np.where(origin < 0.0, s, np.sqrt(np.maximum(s - origin, 0.0)))
 
 
 def significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> Kinks:
-    """Kinks that a table of this tolerance resolves, at depths over the largest one."""
+    """Return kinks that a table of this tolerance resolves, at depths over the largest one."""
     depth, strength, power = profile.kinks
     place = np.sqrt(depth / depth_max)
     # d - d_j = (s - s_j) (s + s_j)
@@ -350,7 +318,7 @@ def significant_kinks(profile: Geometry, depth_max: float, rtol: float) -> Kinks
 
 
 def _force_integral(depth_max: Array, origin: Array, left: Array, width: Array, radius: Array) -> Array:
-    """Coefficients of Pi in each cell: the integral of a d(s^2) = 2 a s (ds/drho) width dt."""
+    """Return coefficients of Pi in each cell: the integral of a d(s^2) = 2 a s (ds/drho) width dt."""
     straight = origin < 0.0
     # s as a polynomial in t, then ds/drho.
     s = [np.where(straight, left, origin + left**2), np.where(straight, width, 2.0 * left * width),
@@ -374,12 +342,12 @@ def _force_integral(depth_max: Array, origin: Array, left: Array, width: Array, 
 _MOST = 200_000
 
 
-def product(one: Any, other: Any) -> Array:
-    """Matrix product in blocks of rows that are small enough for one thread."""
-    result = np.empty((len(one), other.shape[1]))
-    rows = max(1, _MOST // max(1, other.size))
-    for start in range(0, len(one), rows):
-        np.matmul(one[start : start + rows], other, out=result[start : start + rows])
+def product(left: Any, right: Any) -> Array:
+    """Return the matrix product in blocks of rows that are small enough for one thread."""
+    result = np.empty((len(left), right.shape[1]))
+    rows = max(1, _MOST // max(1, right.size))
+    for start in range(0, len(left), rows):
+        np.matmul(left[start : start + rows], right, out=result[start : start + rows])
     return result
 
 
@@ -402,7 +370,7 @@ class Samples(NamedTuple):
     integral: Array
 
     def at(self, x: Array, which: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Depth [m] and force integral [m^2] of the geometries `which` at values x."""
+        """Return the depth [m] and force integral [m^2] of the geometries `which` at values x."""
         if len(self.depth) == 1:
             return np.exp(np.interp(x, self.knots, self.depth[0])), np.exp(np.interp(x, self.knots, self.integral[0]))
         last = self.knots.size - 1
@@ -410,8 +378,8 @@ class Samples(NamedTuple):
         cell = np.minimum(np.nan_to_num(place).astype(np.intp), last - 1)
         share = place - cell
         depth, integral = (
-            np.exp((1.0 - share) * one[which, cell] + share * one[which, cell + 1])
-            for one in (self.depth, self.integral)
+            np.exp((1.0 - share) * part[which, cell] + share * part[which, cell + 1])
+            for part in (self.depth, self.integral)
         )
         return depth, integral
 
@@ -456,7 +424,7 @@ class Rows(Geometry):
 
     @abstractmethod
     def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
-        """Tables of the distinct geometries.
+        """Return tables of the distinct geometries.
 
         They reach to the depths `deepest` [m] or further; see `restitution.contact.table.path_table` for the
         smallest of the largest depths, `least` [m], and `rtol`.

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, finite
+from restitution.checks import Array, finite, refuse
 from restitution.contact.geometry import Kinks, as_array
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
+from restitution.numerics.refine import refine, to_chebyshev
 from restitution.parallel import on_threads
 from restitution.quantities import LENGTH, Quantity
 
@@ -49,15 +50,6 @@ class Transformed(NamedTuple):
     force_integral: Array
 
 
-class _Groups(NamedTuple):
-    """Groups of pieces, level after level; see `restitution.contact.loops.add_integrals`."""
-
-    starts: NDArray[np.intp]
-    far_from: Array
-    nodes: Array
-    masses: Array
-
-
 class AbelTransform:
     """Transform of a profile that is flat for r < b, with a flank f(r) of degree <= 5 from b = flank.x[0] on.
 
@@ -83,11 +75,12 @@ class AbelTransform:
         self._slopes = np.ascontiguousarray(self._first.c[::-1].T)
         self._groups = self._grouped()
 
-    def _grouped(self) -> _Groups:
-        """Groups of pieces: the masses of their parts at Chebyshev nodes, by Lagrange polynomials."""
-        angle = np.pi * (np.arange(_GROUP_NODES) + 0.5) / _GROUP_NODES
-        lagrange = np.cos(np.arange(_GROUP_NODES)[:, None] * angle) * (2.0 / _GROUP_NODES)
-        lagrange[0] *= 0.5
+    def _grouped(self) -> tuple[NDArray[np.intp], Array, Array, Array]:
+        """Return the first group of each level, and for each group the radius from which it is far, nodes and masses.
+
+        The masses there, in place of those of their parts, follow from Lagrange polynomials at Chebyshev nodes.
+        """
+        places, lagrange = to_chebyshev(_GROUP_NODES)
         size, parts, nodes, masses = _GROUP, _GROUP, self._far_nodes, self._far_masses
         levels: list[tuple[Array, Array, Array]] = []
         while count := (len(self._breaks) - 1) // size:
@@ -97,13 +90,14 @@ class AbelTransform:
             basis = np.polynomial.chebyshev.chebvander(2.0 * place - 1.0, _GROUP_NODES - 1)
             whole = np.swapaxes(masses[: count * parts].reshape(count, parts, 3, -1), 1, 2).reshape(count, 3, -1)
             masses = whole @ basis @ lagrange
-            nodes = edges[:-1, None] + widths * (0.5 + 0.5 * np.cos(angle))
+            nodes = edges[:-1, None] + widths * (0.5 + 0.5 * places)
             levels.append((np.maximum.accumulate(edges[1:] + _FAR * widths[:, 0]), nodes, masses))
             size, parts = 2 * size, 2
         starts = np.cumsum([0, *(len(level[0]) for level in levels)])
         if not levels:
-            return _Groups(starts, np.empty(0), np.empty((0, _GROUP_NODES)), np.empty((0, 3, _GROUP_NODES)))
-        return _Groups(starts, *(np.concatenate(parts) for parts in zip(*levels, strict=True)))
+            return starts, np.empty(0), np.empty((0, _GROUP_NODES)), np.empty((0, 3, _GROUP_NODES))
+        far_from, nodes, masses = (np.concatenate(parts) for parts in zip(*levels, strict=True))
+        return starts, far_from, nodes, masses
 
     def __call__(self, y: Array) -> Transformed:
         """Transform at flat y [m] within the breaks."""
@@ -139,54 +133,26 @@ class AbelTransform:
         start, end = self._breaks[piece], self._breaks[piece + 1]
         return piece, np.sqrt(np.clip((x - start) / (end - start), 0.0, 1.0))
 
-    def falls(self) -> Array:
-        """First y [m], among the breaks and midpoints, from which g falls to the next one; empty if g rises."""
-        edges = self.beyond_face(self._breaks)
-        y = np.interp(np.arange(2 * len(edges) - 1), np.arange(0, 2 * len(edges), 2), edges)
-        falls = self._falling(y)
-        if falls.size:
-            # Search again around that place, with eight samples per piece.
-            near = int(np.searchsorted(edges, falls[0], side="right"))
-            ends = edges[max(near - 2, 0) : near + 2]
-            closer = self._falling(np.interp(np.arange(8 * len(ends) - 7) / 8.0, np.arange(len(ends)), ends))
-            falls = closer if closer.size else falls
-        return falls[:1]
-
-    def _falling(self, y: Array) -> Array:
-        return y[:-1][np.diff(self._integrated(y)[:, 0]) <= 0.0]
-
     @cached_property
     def _series(self) -> tuple[Array, Array]:
         """Piece, start and end of each cell beyond the first piece, and its Chebyshev coefficients."""
-        pending = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
         scale = self._integrated(self.beyond_face(self._breaks[-1:]))[0]
-        cells: list[Array] = []
-        series: list[Array] = []
-        for split in range(_MAX_SPLITS + 1):
-            coefficients = self._chebyshev(pending)
-            tail = np.max(np.abs(coefficients[..., -2:]) / scale[:, None], axis=-1)
-            good = np.all(tail <= _TAILS, axis=1) | (split == _MAX_SPLITS)
-            cells.append(pending[good])
-            series.append(coefficients[good])
-            piece, low, high = pending[~good].T
-            middle = 0.5 * (low + high)
-            pending = np.concatenate([np.stack([piece, low, middle], 1), np.stack([piece, middle, high], 1)])
-            if not len(pending):
-                break
-        all_cells = np.concatenate(cells)
-        order = np.lexsort((all_cells[:, 1], all_cells[:, 0]))
-        return all_cells[order], np.concatenate(series)[order]
+        nodes, matrix = to_chebyshev(_DEGREE + 1)
 
-    def _chebyshev(self, cells: Array) -> Array:
-        angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
-        piece, low, high = cells[:, 0].astype(np.intp), cells[:, 1:2], cells[:, 2:3]
-        root = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
-        start, end = self._breaks[piece][:, None], self._breaks[piece + 1][:, None]
-        x = start + (end - start) * root * root
-        values = self._integrated(self.beyond_face(x.ravel())).reshape(len(cells), _DEGREE + 1, 3)
-        basis = np.cos(np.arange(_DEGREE + 1)[:, None] * angle) * (2.0 / (_DEGREE + 1))
-        basis[0] *= 0.5
-        return np.swapaxes(values, 1, 2) @ basis.T
+        def fit(cells: Array) -> tuple[Array, Array]:
+            piece, low, high = cells[:, 0].astype(np.intp), cells[:, 1:2], cells[:, 2:]
+            root = 0.5 * (low + high) + 0.5 * (high - low) * nodes
+            start, end = self._breaks[piece][:, None], self._breaks[piece + 1][:, None]
+            y = self.beyond_face((start + (end - start) * root * root).ravel())
+            values = self._integrated(y).reshape(len(cells), _DEGREE + 1, 3)
+            coefficients = np.swapaxes(values, 1, 2) @ matrix.T
+            tail = np.max(np.abs(coefficients[..., -2:]) / scale[:, None], axis=-1)
+            return np.all(tail <= _TAILS, axis=1), coefficients
+
+        first = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
+        (cells, series), _ = refine(first, fit, _MAX_SPLITS)
+        order = np.lexsort((cells[:, 1], cells[:, 0]))
+        return cells[order], series[order]
 
     def _integrated(self, y: Array) -> Array:
         from restitution.contact.loops import add_integrals
@@ -195,10 +161,8 @@ class AbelTransform:
 
         def run(start: int) -> None:
             rows = slice(start, start + _BLOCK)
-            add_integrals(
-                x[rows], y[rows], self._breaks, self._slopes, _NEAR_RULE, self._far_from, self._far_nodes,
-                self._far_masses, *self._groups, sums[rows],
-            )  # fmt: skip
+            pieces = self._far_from, self._far_nodes, self._far_masses
+            add_integrals(x[rows], y[rows], self._breaks, self._slopes, _NEAR_RULE, pieces, self._groups, sums[rows])
 
         if len(y) <= _BLOCK:
             run(0)
@@ -270,13 +234,11 @@ class Tabulated(Profile, case_name="tabulated"):
         falls_at = 0.0
         for pieces, order in _interpolants(r[face:], f[face:]):
             transform = AbelTransform(pieces)
-            falls = transform.falls()
+            y, depth, slope = _sampled(transform, pieces.x)
+            falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
             if not falls.size:
-                y, depth, slope = _sampled(transform, pieces.x)
-                falls = np.append(y[:-1][np.diff(depth) <= 0.0], _falling(transform, y, slope))
-                if not falls.size:
-                    parts = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
-                    break
+                parts = {"_flank": pieces, "_order": order, "_transform": transform, "_samples": (y, depth)}
+                break
             falls_at = math.hypot(transform.face, float(falls[0]))
         else:
             rule = "g(x) must rise for the contact to be a full circle; smooth or thin the table"
@@ -285,29 +247,29 @@ class Tabulated(Profile, case_name="tabulated"):
             object.__setattr__(self, name, value)
 
     def shape(self, r: ArrayLike) -> Array:
-        """Profile f(r) [m]."""
+        """Return the profile f(r) [m]."""
         r = self._inside("r", np.abs(as_array(r)))
         return np.where(r > self._transform.face, self._flank(r), 0.0)
 
     def transform(self, x: ArrayLike) -> Array:
-        """Transformed profile g(x) [m]."""
+        """Return the transformed profile g(x) [m]."""
         x = self._inside("x", np.abs(as_array(x)))
         return self._transform(self._transform.beyond_face(x.ravel())).depth.reshape(x.shape)[()]
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a = g^-1(d) [m]; that of the flat face, if there is one, at d = 0."""
+        """Return the contact radius a = g^-1(d) [m]; that of the flat face, if there is one, at d = 0."""
         depth = as_array(depth)
         y = self._inverse(depth).reshape(depth.shape)
         a = np.minimum(np.hypot(self._transform.face, y), self.r[-1])
         return np.where(depth >= 0.0, a, 0.0)[()]
 
     def force_integral(self, contact_radius: ArrayLike) -> Array:
-        """Force integral Pi(a) [m^2]."""
+        """Return the force integral Pi(a) [m^2]."""
         a = self._inside("contact_radius", as_array(contact_radius))
         return self._transform(self._transform.beyond_face(a.ravel())).force_integral.reshape(a.shape)[()]
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a dd [m^2] at depth d [m]."""
+        """Return the force integral int_0^d a dd [m^2] at depth d [m]."""
         depth = as_array(depth)
         return self._transform(self._inverse(depth)).force_integral.reshape(depth.shape)[()]
 
@@ -394,7 +356,7 @@ def _sampled(transform: AbelTransform, breaks: Array) -> tuple[Array, Array, Arr
 
 
 def _falling(transform: AbelTransform, y: Array, slope: Array) -> Array:
-    """Places y at which g falls between the samples, found near the minima of its slope in three refinements."""
+    """Return places y at which g falls between the samples, near minima of its slope, by three refinements."""
     least = np.flatnonzero((slope[1:-1] <= slope[:-2]) & (slope[1:-1] <= slope[2:])) + 1
     if not least.size:
         return y[least]
@@ -420,9 +382,7 @@ def _checked_table(r: Any, f: Any) -> tuple[Array, Array]:
         )
     for name, values in (("r", radii), ("f", heights)):
         extreme = (values != 0.0) & ~((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
-        if np.any(extreme):
-            i = int(np.argmax(extreme))
-            raise InputError(name, float(values[i]), "must be 0 or of a size in [1e-100, 1e+100] m", "m", index=(i,))
+        refuse(name, values, extreme, "must be 0 or of a size in [1e-100, 1e+100] m", "m")
     if radii[0] != 0.0 or heights[0] != 0.0:
         raise InputError("", rule=f"r[0], f[0] = {radii[0]:g}, {heights[0]:g} m: the table must start at r = 0, f = 0")
     for name, values, bad, rule in (

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, Numeric, between, finite, number, plain, single
+from restitution.checks import Array, Numeric, between, finite, number, plain, refuse, single
 from restitution.contact.geometry import Geometry, as_array
 from restitution.contact.profiles import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
@@ -96,7 +96,7 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
 
     @classmethod
     def of_bodies(cls, radii_1: ArrayLike, radii_2: ArrayLike, *, angle: Any = 0.0) -> Ellipsoid:
-        """Gap between two bodies.
+        """Return the gap between two bodies.
 
         Parameters
         ----------
@@ -137,22 +137,22 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         return cls(large / product, 1.0 / large)
 
     def mean_radius(self, x: ArrayLike, y: ArrayLike) -> Array:
-        """Contact radius [m] of the ellipse through a point, x [m] along the long and y [m] along the short semi-axis.
+        """Return the contact radius [m] of the ellipse through x [m] along its long and y [m] along its short axis.
 
         It is the radius for `ImpactResult.pressure`, which is constant along similar ellipses.
         """
         return np.hypot(np.sqrt(self.axis_ratio) * as_array(x), as_array(y) / np.sqrt(self.axis_ratio))
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius sqrt(R_eff d) [m]."""
+        """Return the stiffness radius sqrt(R_eff d) [m]."""
         return np.sqrt(self.effective_radius * np.maximum(as_array(depth), 0.0))
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral (2/3) sqrt(R_eff) d^(3/2) [m^2]."""
+        """Return the force integral (2/3) sqrt(R_eff) d^(3/2) [m^2]."""
         return 2.0 / 3.0 * self.stiffness_radius(depth) * np.maximum(as_array(depth), 0.0)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius sqrt(a b) [m], that of a disc of equal area."""
+        """Return the contact radius sqrt(a b) [m], that of a disc of equal area."""
         return self._stretch * self.stiffness_radius(depth)
 
     @property
@@ -190,7 +190,7 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
 
 
 def crossed_cylinders(radius_1: Any, radius_2: Any, *, angle: Any = 0.5 * math.pi) -> Ellipsoid:
-    """Gap between two cylinders that touch in a point.
+    """Return the gap between two cylinders that touch in a point.
 
     Parameters
     ----------
@@ -228,15 +228,8 @@ def _curvatures(name: str, radii: ArrayLike) -> Array:
     if values.shape != (2,):
         raise InputTypeError(name, radii, "must be a pair of principal radii", "m")
     good = np.isinf(values) | ((np.abs(values) >= 1e-100) & (np.abs(values) <= 1e100))
-    if not good.all():
-        place = int(np.argmin(good))
-        raise InputError(
-            name,
-            float(values[place]),
-            "must be of a size in [1e-100, 1e+100] m, or infinite where the body is straight",
-            "m",
-            index=(place,),
-        )
+    rule = "must be of a size in [1e-100, 1e+100] m, or infinite where the body is straight"
+    refuse(name, values, ~good, rule, "m")
     return 1.0 / values
 
 
@@ -336,15 +329,15 @@ class Pyramid(Geometry, case_name="pyramid"):
         return plain(1.0 / np.tan(self.face_angle))
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius c tan(alpha) d [m]."""
+        """Return the stiffness radius c tan(alpha) d [m]."""
         return self.path_coefficient * np.maximum(as_array(depth), 0.0)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral (c/2) tan(alpha) d^2 [m^2]."""
+        """Return the force integral (c/2) tan(alpha) d^2 [m^2]."""
         return 0.5 * self.path_coefficient * np.maximum(as_array(depth), 0.0) ** 2
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """NaN: the contact radius is not known."""
+        """Return NaN: the contact radius is not known."""
         return np.full(np.broadcast(as_array(depth), self.face_angle).shape, np.nan)[()]
 
     @property

@@ -8,7 +8,6 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from functools import cache, lru_cache
 from importlib.resources import as_file, files
 from pathlib import Path
@@ -26,16 +25,17 @@ from restitution.checks import Array
 from restitution.contact.profiles import Cone, Parabola, Profile
 from restitution.errors import InputError
 from restitution.explorer.inputs import State, case_content, indentation_content, inputs
-from restitution.impact.batch import Batch
+from restitution.impact.batch import solve_columns
 from restitution.impact.bounces import Ending
 from restitution.impact.problem import window_around
+from restitution.impact.window import compared
 from restitution.indentation.solve import MOST_ELEMENTS, indent
 from restitution.material.fractional import Window
 from restitution.paper import figures
 from restitution.quantities import BUDGET, DEFAULT_OUTPUTS, INDENTATION
 from restitution.result import nullable, plain
 from restitution.surrogates import standard_solid
-from restitution.surrogates.evaluation import TERMS
+from restitution.variation import vary
 
 Answer = dict[str, Any]
 
@@ -93,11 +93,11 @@ def numbers_of(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=16)
-def _solved(text: str) -> rs.ImpactResult:
+def _solved(text: str) -> Any:
     return rs.solve(_case(text).impact)
 
 
-def _result(state: Mapping[str, Any]) -> rs.ImpactResult:
+def _result(state: Mapping[str, Any]) -> Any:
     return _solved(json.dumps(case_content(state)))
 
 
@@ -107,7 +107,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
     numbers: State = {name: getattr(result, name) for name in _OUTPUTS}
     separated = result.status == rs.Status.SEPARATED
     numbers |= dict(zip(BUDGET, result.energy, strict=True))
-    problem = cast("Any", result.impact)
+    problem = result.impact
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
     numbers |= dict.fromkeys(("loss_tangent", "nu", "p2", "p3"))
@@ -119,13 +119,13 @@ def impact(state: Mapping[str, Any]) -> Answer:
     # A captured body has no contact time; its oscillation has a scale of time.
     scale = contact_time if separated else float(result.max_indentation_depth) / float(result.velocity)
     if separated:
-        curves["history"] = cast("Any", result)._columns(n_points=_POINTS)
+        curves["history"] = result._columns(n_points=_POINTS)
         numbers["loss_tangent"] = float(series.loss_modulus(omega) / series.storage_modulus(omega))
     if math.isfinite(scale) and scale > 0.0:
         curves |= _moduli(series, material.shear, scale)
     return {
         "numbers": numbers_of(numbers),
-        "status": _ending(cast("rs.Status", result.status)),
+        "status": _ending(result.status),
         "validity": [_row(check) for check in result.validity],
         "notes": [*result.notes, *notes_on(material, None)],
         "curves": curves,
@@ -198,15 +198,13 @@ def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
 
 
 def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
-    impacts = replace(problem, velocity=speeds)
-    outputs = Batch.from_impact(impacts).solve(_RTOL, workers=1)
-    outputs = {name: np.array(values, dtype=np.float64) for name, values in outputs.items()}
-    failed = outputs["status"] >= rs.Status.TOO_MANY_STEPS
-    numbers = {name: outputs[name] for name in validity.COLUMNS} | {"velocity": speeds, "mass": problem.mass}
-    doubtful = np.zeros(speeds.size)
-    for values in validity.excess(validity.numbers(problem.contact, **numbers)).values():
-        doubtful = np.maximum(doubtful, np.nan_to_num(values) > 1.0)
-    return {name: np.where(failed, np.nan, outputs[name]) for name in DEFAULT_OUTPUTS} | {"doubtful": doubtful}
+    """Return the outputs at some velocities [m/s], and whether an assumption of the theory is doubtful there."""
+    impacts = vary(problem, {"velocity": speeds})
+    outputs = solve_columns(impacts, _RTOL, workers=1)
+    solved = outputs["status"] < rs.Status.TOO_MANY_STEPS
+    excess = np.array([*validity.excess(compared(impacts, outputs)).values()])
+    columns = {name: np.where(solved, outputs[name], np.nan) for name in DEFAULT_OUTPUTS}
+    return columns | {"doubtful": np.any(excess > 1.0, axis=0).astype(np.float64)}
 
 
 def surface(state: Mapping[str, Any]) -> Answer:
@@ -294,9 +292,9 @@ def indentation(state: Mapping[str, Any]) -> Answer:
     }
 
 
-def body_section(result: rs.ImpactResult) -> dict[str, Any] | None:
+def body_section(result: Any) -> dict[str, Any] | None:
     """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known."""
-    tip: Any = cast("Any", result.impact).profile
+    tip: Any = result.impact.profile
     profile, semi_axis, most = tip, 1.0, float(result.max_contact_radius)
     if isinstance(tip, rs.Ellipsoid):
         profile, semi_axis = Parabola(max(tip.radius_1, tip.radius_2)), float(tip.semi_axes(1.0)[0])
@@ -312,9 +310,9 @@ def body_section(result: rs.ImpactResult) -> dict[str, Any] | None:
         return {"radius": radius, "height": np.asarray(profile.shape(radius)), "semi_axis": semi_axis}
 
 
-def surface_section(result: rs.ImpactResult) -> tuple[Array, Callable[[float], Array]] | None:
+def surface_section(result: Any) -> tuple[Array, Callable[[float], Array]] | None:
     """Return distances [m] from the axis and the displacement of the surface [m] there over the time [s]."""
-    tip, section = cast("Any", result.impact).profile, body_section(result)
+    tip, section = result.impact.profile, body_section(result)
     if section is None or section["semi_axis"] is None:
         return None
     radius = np.linspace(0.0, section["radius"][-1], _SURFACE)
@@ -330,7 +328,7 @@ def surface_section(result: rs.ImpactResult) -> tuple[Array, Callable[[float], A
     share = elliprf(p - 1.0, p, p - 1.0 + k) / elliprf(0.0, 1.0, k)
 
     def displacement(t: float) -> Array:
-        line = cast("Any", result)._fields.line_displacement(t)
+        line = result._fields.line_displacement(t)
         return np.zeros(_SURFACE) if line is None else share @ -np.diff(np.append(line(ends[:-1]), 0.0))
 
     return radius, displacement
@@ -370,6 +368,7 @@ def interpolant() -> str:
     low, high = (corner.tolist() for corner in standard_solid.corners())
     content = {
         "nu": [-1.0, 0.5], "p2": standard_solid.P2, "p3": standard_solid.P3, "error": standard_solid.STATED_ERROR,
-        "terms": TERMS, "low": low, "high": high, "levels": levels, "places": places, "coefficients": coefficients,
+        "terms": standard_solid.TERMS, "low": low, "high": high, "levels": levels, "places": places,
+        "coefficients": coefficients,
     }  # fmt: skip
     return json.dumps(content, separators=(",", ":"))

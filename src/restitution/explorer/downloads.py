@@ -9,7 +9,7 @@ from typing import Any, cast
 
 from restitution.case.material import is_fractional
 from restitution.checks import one_of
-from restitution.contact.geometry import BALL_ON_TARGET, Geometry
+from restitution.contact.geometry import BALL_ON_TARGET
 from restitution.explorer.answers import case_of, indentation_case
 from restitution.explorer.inputs import case_content, indentation_content
 from restitution.material import fractional
@@ -60,7 +60,7 @@ def python(state: Mapping[str, Any]) -> str:
     material = _material(content["material"], problem.material, fractional)
     lines = ["import restitution as rs", "", f"material = {material}"]
     within = ".within(window)" if fractional else ""
-    impact = f"rs.Impact(material{within}, {_profile(content['profile'], problem.profile)}, {_keywords(arguments)})"
+    impact = f"rs.Impact(material{within}, rs.{problem.profile!r}, {_keywords(arguments)})"
     lines.append(f"impact = rs.for_contact(lambda window: {impact})" if within else f"impact = {impact}")
     return "\n".join([*lines, "result = rs.solve(impact)", "print(result)", "print(result.validity)", ""])
 
@@ -77,16 +77,10 @@ def indentation_python(state: Mapping[str, Any]) -> str:
     arguments = ", ".join([repr(largest), _keywords(course)])
     lines = [
         "import restitution as rs", "", f"material = {material}",
-        f"profile = {_profile(content['profile'], case.profile)}", f"{case.prescribed} = rs.{shape}({arguments})",
+        f"profile = rs.{case.profile!r}", f"{case.prescribed} = rs.{shape}({arguments})",
         f"result = rs.indent(material, profile, {case.prescribed}={case.prescribed})", "print(result)", "",
     ]  # fmt: skip
     return "\n".join(lines)
-
-
-def _profile(section: Mapping[str, Any], profile: Geometry) -> str:
-    kind = Geometry.registered[section["type"]]
-    names = {*constants_of(kind), *section} - {"type"}
-    return f"rs.{kind.__name__}({_keywords({name: getattr(profile, name) for name in sorted(names)})})"
 
 
 def _material(section: Mapping[str, Any], material: Any, needs_window: bool) -> str:

@@ -7,6 +7,7 @@ import binascii
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -49,13 +50,13 @@ def read(content: Mapping[str, Any]) -> dict[str, Any]:
     """
     names, files = _files(content.get("files"))
     name, answers = names[0], content.get("answers", {})
-    if not isinstance(answers, dict) or not all(isinstance(one, str) for one in answers.values()):
+    if not isinstance(answers, dict) or not all(isinstance(text, str) for text in answers.values()):
         raise InputError("answers", rule="must be texts")
     with tempfile.TemporaryDirectory(prefix="restitution-") as folder, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RestitutionWarning)
         path = Path(folder, "dropped.toml" if name.lower().endswith(".toml") else "dropped.txt")
-        for one, data in zip([path.name, *names[1:]], files, strict=True):
-            Path(folder, one).write_bytes(data)
+        for copy, data in zip([path.name, *names[1:]], files, strict=True):
+            Path(folder, copy).write_bytes(data)
         try:
             if path.suffix == ".toml":
                 answer = _case(path, set(names[1:]))
@@ -65,7 +66,7 @@ def read(content: Mapping[str, Any]) -> dict[str, Any]:
                 _ = settled(answer["state"])
         except InputError as error:
             raise InputError("", rule=_named(one_line(error), path, name)) from None
-    notes = [_named(note, path, name) for note in [*answer["notes"], *(str(one.message) for one in caught)]]
+    notes = [_named(note, path, name) for note in [*answer["notes"], *(str(warning.message) for warning in caught)]]
     return answer | {"words": f"{name}: {answer['words']}", "notes": list(dict.fromkeys(notes))}
 
 
@@ -124,37 +125,37 @@ _ENDS: list[Question] = [
 _TEMPERATURE: Question = {"key": "temperature", "words": "Temperature, with its unit"}
 
 
-def _material(path: Path, given: State, answers: Mapping[str, str]) -> dict[str, Any]:
-    """Return the state of the material in a table or a deck, and the questions that the file leaves open."""
+def _material(path: Path, state: State, answers: Mapping[str, str]) -> dict[str, Any]:
+    """Return the state of the material in a table or a deck, and the open questions; its bulk is as in the state."""
     about = rs.read_material(path)
     notes = [*getattr(about, "notes", ()), *_thinned(about, path)]
     questions = _questions(about)
-    told = {one["key"]: answers[one["key"]].strip() for one in questions if answers.get(one["key"], "").strip()}
-    open_questions = [one for one in questions if one["key"] not in told and one["key"] != "temperature"]
-    if open_questions and not (set(told) & {"instantaneous_modulus", "equilibrium_modulus"}):
+    stated = {key: text for key in map(itemgetter("key"), questions) if (text := answers.get(key, "").strip())}
+    is_open = any(question["key"] not in (*stated, "temperature") for question in questions)
+    if is_open and not stated.keys() & {"instantaneous_modulus", "equilibrium_modulus"}:
         return {"questions": questions, "words": "is not used yet, as it does not state everything", "notes": notes}
     section: dict[str, Any] = {"file": path.name}
     if not isinstance(about, ViscoelasticDeck):
-        bulk = "bulk_modulus" if "material.bulk_modulus" in given else "poisson_ratio"
-        section[bulk] = given.get(f"material.{bulk}", inputs()["material.poisson_ratio"].default)
+        bulk = "bulk_modulus" if "material.bulk_modulus" in state else "poisson_ratio"
+        section[bulk] = state.get(f"material.{bulk}", inputs()["material.poisson_ratio"].default)
         if bulk == "poisson_ratio" and section[bulk] < 0.5:
             notes.append(f"the Poisson ratio {section[bulk]:g} is constant in time; a bulk modulus is the alternative")
-    built = read_sections(_File, path, {"material": section | told}).material
+    built = read_sections(_File, path, {"material": section | stated}).material
     material = built.build()
     if isinstance(about, rs.Isotherms):
         degrees = celsius(material.temperature or 0.0, 4)
         notes.append(f"the moduli are those at {degrees} °C")
-        questions = [
-            question | {"value": f"{degrees} degC"} if question is _TEMPERATURE else question for question in questions
-        ]
+        questions = [*questions[:-1], _TEMPERATURE | {"value": f"{degrees} degC"}]
     for key in ("shear", "bulk"):
         count = getattr(getattr(material, key), "n_branches", 0)
         if count > MOST_TERMS:
             raise InputError("", rule=f"has {count} terms in {key}: must have at most {MOST_TERMS}")
+    notes += notes_on(material, None)
+    terms = f"{material.shear.n_branches} terms in shear"
+    words = terms if built.fit is None else f"data fitted by {terms}"
     # The paper's numbers would hide the material.
     state = of_material(material) | {"entry": "constants"}
-    notes += notes_on(material, None)
-    return {"state": state, "words": _words(built, material), "notes": notes, "questions": questions}
+    return {"state": state, "words": words, "notes": notes, "questions": questions}
 
 
 def _questions(about: Any) -> list[Question]:
@@ -181,8 +182,3 @@ def _thinned(data: Any, path: Path) -> Sequence[str]:
               else "omega,storage modulus,loss modulus\nrad/s,Pa,Pa")  # fmt: skip
     np.savetxt(path, np.transpose(columns)[rows], delimiter=",", header=header, comments="")
     return [f"{rows.size} of its {x.size} rows are used, evenly over the logarithm of time or frequency"]
-
-
-def _words(section: FileSection, material: rs.Material) -> str:
-    terms = f"{material.shear.n_branches} terms in shear"
-    return terms if section.fit is None else f"data fitted by {terms}"

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from operator import attrgetter
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -27,9 +27,10 @@ from restitution.contact.geometry import BALL_ON_TARGET, Geometry
 from restitution.contact.profiles import sphere_mass
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.scaling import viscosity_unit
-from restitution.material.models import constants_of, material_models
+from restitution.material.models import Constant, constants_of, material_models
 from restitution.quantities import CONSTANTS, INPUTS, Quantity
 from restitution.units import Dimension
+from restitution.variation import is_standard_solid
 
 MOST_TERMS = 50
 """Most terms of a Prony series; the time of a solve grows with them."""
@@ -40,10 +41,17 @@ _BEYOND, _MOST = 1e6, 1e100
 When = Mapping[str, Sequence[str]]
 State = dict[str, Any]
 
+_ALWAYS: Mapping[str, Any] = MappingProxyType({})
+
 _OF_IMPACTS = ("impact", "paper", "bounce")
 _TABS_OF = {
     "material": (*_OF_IMPACTS, "indentation"), "body": _OF_IMPACTS, "impact": _OF_IMPACTS, "bounces": ("bounce",),
     "indentation": ("indentation",),
+}  # fmt: skip
+# The group of an input is the section of its key, but for these keys and sections.
+_GROUPS = {
+    "entry": "material", "groups": "material", "bulk": "material", "profile": "body", "mass_from": "body",
+    "impact.gravity": "bounces", "drop_height": "bounces", "prescribed": "indentation",
 }  # fmt: skip
 
 
@@ -71,20 +79,24 @@ class Option(NamedTuple):
 
     value: str
     words: str
-    when: When = MappingProxyType({})
+    when: When = _ALWAYS
 
 
-@dataclass(frozen=True)
-class Input:
+class Input(NamedTuple):
     """A number with a slider, a list of numbers, or a choice; shown where each key of `when` has one of its values."""
 
     key: str
-    group: str
     words: str
-    when: When = field(default_factory=dict)
+    when: When = _ALWAYS
     quantity: Quantity | None = None
     slider: Slider | None = None
     options: tuple[Option, ...] = ()
+
+    @property
+    def group(self) -> str:
+        """Group of the page that has it."""
+        section = self.key.partition(".")[0]
+        return _GROUPS.get(self.key) or _GROUPS.get(section, section)
 
     @property
     def tabs(self) -> tuple[str, ...]:
@@ -131,7 +143,8 @@ class Input:
         low, high = self.ends
         # An integer may be too large for a float.
         if not low <= value <= high:
-            raise InputError(self.key, value, f"must be in [{low:g}, {high:g}]", self.quantity.unit)
+            rule = f"must be in [{low:g}, {high:g}] {self.quantity.unit}".rstrip()
+            raise InputError(self.key, value, rule, self.quantity.unit)
         return float(value)
 
     def describe(self) -> dict[str, Any]:
@@ -142,12 +155,11 @@ class Input:
         if self.options:
             return about | {"options": [option._asdict() | {"when": dict(option.when)} for option in self.options]}
         assert self.quantity is not None
-        least, most = self.ends
-        about |= describe(self.quantity) | {"words": self.words, "least": least, "most": most}
+        about |= describe(self.quantity) | {"words": self.words}
         if self.slider is None:
-            return about | {"most_items": MOST_TERMS}
-        slider = self.slider
-        return about | {"scale": slider.scale, "low": slider.low, "high": slider.high, "step": slider.step}
+            return about
+        # Below a logarithmic slider there may be a place for zero.
+        return about | self.slider._asdict() | {"least": self.ends[0], "default": self.default}
 
 
 _LETTERS = {
@@ -181,9 +193,17 @@ _LEFT_OUT_MODELS = ("generalised_maxwell",)
 _LEFT_OUT_CONSTANTS = ("youngs_modulus", "approximation_rtol", "bulk_viscosity")
 
 
-def _number(key: str, group: str, quantity: Quantity, when: When | None = None, words: str = "") -> Input:
+def _number(key: str, quantity: Quantity, when: When = _ALWAYS, words: str = "") -> Input:
     slider = _BY_KEY.get(key) or _BY_DIMENSION.get(quantity.dimension.name, _BY_DIMENSION[units.NUMBER.name])
-    return Input(key, group, words or quantity.words, when or {}, quantity, slider)
+    return Input(key, words or quantity.words, when, quantity, slider)
+
+
+def _choice(
+    key: str, words: str, options: Mapping[str, str], when: When = _ALWAYS, only: Mapping[str, When] = _ALWAYS
+) -> Input:
+    """Return a choice between options with their words, some of them available `only` under a condition."""
+    listed = tuple(Option(value, text, only.get(value, _ALWAYS)) for value, text in options.items())
+    return Input(key, words, when, options=listed)
 
 
 def _readable(name: str) -> str:
@@ -192,133 +212,109 @@ def _readable(name: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _models() -> dict[str, Any]:
-    return {name: model for name, model in material_models().items() if name not in _LEFT_OUT_MODELS}
+def _named(names: Iterable[str], first: str = "") -> dict[str, str]:
+    """Return readable words by name, one of the names first."""
+    return {name: _readable(name) for name in sorted(names, key=lambda name: name != first)}
+
+
+def _owned(constants: Mapping[str, Mapping[str, Constant]]) -> dict[str, tuple[Quantity, list[str]]]:
+    """Return the quantity of each constant of models, in the words of the first model, and the models that have it."""
+    owned: dict[str, tuple[Quantity, list[str]]] = {}
+    for model, of_model in constants.items():
+        for name, constant in of_model.items():
+            owned.setdefault(name, (constant.quantity, []))[1].append(model)
+    return owned
 
 
 def _material_inputs() -> Iterator[Input]:
-    models = _models()
-    every = [(name, constant.quantity) for model in models.values() for name, constant in model.constants.items()]
-    constants = dict(every) | dict(reversed(every))  # the order and the words of the first model
-    first = "standard_solid"
-    options = [Option(name, _readable(name), {} if name == first else _CONSTANTS_ENTRY) for name in models]
-    library_option = Option("library", "From the library", _CONSTANTS_ENTRY)
-    options += [library_option, Option("prony", "Prony series", _CONSTANTS_ENTRY)]
-    yield Input("material.model", "material", "material", _CONSTANTS_ENTRY, options=tuple(options))
-
-    names = rs.library.names()
-    of_library = {"material.model": ["library"]}
-    shifted = [name for name in names if rs.library.get(name).shift is not None]
-    options = [Option(name, _readable(name)) for name in sorted(names, key=lambda name: name != "polyisobutylene")]
-    yield Input("material.library", "material", "library material", of_library, options=tuple(options))
-    yield _number(
-        "material.temperature", "material", INPUTS["temperature"], of_library | {"material.library": shifted}
-    )
-
-    yield from _groups()
-    for name, quantity in constants.items():
-        if name in _LEFT_OUT_CONSTANTS or name in _BULK:
-            continue
-        having = [model.name for model in models.values() if name in model.constants]
-        when: dict[str, Sequence[str]] = {"material.model": having}
-        if name in ("branch_modulus", "viscosity"):
-            when |= _CONSTANTS_ENTRY
-        yield _number(f"material.{name}", "material", quantity, when)
-    yield from _series("shear", "shear", {"material.model": ["prony"]})
+    models = {name: model.constants for name, model in material_models().items() if name not in _LEFT_OUT_MODELS}
+    kinds = {name: _readable(name) for name in models} | {"library": "From the library", "prony": "Prony series"}
+    only = dict.fromkeys(kinds, _CONSTANTS_ENTRY) | {"standard_solid": _ALWAYS}
+    yield _choice("material.model", "material", kinds, _CONSTANTS_ENTRY, only)
+    of_library, library = {"material.model": ["library"]}, rs.library.names()
+    yield _choice("material.library", "library material", _named(library, "polyisobutylene"), of_library)
+    shifted = [name for name in library if rs.library.get(name).shift is not None]
+    yield _number("material.temperature", INPUTS["temperature"], of_library | {"material.library": shifted})
+    for name, quantity in {"nu": "poisson_ratio", "p2": "p2", "p3": "p3"}.items():
+        yield _number(f"groups.{name}", INPUTS[quantity], {"entry": ["groups"]})
+    for name, (quantity, having) in _owned(models).items():
+        if name not in (*_LEFT_OUT_CONSTANTS, *_BULK):
+            fixed = _CONSTANTS_ENTRY if name in ("branch_modulus", "viscosity") else {}
+            yield _number(f"material.{name}", quantity, {"material.model": having, **fixed})
+    yield from _series("shear", {"material.model": ["prony"]})
     yield from _bulk_inputs(models)
 
 
-def _groups() -> Iterator[Input]:
-    quantities = {"nu": INPUTS["poisson_ratio"], "p2": INPUTS["p2"], "p3": INPUTS["p3"]}
-    for name, quantity in quantities.items():
-        yield _number(f"groups.{name}", "material", quantity, {"entry": ["groups"]})
-
-
-def _series(part: str, words: str, when: When) -> Iterator[Input]:
+def _series(part: str, when: When) -> Iterator[Input]:
     end, branches, times = (INPUTS[name] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
     if part == "bulk":
         end, branches = (modulus._replace(symbol=modulus.symbol.replace("G", "K")) for modulus in (end, branches))
-    yield _number(f"material.{part}.equilibrium_modulus", "material", end, when, f"equilibrium modulus in {words}")
+    yield _number(f"material.{part}.equilibrium_modulus", end, when, f"equilibrium modulus in {part}")
     for quantity, what in ((branches, "moduli"), (times, "relaxation times")):
-        key = f"material.{part}.{quantity.name}"
-        yield Input(key, "material", f"{what} of the branches in {words}", when, quantity)
-    key, quantity = f"material.{part}.parallel_viscosity", CONSTANTS["parallel_viscosity"]
-    yield _number(key, "material", quantity, when, f"{quantity.words} in {words}")
+        yield Input(f"material.{part}.{quantity.name}", f"{what} of the branches in {part}", when, quantity)
+    quantity = CONSTANTS["parallel_viscosity"]
+    yield _number(f"material.{part}.parallel_viscosity", quantity, when, f"{quantity.words} in {part}")
 
 
-def _bulk_inputs(models: Mapping[str, Any]) -> Iterator[Input]:
+def _bulk_inputs(models: Mapping[str, Mapping[str, Constant]]) -> Iterator[Input]:
     """Yield what determines the change of volume."""
     # A liquid has no static Poisson ratio but 1/2.
     ends = {"equilibrium_modulus", "shear_modulus"}
-    having = [model for model in models.values() if "poisson_ratio" in model.constants]
-    solids = [*(model.name for model in having if ends & model.constants.keys()), "prony"]
-    shown = [*models, "prony"]
-    options = (
-        Option("poisson_ratio", "Poisson ratio", {"material.model": solids}),
-        Option("bulk_modulus", "bulk modulus", _CONSTANTS_ENTRY),
-        Option("incompressible", "incompressible", _CONSTANTS_ENTRY),
-        Option("series", "series in bulk", {"material.model": ["prony"], **_CONSTANTS_ENTRY}),
-    )
-    yield Input("bulk", "material", "volume", {"material.model": shown, **_CONSTANTS_ENTRY}, options=options)
+    solids = [name for name, constants in models.items() if "poisson_ratio" in constants and ends & constants.keys()]
+    having = {"poisson_ratio": [*solids, "prony"], "bulk_modulus": [*models, "prony"]}
+    words = {
+        "poisson_ratio": "Poisson ratio", "bulk_modulus": "bulk modulus", "incompressible": "incompressible",
+        "series": "series in bulk",
+    }  # fmt: skip
+    only: dict[str, When] = dict.fromkeys(words, _CONSTANTS_ENTRY)
+    only |= {"poisson_ratio": {"material.model": having["poisson_ratio"]}}
+    only |= {"series": {"material.model": ["prony"], **_CONSTANTS_ENTRY}}
+    shown = {"material.model": having["bulk_modulus"]}
+    yield _choice("bulk", "volume", words, {**shown, **_CONSTANTS_ENTRY}, only)
     for name in _BULK:
-        having = solids if name == "poisson_ratio" else shown
-        when = {"bulk": [name], "material.model": having, **_CONSTANTS_ENTRY}
-        yield _number(f"material.{name}", "material", INPUTS[name], when)
-    yield from _series("bulk", "bulk", {"material.model": ["prony"], "bulk": ["series"]})
-    words = "density of the half-space"
-    yield _number("material.density", "material", INPUTS["density"], {"material.model": shown}, words)
+        yield _number(
+            f"material.{name}", INPUTS[name], {"bulk": [name], "material.model": having[name], **_CONSTANTS_ENTRY}
+        )
+    yield from _series("bulk", {"material.model": ["prony"], "bulk": ["series"]})
+    yield _number("material.density", INPUTS["density"], shown, "density of the half-space")
 
 
 def _body_inputs() -> Iterator[Input]:
     profiles = {name: section.geometry for name, section in profile_sections().items()}
+    constants = {name: constants_of(profile) for name, profile in profiles.items()}
     # Tables have no sliders.
-    tables = [name for name, one in profiles.items() if any(key.is_list for key in constants_of(one).values())]
-    profiles = {name: one for name, one in profiles.items() if name not in tables}
-    names = sorted(profiles, key=lambda name: name != "parabola")
-    options = [Option(name, _readable(name), {} if name == "parabola" else _CONSTANTS_ENTRY) for name in names]
-    round_bodies = [name for name, profile in profiles.items() if profile.body_radius]
-    yield Input("profile.type", "body", "shape", options=tuple(options))
-    constants: dict[str, Quantity] = {}
-    having: dict[str, list[str]] = {}
-    for name, profile in profiles.items():
-        for key, constant in constants_of(profile).items():
-            if key == "radius" and profile.body_radius:
-                continue
-            constants.setdefault(key, constant.quantity)
-            having.setdefault(key, []).append(name)
-    yield _number("body.radius", "body", INPUTS["radius"], {"profile.type": round_bodies})
-    for key, quantity in constants.items():
-        yield _number(f"profile.{key}", "body", quantity, {"profile.type": having[key]})
-    sides = tuple(Option(number, number) for number in ("4", "3", "6"))
-    yield Input("profile.sides", "body", "number of faces", {"profile.type": ["pyramid"]}, options=sides)
-    options = [Option("mass", "mass"), Option("density", "density", {"profile.type": round_bodies})]
-    yield Input("mass_from", "body", "mass from", options=tuple(options))
-    yield _number("body.mass", "body", INPUTS["mass"], {"mass_from": ["mass"]})
-    words = "density of the body"
-    yield _number("body.density", "body", INPUTS["density"], {"mass_from": ["density"]}, words)
-    yield _number("impact.velocity", "impact", INPUTS["velocity"])
-    yield _number("impact.external_force", "impact", INPUTS["external_force"], _CONSTANTS_ENTRY)
+    constants = {name: row for name, row in constants.items() if not any(map(attrgetter("is_list"), row.values()))}
+    only = dict.fromkeys(constants, _CONSTANTS_ENTRY) | {"parabola": _ALWAYS}
+    yield _choice("profile.type", "shape", _named(constants, "parabola"), only=only)
+    of_round = {"profile.type": [name for name in constants if profiles[name].body_radius]}
+    yield _number("body.radius", INPUTS["radius"], of_round)
+    for name in of_round["profile.type"]:
+        constants[name] = {key: constant for key, constant in constants[name].items() if key != "radius"}
+    for key, (quantity, having) in _owned(constants).items():
+        yield _number(f"profile.{key}", quantity, {"profile.type": having})
+    sides = {number: number for number in ("4", "3", "6")}
+    yield _choice("profile.sides", "number of faces", sides, {"profile.type": ["pyramid"]})
+    yield _choice("mass_from", "mass from", {"mass": "mass", "density": "density"}, only={"density": of_round})
+    yield _number("body.mass", INPUTS["mass"], {"mass_from": ["mass"]})
+    yield _number("body.density", INPUTS["density"], {"mass_from": ["density"]}, "density of the body")
+    yield _number("impact.velocity", INPUTS["velocity"])
+    yield _number("impact.external_force", INPUTS["external_force"], _CONSTANTS_ENTRY)
     words = "smallest dimension of the target, 0 if unknown"
-    yield _number("impact.body_size", "impact", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
+    yield _number("impact.body_size", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
     # It decides which one of the two radiates waves; the impact is the same.
-    options = [Option("target", "the target"), Option("body", "the body")]
-    yield Input("impact.material_of", "impact", "what deforms", options=tuple(options))
-    yield _number("impact.gravity", "bounces", INPUTS["gravity"])
-    yield from _indentation_inputs(round_bodies)
+    yield _choice("impact.material_of", "what deforms", {"target": "the target", "body": "the body"})
+    yield _number("impact.gravity", INPUTS["gravity"])
+    yield from _indentation_inputs(of_round)
 
 
-def _indentation_inputs(round_bodies: list[str]) -> Iterator[Input]:
-    group = "indentation"
-    words = "radius of the indenter"
-    yield _number("indentation.radius", group, INPUTS["radius"], {"profile.type": round_bodies}, words)
+def _indentation_inputs(of_round: When) -> Iterator[Input]:
+    yield _number("indentation.radius", INPUTS["radius"], of_round, "radius of the indenter")
     shapes = ("triangle", "hold", "ramp", "sine_arch")
-    options = tuple(Option(name, _readable(name)) for name in shapes)
-    yield Input("indentation.shape", group, "course over time", options=options)
-    options = (Option("depth", "depth"), Option("force", "force"))
-    yield Input("prescribed", group, "prescribed", options=options)
+    yield _choice("indentation.shape", "course over time", {shape: _readable(shape) for shape in shapes})
+    yield _choice("prescribed", "prescribed", {"depth": "depth", "force": "force"})
 
     def number(name: str, dimension: Dimension, words: str, when: When, *, positive: bool = True) -> Input:
-        return _number(f"indentation.{name}", group, Quantity(name, dimension, words, low=0.0, open=positive), when)
+        return _number(f"indentation.{name}", Quantity(name, dimension, words, low=0.0, open=positive), when)
 
     yield number("depth", units.LENGTH, "largest depth", {"prescribed": ["depth"]})
     yield number("force", units.FORCE, "largest force", {"prescribed": ["force"]})
@@ -337,14 +333,15 @@ def drop_height() -> Input:
     assert gravity is not None
     low, high = (speed**2 / (2.0 * gravity.default) for speed in (velocity.low, velocity.high))
     quantity = Quantity("drop_height", units.LENGTH, "height of the release", "$h$", low=0.0, open=True)
-    return Input("drop_height", "bounces", quantity.words, {}, quantity, Slider(low, high, low))
+    return Input("drop_height", quantity.words, _ALWAYS, quantity, Slider(low, high, low))
 
 
 @cache
 def inputs() -> dict[str, Input]:
     """Return all inputs by key, each after those on which it depends."""
-    entries = (Option("constants", "constants of the material"), Option("groups", "the paper's numbers"))
-    entry = Input("entry", "material", "described by", options=entries)
+    entry = _choice(
+        "entry", "described by", {"constants": "constants of the material", "groups": "the paper's numbers"}
+    )
     return {control.key: control for control in (entry, *_material_inputs(), *_body_inputs())}
 
 
@@ -352,43 +349,38 @@ _PAGE, _SIDES, _INFINITE = "page.", "profile.sides", "incompressible"
 # The body that deforms unless the case states it.
 _SOFT = "target"
 _NO_OTHER = "is not shown by the explorer, which has a rigid body on a half-space"
-
-
-def checked(state: Mapping[str, Any]) -> State:
-    """Return the checked values of a state; the page's own keys are dropped, and unknown ones are refused."""
-    all_inputs, values = inputs(), {}
-    for key, value in state.items():
-        if key.startswith(_PAGE):
-            continue
-        if key not in all_inputs:
-            raise InputError(key[:100], rule="is no input of the explorer")
-        values[key] = all_inputs[key].check(value)
-    return values
-
-
-def settled(state: Mapping[str, Any]) -> State:
-    """Return the values of all inputs that are shown in a state.
-
-    A choice that is not available is replaced by the first one that is.
-    """
-    state_values, values = checked(state), {}
-    for key, control in inputs().items():
-        value = state_values.get(key, control.default)
-        if control.options:
-            available = [option.value for option in control.options if _holds(option.when, values)]
-            value = value if value in available else available[0] if available else value
-        # A choice that is hidden decides as well.
-        if control.options or _holds(control.when, values):
-            values[key] = value
-    hidden = [key for key, control in inputs().items() if control.options and not _holds(control.when, values)]
-    return {key: value for key, value in values.items() if key not in hidden or key in _DECIDING}
-
-
-# Choices that the paper's numbers fix.
+# Choices that the paper's numbers fix; they decide where they are hidden, too.
 _DECIDING = ("material.model", "bulk")
 
 
-def _holds(when: Mapping[str, Any], values: State) -> bool:
+def settled(state: Mapping[str, Any]) -> State:
+    """Return the checked values of all inputs that are shown in a state.
+
+    The page's own keys are dropped, and unknown ones are refused. A choice that is not available is replaced by the
+    first one that is.
+    """
+    checked = {key: value for key, value in state.items() if not key.startswith(_PAGE)}
+    for key, value in checked.items():
+        if key not in inputs():
+            raise InputError(key[:100], rule="is no input of the explorer")
+        checked[key] = inputs()[key].check(value)
+    values: State = {}
+    for key, control in inputs().items():
+        value = checked.get(key, control.default)
+        if control.options:
+            available = [option.value for option in control.options if _holds(option.when, values)]
+            values[key] = value if value in available or not available else available[0]
+        elif _holds(control.when, values):
+            values[key] = value
+    # The conditions of a choice are those of all values, which follow in the order of the inputs.
+    return {
+        key: value
+        for key, value in values.items()
+        if key in _DECIDING or not inputs()[key].options or _holds(inputs()[key].when, values)
+    }
+
+
+def _holds(when: When, values: State) -> bool:
     return all(values.get(key) in choices for key, choices in when.items())
 
 
@@ -473,13 +465,18 @@ def of_file(path: Path) -> tuple[State, str | None]:
     return of_case(case), case.title
 
 
+def _refuse(extra: Mapping[str, bool]) -> None:
+    """Refuse a case with parts that the page does not have."""
+    for key in filter(extra.get, extra):
+        raise InputError(key, rule=f"{_NO_OTHER}; leave it out")
+
+
 def of_case(case: rs.Case) -> State:
     """Return the state of a case file; refuse one that the page cannot show."""
     sections = case.sections
     extra = {key: getattr(sections, key) is not None for key in ("counter_material", "counter_body")}
     extra |= {"profile.thickness": sections.profile.on_layer, "impact.impedance": math.isfinite(case.impact.impedance)}
-    for key in filter(extra.get, extra):
-        raise InputError(key, rule=f"{_NO_OTHER}; leave it out")
+    _refuse(extra)
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
     values |= flat({"profile": written["profile"], "body": written["body"]})
@@ -493,14 +490,9 @@ def of_case(case: rs.Case) -> State:
 def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
     """Return the state of the case file of an indentation; refuse one that the page cannot show."""
     indentation = sections.indentation
-    extra = {
-        "counter_material": case.counter_material is not None,
-        "profile.thickness": sections.profile.on_layer,
-        "indentation": indentation.shape is None,
-    }
-    rules = {"indentation": "must have a shape over time: the page shows no list of points"}
-    for key in filter(extra.get, extra):
-        raise InputError(key, rule=rules.get(key, f"{_NO_OTHER}; leave it out"))
+    _refuse({"counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer})
+    if indentation.shape is None:
+        raise InputError("indentation", rule="must have a shape over time: the page shows no list of points")
     written: dict[str, Any] = sections.model_dump(include={"profile", "material", "indentation"}, exclude_none=True)
     profile, course = written["profile"], written["indentation"]
     course.pop("n_points", None)
@@ -558,12 +550,12 @@ def of_impact(impact: rs.Impact) -> State:
 def of_material(material: rs.Material) -> State:
     """Return the state of a material as a standard solid, or else as Prony series in shear and in bulk."""
     shear, bulk = material.shear, material.bulk
-    solid = shear.n_branches == 1 and shear.equilibrium_modulus > 0.0 and shear.parallel_viscosity == 0.0
-    if solid and (not isinstance(bulk, rs.PronySeries) or bulk.is_elastic):
+    if is_standard_solid(material) and shear.equilibrium_modulus > 0.0:
         branch, duration = float(shear.branch_moduli[0]), float(shear.relaxation_times[0])
-        constants = {"equilibrium_modulus": shear.equilibrium_modulus, "branch_modulus": branch}
-        values: State = {f"material.{name}": value for name, value in constants.items()}
-        values |= {"material.model": "standard_solid", "material.viscosity": branch * duration}
+        values: State = {
+            "material.model": "standard_solid", "material.equilibrium_modulus": shear.equilibrium_modulus,
+            "material.branch_modulus": branch, "material.viscosity": branch * duration,
+        }  # fmt: skip
     else:
         values = {"material.model": "prony"} | _of_series("shear", shear)
     if material.density is not None:

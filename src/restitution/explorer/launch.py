@@ -7,13 +7,13 @@ import socket
 import threading
 import time
 from collections.abc import Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field
 from html import escape
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from restitution.case.impact import Case
 from restitution.checks import whole
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from restitution.impact.problem import Impact
 
 PORT = 8737
-"""Port of the command, unless another one is given."""
+"""Port of the command by default."""
 
 # Bytes of a message, and connections at a time: some more than sockets, so that a page can still be loaded.
 _LARGEST, _CONNECTIONS = 4_000_000, MOST_SOCKETS + 56
@@ -131,7 +131,7 @@ def in_thread(running: Running) -> threading.Thread:
     return thread
 
 
-class Explorer:
+class Explorer(AbstractContextManager["Explorer"]):
     """A page on a server of its own, at `address`; a notebook shows it in a frame.
 
     The server ends with `close`, with the end of a `with` block, or with the process.
@@ -154,10 +154,6 @@ class Explorer:
         """End the server; the page stays as it is, and computes nothing any more."""
         self._running.stop()
         self._thread.join(10.0)
-
-    def __enter__(self) -> Self:
-        """Return the explorer."""
-        return self
 
     def __exit__(self, *_: object) -> None:
         """End the server."""
@@ -236,16 +232,12 @@ _WITHOUT = {"material.density", "impact.external_force", "impact.body_size", "im
 
 def _reduced(about: Mapping[str, Any]) -> dict[str, Any]:
     """Return the schema of the page without a server."""
-    inputs: list[dict[str, Any]] = [
-        one for one in about["inputs"] if _TABS & {*one["tabs"]} and one["key"] not in _WITHOUT
-    ]
-    for one in inputs:
-        if one["key"] in _ONLY:
-            one["options"] = [option for option in one["options"] if option["value"] == _ONLY[one["key"]]]
-    only = {"page.tab": "impact"} | _ONLY
-    presets = [
-        one for one in about["presets"] if all(only.get(key, value) == value for key, value in one["state"].items())
-    ]
+    inputs = [row for row in about["inputs"] if _TABS & {*row["tabs"]} and row["key"] not in _WITHOUT]
+    for row in inputs:
+        if row["key"] in _ONLY:
+            row["options"] = [option for option in row["options"] if option["value"] == _ONLY[row["key"]]]
+    fixed = {"page.tab": "impact"} | _ONLY
+    presets = [preset for preset in about["presets"] if preset["state"].items() <= (preset["state"] | fixed).items()]
     return {**about, "inputs": inputs, "presets": presets}
 
 

@@ -23,13 +23,12 @@ import numpy as np
 
 from restitution.errors import InputError
 from restitution.explorer import answers, downloads, dropped_files
-from restitution.explorer.inputs import MOST_TERMS, PRESETS, State, describe, drop_height, inputs, one_line
+from restitution.explorer.inputs import PRESETS, State, describe, drop_height, inputs, one_line
 from restitution.impact.status import SolverError
 from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI, OUTPUTS, VALIDITY, Quantity
 from restitution.units import LENGTH, MODULUS, NUMBER, TIME, display_systems
 
 if TYPE_CHECKING:
-    from starlette.applications import Starlette
     from starlette.requests import Request as HttpRequest
     from starlette.types import ASGIApp
     from starlette.websockets import WebSocket
@@ -113,22 +112,15 @@ def answer(request: Request) -> str:
     except InputError as error:
         content = refusal(error)
     except SolverError as error:
-        content = {"ok": False, "error": " ".join(str(error).split()), "field": None}
+        content = {"ok": False, "error": _line(error), "field": None}
     except (ValueError, ArithmeticError, MemoryError, RuntimeError) as error:
-        reason = " ".join(str(error).split()) or type(error).__name__
-        content = {"ok": False, "error": f"cannot be computed: {reason[:200]}", "field": None}
-    except Exception as error:
-        content = failure(request.id, request.kind, error)
-    try:
-        return json.dumps({"id": request.id, "kind": request.kind} | content, allow_nan=False, default=_doubles)
-    except (TypeError, ValueError) as error:
-        return json.dumps(failure(request.id, request.kind, error))
+        reason = _line(error)[:200] or type(error).__name__
+        content = {"ok": False, "error": f"cannot be computed: {reason}", "field": None}
+    return json.dumps({"id": request.id, "kind": request.kind} | content, allow_nan=False, default=_doubles)
 
 
-def failure(number: int | float | str | None, kind: str, error: Exception) -> dict[str, Any]:
-    """Return the answer to a request that a mistake of the program ended."""
-    what = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
-    return {"id": number, "kind": kind, "ok": False, "error": f"{what}; {BUG}", "field": None}
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def _doubles(values: np.ndarray) -> dict[str, str]:
@@ -141,12 +133,8 @@ def refusal(error: InputError) -> dict[str, Any]:
     return {"ok": False, "error": one_line(error), "field": error.field if error.field in inputs() else None}
 
 
-def _of_state(kind: Callable[[Mapping[str, Any]], dict[str, Any]]) -> Callable[[Mapping[str, Any]], dict[str, Any]]:
-    return lambda content: kind(content.get("state", {}))
-
-
 _KINDS: dict[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
-    **{name: _of_state(kind) for name, kind in answers.KINDS.items()},
+    **{name: lambda content, kind=kind: kind(content.get("state", {})) for name, kind in answers.KINDS.items()},
     "paper": lambda _: answers.paper(),
     "file": dropped_files.read,
     "download": downloads.download,
@@ -175,23 +163,19 @@ _FURTHER = (
 
 @cache
 def _about() -> dict[str, Any]:
-    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OUTPUTS | {one.name: one for one in _FURTHER}
-    outputs = {name: describe(quantity) for name, quantity in registries.items()}
-    described: list[Any] = [*inputs().values(), *registries.values()]
-    quantities = [getattr(one, "quantity", one) for one in described]
-    units = display_systems(quantity.dimension for quantity in quantities if quantity is not None)
     height = drop_height()
-    assert height.quantity is not None
-    outputs[height.key] = describe(height.quantity)
+    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OUTPUTS
+    registries |= {quantity.name: quantity for quantity in (*_FURTHER, height.quantity) if quantity is not None}
+    quantities = [*(control.quantity for control in inputs().values()), *registries.values()]
     return {
         "version": version("restitution"),
-        "inputs": [one.describe() for one in inputs().values()],
+        "inputs": [control.describe() for control in inputs().values()],
         "drop_height": height.describe(),
         "groups": [{"name": name, "words": words} for name, words in _GROUPS.items()],
-        "outputs": outputs,
-        "units": units,
+        "outputs": {name: describe(quantity) for name, quantity in registries.items()},
+        "units": display_systems(quantity.dimension for quantity in quantities if quantity is not None),
         "presets": [{"name": name, "words": words, "state": state} for name, (words, state) in PRESETS.items()],
-        "limits": {"file_characters": dropped_files.LONGEST, "message_characters": LONGEST, "terms": MOST_TERMS},
+        "limits": {"file_bytes": dropped_files.LONGEST},
     }
 
 
@@ -261,11 +245,12 @@ class Session:
 
 
 def _answered(request: Request) -> str:
-    """Return the answer to a request, whatever happens: the requests after it must be answered too."""
+    """Return the answer to a request, whatever happens: a mistake of the program must not end the session."""
     try:
         return answer(request)
     except Exception as error:
-        return json.dumps(failure(request.id, request.kind, error))
+        words = f"{type(error).__name__}: {_line(error)[:200]}; {BUG}"
+        return json.dumps({"id": request.id, "kind": request.kind, "ok": False, "error": words, "field": None})
 
 
 _TYPES = {
@@ -354,10 +339,9 @@ class Access:
         }
 
 
-def application(access: Access, state: State | None = None, title: str | None = None) -> Starlette:
+def application(access: Access, state: State | None = None, title: str | None = None) -> ASGIApp:
     """Return the web application, whose page starts from a state."""
     from starlette.applications import Starlette
-    from starlette.middleware import Middleware
     from starlette.responses import PlainTextResponse, Response
     from starlette.routing import Route, WebSocketRoute
 
@@ -393,37 +377,28 @@ def application(access: Access, state: State | None = None, title: str | None = 
             opened.discard(websocket)
 
     routes = [Route("/", page), Route("/static/{name}", static), WebSocketRoute("/ws", socket)]
-    return Starlette(routes=routes, middleware=[Middleware(_Guard, access)])
+    return _guarded(Starlette(routes=routes), access)
 
 
-class _Guard:
-    """Refuses foreign names of the server, and adds the headers of every answer."""
+def _guarded(app: ASGIApp, access: Access) -> ASGIApp:
+    """Return an application that refuses foreign names of the server, and adds the headers of every answer."""
+    from starlette.responses import PlainTextResponse
 
-    def __init__(self, app: ASGIApp, access: Access) -> None:
-        self.app, self.access = app, access
-
-    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        if scope["type"] not in ("http", "websocket"):
-            await self.app(scope, receive, send)
-            return
+    async def call(scope: Any, receive: Any, send: Any) -> None:
         host = next((value.decode("latin-1") for name, value in scope["headers"] if name == b"host"), "")
-        if not self.access.allows_host(host):
-            await self._refuse(scope, receive, send)
+        if not access.allows_host(host):
+            if scope["type"] == "websocket":
+                await send({"type": "websocket.close", "code": _REFUSED, "reason": ""})
+                return
+            await PlainTextResponse("this server does not go by that name\n", 403)(scope, receive, send)
             return
-        headers = [(name.encode(), value.encode("latin-1")) for name, value in self.access.headers(host).items()]
+        headers = [(name.encode(), value.encode("latin-1")) for name, value in access.headers(host).items()]
 
         async def send_with_headers(message: Any) -> None:
             if message["type"] == "http.response.start":
                 message = {**message, "headers": [*message.get("headers", []), *headers]}
             await send(message)
 
-        await self.app(scope, receive, send_with_headers)
+        await app(scope, receive, send_with_headers)
 
-    @staticmethod
-    async def _refuse(scope: Any, receive: Any, send: Any) -> None:
-        from starlette.responses import PlainTextResponse
-
-        if scope["type"] == "websocket":
-            await send({"type": "websocket.close", "code": _REFUSED, "reason": ""})
-            return
-        await PlainTextResponse("this server does not go by that name\n", 403)(scope, receive, send)
+    return call

@@ -20,7 +20,15 @@ from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.errors import InputError, InputTypeError, RestitutionWarning, cut
 from restitution.files import path_of
-from restitution.identification.observations import Curve, Noise, Nuisance, Observations, modulus, number_or_none
+from restitution.identification.observations import (
+    ForceRecord,
+    Noise,
+    Nuisance,
+    columns_over_time,
+    modulus,
+    noise_of,
+    number_or_none,
+)
 from restitution.indentation.history import without_collinear
 from restitution.indentation.solve import IndentationBlock
 from restitution.material.fit import DynamicTable
@@ -232,7 +240,7 @@ _NARROWEST, _WIDEST = 1e-30, 1e30
 _SOFTEST, _STIFFEST = 1e-6, 1e15
 
 
-class IndentationCurve(Observations):
+class IndentationCurve(ForceRecord):
     """Force over depth and time of one approach and perhaps one retraction, with holds.
 
     The depth reading at first touch (contact point) and the baseline of the force, a straight line over time, are
@@ -287,7 +295,7 @@ class IndentationCurve(Observations):
     >>> depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
     >>> force = rs.indent(gel, rs.Parabola(2.5e-6), depth=depth - 0.4e-6, time=time).force
     >>> curve = IndentationCurve(time, depth, force, profile=rs.Parabola(2.5e-6), noise=rs.Noise(force="1 %"))
-    >>> curve.size, [one.name for one in curve.nuisances]
+    >>> curve.size, [nuisance.name for nuisance in curve.nuisances]
     (480, ['contact_point'])
     """
 
@@ -334,14 +342,14 @@ class IndentationCurve(Observations):
             warnings.warn(RestitutionWarning("smoothing", message), stacklevel=2)
         self.lines = rising_and_falling(lines, touch.depth)
         self._set_nuisance(touch.depth, touch.noise)
-        deviations = Noise.given(noise).of("force", self.force, float(np.ptp(self.force)))
+        span = float(np.ptp(self.force))
+        deviations = noise_of(noise, ["force"]).of("force", self.force, span)
         self.scaled = deviations is None
-        floor = 1e-6 * float(np.ptp(self.force))
-        self.deviations = np.full(self.size, max(touch.noise, floor)) if deviations is None else deviations
-        # Constant and slope, whose part of the residuals is projected out.
-        share = (self.time - self.time[0]) / (self.time[-1] - self.time[0])
-        columns = np.stack([np.ones(self.size), share], axis=1) / self.deviations[:, None]
-        self.basis, self._triangle = np.linalg.qr(columns)
+        if deviations is None:
+            deviations = np.full(self.force.size, max(touch.noise, 1e-6 * span))
+        slope = self.time - self.time[0], "N/s"
+        constant = np.ones(self.time.size), "N"
+        self._set_record(self.time, self.force, deviations, baseline=constant, baseline_slope=slope)
 
     def _set_nuisance(self, touch: float, noise: float) -> None:
         """Start, range and step of the contact point."""
@@ -361,19 +369,14 @@ class IndentationCurve(Observations):
         step = max(noise / stiffness, 1e-6 * (peak - touch))
         self.nuisances = (Nuisance("contact_point", "m", touch, low, high, step),)
 
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return self.time.size
+    def projected(self, forces: Array) -> Array:
+        """Return residuals of forces [N] of shape (m, n)."""
+        return self._compared(forces)
 
     @cached_property
     def block(self) -> IndentationBlock:
         """Forces of many materials at the times of the curve."""
         return curves_block([self])
-
-    def residuals(self, materials: Material, nuisances: Array) -> Array:
-        """Return residuals (fit - data) over their standard deviations without a baseline, shape (m, n)."""
-        return self.projected(self.forces(materials, nuisances))
 
     def forces(self, materials: Material, nuisances: Array) -> Array:
         """Return forces of materials [N] without a baseline, shape (m, n)."""
@@ -381,16 +384,6 @@ class IndentationCurve(Observations):
             rule = 'is a bonded layer, which depends on the Poisson ratio: give fixed={"poisson_ratio": 0.5}'
             raise InputError("profile", rule=rule)
         return self.block.forces(modulus(materials, self.temperature), nuisances[:, 0], rtol=RTOL)[0]
-
-    def projected(self, forces: Array) -> Array:
-        """Return residuals of forces [N] of shape (m, n)."""
-        residuals = (forces - self.force) / self.deviations
-        return residuals - (residuals @ self.basis) @ self.basis.T
-
-    def curves(self, materials: Material, nuisances: Array) -> list[Curve]:
-        """Return measured and fitted force over time."""
-        fitted = self.force + self.residuals(materials, nuisances)[0] * self.deviations
-        return [Curve("force", "time", self.time, self.force, fitted, None if self.scaled else self.deviations)]
 
     def window(self) -> tuple[float, float]:
         """Return frequencies [rad/s]: one over the duration of contact, and a tenth of the rate of the points."""
@@ -403,22 +396,13 @@ class IndentationCurve(Observations):
         inside = self.time[self.depth > self.nuisances[0].start]
         return float(inside[-1] - inside[0])
 
-    def linear_estimates(self, materials: Material, nuisances: Array) -> dict[str, tuple[float, str]]:
-        """Return the baseline at the first time, and its slope."""
-        off = (self.force - self.forces(materials, nuisances)[0]) / self.deviations
-        start, rise = np.linalg.solve(self._triangle, off @ self.basis)
-        slope = rise / (self.time[-1] - self.time[0])
-        return {"baseline": (float(start), "N"), "baseline_slope": (float(slope), "N/s")}
-
     def effective_moduli(self) -> DynamicTable:
         """Return moduli of the best of a few standard solids, each times the best factor."""
         shares, times = (grid.ravel() for grid in np.meshgrid(_SHARES, np.array(_TIMES) * self._contact_duration))
         series = PronySeries.from_checked(1.0 - shares, shares[:, None], times[:, None])
         forces, _ = self.block.forces(series, np.full(shares.size, self.nuisances[0].start), rtol=1e-4)
-        forces = np.nan_to_num(forces) / self.deviations
-        forces -= (forces @ self.basis) @ self.basis.T
-        measured = self.force / self.deviations
-        size, share = np.einsum("mn,mn->m", forces, forces), forces @ measured
+        projected = self._projected(np.nan_to_num(forces))
+        size, share = np.einsum("mn,mn->m", projected, projected), projected @ self._data
         gain = np.where(share > 0.0, share**2 / np.maximum(size, 1e-300), -np.inf)
         best = int(np.argmax(gain))
         if not np.isfinite(gain[best]):
@@ -442,18 +426,11 @@ def curves_block(curves: list[IndentationCurve]) -> IndentationBlock:
 
 def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
     """Return three columns of equal length with ascending times."""
-    t, d, f = (
-        np.atleast_1d(checks.finite(name, column, unit))
-        for name, column, unit in (("time", time, "s"), ("depth", depth, "m"), ("force", force, "N"))
-    )
-    if t.ndim != 1 or not t.shape == d.shape == f.shape or t.size < 3 * _FEWEST:
-        rule = f"must be columns of equal length >= {3 * _FEWEST}, not of shapes {t.shape}, {d.shape}, {f.shape}"
-        raise InputError("time, depth, force", rule=rule)
-    falls = np.flatnonzero(np.diff(t) <= 0.0)
-    if falls.size:
-        n = int(falls[0]) + 1
-        raise InputError("time", float(t[n]), f"must be after {t[n - 1]:g} s", "s", index=(n,))
-    for name, column, unit in (("time", t, "s"), ("depth", d, "m"), ("force", f, "N")):
+    columns = {"time": (time, "s"), "depth": (depth, "m"), "force": (force, "N")}
+    t, d, f = columns_over_time(columns)
+    if t.size < 3 * _FEWEST:
+        raise InputError(", ".join(columns), t.size, f"must be columns of equal length >= {3 * _FEWEST}")
+    for (name, (_, unit)), column in zip(columns.items(), (t, d, f), strict=True):
         span = float(np.ptp(column))
         if not _NARROWEST < span < _WIDEST:
             rule = f"must change over the curve by {_NARROWEST:g} to {_WIDEST:g} {unit}, not by {span:g} {unit}"

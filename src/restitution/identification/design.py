@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,73 +20,28 @@ from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Noise
 from restitution.identification.parameters import Parameters, parameters
 from restitution.identification.result import Identification
-from restitution.identification.uncertainty import FAR, MODULUS_NAMES, modulus_functions, without
+from restitution.identification.statements import (
+    FUNCTIONALS,
+    SINGULAR,
+    functional_slopes,
+    known,
+    per_cent,
+    sensitivities,
+    standard_errors,
+)
+from restitution.identification.uncertainty import without
 from restitution.impact.problem import window_around
-from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution.material.viscoelastic import Material
 from restitution.quantities import INPUTS, NUMBER, OUTPUTS, Quantity, dataset
 from restitution.result import Result, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Materials = Callable[[Array], Material]
 Criterion = Literal["E", "D"]
 
-FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tangent": "tan delta"}
-"""Physical functionals of a material, with their symbols."""
-
-# Step of central differences in the logarithm of a parameter.
-_STEP = 1e-3
-# An eigenvalue of an information matrix counts as zero below this share of the largest one.
-_SINGULAR = 1e-11
 # Largest number of rounds of exchanges; usually a few suffice.
 _ROUNDS = 20
-
-
-def stencil(theta: Array) -> Array:
-    """Return a point, and points one step above and below it in each parameter, shape (1 + 2 n_theta, n_theta)."""
-    steps = _STEP * np.eye(theta.size)
-    return np.concatenate([theta[None], theta + steps, theta - steps])
-
-
-def slope(values: Array) -> Array:
-    """Return central derivatives of values on a stencil: from shape (1 + 2 n_theta, n) to (n, n_theta)."""
-    half = values.shape[0] // 2
-    return ((values[1 : half + 1] - values[half + 1 :]) / (2.0 * _STEP)).T
-
-
-def sensitivities(
-    impacts: Rebounds, materials: Materials, theta: Array, noise: Noise
-) -> tuple[dict[str, Array], Array]:
-    """Return predicted values by name, and the derivatives of the measured ones over their noise.
-
-    The derivatives have the shape (n, n_measured, n_theta).
-
-    Quantities with a given noise count as measured.
-    """
-    predicted = impacts.predicted(materials(stencil(theta)))
-    slopes: list[Array] = []
-    for name, values in predicted.items():
-        if (deviation := noise.of(name, values[0])) is not None:
-            slopes.append(slope(values) / deviation[:, None])
-    return {name: values[0] for name, values in predicted.items()}, np.stack(slopes, axis=1)
-
-
-def functional_slopes(materials: Materials, theta: Array, omega: float) -> tuple[Array, Array]:
-    """Return `FUNCTIONALS` at omega [rad/s], shape (3,), and slopes of their logarithms, shape (3, n_theta)."""
-    functions = modulus_functions(reduced_modulus(materials(stencil(theta))), np.array([omega]))[..., 0]
-    values = functions[:, [MODULUS_NAMES.index(name) for name in FUNCTIONALS]]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return values[0], slope(np.log(values))
-
-
-def standard_errors(information: Array, gradients: Array) -> Array:
-    """Return standard errors of functions with gradients of shape (k, p); infinite without information."""
-    eigenvalues, vectors = np.linalg.eigh(information)
-    flat = eigenvalues <= _SINGULAR * eigenvalues[-1]
-    shares = (gradients @ vectors) ** 2
-    variance = (shares[:, ~flat] / eigenvalues[~flat]).sum(axis=1)
-    return np.sqrt(np.where(shares[:, flat].sum(axis=1) > 1e-6 * shares.sum(axis=1), np.inf, variance))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -168,18 +123,6 @@ _TABLE = {
     "repeats": Quantity("repeats", NUMBER, "repeats"),
     **{name: OUTPUTS[name] for name in ("restitution_coefficient", "contact_time")},
 }
-
-
-def per_cent(error: float) -> str:
-    """Return the standard error as a share, with two digits."""
-    return f"{float(f'{100.0 * error:.2g}'):g} %"
-
-
-def known(error: float) -> str:
-    """Return the standard error of a logarithm, in words."""
-    if error < 0.5:
-        return f"to {per_cent(error)}"
-    return f"to a factor of {math.exp(error):.2g}" if error < FAR else "not at all"
 
 
 def design(
@@ -269,7 +212,7 @@ def design(
         of_radius = np.flatnonzero(possible & (radius == size))
         one_radius[size] = float(errors(_best(information, before, of_radius, count, criterion)).max())
     omega = math.pi / float(np.exp(np.mean(np.log(values["contact_time"][chosen]))))
-    _, gradients = functional_slopes(materials, theta, omega)
+    gradients = functional_slopes(materials, theta, omega)
     functionals = standard_errors(before + information[chosen].sum(axis=0), gradients)
     places, repeats = np.unique(chosen, return_counts=True)
     return Design(
@@ -336,7 +279,7 @@ def _best(
 ) -> NDArray[np.intp]:
     """Choose candidates greedily by information, shape (n, p, p); one may be chosen twice."""
     some = information[places]
-    ridge = _SINGULAR * np.trace(before + some.sum(axis=0)) * np.eye(some.shape[1])
+    ridge = SINGULAR * np.trace(before + some.sum(axis=0)) * np.eye(some.shape[1])
 
     def best_with(total: Array) -> int:
         eigenvalues = np.linalg.eigvalsh(total + ridge + some)

@@ -237,7 +237,11 @@ class EstimationProblem:
                 record.residuals(materials, nuisances) / factor
                 for record, nuisances, factor in zip(self.data, self.nuisances(coordinates), self.factors, strict=True)
             ]
-        return np.hstack([*parts, penalties(self.space, coordinates[:, : self.n_parameters])])
+        return np.hstack([*parts, self.penalties(coordinates)])
+
+    def penalties(self, coordinates: Array) -> Array:
+        """Return further residuals, those of the priors, shape (m, n_prior)."""
+        return penalties(self.space, coordinates[:, : self.n_parameters])
 
     def jacobian(self, coordinates: Array) -> Array:
         """Return derivatives of the residuals, shape (n, n_unknown); one-sided differences where one side fails."""
@@ -374,8 +378,10 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         fits.append(other)
     fits = _deeper(problem, fits, loss)
     if not math.isfinite(fits[0].cost):
+        # Rows of a refused material are NaN, which hides the reason.
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
         raise InputError("start", rule="no start leads to a result for all data; give start")
+    # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):
         rescaled = _rescaled(problem, fits[0], loss)
         if rescaled is None:

@@ -18,7 +18,7 @@ from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate, minimis
 from restitution.identification.observations import Moduli, Observations, as_observations, hollow_balls
 from restitution.identification.parameters import SPECTRUM, parameter_names, parameters
 from restitution.identification.result import Identification
-from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded
+from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded, nuisance_estimates
 from restitution.material.master_curve import Isotherms
 from restitution.quantities import MODULI, Quantity
 from restitution.result import Result, Summary, Table
@@ -142,12 +142,13 @@ def identify(
     estimates = _estimates(uncertainty, profiles, report)
     for _ in range(_RESTARTS):
         estimation, better = uncertainty.estimation, uncertainty.best
+        # A profile may find a better minimum, which is taken unless it is less plausible.
         rank, other = ranks(estimation.problem, (estimation.fit, better))
         if other > rank - _BETTER:
             break
         uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
         estimates = _estimates(uncertainty, profiles, report)
-    result = Identification(uncertainty, estimates, _nuisances(uncertainty))
+    result = Identification(uncertainty, estimates, nuisance_estimates(uncertainty))
     return replace(result, warnings=_warnings(result))
 
 
@@ -185,25 +186,6 @@ def _middle_temperature(sets: Sequence[Observations]) -> float | None:
     levels = [getattr(record, "temperature", None) for record in sets]
     temperatures = [np.ravel(level) for level in levels if level is not None]
     return float(np.median(np.concatenate(temperatures))) if temperatures else None
-
-
-def _nuisances(uncertainty: Uncertainty) -> dict[str, Estimate]:
-    """Return unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
-    problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
-    materials, estimates, at = problem.materials(fit.coordinates[None]), dict[str, Estimate](), problem.n_parameters
-    quantile = uncertainty.quantile()
-    for n, (record, values) in enumerate(zip(problem.data, problem.nuisances(fit.coordinates[None]), strict=True)):
-        prefix = f"{record.label or n}: " if len(problem.data) > 1 else ""
-        for k, nuisance in enumerate(record.nuisances):
-            value, error = float(values[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
-            at += 1
-            reach = quantile * error
-            estimates[prefix + nuisance.name] = Estimate(
-                value, error, (value - reach, value + reach), True, nuisance.unit
-            )
-        for name, (value, unit) in record.linear_estimates(materials, values).items():
-            estimates[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
-    return estimates
 
 
 def _warnings(result: Identification) -> tuple[str, ...]:

@@ -13,11 +13,19 @@ from numpy.typing import NDArray
 from restitution import checks, quantities
 from restitution.checks import Array, instance
 from restitution.contact.geometry import Geometry
-from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError
-from restitution.identification.observations import Curve, Noise, Observations, hollow_balls, modulus
-from restitution.impact.batch import Batch
+from restitution.identification.observations import (
+    Curve,
+    Noise,
+    Observations,
+    hollow_balls,
+    modulus,
+    noise_of,
+    profile_of,
+)
+from restitution.impact.batch import Batch, flat
 from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
+from restitution.impact.problem import Impact
 from restitution.impact.status import Status
 from restitution.material.conversion import series_connection
 from restitution.material.fit import DynamicTable
@@ -26,6 +34,7 @@ from restitution.material.shift import Arrhenius
 from restitution.material.viscoelastic import Material, reduced_modulus, single_material
 from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, check_single, dataset
 from restitution.result import Result, Summary, Table, draw
+from restitution.variation import varied
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -287,24 +296,20 @@ def _statements(loss: Array, storage: Array, by_force: NDArray[np.bool_]) -> tup
 
 # Impacts in place of many: nodes over the one number on which similar impacts depend.
 
+# Columns of a batch that a trial replaces.
+_SERIES = "equilibria", "viscosities", "moduli", "times"
+_BODY = "masses", "velocities", "forces", "coefficients", "ratios", "depth_units", "radius_units"
+# Impedance of targets that do not move.
+_STILL = np.array([math.inf])
 # Nodes of a group: these, and so many for each factor of e; points of a polynomial.
 _FEWEST, _DENSITY, _POINTS = 50, 200.0, 6
-
-
-class ImpactColumns(NamedTuple):
-    """Bodies with a power law a = c d^(p/2), shape (n,) each."""
-
-    velocity: Array
-    mass: Array
-    external_force: Array
-    temperature: Array | None
-    coefficient: Array  # c
 
 
 class ImpactNodes(NamedTuple):
     """Nodes, and the impacts that lie between them."""
 
-    impacts: ImpactColumns
+    impact: Impact  # the nodes, shape (n_node,)
+    temperature: Array | None
     size: int  # of the impacts that are interpolated
     groups: list[tuple[NDArray[np.intp], slice, Any]]  # places of impacts and of nodes, and the weights
 
@@ -316,60 +321,87 @@ class ImpactNodes(NamedTuple):
         return result
 
 
-def impact_nodes(impacts: ImpactColumns, exponent: float | None) -> ImpactNodes | None:
-    """Return nodes for impacts with the exponent p, or None for another profile; None if there are no fewer of them.
+def impact_nodes(impact: Impact, temperature: Array | None = None) -> ImpactNodes | None:
+    """Return nodes for impacts of shape (n,); None if there are no fewer of them.
 
-    With d = v u(t) the momentum balance of u has the single number c v^(p/2)/m where no constant force acts: such
-    impacts at one temperature are one group. Under a force, or with another profile, impacts of equal bodies are. The
-    outcomes e, T and F/(m v) are functions of the number, and local polynomials through the nodes give them to about
-    1e-8, and to 1e-4 where the contact time rises steeply, at small e. Without groups, equal impacts are solved once.
+    With d = v u(t) the momentum balance of u has the single number c v^(p/2)/m for a = c d^(p/2) where no constant
+    force acts: such impacts at one temperature are one group. Under a force, or with another profile, impacts of equal
+    bodies are. The outcomes e, T and F/(m v) are functions of the number, and local polynomials through the nodes give
+    them to about 1e-8, and to 1e-4 where the contact time rises steeply, at small e. Without groups, equal impacts are
+    solved once.
     """
-    free = (impacts.external_force == 0.0) & (exponent is not None)
-    coefficient = np.nan_to_num(impacts.coefficient)
-    number = coefficient * impacts.velocity ** (0.5 * (exponent or 0.0)) / impacts.mass
-    heat = np.zeros(number.size) if impacts.temperature is None else impacts.temperature
-    body = (np.where(free, 0.0, values) for values in (coefficient, impacts.mass, impacts.external_force))
+    exponent = impact.profile.path_exponent
+    half = 0.0 if exponent is None else 0.5 * float(np.asarray(exponent))
+    coefficients: Any = 0.0 if exponent is None else impact.profile.path_coefficient
+    columns = np.broadcast_arrays(0.0 if temperature is None else temperature, coefficients, *_body(impact))
+    heat, coefficient, mass, velocity, force = columns
+    free = (force == 0.0) & (exponent is not None)
+    number = coefficient * velocity**half / mass
+    body = (np.where(free, 0.0, values) for values in (coefficient, mass, force))
     kinds, group = np.unique(np.stack([heat, *body], axis=1), axis=0, return_inverse=True)
     if len(kinds) * _FEWEST >= number.size:
-        return _distinct(impacts)
-    parts: list[ImpactColumns] = []
+        return _distinct(impact, temperature, np.stack(columns, axis=1))
+    rows, masses, velocities = list[NDArray[np.intp]](), list[Array](), list[Array]()
     groups: list[tuple[NDArray[np.intp], slice, Any]] = []
     at = 0
     for k in range(len(kinds)):
         places = np.flatnonzero(group == k)
-        first, alone = places[0], free[places[0]]
-        x = np.log(number[places] if alone else impacts.velocity[places])
-        nodes, weights = _weights(x)
-        numbers = np.exp(nodes)
-        same = [np.full(nodes.size, column[first]) for column in (*impacts[:3], heat, impacts.coefficient)]
-        velocity, mass, force, temperature, coefficient = same
-        if alone:
-            coefficient = numbers * mass / velocity ** (0.5 * (exponent or 0.0))
-        else:
-            velocity = numbers
-        parts.append(ImpactColumns(velocity, mass, force, temperature, coefficient))
+        first = places[0]
+        nodes, weights = _weights(np.log((number if free[first] else velocity)[places]))
+        # A mass or a velocity gives the first impact of the group the number of each node.
+        by_mass = coefficient[first] * velocity[first] ** half / np.exp(nodes)
+        masses.append(by_mass if free[first] else np.full(nodes.size, mass[first]))
+        velocities.append(np.full(nodes.size, velocity[first]) if free[first] else np.exp(nodes))
+        rows.append(np.full(nodes.size, first))
         groups.append((places, slice(at, at + nodes.size), weights))
         at += nodes.size
     if at >= number.size:
-        return _distinct(impacts)
-    whole = ImpactColumns(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-    return ImpactNodes(
-        whole if impacts.temperature is not None else whole._replace(temperature=None), number.size, groups
-    )
+        return _distinct(impact, temperature, np.stack(columns, axis=1))
+    chosen = np.concatenate(rows)
+    numbers = {"mass": np.concatenate(masses), "velocity": np.concatenate(velocities)}
+    levels = None if temperature is None else temperature[chosen]
+    return ImpactNodes(varied(impact.take(chosen), numbers), levels, number.size, groups)
 
 
-def _distinct(impacts: ImpactColumns) -> ImpactNodes | None:
+def _distinct(impact: Impact, temperature: Array | None, rows: Array) -> ImpactNodes | None:
     """Return each impact once; None if no two are equal."""
     from scipy.sparse import csr_array
 
-    size = impacts.velocity.size
-    rows = np.stack([np.nan_to_num(values) for values in impacts if values is not None], axis=1)
     _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    size = len(rows)
     if first.size == size:
         return None
-    once = ImpactColumns(*(None if values is None else values[first] for values in impacts))  # pyright: ignore[reportArgumentType]
     weights = csr_array((np.ones(size), place.ravel(), np.arange(size + 1)), (size, first.size))
-    return ImpactNodes(once, size, [(np.arange(size), slice(0, first.size), weights)])
+    levels = None if temperature is None else temperature[first]
+    return ImpactNodes(impact.take(first), levels, size, [(np.arange(size), slice(0, first.size), weights)])
+
+
+def _body(impact: Impact) -> tuple[Any, Any, Any]:
+    return impact.mass, impact.velocity, impact.external_force
+
+
+def impacts_of(profile: Geometry, mass: Any, velocity: Any, external_force: Any) -> Impact:
+    """Return impacts of bodies on a material that trials replace."""
+    return Impact(Material(1.0, math.inf), profile, mass, velocity, external_force=external_force)
+
+
+def bodies_of(impact: Impact) -> Batch:
+    """Return impacts as rows for `trials`, checked and translated once: a fit makes thousands of trials."""
+    return replace(Batch.from_impact(impact), impedances=_STILL)
+
+
+def trials(bodies: Batch, reduced: PronySeries, **numbers: Any) -> Batch:
+    """Return impacts of bodies on m materials, of reduced moduli of shape (m, 1) or (m, n), as rows.
+
+    Further numbers are columns of a batch that broadcast to the shape (m, n).
+    """
+    shape = np.broadcast_shapes(reduced.shape, (bodies.size,), *map(np.shape, numbers.values()))
+    columns: dict[str, Any] = dict(zip(_SERIES, reduced.broadcast_to(shape).columns, strict=True))
+    for name in _BODY:
+        values = numbers.get(name, getattr(bodies, name))
+        # Numbers of no unit of their own and coefficients of no power law are single ones, or None.
+        columns[name] = flat(values, shape) if np.ndim(values) or name in numbers else values
+    return replace(bodies, **columns)
 
 
 def _weights(x: Array) -> tuple[Array, Any]:
@@ -471,7 +503,7 @@ class Rebounds(Observations):
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
-        self.label, self.noise = label, Noise.given(noise)
+        self.label = label
         named = isinstance(counter_material, str) and counter_material == "same"
         if not (counter_material is None or named or isinstance(counter_material, Material)):
             raise InputTypeError("counter_material", counter_material, 'must be a Material or "same"')
@@ -487,21 +519,15 @@ class Rebounds(Observations):
         for name, values, unit in (("contact_time", contact_time, "s"), ("max_force", max_force, "N")):
             if values is not None:
                 measured[name] = _measured(name, values, unit)
-        if (radius is None) == (profile is None):
-            raise InputError("radius, profile", rule="exactly one must be given")
-        if profile is None:
-            numbers["radius"] = quantities.check("radius", radius)
-        elif not isinstance(profile, Geometry) or profile.needs_poisson_ratio:
-            raise InputTypeError("profile", profile, "must be a Geometry that needs no Poisson ratio, no bonded layer")
-        elif np.ndim(profile.path_exponent if profile.path_exponent is not None else profile.stiffness_radius(0.0)):
-            raise InputError("profile", rule="must be a single profile; give several as several sets of data")
-        if temperature is not None:
-            numbers["temperature"] = quantities.check("temperature", temperature)
+        profile_of(radius, profile)
+        optional = {"radius": radius, "temperature": temperature}
+        numbers |= {name: quantities.check(name, value) for name, value in optional.items() if value is not None}
         columns = _broadcast(numbers | measured)
         self.velocity, self.mass = columns["velocity"], columns["mass"]
         self.external_force, self.temperature = columns["external_force"], columns.get("temperature")
         self.radius = columns.get("radius")
-        self.profile = Parabola(self.radius) if profile is None else profile  # pyright: ignore[reportArgumentType]
+        self.profile = profile_of(self.radius, profile)
+        self._impact = impacts_of(self.profile, self.mass, self.velocity, self.external_force)
         self.measured = {name: columns[name] for name in _NAMES if name in measured}
         self.restitution_coefficient = self.measured["restitution_coefficient"]
         self.contact_time, self.max_force = self.measured.get("contact_time"), self.measured.get("max_force")
@@ -512,17 +538,11 @@ class Rebounds(Observations):
                 worst = int(np.nanargmax(strain))
                 rule = "must be in s: the body would move by more than its radius during contact"
                 raise InputError("contact_time", float(columns["contact_time"][worst]), rule, "s", index=(worst,))
+        self.noise = noise_of(noise, [*self.measured], ["velocity"])
         self._set_noise()
 
     def _set_noise(self) -> None:
-        stated = [name in self.noise.deviations for name in self.measured]
-        for name in self.noise.deviations:
-            if name not in (*self.measured, "velocity"):
-                raise InputError(f"noise.{name}", rule=f"was not measured; measured are {', '.join(self.measured)}")
-        if any(stated) and not all(stated):
-            missing = list(self.measured)[stated.index(False)]
-            raise InputError(f"noise.{missing}", rule="must be given, as that of another quantity is")
-        self.scaled = not any(stated)
+        self.scaled = "restitution_coefficient" not in self.noise.deviations
         noise = _UNKNOWN if self.scaled else self.noise
         self._relative = [isinstance(noise.deviations[name], str) for name in self.measured]
         sizes: list[Array] = []
@@ -545,53 +565,38 @@ class Rebounds(Observations):
         self, materials: Material, velocity_factor: float = 1.0, external_force: Array | None = None
     ) -> dict[str, Array]:
         """Return restitution coefficients, contact times and peak forces, shape (m, n); NaN without separation."""
-        if (nodes := self._nodes) is None:
-            return self._solved(materials, self._impacts, velocity_factor, external_force)
-        outcomes = self._solved(materials, nodes.impacts, velocity_factor, external_force)
+        nodes = self._nodes
+        temperature = self.temperature if nodes is None else nodes.temperature
+        if temperature is None:
+            reduced = modulus(materials)
+        else:
+            levels, where = np.unique(temperature, return_inverse=True)
+            reduced = modulus(materials, levels).broadcast_to((materials.shape[0], levels.size))
+            reduced = reduced.take((slice(None), where))
+        bodies = self._rows
+        numbers = {} if external_force is None else {"forces": external_force}
+        batch = trials(bodies, self._contact(reduced), velocities=velocity_factor * bodies.velocities, **numbers)
+        outcomes = batch.solve(_RTOL, workers=1)
+        good = outcomes["status"] == Status.SEPARATED
+        shape = materials.shape[0], bodies.size
+        rows = {name: np.where(good, outcomes[name], np.nan).reshape(shape) for name in _NAMES}
+        if nodes is None:
+            return rows
         # The momentum is the scale of the force.
-        scale = {"max_force": nodes.impacts.mass * nodes.impacts.velocity}
-        momenta = {"max_force": self.mass * self.velocity}
-        rows = {name: np.log(values / scale.get(name, 1.0)) for name, values in outcomes.items()}
-        return {name: np.exp(nodes.interpolated(values)) * momenta.get(name, 1.0) for name, values in rows.items()}
+        rows["max_force"] /= bodies.masses * bodies.velocities
+        rows = {name: np.exp(nodes.interpolated(np.log(values))) for name, values in rows.items()}
+        rows["max_force"] *= self.mass * self.velocity
+        return rows
 
     @cached_property
     def _nodes(self) -> ImpactNodes | None:
         """Few impacts in place of many, if the outcomes are smooth functions of one number."""
-        exponent = self.profile.path_exponent
-        if self.velocity.size <= _MANY:
-            return None
-        return impact_nodes(self._impacts, None if exponent is None else float(np.asarray(exponent)))
+        return impact_nodes(self._impact, self.temperature) if self.velocity.size > _MANY else None
 
     @cached_property
-    def _impacts(self) -> ImpactColumns:
-        """The measured impacts; without a coefficient (NaN) where the profile is no power law."""
-        coefficients: Any = self.profile.path_coefficient if self.profile.path_exponent is not None else math.nan
-        coefficient = np.broadcast_to(np.asarray(coefficients, dtype=np.float64), self.velocity.shape)
-        return ImpactColumns(self.velocity, self.mass, self.external_force, self.temperature, coefficient)
-
-    def _solved(
-        self, materials: Material, impacts: ImpactColumns, velocity_factor: float, external_force: Array | None
-    ) -> dict[str, Array]:
-        """Return outcomes of impacts with the profile or its exponent, shape (m, n)."""
-        m, n = materials.shape[0], impacts.velocity.size
-        if impacts.temperature is None:
-            series = self._contact(modulus(materials)).broadcast_to((m, n))
-        else:
-            levels, where = np.unique(impacts.temperature, return_inverse=True)
-            series = self._contact(modulus(materials, levels)).broadcast_to((m, levels.size))
-            series = series.take((slice(None), where))
-        force = impacts.external_force if external_force is None else external_force
-        bodies = impacts.mass, velocity_factor * impacts.velocity, force
-        flat = [np.broadcast_to(values, (m, n)).ravel() for values in bodies]
-        exponent, power = self.profile.path_exponent, self.profile.path_exponent is not None
-        batch = Batch(
-            *series.columns, *flat,
-            coefficients=np.broadcast_to(impacts.coefficient, (m, n)).ravel() if power else None,
-            exponent=float(np.asarray(exponent)) if power else None, profile=None if power else self.profile,
-        )  # fmt: skip
-        outcomes = batch.solve(_RTOL, workers=1)
-        good = outcomes["status"] == Status.SEPARATED
-        return {name: np.where(good, outcomes[name], np.nan).reshape(m, n) for name in _NAMES}
+    def _rows(self) -> Batch:
+        """The impacts, or those in their place, as rows without a material."""
+        return bodies_of(self._impact if self._nodes is None else self._nodes.impact)
 
     def _contact(self, reduced: PronySeries) -> PronySeries:
         """Return reduced moduli of the contacts of both bodies."""

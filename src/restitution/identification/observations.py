@@ -12,13 +12,14 @@ import numpy as np
 
 from restitution import checks
 from restitution.checks import Array
+from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.material.conversion import tension_from_shear
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
-from restitution.quantities import check_single
+from restitution.quantities import check, check_single
 
 # Lightest solid ball [kg/m^3]; rubbers and polymers have 850 and more.
 _LIGHTEST = 500.0
@@ -81,6 +82,18 @@ class Noise:
         return f"Noise({', '.join(f'{name}={value!r}' for name, value in self.deviations.items())})"
 
 
+def noise_of(noise: Any, measured: Sequence[str], further: Sequence[str] = ()) -> Noise:
+    """Return a noise, which is that of all measured quantities or of none, and perhaps of further ones."""
+    noise = Noise.given(noise)
+    for name in noise.deviations:
+        if name not in (*measured, *further):
+            raise InputError(f"noise.{name}", rule=f"was not measured; measured are {', '.join(measured)}")
+    missing = [name for name in measured if name not in noise.deviations]
+    if 0 < len(missing) < len(measured):
+        raise InputError(f"noise.{missing[0]}", rule="must be given, as that of another quantity is")
+    return noise
+
+
 class Nuisance(NamedTuple):
     """Unknown of a measurement that is not a property of the material, but is estimated with it."""
 
@@ -139,6 +152,33 @@ def modulus(materials: Material, temperature: Any = None, deformation: str | Non
 def number_or_none(name: str, value: Any) -> float | None:
     """Return an input as a single number in SI, or None if there is none."""
     return None if value is None else check_single(name, value)
+
+
+def profile_of(radius: Any, profile: Any) -> Geometry:
+    """Return the profile of bodies: parabolas of these radii [m], or the given one."""
+    if (radius is None) == (profile is None):
+        raise InputError("radius, profile", rule="exactly one must be given")
+    if profile is None:
+        return Parabola(check("radius", radius))
+    if not isinstance(profile, Geometry) or profile.needs_poisson_ratio:
+        raise InputTypeError("profile", profile, "must be a Geometry that needs no Poisson ratio, no bonded layer")
+    if np.ndim(profile.stiffness_radius(0.0) if profile.path_exponent is None else profile.path_exponent):
+        raise InputError("profile", rule="must be a single profile; give several as several sets of data")
+    return profile
+
+
+def columns_over_time(columns: Mapping[str, tuple[Any, str]]) -> list[Array]:
+    """Return finite columns, given with their units, of one shape (n,); the first of them must ascend."""
+    arrays = [np.atleast_1d(checks.finite(name, values, unit)) for name, (values, unit) in columns.items()]
+    time, (name, (_, unit)) = arrays[0], next(iter(columns.items()))
+    if time.ndim != 1 or any(values.shape != time.shape for values in arrays):
+        shapes = " and ".join(str(values.shape) for values in arrays)
+        raise InputError(", ".join(columns), rule=f"must be columns of equal length, not of shapes {shapes}")
+    falls = np.flatnonzero(np.diff(time) <= 0.0)
+    if falls.size:
+        place = int(falls[0]) + 1
+        raise InputError(name, float(time[place]), "must be ascending", unit, index=(place,))
+    return arrays
 
 
 def nuisances_of(data: Sequence[Observations], coordinates: Array) -> list[Array]:
@@ -213,6 +253,81 @@ class Observations(ABC):
         return {}
 
 
+class ForceRecord(Observations):
+    """Force over time beside a baseline, a sum of columns whose factors are projected out of the residuals."""
+
+    @abstractmethod
+    def forces(self, materials: Material, nuisances: Array) -> Array:
+        """Return forces [N] at the times of the record, without gain and baseline, shape (m, n)."""
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.time.size
+
+    def _set_record(
+        self, time: Array, force: Array, deviations: Array, gain: float | None = 1.0, ar1: float = 0.0,
+        **baseline: tuple[Array, str],
+    ) -> None:  # fmt: skip
+        """Set measured forces [N], their deviations, and the columns of the baseline with the units of their factors.
+
+        The gain is the measured over the true force, None if it is unknown; `ar1` is the correlation of the noise of
+        successive samples.
+        """
+        self.time, self.force, self.deviations, self.gain, self.ar1 = time, force, deviations, gain, ar1
+        self._units = {name: unit for name, (_, unit) in baseline.items()}
+        self._columns = np.stack([column for column, _ in baseline.values()])
+        self.basis, self._triangle = np.linalg.qr(self._whitened(self._columns).T)
+        self._data = self._projected(force)
+
+    def _whitened(self, values: Array) -> Array:
+        scaled = values / self.deviations
+        if not self.ar1:
+            return scaled
+        rest = (scaled[..., 1:] - self.ar1 * scaled[..., :-1]) / math.sqrt(1.0 - self.ar1**2)
+        return np.concatenate([scaled[..., :1], rest], axis=-1)
+
+    def _projected(self, forces: Array) -> Array:
+        """Return whitened forces without the part that a baseline explains."""
+        values = self._whitened(forces)
+        return values - (values @ self.basis) @ self.basis.T
+
+    def _gains(self, projected: Array) -> Any:
+        """Return the gains of rows, shape (m, 1), by least squares if they are unknown."""
+        if self.gain is not None:
+            return self.gain
+        return (projected @ self._data / (projected * projected).sum(axis=1))[:, None]
+
+    def residuals(self, materials: Material, nuisances: Array) -> Array:
+        """Return residuals of the samples, whitened; NaN where a row has no result."""
+        return self._compared(self.forces(materials, nuisances))
+
+    def _compared(self, forces: Array) -> Array:
+        projected = self._projected(forces)
+        return self._gains(projected) * projected - self._data
+
+    def _linear(self, materials: Material, nuisances: Array) -> tuple[Array, Array, float]:
+        """Return the fitted force, the factors of the baseline, and the gain of the first row."""
+        forces = self.forces(materials, nuisances)[:1]
+        gain = float(np.squeeze(self._gains(self._projected(forces))))
+        left = self._whitened(self.force - gain * forces[0]) @ self.basis
+        factors: Any = np.linalg.solve(self._triangle, left)
+        return gain * forces[0] + factors @ self._columns, factors, gain
+
+    def curves(self, materials: Material, nuisances: Array) -> list[Curve]:
+        """Return measured and fitted force over time."""
+        fitted = self._linear(materials, nuisances)[0]
+        return [Curve("force", "time", self.time, self.force, fitted, None if self.scaled else self.deviations)]
+
+    def linear_estimates(self, materials: Material, nuisances: Array) -> dict[str, tuple[float, str]]:
+        """Return the factors of the baseline, and the gain if it is unknown."""
+        _, factors, gain = self._linear(materials, nuisances)
+        estimates = {
+            name: (float(factor), unit) for factor, (name, unit) in zip(factors, self._units.items(), strict=True)
+        }
+        return estimates if self.gain is not None else estimates | {"gain": (gain, "")}
+
+
 # Relaxation and dynamic tables as observations of a material.
 
 
@@ -267,19 +382,11 @@ class Moduli(Observations):
             self._at = table.angular_frequency[inside]
             values = [table.storage_modulus[inside], table.loss_modulus[inside]]
             sizes = [np.hypot(*values)] * 2
-        self._values = np.concatenate(values)
-        self.scaled = noise is None or not noise.deviations
-        if noise is None or self.scaled:
-            deviations = [0.01 * size for size in sizes]
-        else:
-            deviations = []
-            for name, value, size in zip(names, values, sizes, strict=True):
-                deviation = noise.of(name, value, size)
-                if deviation is None:
-                    raise InputError(f"noise.{name}", rule="must be given, as that of another quantity is")
-                deviations.append(deviation)
-        self._deviations = np.concatenate(deviations)
-        self._names = names
+        self._values, self._names = np.concatenate(values), names
+        noise = noise_of(noise, names)
+        self.scaled = not noise.deviations
+        noise = Noise(**dict.fromkeys(names, "1 %")) if self.scaled else noise
+        self._deviations = np.concatenate([noise.of(*row) for row in zip(names, values, sizes, strict=True)])  # pyright: ignore
 
     @property
     def size(self) -> int:

@@ -28,9 +28,8 @@ from restitution.quantities import (
     VISCOSITY,
     Quantity,
     advice,
-    check_single,
 )
-from restitution.sweeps.axes import LogNormal, LogUniform, Normal, Uniform
+from restitution.sweeps.grid import LogNormal, LogUniform, Normal, Uniform
 
 Kind = Literal["log", "logit", "linear"]
 Model = Callable[..., Material | FractionalMaterial]
@@ -134,21 +133,24 @@ class Parameters:
             state | {"model": models.material_models()[model].build if isinstance(model, str) else model}
         )
 
-    def values(self, coordinates: Array) -> dict[str, Array]:
-        """Return values of the unknowns at coordinates of shape (m, p), shape (m,) each."""
+    def numbers(self, coordinates: Array) -> Array:
+        """Return values of the unknowns at coordinates of shape (m, p), shape (m, p)."""
+        # Further coordinates are constants of the data, such as the point of contact.
+        coordinates = coordinates[:, : len(self.free)]
         if all(parameter.kind == "log" for parameter in self.free):
-            # Further coordinates are constants of the data, such as the point of contact.
-            return dict(zip(self.names, np.exp(coordinates.T), strict=False))
-        return {parameter.name: parameter.outward(coordinates[:, k]) for k, parameter in enumerate(self.free)}
+            return np.exp(coordinates)
+        columns = zip(self.free, coordinates.T, strict=True)
+        return np.stack([parameter.outward(column) for parameter, column in columns], axis=1)
 
     def arguments(self, coordinates: Array) -> dict[str, Any]:
         """Return all arguments: unknown numbers as arrays (m, 1), lists with unknown entries as (m, 1, n_list)."""
-        result, numbers = dict(self.fixed), np.stack([*self.values(coordinates).values()], axis=1)
+        result, numbers = dict(self.fixed), self.numbers(coordinates)
         for argument, (columns, entries) in self._places.items():
             if entries is None:
                 result[argument] = numbers[:, columns]
             else:
-                result[argument] = np.tile(self.fixed[argument], (len(numbers), 1, 1))
+                result[argument] = np.empty((len(numbers), 1, len(self.fixed[argument])))
+                result[argument][:] = self.fixed[argument]
                 result[argument][..., entries] = numbers[:, None, columns]
         return result
 
@@ -165,15 +167,14 @@ class Parameters:
             argument, entry = _split(parameter.name)
             columns, entries = places.setdefault(argument, ([], None if entry is None else []))
             columns.append(k)
-            if entry is not None and entries is not None:
+            if entries is not None and entry is not None:
                 entries.append(entry)
         return places
 
     def _of_model(self, arguments: dict[str, Any]) -> dict[str, Any]:
         """Return arguments without those of the shift."""
-        if not isinstance(self.shift, type):
-            return arguments
-        return {name: value for name, value in arguments.items() if name not in _law_arguments(self.shift)}
+        law = _law_arguments(self.shift)
+        return {name: value for name, value in arguments.items() if name not in law} if law else arguments
 
     def constants(self, arguments: dict[str, Any], row: int = 0) -> dict[str, Any]:
         """Return arguments of the model in one row."""
@@ -284,13 +285,14 @@ def penalties(space: Parameters, coordinates: Array) -> Array:
     """Return residuals of the priors at coordinates of shape (m, p), shape (m, n_prior)."""
     if not space.prior:
         return np.empty((len(coordinates), 0))
-    values, columns = space.values(coordinates), []
+    values, columns = dict(zip(space.names, space.numbers(coordinates).T, strict=True)), []
     for name, prior in space.prior.items():
         if isinstance(prior, LogNormal):
             columns.append(np.log(values[name] / prior.median) / prior.sigma)
         elif isinstance(prior, Normal):
             columns.append((values[name] - prior.mean) / prior.standard_deviation)
-    return np.stack(columns, axis=1) if columns else np.empty((coordinates.shape[0], 0))
+    # Uniform priors are bounds.
+    return np.stack(columns, axis=1) if columns else np.empty((len(coordinates), 0))
 
 
 def start_and_bounds(space: Parameters, modulus: float, time: float) -> tuple[Array, Array, Array]:
@@ -299,54 +301,46 @@ def start_and_bounds(space: Parameters, modulus: float, time: float) -> tuple[Ar
     rows: list[tuple[float, float, float]] = []
     for parameter in space.free:
         scale = scales.get(parameter.quantity.dimension)
-        begin = space.start.get(parameter.name, _STARTS.get(parameter.argument, scale))
-        if parameter.argument == "coefficient" and parameter.name not in space.start:
-            begin = 0.25 * modulus * time**0.3
-        if begin is None and parameter.name in space.prior:
-            begin = float(space.prior[parameter.name].quantiles(np.array([0.5]), parameter.low, parameter.high)[0])
-        if begin is None and parameter.bounded:
-            begin = float(
-                parameter.outward(0.5 * (parameter.inward(parameter.low) + parameter.inward(parameter.high)))
-            )
-        if begin is None:
-            raise InputError(f"start.{parameter.name}", rule="must be given: the data do not give its size")
-        begin = min(
-            max(begin, parameter.low + 1e-9 * abs(parameter.low)),
-            parameter.high * (1.0 - 1e-9) if parameter.high < math.inf else begin,
-        )
+        begin = _begin(space, parameter, 0.25 * modulus * time**0.3 if parameter.argument == "coefficient" else scale)
         z = float(parameter.inward(begin))
+        with np.errstate(divide="ignore"):
+            low, high = float(parameter.inward(parameter.low)), float(parameter.inward(parameter.high))
+        reach = -math.inf, math.inf
         if parameter.kind == "logit":
             reach = _EXPONENTS if parameter.argument == "exponent" else (-_LOGIT, _LOGIT)
         elif parameter.kind == "log":
             wide = _WIDE * (2.0 if parameter.quantity.dimension in (VISCOSITY, NUMBER) else 1.0)
-            middle = math.log(scale) if scale is not None else z
-            if parameter.argument == "bulk_modulus":
-                middle += 2.0
-            reach = (min(middle, z) - wide, max(middle, z) + wide)
-        else:
-            reach = (-math.inf, math.inf)
-        with np.errstate(divide="ignore"):
-            limits = float(parameter.inward(parameter.low)), float(parameter.inward(parameter.high))
-        if parameter.bounded:
-            rows.append((z, *limits))
-        else:
-            rows.append((z, max(reach[0], limits[0]), min(reach[1], limits[1])))
+            # A bulk modulus is usually above the effective modulus.
+            middle = z if scale is None else math.log(scale) + 2.0 * (parameter.argument == "bulk_modulus")
+            reach = min(middle, z) - wide, max(middle, z) + wide
+        rows.append((z, low, high) if parameter.bounded else (z, max(reach[0], low), min(reach[1], high)))
     return tuple(np.array(rows).T)  # pyright: ignore[reportReturnType]
 
 
-def _law_arguments(shift: Any) -> tuple[str, ...]:
-    return "reference_temperature", *law_constants(shift)
+def _begin(space: Parameters, parameter: Parameter, scale: float | None) -> float:
+    """Return a start within the range: of the user, a usual one, or that of the data, the prior or the bounds."""
+    low, high = parameter.low, parameter.high
+    begin = space.start.get(parameter.name, _STARTS.get(parameter.argument, scale))
+    if begin is None and parameter.name in space.prior:
+        begin = float(space.prior[parameter.name].quantiles(np.array([0.5]), low, high)[0])
+    if begin is None and parameter.bounded:
+        begin = float(parameter.outward(0.5 * (parameter.inward(low) + parameter.inward(high))))
+    if begin is None:
+        raise InputError(f"start.{parameter.name}", rule="must be given: the data do not give its size")
+    begin = max(begin, low + 1e-9 * abs(low))
+    return min(begin, high * (1.0 - 1e-9)) if high < math.inf else begin
 
 
 _SHIFT = "must be WLF, Arrhenius, or a shift with its numbers"
 
 
-def law_constants(shift: Any) -> tuple[str, ...]:
-    if shift is WLF:
-        return "c1", "c2"
-    if shift is Arrhenius:
-        return ("activation_energy",)
-    raise InputError("shift", getattr(shift, "__name__", shift), _SHIFT)
+def _law_arguments(shift: Any) -> tuple[str, ...]:
+    """Return names of the unknowns of a law of the shift, after the reference temperature; none for a shift."""
+    if not isinstance(shift, type):
+        return ()
+    if shift not in (WLF, Arrhenius):
+        raise InputError("shift", shift.__name__, _SHIFT)
+    return "reference_temperature", *(("c1", "c2") if shift is WLF else ("activation_energy",))
 
 
 # Arguments of a user on the parameters of a model: known values, bounds, starts and priors.
@@ -355,6 +349,15 @@ SPECTRUM = "spectrum"
 """Name of the model without constants, `restitution.identification.spectrum`."""
 
 _SHARED = ("density", "name", "approximation_rtol")
+
+
+class _Argument(NamedTuple):
+    """Argument of a model, or of a law of the shift."""
+
+    quantity: Quantity
+    is_list: bool = False
+    required: bool = True
+    default: Any = None
 
 
 def parameters(
@@ -383,108 +386,89 @@ def parameters(
     temperature : float
         Reference temperature [K] of a shift with unknown constants, if `fixed` has none.
     """
-    fixed, bounds = _given("fixed", fixed), _given("bounds", bounds)
-    start, prior = _given("start", start), _given("prior", prior)
-    build, entry = _built(model)
-    constants = _constants(build, entry)
+    rule = "must be a dict with names of parameters as keys"
+    named = {"fixed": fixed, "bounds": bounds, "start": start, "prior": prior}
+    fixed, bounds, start, prior = (checks.mapping(key, values, rule) for key, values in named.items())
     if shift is not None and not isinstance(shift, type):
         instance("shift", shift, Shift, _SHIFT)
-    law = law_constants(shift) if isinstance(shift, type) else ()
-    for name in (*fixed, *bounds, *start, *prior):
-        names = (*constants, *law, *(["reference_temperature"] if law else []))
-        if name.partition("[")[0] not in names:
-            raise InputError(name, rule=f"is no parameter of {build.__name__}; {advice(name, names)}")
-    named = {name.partition("[")[0] for part in (fixed, bounds, start, prior) for name in part}
-    groups = entry.one_of if entry is not None else ()
-    left_out = set[str]()
-    for group in groups:
-        chosen = [name for name in group if name in named]
-        if len(chosen) > 1:
-            raise InputError(", ".join(chosen), rule="must not both be given: each follows from the other")
-        default = "bulk_modulus" if "bulk_modulus" in group else group[0]
-        left_out |= set(group) - {chosen[0] if chosen else default}
-    defaults = inspect.signature(build).parameters
-    known_values: dict[str, Any] = {}
-    free: list[Parameter] = []
-    for name, (quantity, is_list, required) in constants.items():
-        if name in left_out or (not required and name not in named and not any(name in group for group in groups)):
-            default = defaults[name].default if name in defaults else None
-            if isinstance(default, int | float) and not isinstance(default, bool):
-                known_values[name] = default
-            continue
-        value = fixed.get(name)
-        if not is_list:
-            if value is not None:
-                known_values[name] = checks.single(name, quantity.check(value, f"fixed.{name}"))
-            else:
-                free.append(_parameter(name, quantity, bounds.get(name)))
-            continue
-        entries = [] if value is None else np.atleast_1d(np.asarray(quantity.check(value, f"fixed.{name}"))).tolist()
-        count = len(entries) or _length(name, (start, bounds, prior), terms)
-        filled = np.array(entries or [math.nan] * count, dtype=np.float64)
-        for k in range(count):
-            place = f"{name}[{k}]"
-            if place in fixed:
-                filled[k] = checks.single(place, quantity.check(fixed[place], f"fixed.{place}"))
-            elif not entries:
-                free.append(_parameter(place, quantity, _of_list(bounds, name, k)))
-        known_values[name] = filled
-    for name in law:
-        if name in fixed:
-            known_values[name] = checks.single_positive(f"fixed.{name}", fixed[name], SHIFTS[name].unit)
-        else:
-            free.append(_parameter(name, SHIFTS[name], bounds.get(name)))
-    if law:
-        reference = fixed.get("reference_temperature", temperature)
-        if reference is None:
+    build, entry = _built(model)
+    arguments = _constants(build, entry)
+    laws = {name: _Argument(SHIFTS.get(name, INPUTS["temperature"])) for name in _law_arguments(shift)}
+    arguments |= laws
+    stated = {name.partition("[")[0]: name for part in (fixed, bounds, start, prior) for name in part}
+    for name, place in stated.items():
+        if name not in arguments:
+            raise InputError(place, rule=f"is no parameter of {build.__name__}; {advice(place, [*arguments])}")
+    if laws and "reference_temperature" not in fixed:
+        if temperature is None:
             raise InputError("shift", rule="needs data with a temperature")
-        known_values["reference_temperature"] = check_single("temperature", reference, "reference_temperature")
-    known_values |= {name: fixed[name] for name in ("density", "name") if name in fixed}
-    starts = {parameter.name: _of_list(start, *_split(parameter.name)) for parameter in free}
-    begin = {name: float(value) for name, value in starts.items() if value is not None}
-    for parameter in free:
-        if parameter.name in begin and not parameter.low < begin[parameter.name] < parameter.high:
-            raise InputError(
-                f"start.{parameter.name}", begin[parameter.name], f"must be in ({parameter.low:g}, {parameter.high:g})"
-            )
-    priors = {parameter.name: _of_list(prior, *_split(parameter.name)) for parameter in free}
-    priors = {name: value for name, value in priors.items() if value is not None}
-    for name, value in priors.items():
-        if not isinstance(value, Normal | LogNormal | Uniform | LogUniform):
-            raise InputTypeError(f"prior.{name}", value, "must be Normal, LogNormal, Uniform or LogUniform")
-    free = [_within(parameter, priors.get(parameter.name)) for parameter in free]
+        fixed["reference_temperature"] = temperature
+    values = {name: fixed[name] for name in ("density", "name") if name in fixed}
+    free: list[Parameter] = []
+    chosen = _chosen(entry, arguments, stated)
+    for name, argument in arguments.items():
+        if name not in chosen:
+            # The model has a default for an argument of which nothing is stated.
+            if isinstance(argument.default, int | float) and not isinstance(argument.default, bool):
+                values[name] = argument.default
+            continue
+        if argument.is_list and name in fixed:
+            fixed[name] = np.atleast_1d(np.asarray(argument.quantity.check(fixed[name], f"fixed.{name}")))
+        count = _length(name, (fixed, start, bounds, prior), terms)
+        places = [f"{name}[{k}]" for k in range(count)] if argument.is_list else [name]
+        numbers = np.full(len(places), math.nan)
+        for k, place in enumerate(places):
+            if (number := _of_list(fixed, *_split(place))) is None:
+                free.append(_parameter(place, argument.quantity, bounds, start, prior))
+            else:
+                numbers[k] = checks.single(place, argument.quantity.check(number, f"fixed.{place}"))
+        if argument.is_list or not np.isnan(numbers[0]):
+            values[name] = numbers if argument.is_list else float(numbers[0])
     if not free:
         raise InputError("fixed", rule="must leave at least one parameter unknown")
-    return Parameters(build, tuple(free), known_values, begin, priors, shift)
+    starts, priors = (
+        {each.name: value for each in free if (value := _of_list(part, *_split(each.name))) is not None}
+        for part in (start, prior)
+    )
+    return Parameters(
+        build, tuple(free), values, {name: float(value) for name, value in starts.items()}, priors, shift
+    )
+
+
+def _chosen(
+    entry: models.MaterialModel | None, arguments: Mapping[str, _Argument], stated: Mapping[str, str]
+) -> set[str]:
+    """Return the arguments that are known or unknown, one of each group of which exactly one must be given."""
+    groups = () if entry is None else entry.one_of
+    chosen = {name for name, argument in arguments.items() if argument.required or name in stated}
+    for group in groups:
+        several = [name for name in group if name in stated]
+        if len(several) > 1:
+            raise InputError(", ".join(several), rule="must not both be given: each follows from the other")
+        chosen |= {"bulk_modulus" if "bulk_modulus" in group else group[0]} if not several else set()
+    return chosen
 
 
 def parameter_names(model: Any, shift: Any = None) -> tuple[str, ...]:
     """Return names of all arguments of a model that may be unknown, and those of a law of the shift."""
     if model == "spectrum":
         return ("poisson_ratio",)
-    law = ("reference_temperature", *law_constants(shift)) if isinstance(shift, type) else ()
-    return *_constants(*_built(model)), *law
-
-
-def _given(name: str, values: Any) -> dict[str, Any]:
-    return checks.mapping(name, values, "must be a dict with names of parameters as keys")
+    return *_constants(*_built(model)), *_law_arguments(shift)
 
 
 def _built(model: Any) -> tuple[Model, models.MaterialModel | None]:
     """Return the function that returns the material, and its entry in the registry."""
     entries = models.material_models()
-    try:
-        signed = isinstance(model, str) or bool(inspect.signature(model))
-    # A foreign object may raise anything.
-    except Exception:
-        signed = False
-    if not signed:
-        raise InputTypeError("model", model, "must be a function that returns a Material, or the name of a model")
     if isinstance(model, str):
         if model not in entries:
             raise InputError("model", model, f"is not known; {advice(model, entries)}")
         return entries[model].build, entries[model]
-    if not callable(model):
+    try:
+        signed = callable(model) and bool(inspect.signature(model))
+    # A foreign object may raise anything.
+    except Exception:
+        signed = False
+    if not signed:
         raise InputTypeError("model", model, "must be a function that returns a Material, or the name of a model")
     entry = entries.get(getattr(model, "__name__", ""))
     # The public function of a fractional model returns the relaxation in shear alone.
@@ -494,60 +478,69 @@ def _built(model: Any) -> tuple[Model, models.MaterialModel | None]:
     return function, None
 
 
-def _constants(build: Model, entry: models.MaterialModel | None) -> dict[str, tuple[Quantity, bool, bool]]:
-    """Return the quantity of each argument, whether it is a list, and whether it must be given."""
+def _constants(build: Model, entry: models.MaterialModel | None) -> dict[str, _Argument]:
+    """Return the arguments of a model that may be unknown."""
+    signature = inspect.signature(build).parameters
     if entry is not None:
-        constants = [constant for constant in entry.constants.values() if constant.name not in _SHARED]
-        return {constant.name: (constant.quantity, constant.is_list, constant.required) for constant in constants}
+        return {
+            name: _Argument(
+                each.quantity, each.is_list, each.required, signature[name].default if name in signature else None
+            )
+            for name, each in entry.constants.items()
+            if name not in _SHARED
+        }
     try:
         noted = models.constants_of(build) if get_type_hints(build) else {}
     except (KeyError, NameError, TypeError):
         noted = {}
-    quantities: dict[str, tuple[Quantity, bool, bool]] = {}
-    for name, parameter in inspect.signature(build).parameters.items():
+    arguments: dict[str, _Argument] = {}
+    for name, parameter in signature.items():
         if name in _SHARED or parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
             continue
-        required = parameter.default is parameter.empty
-        if name in noted:
-            quantities[name] = noted[name].quantity, noted[name].is_list, required
-            continue
-        quantity = INPUTS.get(name) or CONSTANTS.get(name)
-        is_list = quantity is not None and name in ("branch_moduli", "relaxation_times")
-        quantities[name] = (
-            quantity or Quantity(name, NUMBER, name.replace("_", " "), "", 0.0, open=True),
-            is_list,
-            required,
-        )
-    return quantities
+        # An argument that is no quantity of the package counts as a positive number.
+        plain = Quantity(name, NUMBER, name.replace("_", " "), "", 0.0, open=True)
+        quantity = noted[name].quantity if name in noted else INPUTS.get(name) or CONSTANTS.get(name) or plain
+        is_list = noted[name].is_list if name in noted else name in ("branch_moduli", "relaxation_times")
+        arguments[name] = _Argument(quantity, is_list, parameter.default is parameter.empty, parameter.default)
+    return arguments
 
 
-def _parameter(name: str, quantity: Quantity, bounds: Any) -> Parameter:
+def _parameter(
+    name: str, quantity: Quantity, bounds: Mapping[str, Any], start: Mapping[str, Any], prior: Mapping[str, Any]
+) -> Parameter:
+    """Return an unknown within its bounds and the ends of a uniform prior; refuse a start beyond them."""
     low, high = quantity.low, quantity.high
-    kind: Kind = (
-        "log" if low >= 0.0 and high == math.inf else "logit" if high < math.inf and low > -math.inf else "linear"
-    )
-    if bounds is None:
-        return Parameter(name, quantity, kind, low, high)
+    kind: Kind = "linear" if low == -math.inf else "logit" if high < math.inf else "log" if low >= 0.0 else "linear"
+    parameter = Parameter(name, quantity, kind, low, high)
+    if (ends := _of_list(bounds, *_split(name))) is not None:
+        parameter = parameter._replace(bounded=True, **_ends(parameter, ends))
+    if (begin := _of_list(start, *_split(name))) is not None and not parameter.low < begin < parameter.high:
+        raise InputError(f"start.{name}", begin, f"must be in ({parameter.low:g}, {parameter.high:g})")
+    distribution = _of_list(prior, *_split(name))
+    if not isinstance(distribution, Normal | LogNormal | Uniform | LogUniform | None):
+        raise InputTypeError(f"prior.{name}", distribution, "must be Normal, LogNormal, Uniform or LogUniform")
+    if isinstance(distribution, Uniform | LogUniform):
+        low, high = max(parameter.low, distribution.low), min(parameter.high, distribution.high)
+        if not low < high:
+            rule = f"must overlap [{parameter.low:g}, {parameter.high:g}]"
+            raise InputError(f"prior.{name}", distribution, rule)
+        parameter = parameter._replace(low=low, high=high, bounded=True)
+    return parameter
+
+
+def _ends(parameter: Parameter, bounds: Any) -> dict[str, float]:
+    """Return bounds that are two ascending numbers in the range of the parameter."""
+    field, quantity = f"bounds.{parameter.name}", parameter.quantity
     try:
-        least, most = (checks.single(name, quantity.check(end, f"bounds.{name}")) for end in bounds)
+        low, high = (checks.single(parameter.name, quantity.check(end, field)) for end in bounds)
     except (TypeError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputTypeError(f"bounds.{name}", bounds, "must be a pair of numbers") from None
-    if not least < most or (kind == "log" and least <= 0.0):
-        rule = "must be two ascending numbers > 0" if kind == "log" else "must ascend"
-        raise InputError(f"bounds.{name}", f"({least:g}, {most:g})", rule, quantity.unit)
-    return Parameter(name, quantity, kind, least, most, True)
-
-
-def _within(parameter: Parameter, prior: Any) -> Parameter:
-    """Return the parameter within the ends of a uniform prior."""
-    if not isinstance(prior, Uniform | LogUniform):
-        return parameter
-    low, high = max(parameter.low, prior.low), min(parameter.high, prior.high)
-    if not low < high:
-        raise InputError(f"prior.{parameter.name}", prior, f"must overlap [{parameter.low:g}, {parameter.high:g}]")
-    return parameter._replace(low=low, high=high, bounded=True)
+        raise InputTypeError(field, bounds, "must be a pair of numbers") from None
+    if not low < high or (parameter.kind == "log" and low <= 0.0):
+        rule = "must be two ascending numbers > 0" if parameter.kind == "log" else "must ascend"
+        raise InputError(field, f"({low:g}, {high:g})", rule, quantity.unit)
+    return {"low": low, "high": high}
 
 
 def _split(name: str) -> tuple[str, int | None]:
@@ -566,8 +559,9 @@ def _of_list(values: Mapping[str, Any], name: str, place: int | None) -> Any:
     return whole[place] if isinstance(whole, Sequence | np.ndarray) and not pair else whole
 
 
-def _length(name: str, arguments: tuple[Mapping[str, Any], ...], terms: int) -> int:
-    for part in arguments:
-        if isinstance(part.get(name), list | np.ndarray):
-            return len(part[name])
+def _length(name: str, stated: tuple[Mapping[str, Any], ...], terms: int) -> int:
+    """Return the length of a list: that of a list of the user."""
+    for values in stated:
+        if isinstance(values.get(name), list | np.ndarray):
+            return len(values[name])
     return terms

@@ -12,14 +12,24 @@ from restitution import checks, quantities
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
-from restitution.errors import InputError, InputTypeError, RestitutionWarning
-from restitution.identification.impacts import Rebounds
-from restitution.identification.observations import Curve, Noise, Nuisance, Observations, modulus, number_or_none
+from restitution.errors import InputError, RestitutionWarning
+from restitution.identification.impacts import Rebounds, bodies_of, impacts_of, trials
+from restitution.identification.observations import (
+    Curve,
+    ForceRecord,
+    Noise,
+    Nuisance,
+    Observations,
+    columns_over_time,
+    modulus,
+    noise_of,
+    number_or_none,
+    profile_of,
+)
 from restitution.impact.batch import Batch
 from restitution.impact.problem import STANDARD_GRAVITY
 from restitution.impact.status import Status
 from restitution.material.fit import DynamicTable
-from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
 # Force histories: force or acceleration over time, measured during one impact.
@@ -35,7 +45,25 @@ _SLACK = 0.1
 _TYPICAL_E = 0.6
 
 
-class ForceHistory(Observations):
+class OneBall(Observations):
+    """Records of one body, whose impacts are solved for many materials."""
+
+    def _set_ball(
+        self, radius: Any, profile: Any, mass: Any, temperature: Any, label: str, gravity: float = 0.0
+    ) -> None:
+        self.label, self.temperature = label, number_or_none("temperature", temperature)
+        self.mass = quantities.check_single("mass", mass)
+        self.profile = profile_of(number_or_none("radius", radius), profile)
+        if np.ndim(self.profile.stiffness_radius(0.0)):
+            raise InputError("profile", rule="must be that of one body")
+        self._body = bodies_of(impacts_of(self.profile, self.mass, 1.0, self.mass * gravity))
+
+    def _trials(self, materials: Material, velocity: Any) -> Batch:
+        """Return impacts on materials of shape (m, 1) with velocities that broadcast against them."""
+        return trials(self._body, modulus(materials, self.temperature), velocities=velocity)
+
+
+class ForceHistory(OneBall, ForceRecord):
     """Force over time of one impact of a rigid body on a viscoelastic half-space.
 
     Parameters
@@ -86,7 +114,7 @@ class ForceHistory(Observations):
     >>> impact = rs.Impact(rubber, rs.Parabola(0.01), mass=0.033, velocity=1.0)
     >>> history = rs.solve(impact).sample(n_points=100)
     >>> record = ForceHistory(history["time"], history["force"], radius=0.01, mass=0.033, velocity=1.0)
-    >>> record.size, [one.name for one in record.nuisances]
+    >>> record.size, [nuisance.name for nuisance in record.nuisances]
     (100, ['first_touch'])
     """
 
@@ -108,33 +136,29 @@ class ForceHistory(Observations):
     ) -> None:
         if (force is None) == (acceleration is None):
             raise InputError("force, acceleration", rule="exactly one must be given")
-        if gain is None and velocity is None:
+        if gain is None and velocity is None:  # both change the height of the force alone
             rule = "must not both be unknown: the record is the same for all E sqrt(v) = const and gain v = const"
             raise InputError("gain, velocity", rule=rule)
-        self.label = label
-        self.mass = quantities.check_single("mass", mass)
+        self._set_ball(radius, profile, mass, temperature, label)
         self.velocity = number_or_none("velocity", velocity)
         self.gain = None if gain is None else checks.single_positive("gain", gain)
-        self.profile = profile_of(radius, profile)
         self.ar1 = checks.single("ar1", checks.nonnegative("ar1", ar1))
         if self.ar1 >= 1.0:
             raise InputError("ar1", self.ar1, "must be in [0, 1)")
-        self.temperature = number_or_none("temperature", temperature)
         name = "force" if acceleration is None else "acceleration"
         unit = quantities.MEASURED[name].unit
-        self.time = rising("time", time, "s")
-        values = np.atleast_1d(checks.finite(name, force if acceleration is None else acceleration, unit))
-        if values.shape != self.time.shape:
-            raise InputError(f"time, {name}", rule=f"have {self.time.size} and {values.size} values")
+        measured = force if acceleration is None else acceleration
+        self.time, values = columns_over_time({"time": (time, "s"), name: (measured, unit)})
         steps = np.diff(self.time)
         if self.ar1 and steps.max() > 1.01 * steps.min():
             raise InputError("time", rule="must be regular with ar1", unit="s")
         self._pulse = pulse = _pulse_of(name, unit, self.time, values, self.profile)
-        self._name, self._unit, self._factor = name, unit, 1.0 if acceleration is None else self.mass
+        self._name, self._factor = name, 1.0 if acceleration is None else self.mass
         self._check_size()
-        self._set_noise(Noise.given(noise), values)
-        self.measured = values * self._factor
-        share = float(np.median(self._deviations)) / (pulse.height * self._factor * math.sqrt(pulse.samples))
+        deviations = self._deviations_of(noise_of(noise, [name]), values) * self._factor
+        baseline = np.full(values.size, self._factor), unit
+        self._set_record(self.time, values * self._factor, deviations, self.gain, self.ar1, baseline=baseline)
+        share = float(np.median(self.deviations)) / (pulse.height * self._factor * math.sqrt(pulse.samples))
         share = 0.01 if self.scaled else share
         start, duration = pulse.first_touch, pulse.duration
         self.nuisances = (
@@ -169,14 +193,10 @@ class ForceHistory(Observations):
         guess = min(max(3.0 * mean - gained, 0.51 * gained), 0.9 * gained)
         return guess, 0.5 * gained / (1.0 + _SLACK), gained * (1.0 + _SLACK)
 
-    def _set_noise(self, noise: Noise, values: Array) -> None:
-        for name in noise.deviations:
-            if name != self._name:
-                raise InputError(f"noise.{name}", rule=f"was not measured; measured is {self._name}")
+    def _deviations_of(self, noise: Noise, values: Array) -> Array:
+        """Return standard deviations in the unit of the record; warn of correlated noise."""
         stated = noise.of(self._name, values, self._pulse.height)
         self.scaled = stated is None
-        deviations = np.ones(values.size) if stated is None else stated
-        self._deviations = deviations * self._factor
         # The first touch is only a guess.
         margin = 0.1 * self._pulse.duration
         outside = self.time - self._pulse.first_touch
@@ -192,59 +212,17 @@ class ForceHistory(Observations):
                     f"neighbours), and errors would be too small; give ar1={correlation:.2g}"
                 )
                 warnings.warn(RestitutionWarning("correlated_noise", message), stacklevel=4)
+        return np.ones(values.size) if stated is None else stated
 
     @property
     def _impulse(self) -> float:
         """Impulse [N s] of the record, for the given gain."""
         return self._pulse.impulse * self._factor / (self.gain or 1.0)
 
-    @property
-    def size(self) -> int:
-        """Number of samples."""
-        return self.time.size
-
     def forces(self, materials: Material, nuisances: Array) -> Array:
         """Return forces [N] at the times of the record, without gain and baseline; NaN without separation."""
-        velocity = nuisances[:, 1] if self.velocity is None else self.velocity
-        batch = Batch.from_columns(modulus(materials, self.temperature), self.profile, self.mass, velocity, 0.0)
-        return batch.sample_forces(self.time - nuisances[:, :1], _RTOL)
-
-    def _whitened(self, values: Array) -> Array:
-        scaled = values / self._deviations
-        if not self.ar1:
-            return scaled
-        rest = (scaled[..., 1:] - self.ar1 * scaled[..., :-1]) / math.sqrt(1.0 - self.ar1**2)
-        return np.concatenate([scaled[..., :1], rest], axis=-1)
-
-    def _fitted(self, materials: Material, nuisances: Array) -> tuple[Array, Array, Array, Array]:
-        """Return forces, gains and baselines of all rows, and the residuals."""
-        forces = self.forces(materials, nuisances)
-        flat = self._whitened(np.ones(self.size))
-        flat = flat / np.sqrt(flat @ flat)
-        fitted, data = self._whitened(forces), self._whitened(self.measured)
-        level, mean = fitted @ flat, data @ flat
-        fitted, data = fitted - level[:, None] * flat, data - mean * flat
-        gains = np.full(len(forces), self.gain or 1.0)
-        if self.gain is None:
-            gains = fitted @ data / (fitted * fitted).sum(axis=1)
-        baselines = (mean - gains * level) / (flat @ self._whitened(np.ones(self.size)))
-        return forces, gains, baselines, gains[:, None] * fitted - data
-
-    def residuals(self, materials: Material, nuisances: Array) -> Array:
-        """Return residuals of the samples, whitened; NaN for a body that stays."""
-        return self._fitted(materials, nuisances)[-1]
-
-    def curves(self, materials: Material, nuisances: Array) -> list[Curve]:
-        """Return measured and fitted force over time."""
-        forces, gains, baselines, _ = self._fitted(materials, nuisances)
-        fitted = gains[0] * forces[0] + baselines[0]
-        return [Curve("force", "time", self.time, self.measured, fitted, None if self.scaled else self._deviations)]
-
-    def linear_estimates(self, materials: Material, nuisances: Array) -> dict[str, tuple[float, str]]:
-        """Return the baseline, and the gain if it is unknown."""
-        _, gains, baselines, _ = self._fitted(materials, nuisances)
-        estimates = {"baseline": (float(baselines[0]) / self._factor, self._unit)}
-        return estimates if self.gain is not None else estimates | {"gain": (float(gains[0]), "")}
+        velocity = nuisances[:, 1:2] if self.velocity is None else self.velocity
+        return self._trials(materials, velocity).sample_forces(self.time - nuisances[:, :1], _RTOL)
 
     def window(self) -> tuple[float, float]:
         """Return half and twice the angular frequency pi/T of the contact time T."""
@@ -262,29 +240,6 @@ class ForceHistory(Observations):
             e = min(max(self._impulse / (self.mass * velocity) - 1.0, 0.15), 0.99)
         radius, duration = self.profile.radius, self._pulse.duration
         return Rebounds([velocity], [e], radius=radius, mass=self.mass, contact_time=[duration]).effective_moduli()
-
-
-def profile_of(radius: Any, profile: Any) -> Geometry:
-    """Return the profile of a body: a parabola of this radius [m], or the given profile."""
-    if (radius is None) == (profile is None):
-        raise InputError("radius, profile", rule="exactly one must be given")
-    if profile is None:
-        return Parabola(quantities.check_single("radius", radius))
-    if not isinstance(profile, Geometry) or profile.needs_poisson_ratio or np.ndim(profile.stiffness_radius(0.0)):
-        raise InputTypeError("profile", profile, "must be a single Geometry without a Poisson ratio, no bonded layer")
-    return profile
-
-
-def rising(name: str, value: Any, unit: str) -> Array:
-    """Return finite numbers of shape (n,); refuse numbers that are not ascending."""
-    values = np.atleast_1d(checks.finite(name, value, unit))
-    if values.ndim != 1:
-        raise InputError(name, rule=f"must be one column, not of shape {values.shape}")
-    falls = np.flatnonzero(np.diff(values) <= 0.0)
-    if falls.size:
-        place = int(falls[0]) + 1
-        raise InputError(name, float(values.flat[place]), "must be ascending", unit, index=(place,))
-    return values
 
 
 class _Pulse(NamedTuple):
@@ -364,6 +319,7 @@ def _refuse_damage(name: str, unit: str, values: Array, share: Array, peak: int)
             rule = f"must not be saturated: {width} samples have this same largest value"
             raise InputError(name, float(values[peak]), rule, unit, index=(first,))
     smooth = (4.0 * (share[1:-3] + share[3:-1]) - share[:-4] - share[4:]) / 6.0
+    # A damaged sample is farther from the cubic through its neighbours than its neighbours are from each other.
     off = np.abs(share[2:-2] - smooth)
     lone = (off > 0.25) & (np.abs(share[3:-1] - share[1:-3]) < off)
     if np.any(lone):
@@ -418,7 +374,7 @@ class Flight(NamedTuple):
         return up
 
 
-class BounceTimes(Observations):
+class BounceTimes(OneBall):
     """Instants of touch of a body that falls and bounces on a viscoelastic half-space.
 
     Parameters
@@ -474,8 +430,6 @@ class BounceTimes(Observations):
     3
     """
 
-    nuisances: tuple[Nuisance, ...] = ()
-
     def __init__(
         self,
         time: Any,
@@ -491,13 +445,10 @@ class BounceTimes(Observations):
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
-        self.label = label
-        self.mass = quantities.check_single("mass", mass)
         self.gravity = quantities.check_single("gravity", gravity)
-        self.profile = profile_of(radius, profile)
-        self.temperature = number_or_none("temperature", temperature)
+        self._set_ball(radius, profile, mass, temperature, label, self.gravity)
         self.drop_height = number_or_none("drop_height", drop_height)
-        self.time = rising("time", time, "s")
+        (self.time,) = columns_over_time({"time": (time, "s")})
         if self.time.size < 4:
             raise InputError("time", rule=f"must have at least 4 instants, not {self.time.size}")
         self.intervals = np.diff(self.time)
@@ -508,7 +459,7 @@ class BounceTimes(Observations):
         density = checks.single_nonnegative("air_density", air_density, "kg/m^3")
         coefficient = checks.single_nonnegative("drag_coefficient", drag_coefficient)
         self.flight = Flight(self.gravity, self._drag(density, coefficient, "air_density"))
-        self._set_noise(Noise.given(noise))
+        self._set_noise(noise_of(noise, ["time"], [] if self.drop_height is None else ["drop_height"]))
         longer = np.diff(self.intervals)
         if np.any(longer > (0.02 * self.intervals[:-1] if self.scaled else 15.0 * self._instants[1:-1])):
             place = int(np.argmax(longer)) + 2
@@ -527,11 +478,8 @@ class BounceTimes(Observations):
         return 0.5 * density * coefficient * math.pi * float(radius) ** 2 / self.mass
 
     def _set_noise(self, noise: Noise) -> None:
-        for name in noise.deviations:
-            if name != "time" and (name != "drop_height" or self.drop_height is None):
-                raise InputError(f"noise.{name}", rule="was not measured; measured are time and perhaps drop_height")
-            if name == "drop_height" and "time" not in noise.deviations:
-                raise InputError("noise.time", rule="must be given, as that of the drop height is")
+        if "drop_height" in noise.deviations and "time" not in noise.deviations:
+            raise InputError("noise.time", rule="must be given, as that of the drop height is")
         if isinstance(noise.deviations.get("time"), (str, tuple)):
             raise InputError(
                 "noise.time", noise.deviations["time"], "must be a number: times have no natural zero", "s"
@@ -578,30 +526,25 @@ class BounceTimes(Observations):
         """Number of predicted intervals; the first one needs a drop height."""
         return self.intervals.size - (self.drop_height is None)
 
-    def _solved(self, series: PronySeries, velocities: Array) -> list[Array]:
+    def _solved(self, materials: Material, velocities: Array) -> list[Array]:
         """Return restitution coefficients, contact times and depths at separation, shape (m, n); NaN if a solve fails.
 
         All are 0 for a captured body, so that its prediction is wrong, but finite.
         """
-        shape = velocities.shape
-        places = np.repeat(np.arange(series.size), shape[1])
-        rows = series.take(places)
-        batch = Batch.from_columns(rows, self.profile, self.mass, velocities.ravel(), self.mass * self.gravity)
-        outcomes = batch.solve(_RTOL, workers=1)
+        outcomes = self._trials(materials, velocities).solve(_RTOL, workers=1)
         names = ("restitution_coefficient", "contact_time", "residual_indentation_depth")
         rest = np.where(outcomes["status"] >= Status.TOO_MANY_STEPS, np.nan, 0.0)
         free = outcomes["status"] == Status.SEPARATED
-        return [np.where(free, outcomes[name], rest).reshape(shape) for name in names]
+        return [np.where(free, outcomes[name], rest).reshape(velocities.shape) for name in names]
 
     def _impacts(self, materials: Material) -> tuple[Array, list[Array]]:
         """Return velocities of impact near those of the data, shape (m, n), and the outcomes there."""
-        series = modulus(materials, self.temperature).reshaped((materials.shape[0],))
         rough = 0.5 * self.gravity * np.append(self.intervals[0] ** 2 / self.intervals[1], self.intervals[:-1])
         if self.drop_height is not None:
             rough[0] = float(self.flight.landing(self.drop_height))
-        rough = np.broadcast_to(rough, (series.size, rough.size))
-        velocities = self._velocities(rough, *self._solved(series, rough))
-        return velocities, self._solved(series, velocities)
+        rough = np.broadcast_to(rough, (materials.shape[0], rough.size))
+        velocities = self._velocities(rough, *self._solved(materials, rough))
+        return velocities, self._solved(materials, velocities)
 
     def predicted(self, materials: Material) -> Array:
         """Return all intervals [s] but the first, and with a drop height also the first, shape (m, n)."""
@@ -612,6 +555,7 @@ class BounceTimes(Observations):
     def _velocities(self, near: Array, e: Array, times: Array, depths: Array) -> Array:
         """Return velocities of impact, from the intervals, and from outcomes at velocities near them."""
         velocities = near
+        # A fixed point: the outcomes change slowly with the velocity.
         for _ in range(3):
             T, d = _carried(near, times, velocities), _carried(near, depths, velocities)
             up = self.flight.launch(np.maximum(self.intervals - T, 0.1 * self.intervals), d)

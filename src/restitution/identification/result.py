@@ -22,6 +22,7 @@ from restitution.identification.fit import Estimation, EstimationProblem
 from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Curve, Observations
 from restitution.identification.records import BounceTimes, ForceHistory
+from restitution.identification.statements import knowledge
 from restitution.identification.uncertainty import (
     FAR,
     MODULUS_NAMES,
@@ -35,13 +36,14 @@ from restitution.identification.uncertainty import (
     limits,
     modulus_functions,
 )
-from restitution.impact.batch import Batch
+from restitution.impact.batch import solve_columns
 from restitution.impact.problem import Impact
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material, reduced_modulus
 from restitution.quantities import DEFAULT_OUTPUTS, MODULI, NUMBER, OUTPUTS, Quantity
 from restitution.result import Result, Summary, plain
+from restitution.variation import varied
 
 if TYPE_CHECKING:
     import xarray
@@ -124,7 +126,78 @@ _LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(Result):
+class FittedResult(Result):
+    """Least squares of measured data: residuals, curves, and functions of the coordinates with bands."""
+
+    uncertainty: Uncertainty
+
+    @property
+    def estimation(self) -> Estimation:
+        """Best fit, the other fits, and the Jacobian."""
+        return self.uncertainty.estimation
+
+    @property
+    def problem(self) -> EstimationProblem:
+        """Data and unknowns of the fit."""
+        return self.estimation.problem
+
+    @property
+    def data(self) -> tuple[Observations, ...]:
+        """Sets of data."""
+        return self.problem.data
+
+    @property
+    def coordinates(self) -> Array:
+        """Coordinates of the best fit."""
+        return self.estimation.fit.coordinates
+
+    @cached_property
+    def materials(self) -> Material:
+        """The best material as an array of shape (1, 1)."""
+        return self.problem.materials(self.coordinates[None])
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the coordinates of the parameters."""
+        n = self.problem.n_parameters
+        return self.uncertainty.covariance[:n, :n]
+
+    @cached_property
+    def residuals(self) -> tuple[Array, ...]:
+        """Residuals of each set of data over their standard deviations."""
+        ends = np.cumsum([record.size for record in self.data])
+        return tuple(np.split(self.problem.residuals(self.coordinates[None])[0], ends)[:-1])
+
+    @property
+    def chi2(self) -> float:
+        """Sum of the squared residuals, without priors."""
+        return float(sum((part**2).sum() for part in self.residuals))
+
+    @property
+    def curves(self) -> list[tuple[str, list[Curve]]]:
+        """Measured and fitted values of each set of data, with its label."""
+        nuisances = self.problem.nuisances(self.coordinates[None])
+        return [
+            (record.label, record.curves(self.materials, values))
+            for record, values in zip(self.data, nuisances, strict=True)
+        ]
+
+    def _level(self, level: float) -> float:
+        return float(checks.between("level", level, 0.0, 1.0))
+
+    def _banded(
+        self, axis: Quantity, x: Array, quantities: list[Quantity], functions: Callable[[Array], Array], level: float
+    ) -> xarray.Dataset:
+        """Return functions of the coordinates, shape (m, n_quantity, n_x), with bands of their logarithms."""
+        values, errors = self.uncertainty.linearised(functions)
+        low, high = limits(values, errors, self.uncertainty.quantile(self._level(level)))
+        most = [1.0 if quantity.name == "restitution_coefficient" else math.inf for quantity in quantities]
+        high = np.minimum(high, np.array(most)[:, None])
+        return banded(axis, x, level, dict(zip(quantities, zip(values, low, high, strict=True), strict=True)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(FittedResult):
     """Material identified from measured data; see `restitution.identify`.
 
     `plot` shows data and fit, residuals, profiles, and moduli with bands.
@@ -161,15 +234,9 @@ class Identification(Result):
     )  # fmt: skip
     _picture = "identification.overview"
 
-    uncertainty: Uncertainty
     parameters: dict[str, Estimate]
     nuisances: dict[str, Estimate]
     warnings: tuple[str, ...] = ()
-
-    @property
-    def estimation(self) -> Estimation:
-        """Best fit, the other fits, and the Jacobian."""
-        return self.uncertainty.estimation
 
     @property
     def flat_directions(self) -> tuple[FlatDirection, ...]:
@@ -177,29 +244,9 @@ class Identification(Result):
         return self.uncertainty.flat_directions
 
     @property
-    def problem(self) -> EstimationProblem:
-        """Data and unknowns of the fit."""
-        return self.estimation.problem
-
-    @property
-    def data(self) -> tuple[Observations, ...]:
-        """Sets of data."""
-        return self.problem.data
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns."""
         return (*self.problem.space.names, *self.nuisances)[: self.coordinates.size]
-
-    @property
-    def coordinates(self) -> Array:
-        """Coordinates of the best fit."""
-        return self.estimation.fit.coordinates
-
-    @cached_property
-    def materials(self) -> Material:
-        """The best material as an array of shape (1, 1)."""
-        return self.problem.materials(self.coordinates[None])
 
     @cached_property
     def material(self) -> Material | FractionalMaterial:
@@ -218,28 +265,11 @@ class Identification(Result):
         """Names of the parameters that the data do not determine within a factor of 3."""
         return tuple(name for name, estimate in self.parameters.items() if estimate.factor > UNDETERMINED)
 
-    @cached_property
-    def covariance(self) -> Array:
-        """Covariance of the coordinates of the parameters."""
-        n = self.problem.n_parameters
-        return self.uncertainty.covariance[:n, :n]
-
     @property
     def correlation(self) -> Array:
         """Correlation of the coordinates of the parameters."""
         size = np.sqrt(np.diag(self.covariance))
         return self.covariance / size / size[:, None]
-
-    @cached_property
-    def residuals(self) -> tuple[Array, ...]:
-        """Residuals of each set of data over their standard deviations."""
-        ends = np.cumsum([record.size for record in self.data])
-        return tuple(np.split(self.problem.residuals(self.coordinates[None])[0], ends)[:-1])
-
-    @property
-    def chi2(self) -> float:
-        """Sum of the squared residuals, without priors."""
-        return float(sum((part**2).sum() for part in self.residuals))
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -256,15 +286,6 @@ class Identification(Result):
         """Number of data and chi2, in words."""
         words = f"{self.problem.n_data} data, chi2 {self.chi2:.4g} of {self.degrees_of_freedom} degrees of freedom"
         return f"{words}, by an estimate of the noise from the scatter" if self.problem.unknown_sizes else words
-
-    @property
-    def curves(self) -> list[tuple[str, list[Curve]]]:
-        """Measured and fitted values of each set of data, with its label."""
-        nuisances = self.problem.nuisances(self.coordinates[None])
-        return [
-            (record.label, record.curves(self.materials, values))
-            for record, values in zip(self.data, nuisances, strict=True)
-        ]
 
     @cached_property
     def window(self) -> tuple[float, float]:
@@ -301,12 +322,23 @@ class Identification(Result):
     @cached_property
     def statements(self) -> tuple[str, ...]:
         """Statements on what the data determine and what they do not determine."""
-        # It imports `Identification` for its types.
-        from restitution.identification.statements import statements
-
+        n, contacts = self.problem.n_parameters, [record for record in self.data if isinstance(record, Rebounds)]
+        impacts, window = contacts[0] if contacts else None, self.window
+        if impacts is not None and not all(map(math.isfinite, window)):
+            times = impacts.contact_times(self.materials)
+            window = math.pi / float(np.nanmax(times)), math.pi / float(np.nanmin(times))
+        # Impacts of one power law without a force have an invariance of their own.
+        powers = [record.profile.path_exponent for record in contacts if not np.any(record.external_force)]
+        alike = len(powers) == len(self.data) and all(power == powers[0] is not None for power in powers)
         # Directions that no datum determines may lead out of the range of numbers.
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            return tuple(statements(self))
+            return tuple(
+                knowledge(
+                    self.names, self.estimation.jacobian, self.problem.materials, self.coordinates[:n], window,
+                    exponent=float(np.asarray(powers[0])) if alike else None, impacts=impacts,
+                    unseen=self.uncertainty.unseen,
+                )[1]
+            )  # fmt: skip
 
     def profile(self, name: str, level: float = _LEVEL) -> LikelihoodProfile:
         """Return the profile of one parameter: the least sum of squares for each of its values, with the interval."""
@@ -321,9 +353,6 @@ class Identification(Result):
         if name not in self.parameters:
             raise InputError("name", name, f"must be one of {', '.join(self.parameters)}")
         return list(self.parameters).index(name)
-
-    def _level(self, level: float) -> float:
-        return float(checks.between("level", level, 0.0, 1.0))
 
     def moduli(self, angular_frequency: ArrayLike, *, level: float = _LEVEL) -> xarray.Dataset:
         """Return storage and loss part, magnitude and loss tangent of E* over frequency, with bands.
@@ -352,14 +381,15 @@ class Identification(Result):
         if not isinstance(impact, Impact):
             raise InputError("impact", impact, "must be an Impact")
 
-        def functions(coordinates: Array) -> Array:
-            materials, rows = self.problem.materials(coordinates), list[Array]()
-            for n in range(len(coordinates)):
-                outcomes = Batch.from_impact(replace(impact, material=materials.row(n, 0))).solve(1e-9, workers=1)
-                rows.append(np.stack([outcomes[name] for name in DEFAULT_OUTPUTS]))
-            return np.stack(rows)
-
         velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
+        # A row for each impact, beside which the materials have an axis of their own.
+        flat = impact.take(np.arange(velocity.size))
+
+        def functions(coordinates: Array) -> Array:
+            trials = varied(flat, {"material": self.problem.materials(coordinates)})
+            outcomes = solve_columns(trials, 1e-9, workers=1)
+            return np.stack([outcomes[name].reshape(len(coordinates), -1) for name in DEFAULT_OUTPUTS], axis=1)
+
         axis = Quantity("impact", NUMBER, "number of the impact")
         numbers = np.arange(velocity.size, dtype=np.float64)
         bands = self._banded(axis, numbers, [OUTPUTS[name] for name in DEFAULT_OUTPUTS], functions, level)
@@ -372,16 +402,6 @@ class Identification(Result):
                     f"{math.pi / high:.3g} to {math.pi / low:.3g} s")  # fmt: skip
             warnings.warn(RestitutionWarning("window", text), stacklevel=2)
         return bands.assign_coords(velocity=("impact", velocity))
-
-    def _banded(
-        self, axis: Quantity, x: Array, quantities: list[Quantity], functions: Callable[[Array], Array], level: float
-    ) -> xarray.Dataset:
-        """Return functions of the coordinates, shape (m, n_quantity, n_x), with bands of their logarithms."""
-        values, errors = self.uncertainty.linearised(functions)
-        low, high = limits(values, errors, self.uncertainty.quantile(self._level(level)))
-        most = [1.0 if quantity.name == "restitution_coefficient" else math.inf for quantity in quantities]
-        high = np.minimum(high, np.array(most)[:, None])
-        return banded(axis, x, level, dict(zip(quantities, zip(values, low, high, strict=True), strict=True)))
 
     @cached_property
     def functionals(self) -> dict[str, Estimate]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,14 +13,17 @@ from numpy.typing import ArrayLike
 from restitution import checks
 from restitution.checks import Array
 from restitution.errors import InputError
+from restitution.identification.fit import Estimation, EstimationProblem, Fit, minimise
 from restitution.identification.impacts import Rebounds
-from restitution.identification.observations import Curve, Observations, nuisances_of
-from restitution.identification.uncertainty import MODULUS_NAMES, banded, limits, modulus_functions, quantile
+from restitution.identification.observations import Observations
+from restitution.identification.parameters import Parameters
+from restitution.identification.result import FittedResult
+from restitution.identification.uncertainty import MODULUS_NAMES, Uncertainty, modulus_functions, nuisance_estimates
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import MODULI, check_single
-from restitution.result import Result, Summary, Table
+from restitution.result import Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,12 +35,54 @@ _BEYOND = 30.0
 # The moduli are given within the window, widened by this factor on both sides.
 _PROMISE = 2.0
 _LEAST_IMPACTS, _LEAST_VALUES = 8, 16
-_STEP = 1e-4
+# A spectrum has no constants of a model.
+_NO_MODEL = Parameters(Material, (), {}, {}, {})
 _WEIGHTS = tuple(10.0**power for power in range(4, -5, -1))
 
 
+@dataclass(frozen=True, eq=False)
+class SpectrumProblem(EstimationProblem):
+    """Residuals over the logarithms of E*_inf and of the branch moduli of E* on a grid, and over the nuisances."""
+
+    times: Array  # of the grid [s]
+    poisson_ratio: float  # constant
+    frequencies: tuple[float, float]  # lowest and highest angular frequency [rad/s] of the data
+    weight: float = 1.0  # of the squared second differences of the logarithms of the branch moduli
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of moduli."""
+        return 1 + self.times.size
+
+    def reduced_modulus(self, coordinates: Array) -> PronySeries:
+        """Return E* at coordinates of shape (m, n_unknown), shape (m, 1)."""
+        values = np.exp(coordinates[:, None, : self.n_parameters])
+        times = np.broadcast_to(self.times, values[..., 1:].shape)
+        return PronySeries.from_checked(values[..., 0], values[..., 1:], times)
+
+    def materials(self, coordinates: Array) -> Material:
+        """Return materials of the constant Poisson ratio, shape (m, 1)."""
+        reduced = self.reduced_modulus(coordinates)
+        shear = reduced.scaled(0.5 * (1.0 - self.poisson_ratio))
+        factor = float(bulk_factor(np.asarray(self.poisson_ratio)))
+        materials = Material(shear, math.inf if math.isinf(factor) else shear.scaled(factor))
+        # At a constant Poisson ratio E* is a multiple of the shear modulus: no roots of dozens of branches.
+        materials.__dict__["_reduced"] = reduced
+        return materials
+
+    def penalties(self, coordinates: Array) -> Array:
+        """Return the weighted second differences."""
+        return math.sqrt(self.weight) * np.diff(coordinates[:, 1 : self.n_parameters], 2, axis=1)
+
+    def influence(self, jacobian: Array) -> float:
+        """Return the trace of the influence matrix: the number of parameters that the data determine."""
+        data = jacobian[: self.n_data]
+        inverse: Any = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
+        return float(np.trace(inverse @ (data.T @ data)))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(Result):
+class Spectrum(FittedResult):
     """Smooth relaxation spectrum of the reduced modulus, from `rs.identify(data, "spectrum")`.
 
     `plot` shows data and fit, residuals, and moduli with bands.
@@ -48,23 +93,50 @@ class Spectrum(Result):
         "effective_parameters", "window", "nuisances", "statements",
     )  # fmt: skip
     _picture = "identification.overview"
-    relaxation_times: Array  # of the grid [s], shape (n,)
-    branch_moduli: Array  # of the reduced modulus E*(t) [Pa], shape (n,)
-    equilibrium_modulus: float  # of E*(t) [Pa]
-    poisson_ratio: float  # constant
-    weight: float  # of the squared second differences of the logarithms of the branch moduli
-    chi2: float  # sum of squares of the residuals over their standard deviations
     effective_parameters: float  # trace of the influence matrix: the number that the data determine
-    covariance: Array  # of the logarithms of the equilibrium modulus and of the branch moduli
-    window: tuple[float, float]  # lowest and highest angular frequency [rad/s] of the data
-    residuals: tuple[Array, ...]  # of each set of data, over their standard deviations
     nuisances: dict[str, float]  # unknowns of the measurements, by name
-    data: tuple[Observations, ...] = field(repr=False)
+
+    @property
+    def problem(self) -> SpectrumProblem:
+        """Data and unknowns of the fit."""
+        problem = self.estimation.problem
+        assert isinstance(problem, SpectrumProblem)
+        return problem
+
+    @property
+    def relaxation_times(self) -> Array:
+        """Relaxation times of the grid [s], shape (n,)."""
+        return self.problem.times
+
+    @property
+    def branch_moduli(self) -> Array:
+        """Branch moduli of E*(t) [Pa], shape (n,)."""
+        return np.exp(self.coordinates[1 : self.problem.n_parameters])
+
+    @property
+    def equilibrium_modulus(self) -> float:
+        """Equilibrium modulus of E*(t) [Pa]."""
+        return float(np.exp(self.coordinates[0]))
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Constant Poisson ratio."""
+        return self.problem.poisson_ratio
+
+    @property
+    def weight(self) -> float:
+        """Weight of the squared second differences of the logarithms of the branch moduli."""
+        return self.problem.weight * self.problem.factors[0] ** 2
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """Lowest and highest angular frequency [rad/s] of the data."""
+        return self.problem.frequencies
 
     @property
     def degrees_of_freedom(self) -> float:
         """Number of data less the effective parameters and the nuisances."""
-        return sum(map(len, self.residuals)) - self.effective_parameters
+        return self.problem.n_data - self.effective_parameters
 
     @property
     def reduced_chi2(self) -> float:
@@ -79,34 +151,21 @@ class Spectrum(Result):
     @property
     def material(self) -> Material:
         """Material with a constant Poisson ratio, valid in the window of the data."""
-        shear = self.reduced_modulus.scaled(0.5 * (1.0 - self.poisson_ratio))
-        factor = float(bulk_factor(np.asarray(self.poisson_ratio)))
-        bulk = math.inf if math.isinf(factor) else shear.scaled(factor)
         low, high = self.window
-        return Material(shear, bulk, window=(1.0 / high, 1.0 / low), assumptions="smooth spectrum of measured data")
-
-    @property
-    def curves(self) -> list[tuple[str, list[Curve]]]:
-        """Measured and fitted values of each set of data, with its label."""
-        materials, values = self.material.reshaped((1, 1)), iter(self.nuisances.values())
-        return [
-            (record.label, record.curves(materials, np.array([[next(values) for _ in record.nuisances]])))
-            for record in self.data
-        ]
+        each = self.materials.row(0, 0)
+        return replace(each, window=(1.0 / high, 1.0 / low), assumptions="smooth spectrum of measured data")
 
     def moduli(self, angular_frequency: ArrayLike, *, level: float = 0.95) -> xr.Dataset:
         """Return reduced moduli over frequency with bands; NaN outside half to twice the window of the data."""
         omega = np.atleast_1d(np.asarray(checks.positive("angular_frequency", angular_frequency, "rad/s")))
-        width = quantile(float(checks.between("level", level, 0.0, 1.0)))
-        points = self._theta + np.vstack([np.zeros(self._theta.size), _STEP * np.eye(self._theta.size)])
-        logs = np.log(modulus_functions(_series(points, self.relaxation_times), omega))
-        slopes = (logs[1:] - logs[0]) / _STEP
-        errors = np.sqrt(np.maximum(np.einsum("pkn,pq,qkn->kn", slopes, self.covariance, slopes), 0.0))
         low, high = self.window[0] / _PROMISE, self.window[1] * _PROMISE
-        values = np.where((omega >= low) & (omega <= high), np.exp(logs[0]), np.nan)
-        both = zip(values, *limits(values, errors, width), strict=True)
-        quantities = (MODULI[name] for name in MODULUS_NAMES)
-        return banded(MODULI["angular_frequency"], omega, level, dict(zip(quantities, both, strict=True)))
+
+        def functions(coordinates: Array) -> Array:
+            moduli = modulus_functions(self.problem.reduced_modulus(coordinates), omega)
+            return np.where((omega >= low) & (omega <= high), moduli, np.nan)
+
+        quantities = [MODULI[name] for name in MODULUS_NAMES]
+        return self._banded(MODULI["angular_frequency"], omega, quantities, functions, level)
 
     @property
     def statements(self) -> tuple[str, ...]:
@@ -130,7 +189,7 @@ class Spectrum(Result):
     def summary(self, title: str = "") -> Summary:
         """Return a table of the moduli within the window, which `print` and notebooks show."""
         omega = np.geomspace(*self.window, 4)
-        values = modulus_functions(_series(self._theta[None], self.relaxation_times), omega)[0].T
+        values = modulus_functions(self.problem.reduced_modulus(self.coordinates[None]), omega)[0].T
         rows = [
             (f"{w:.4g}", f"{row[0]:.4g}", f"{row[1]:.4g}", f"{row[3]:.4f}")
             for w, row in zip(omega, values, strict=True)
@@ -141,17 +200,6 @@ class Spectrum(Result):
     @property
     def _short(self) -> str:
         return f"{self.relaxation_times.size} relaxation times, chi2 = {self.chi2:.4g}"
-
-    @property
-    def _theta(self) -> Array:
-        """Logarithms of the moduli."""
-        return np.log(np.append(self.equilibrium_modulus, self.branch_moduli))
-
-
-def _series(theta: Array, times: Array) -> PronySeries:
-    """Return reduced moduli of logarithms of shape (m, 1 + n)."""
-    values = np.exp(theta)
-    return PronySeries.from_checked(values[:, 0], values[:, 1:], np.broadcast_to(times, (len(values), times.size)))
 
 
 def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: float = 0.5) -> Spectrum:
@@ -183,23 +231,38 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
     sets = (data,) if isinstance(data, Observations) else tuple(data)
     nu = check_single("poisson_ratio", poisson_ratio)
     _refuse(sets)
-    problem = _Problem(sets, nu)
-    theta, weight = problem.solve()
-    jacobian, residuals = problem.jacobian(theta), problem.residuals(theta[None])[0]
-    n, k = residuals.size, problem.times.size
-    inverse, effective = _influence(jacobian, problem.penalty, weight)
-    chi2 = float(residuals @ residuals)
-    scale = chi2 / max(n - effective, 1.0) if any(record.scaled for record in sets) else 1.0
-    ends = np.cumsum([record.size for record in sets])[:-1]
-    prefixes = [f"{record.label or n}: " if len(sets) > 1 else "" for n, record in enumerate(sets)]
-    names = [
-        prefix + nuisance.name for prefix, record in zip(prefixes, sets, strict=True) for nuisance in record.nuisances
-    ]
-    return Spectrum(
-        problem.times, np.exp(theta[1 : k + 1]), float(np.exp(theta[0])), nu, weight, chi2 / scale, effective,
-        scale * inverse[: k + 1, : k + 1], problem.window, tuple(np.split(residuals / math.sqrt(scale), ends)),
-        dict(zip(names, (theta[k + 1 :] * problem.steps).tolist(), strict=True)), sets,
-    )  # fmt: skip
+    problem, start = _problem(sets, nu)
+    best, rises, theta = (math.inf, problem, start), 0, start
+    # From the smoothest spectrum to rougher ones, until two of them are worse.
+    for weight in _WEIGHTS:
+        problem = replace(problem, weight=weight)
+        # A smooth spectrum without an equilibrium modulus is no start for rougher ones.
+        theta[0] = max(theta[0], start[0] - 3.0)
+        theta = minimise(problem, theta, tolerance=1e-2).coordinates
+        values = problem.residuals(theta + np.vstack([np.zeros(theta.size), np.diag(problem.steps)]))
+        if not np.all(np.isfinite(residuals := values[0, : problem.n_data])):
+            raise InputError("data", rule="are too far from those of a material with a smooth spectrum")
+        influence = problem.influence(np.nan_to_num((values[1:] - values[0]).T / problem.steps))
+        score = float(residuals @ residuals) / (residuals.size - influence) ** 2
+        best, rises = ((score, problem, theta.copy()), 0) if score < best[0] else (best, rises + 1)
+        if rises > 1:
+            break
+    _, problem, theta = best
+    jacobian = problem.jacobian(theta)
+    effective = problem.influence(jacobian)
+    if problem.unknown_sizes:
+        residuals = problem.residuals(theta[None])[0, : problem.n_data]
+        # The weight of the differences is relative to that of the data.
+        scale = math.sqrt(float(residuals @ residuals) / max(residuals.size - effective, 1.0))
+        problem = replace(problem, factors=(scale,) * len(sets), weight=problem.weight / scale**2)
+        jacobian = jacobian / scale
+    cost = float((problem.residuals(theta[None])[0] ** 2).sum())
+    fit = Fit(theta, cost)
+    uncertainty = Uncertainty(Estimation(problem, "linear", fit, (fit,), jacobian))
+    estimates = nuisance_estimates(uncertainty).items()
+    # Unknowns without an error were projected out.
+    nuisances = {name: float(each.value or 0.0) for name, each in estimates if each.standard_error is not None}
+    return Spectrum(uncertainty, effective, nuisances)
 
 
 def _refuse(sets: Sequence[Observations]) -> None:
@@ -214,96 +277,30 @@ def _refuse(sets: Sequence[Observations]) -> None:
         raise InputError("data", rule=rule)
 
 
-class _Problem:
-    """Residuals of the data over logarithms of the moduli and the nuisances, and the penalty."""
-
-    def __init__(self, sets: Sequence[Observations], poisson_ratio: float) -> None:
-        self.sets = sets
-        self.shear_factor = 0.5 * (1.0 - poisson_ratio)
-        self.bulk_factor = float(bulk_factor(np.asarray(poisson_ratio)))
-        tables = [table for record in sets if (table := record.effective_moduli()) is not None]
-        ends = [end for record in sets for end in record.window() if math.isfinite(end)]
-        ends += [float(end) for table in tables for end in table.angular_frequency[[0, -1]]] if not ends else []
-        low, high = self.window = min(ends), max(ends)
-        decades = math.log10(high / low * _BEYOND**2)
-        self.times = np.geomspace(1.0 / (high * _BEYOND), _BEYOND / low, math.ceil(_A_DECADE * decades) + 1)
-        nuisances = [nuisance for record in sets for nuisance in record.nuisances]
-        self.steps = np.array([nuisance.step for nuisance in nuisances])
-        self._last = np.empty(0), np.empty((0, 0))
-        k = self.times.size
-        self.penalty = np.zeros((k - 2, 1 + k + len(nuisances)))
-        self.penalty[:, 1 : k + 1] = np.diff(np.eye(k), 2, axis=0)
-        storage = np.concatenate([table.storage_modulus for table in tables])
-        loss = np.concatenate([table.loss_modulus for table in tables])
-        # The loss modulus of a flat spectrum is pi/2 times the modulus per unit of the logarithm of time.
-        branch = 2.0 / math.pi * float(np.median(loss)) * math.log(10.0) / _A_DECADE
-        moduli = np.full(k, max(branch, 1e-4 * float(np.median(storage))))
-        start = np.append(0.5 * float(np.median(storage)), moduli)
-        self.start = np.append(np.log(start), [nuisance.start / nuisance.step for nuisance in nuisances])
-
-    def residuals(self, theta: Array) -> Array:
-        """Return residuals at points of shape (m, p), shape (m, n)."""
-        k = self.times.size + 1
-        reduced = _series(theta[:, :k], self.times).reshaped((len(theta), 1))
-        shear = reduced.scaled(self.shear_factor)
-        bulk = math.inf if math.isinf(self.bulk_factor) else shear.scaled(self.bulk_factor)
-        materials = Material(shear, bulk)
-        # At a constant Poisson ratio E* is a multiple of the shear modulus: no roots of dozens of branches.
-        materials.__dict__["_reduced"] = reduced
-        each = zip(self.sets, nuisances_of(self.sets, theta[:, k:]), strict=True)
-        return np.hstack([record.residuals(materials, nuisances) for record, nuisances in each])
-
-    def jacobian(self, theta: Array, base: Array | None = None) -> Array:
-        """Return derivatives by forward differences, shape (n, p); those of the last point are kept."""
-        if not np.array_equal(theta, self._last[0]):
-            here = self.residuals(theta[None])[0] if base is None else base
-            slopes = np.nan_to_num((self.residuals(theta + _STEP * np.eye(theta.size)) - here) / _STEP).T
-            self._last = theta.copy(), slopes
-        return self._last[1]
-
-    def solve(self) -> tuple[Array, float]:
-        """Return the minimum of least generalised cross-validation; weights fall from the smoothest spectrum."""
-        theta, best, rises = self.start.copy(), (math.inf, self.start, 1.0), 0
-        for weight in _WEIGHTS:
-            # A smooth spectrum without an equilibrium modulus is no start for rougher ones.
-            theta[0] = max(theta[0], self.start[0] - 3.0)
-            theta = self._minimum(theta, weight)
-            score = self._score(theta, weight)
-            if score < best[0]:
-                best, rises = (score, theta, weight), 0
-            else:
-                rises += 1
-            if rises > 1:
-                break
-        return best[1], best[2]
-
-    def _minimum(self, theta: Array, weight: float) -> Array:
-        from scipy.optimize import least_squares
-
-        rough, kept = math.sqrt(weight) * self.penalty, dict[bytes, Array]()
-
-        def residuals(at: Array) -> Array:
-            kept.clear()
-            kept[at.tobytes()] = values = self.residuals(at[None])[0]
-            return np.append(values, rough @ at)
-
-        def jacobian(at: Array) -> Array:
-            return np.vstack([self.jacobian(at, kept.get(at.tobytes())), rough])
-
-        if not np.all(np.isfinite(residuals(theta))):
-            raise InputError("data", rule="are too far from those of a material with a smooth spectrum")
-        slopes: Any = jacobian
-        return least_squares(residuals, theta, slopes, method="trf", ftol=1e-3, xtol=1e-3, gtol=1e-6, max_nfev=10).x
-
-    def _score(self, theta: Array, weight: float) -> float:
-        """Return the generalised cross-validation of the problem linearised at its minimum."""
-        residuals = self.residuals(theta[None])[0]
-        influence = _influence(self.jacobian(theta, residuals), self.penalty, weight)[1]
-        return float(residuals @ residuals) / (residuals.size - influence) ** 2
-
-
-def _influence(jacobian: Array, penalty: Array, weight: float) -> tuple[Array, float]:
-    """Return the covariance of the parameters at unit noise, and the trace of the influence matrix."""
-    gram = jacobian.T @ jacobian
-    inverse: Any = np.linalg.pinv(gram + weight * penalty.T @ penalty, rcond=1e-14, hermitian=True)
-    return inverse, float(np.trace(inverse @ gram))
+def _problem(sets: Sequence[Observations], poisson_ratio: float) -> tuple[SpectrumProblem, Array]:
+    """Return the problem on the grid of the data, and a start: a flat spectrum with their loss modulus."""
+    tables = [table for record in sets if (table := record.effective_moduli()) is not None]
+    ends = [end for record in sets for end in record.window() if math.isfinite(end)]
+    ends += [float(end) for table in tables for end in table.angular_frequency[[0, -1]]] if not ends else []
+    low, high = min(ends), max(ends)
+    decades = math.log10(high / low * _BEYOND**2)
+    times = np.geomspace(1.0 / (high * _BEYOND), _BEYOND / low, math.ceil(_A_DECADE * decades) + 1)
+    storage = float(np.median(np.concatenate([table.storage_modulus for table in tables])))
+    loss = float(np.median(np.concatenate([table.loss_modulus for table in tables])))
+    # The loss modulus of a flat spectrum is pi/2 times the modulus per unit of the logarithm of time.
+    branch = max(2.0 / math.pi * loss * math.log(10.0) / _A_DECADE, 1e-4 * storage)
+    touches = [nuisance.start / nuisance.step for record in sets for nuisance in record.nuisances]
+    start = np.array([math.log(0.5 * storage), *[math.log(branch)] * times.size, *touches])
+    nowhere = np.full(start.size, math.inf)
+    problem = SpectrumProblem(
+        tuple(sets),
+        _NO_MODEL,
+        -nowhere,
+        nowhere,
+        (0.0, math.inf),
+        (1.0,) * len(sets),
+        times,
+        poisson_ratio,
+        (low, high),
+    )
+    return problem, start

@@ -4,32 +4,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array
-from restitution.identification.design import (
-    FUNCTIONALS,
-    Materials,
-    functional_slopes,
-    known,
-    per_cent,
-    sensitivities,
-    slope,
-    standard_errors,
-    stencil,
-)
 from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Noise
-from restitution.identification.uncertainty import EXACT, principal_directions, without
-from restitution.material.viscoelastic import reduced_modulus
+from restitution.identification.uncertainty import (
+    EXACT,
+    FAR,
+    MODULUS_NAMES,
+    modulus_functions,
+    principal_directions,
+    without,
+)
+from restitution.material.viscoelastic import Material, reduced_modulus
 
-if TYPE_CHECKING:
-    from restitution.identification.result import Identification
+Materials = Callable[[Array], Material]
 
 
+FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tangent": "tan delta"}
+"""Physical functionals of a material, with their symbols."""
+
+# Step of central differences in the logarithm of a parameter.
+_STEP = 1e-3
+SINGULAR = 1e-11
+"""An eigenvalue of an information matrix counts as zero below this share of the largest one."""
 # Two directions are the same if they differ by less than this share.
 _SAME = 1e-3
 # Parameters that change by less than this share of the largest change are not listed.
@@ -38,31 +40,67 @@ _SMALL = 0.03
 _SETTLED = 0.5
 
 
+def stencil(theta: Array) -> Array:
+    """Return a point, and points one step above and below it in each parameter, shape (1 + 2 n_theta, n_theta)."""
+    steps = _STEP * np.eye(theta.size)
+    return np.concatenate([theta[None], theta + steps, theta - steps])
+
+
+def slope(values: Array) -> Array:
+    """Return central derivatives of values on a stencil: from shape (1 + 2 n_theta, n) to (n, n_theta)."""
+    half = values.shape[0] // 2
+    return ((values[1 : half + 1] - values[half + 1 :]) / (2.0 * _STEP)).T
+
+
+def sensitivities(
+    impacts: Rebounds, materials: Materials, theta: Array, noise: Noise
+) -> tuple[dict[str, Array], Array]:
+    """Return predicted values by name, and the derivatives of the measured ones over their noise.
+
+    The derivatives have the shape (n, n_measured, n_theta). Quantities with a noise count as measured.
+    """
+    predicted = impacts.predicted(materials(stencil(theta)))
+    slopes: list[Array] = []
+    for name, values in predicted.items():
+        if (deviation := noise.of(name, values[0])) is not None:
+            slopes.append(slope(values) / deviation[:, None])
+    return {name: values[0] for name, values in predicted.items()}, np.stack(slopes, axis=1)
+
+
+def functional_slopes(materials: Materials, theta: Array, omega: Any) -> Array:
+    """Return slopes of the logarithms of `FUNCTIONALS` at one omega [rad/s], or one for each row of the stencil."""
+    functions = modulus_functions(reduced_modulus(materials(stencil(theta))), np.atleast_1d(omega))[..., 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return slope(np.log(functions[:, [MODULUS_NAMES.index(name) for name in FUNCTIONALS]]))
+
+
+def standard_errors(information: Array, gradients: Array) -> Array:
+    """Return standard errors of functions with gradients of shape (k, p); infinite without information."""
+    eigenvalues, vectors = np.linalg.eigh(information)
+    flat = eigenvalues <= SINGULAR * eigenvalues[-1]
+    shares = (gradients @ vectors) ** 2
+    variance = (shares[:, ~flat] / eigenvalues[~flat]).sum(axis=1)
+    return np.sqrt(np.where(shares[:, flat].sum(axis=1) > 1e-6 * shares.sum(axis=1), np.inf, variance))
+
+
+def per_cent(error: float) -> str:
+    """Return the standard error as a share, with two digits."""
+    return f"{float(f'{100.0 * error:.2g}'):g} %"
+
+
+def known(error: float) -> str:
+    """Return the standard error of a logarithm, in words."""
+    if error < 0.5:
+        return f"to {per_cent(error)}"
+    return f"to a factor of {math.exp(error):.2g}" if error < FAR else "not at all"
+
+
 class StatedDirection(NamedTuple):
     """Change of the parameters with no effect, or almost none, on the data."""
 
     exponents: dict[str, float]  # each parameter is multiplied by x to this power
     exact: bool  # whether the change has no effect at all
     words: str
-
-
-def statements(result: Identification) -> list[str]:
-    """State what the data of an identification determine and what they do not determine."""
-    problem, theta = result.problem, result.coordinates[: result.problem.n_parameters]
-    contacts = [record for record in problem.data if isinstance(record, Rebounds)]
-    impacts = contacts[0] if contacts else None
-    window = result.window
-    if impacts is not None and not all(map(math.isfinite, window)):
-        times = impacts.contact_times(problem.materials(result.coordinates[None]))
-        window = math.pi / float(np.nanmax(times)), math.pi / float(np.nanmin(times))
-    powers = [record.profile.path_exponent for record in contacts if not np.any(record.external_force)]
-    power = powers[0] if powers else None
-    same = len(powers) == len(problem.data) and all(other == power for other in powers)
-    exponent = float(np.asarray(power)) if same and power is not None else None
-    return knowledge(
-        result.names, result.estimation.jacobian, problem.materials, theta, window, exponent=exponent, impacts=impacts,
-        unseen=result.uncertainty.unseen,
-    )[1]  # fmt: skip
 
 
 def knowledge(
@@ -82,6 +120,7 @@ def knowledge(
     singular, rows = principal_directions(seen)
     exact, flat = singular <= EXACT * singular[0], singular < 1.0
     if unseen is not None:
+        # The Jacobian does not show the logarithm of a modulus near zero either, but a large change does.
         exact &= np.array([not small or unseen(row) for small, row in zip(exact, rows, strict=True)])
     information = seen.T @ seen
     directions: list[StatedDirection] = []
@@ -92,6 +131,7 @@ def knowledge(
         directions.append(StatedDirection(changes, exactly, f"{start} when {_listed(changes)}. {words}".strip()))
 
     space = rows[exact]
+    # Invariances that the theory knows come first, with their words; then what is left of the space.
     for vector, words in _invariances(materials, theta, window, exponent):
         if np.linalg.norm(vector - space.T @ (space @ vector)) < _SAME * np.linalg.norm(vector):
             add(vector, True, words)
@@ -210,19 +250,14 @@ def _functionals(
     materials: Materials, theta: Array, window: tuple[float, float], information: Array, impacts: Rebounds | None
 ) -> str:
     """Return errors of abs(E*), E'' and tan delta in the middle of the data, in words."""
-    omega = math.sqrt(window[0] * window[1])
-    _, gradients = functional_slopes(materials, theta, omega)
+    omega: Any = math.sqrt(window[0] * window[1])
     place = f"{omega:.4g} rad/s"
     if impacts is not None:
         # The frequency of a bounce shifts with its contact time.
         times = impacts.contact_times(materials(stencil(theta)))
         middle = int(np.argsort(times[0])[times.shape[1] // 2])
-        omega = math.pi / float(times[0, middle])
-        _, gradients = functional_slopes(materials, theta, omega)
-        above, below = (functional_slopes(materials, theta, factor * omega)[0] for factor in (1.01, 1.0 / 1.01))
-        over_omega = np.log(above / below) / (2.0 * math.log(1.01))
-        gradients = gradients - over_omega[:, None] * slope(np.log(times))[middle]
-        place = f"pi over the contact time at {impacts.velocity[middle]:.3g} m/s"
+        omega, place = math.pi / times[:, [middle]], f"pi over the contact time at {impacts.velocity[middle]:.3g} m/s"
+    gradients = functional_slopes(materials, theta, omega)
     errors = standard_errors(information, gradients)
     listed = [f"{symbol} {known(error)}" for symbol, error in zip(FUNCTIONALS.values(), errors, strict=True)]
     return f"At {place} the data determine {', '.join(listed)}."

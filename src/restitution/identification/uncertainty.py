@@ -111,15 +111,14 @@ def profile(
     ends: list[float] = []
     unseen = hidden(standard_error, estimation.problem.n_parameters)
     for sign in (-1.0, 1.0):
-        side = _side(estimation, k, sign, standard_error, covariance, quantile, best)
-        points += side.walked
-        ends.append(side.end)
-        if unseen.size and math.isfinite(side.end):
-            far, wary = _FAR_ERRORS * abs(side.end - points[0][0]), _WARY * quantile
-            side = _side(estimation, k, sign, standard_error, covariance, wary, side.best, side, far)
-            points += side.walked
-            ends[-1] = ends[-1] if math.isnan(side.end) else side.end
-        best = side.best
+        walk = _Walk(estimation, k, sign, standard_error, covariance, best)
+        end = walk.end(quantile)
+        if unseen.size and math.isfinite(end):
+            farther = walk.end(_WARY * quantile, _FAR_ERRORS * abs(end - points[0][0]))
+            end = end if math.isnan(farther) else farther
+        ends.append(end)
+        points += walk.walked
+        best = walk.best
     points.sort()
     z, excess = np.array(points).T
     return LikelihoodProfile(z, np.maximum(excess, 0.0), ends[0], ends[1], best)
@@ -143,92 +142,82 @@ class _Point(NamedTuple):
         return min(_LONGEST_STEP, 1.05 * (quantile - self.root) / pace if pace > 0.0 else _LONGEST_STEP)
 
 
-class _Side(NamedTuple):
-    """One side of a profile."""
-
-    end: float  # of the interval; NaN if it is nearer than asked
-    walked: list[tuple[float, float]]
-    best: Fit
-    last: _Point | None = None  # at the end
-    before: _Point | None = None
-    flat: float = 0.0  # distance to which the profile is flat
-
-
 def hidden(standard_errors: Array, n_parameters: int) -> NDArray[np.intp]:
     """Return parameters whose size the data hardly show at the best fit, so that linear estimates of errors fail."""
     return np.flatnonzero(standard_errors[:n_parameters] > _HIDDEN)
 
 
-def _side(
-    estimation: Estimation, k: int, sign: float, standard_error: Array, covariance: Array, quantile: float, best: Fit,
-    profile: _Side | None = None, beyond: float = 0.0,
-) -> _Side:  # fmt: skip
-    """Return the end of the interval on one side, the points of the profile, and the best fit among them.
+class _Walk:
+    """Walk along one side of a profile, which goes on from a known end."""
 
-    The walk goes on from a known end. An end that is nearer than the distance `beyond` is not searched for.
-    """
-    problem, least = estimation.problem, estimation.fit.cost
-    origin = estimation.fit.coordinates
-    bound = float(problem.low[k] if sign < 0 else problem.high[k])
-    open_end = sign * math.inf
-    unseen = hidden(standard_error, problem.n_parameters)
-    slope = sign * covariance[:, k] / covariance[k, k]
-    walked: list[tuple[float, float]] = []
-    last, before, flat = _Point(0.0, 0.0, origin), None, 0.0
-    step = min(_LONGEST_STEP, quantile * float(standard_error[k]))
-    if profile is not None and profile.last is not None and profile.before is not None:
-        last, before, flat = profile.last, profile.before, profile.flat
-        step = last.step(before, quantile)
+    def __init__(
+        self, estimation: Estimation, k: int, sign: float, standard_error: Array, covariance: Array, best: Fit
+    ) -> None:
+        problem = estimation.problem
+        self.estimation, self.k, self.sign, self.best = estimation, k, sign, best
+        self.walked: list[tuple[float, float]] = []
+        self.unseen = hidden(standard_error, problem.n_parameters)
+        self.error, self.slope = float(standard_error[k]), sign * covariance[:, k] / covariance[k, k]
+        self.start = float(estimation.fit.coordinates[k])
+        self.room = 0.999 * abs(float(problem.low[k] if sign < 0 else problem.high[k]) - self.start)
+        self.last = _Point(0.0, 0.0, estimation.fit.coordinates)
+        self.before: _Point | None = None
+        self.flat = 0.0  # distance to which the profile is flat
 
-    def at(distance: float, guess: Array, wakened: Array | None = None) -> _Point:
-        """Return a point of the profile; outside it, also by descents from other hidden coordinates."""
-        nonlocal best
+    def end(self, quantile: float, beyond: float = 0.0) -> float:
+        """Return the end of the interval; infinite where open, NaN, without a search, if nearer than `beyond`."""
+        outer = self._outside(quantile)
+        if outer is None:
+            return self.sign * math.inf
+        if outer.distance <= beyond:
+            return math.nan
+        inner, self.before = self.last, self.last
+        # Bracketed by two least sums: the secant rule, kept within by halving, from the line between their points.
+        for n in range(_ROUNDS):
+            if outer.root - quantile < _CLOSE:
+                break
+            share = (quantile - inner.root) / (outer.root - inner.root) if math.isfinite(outer.root) else 0.5
+            share = min(max(share + 1e-3, 0.02), 0.98) if n % 4 != 3 else 0.5
+            distance = inner.distance + share * (outer.distance - inner.distance)
+            line = inner.toward(outer, distance) if math.isfinite(outer.root) else 0.0
+            new = self._point(distance, inner.coordinates + line)
+            if new.root < quantile - _CLOSE:
+                inner = new
+            else:
+                outer = new
+        self.last = outer
+        return self.start + self.sign * outer.distance if outer.distance >= beyond else math.nan
+
+    def _outside(self, quantile: float) -> _Point | None:
+        """Walk to the first point whose excess is above the squared quantile; None if there is none."""
+        before = self.before
+        step = min(_LONGEST_STEP, quantile * self.error) if before is None else self.last.step(before, quantile)
+        while self.last.distance < (furthest := min(self.flat + FAR, self.room)):
+            distance = min(self.last.distance + step, furthest)
+            # The line of a hidden coordinate is meaningless, so that no coordinate goes far along it.
+            line = self.slope * distance if self.before is None else self.last.toward(self.before, distance)
+            guess = self.last.coordinates + np.clip(line, -_LONGEST_STEP, _LONGEST_STEP)
+            new = self._point(distance, guess, quantile)
+            if not new.root < quantile:
+                return new
+            self.before, self.last, width = self.last, new, step
+            if new.root < _FLAT:
+                self.flat, step = new.distance, max(_GROWTH * width, 0.02)
+            else:
+                step = max(new.step(self.before, quantile), 0.02 * _LONGEST_STEP * min(1.0, self.error))
+        return None
+
+    def _point(self, distance: float, guess: Array, quantile: float | None = None) -> _Point:
+        """Return a point of the profile; above a squared quantile also by descents from other hidden coordinates."""
+        problem, loss, least = self.estimation.problem, self.estimation.loss, self.estimation.fit.cost
         guess = np.clip(guess, problem.low, problem.high)
-        guess[k] = origin[k] + sign * distance
-        fit = minimise(problem, guess, estimation.loss, k, _TOLERANCE)
-        if wakened is not None and not fit.cost - least < quantile**2:
-            fit = rescued(problem, fit, wakened, unseen, estimation.loss, k, _TOLERANCE)
-        if fit.cost < best.cost:
-            best = fit
-        walked.append((float(guess[k]), fit.cost - least))
+        guess[self.k] = self.start + self.sign * distance
+        fit = minimise(problem, guess, loss, self.k, _TOLERANCE)
+        if quantile is not None and not fit.cost - least < quantile**2:
+            fit = rescued(problem, fit, self.last.coordinates, self.unseen, loss, self.k, _TOLERANCE)
+        self.best = min(self.best, fit, key=lambda fit: fit.cost)
+        self.walked.append((float(guess[self.k]), fit.cost - least))
         return _Point(distance, math.sqrt(max(fit.cost - least, 0.0)), fit.coordinates)
-
-    room = abs(bound - float(origin[k]))
-    while True:
-        if last.distance >= min(flat + FAR, 0.999 * room):
-            return _Side(open_end, walked, best)
-        distance = min(last.distance + step, flat + FAR, 0.999 * room)
-        # The line of a hidden coordinate is meaningless, so that no coordinate goes far along it.
-        line = slope * distance if before is None else last.toward(before, distance)
-        new = at(distance, last.coordinates + np.clip(line, -_LONGEST_STEP, _LONGEST_STEP), last.coordinates)
-        if not new.root < quantile:
-            if distance <= beyond:
-                return _Side(math.nan, walked, best)
-            break
-        before, last, width = last, new, step
-        if last.root < _FLAT:
-            flat, step = last.distance, max(_GROWTH * width, 0.02)
-            continue
-        step = max(last.step(before, quantile), 0.02 * _LONGEST_STEP * min(1.0, float(standard_error[k])))
-    # Bracketed by two least sums: the secant rule, kept within by halving, from the line between their coordinates.
-    inner, outer = last, new
-    for n in range(_ROUNDS):
-        if outer.root - quantile < _CLOSE:
-            break
-        share = (quantile - inner.root) / (outer.root - inner.root) if math.isfinite(outer.root) else 0.5
-        share = min(max(share + 1e-3, 0.02), 0.98) if n % 4 != 3 else 0.5
-        distance = inner.distance + share * (outer.distance - inner.distance)
-        line = inner.toward(outer, distance) if math.isfinite(outer.root) else 0.0
-        new = at(distance, inner.coordinates + line)
-        if abs(new.root - quantile) < _CLOSE:
-            outer = new
-            break
-        if new.root < quantile:
-            inner = new
-        else:
-            outer = new
-    end = float(origin[k] + sign * outer.distance) if outer.distance >= beyond else math.nan
-    return _Side(end, walked, best, outer, last, flat)
 
 
 EXACT = 3e-6
@@ -243,7 +232,6 @@ _COMPONENT = 1e-3
 _LINEAR = 0.05
 # Share of the excess at an end by which the linearised problem may err.
 _BENT = 0.1
-_STEP = 1e-4
 CLOSE, UNDETERMINED = 1.3, 3.0
 """Factors between an estimate and the ends of its interval: a determined value, and one that results warn of."""
 _LEVEL = 0.95
@@ -267,7 +255,7 @@ class Estimate(NamedTuple):
             return math.inf
         if low == high == self.value or not (math.isfinite(low) and math.isfinite(high)):
             return 1.0  # known without an error, or an unknown that was projected out
-        if low <= 0.0:
+        if low <= 0.0:  # no factor leads from a positive value to zero
             return math.inf if self.value > 0.0 else 1.0
         return max(self.value / low, high / self.value)
 
@@ -444,7 +432,7 @@ class Uncertainty:
     def _bent(self, k: int, level: float) -> bool:
         """Return whether the least sum of squares at an end of the linearised interval is not as predicted."""
         if not np.any(self.standard_errors[: self.estimation.problem.n_parameters] > _LINEAR):
-            return False
+            return False  # all logarithms change too little for the problem to be nonlinear
         problem, fit, loss = self.estimation.problem, self.estimation.fit, self.estimation.loss
         excess = self.quantile(level) ** 2 * self._efficiency[1]
         move = math.sqrt(excess / self.covariance[k, k] * self._efficiency[0]) * self.covariance[:, k]
@@ -462,11 +450,13 @@ class Uncertainty:
         free = any(direction.exact and parameter.name in direction.exponents for direction in self.flat_directions)
         if free:
             low, high = -math.inf, math.inf
+        # The linearised problem fails where an error is large, or where the least sum of squares is no parabola.
         elif profiled or (profiled is None and (error > _LINEAR or self._curved or self._bent(k, level))):
             low, high = self.profile(k, level)[2:4]
         else:
             reach = self.quantile(level) * error
             low, high = (z - reach, z + reach) if reach < FAR else (-math.inf, math.inf)
+        # The data do not bound an estimate that lies at the end of its range.
         if z - problem.low[k] < 1e-6 * width or low < problem.low[k]:
             low = -math.inf
         if problem.high[k] - z < 1e-6 * width or high > problem.high[k]:
@@ -478,6 +468,25 @@ class Uncertainty:
         value = float(parameter.outward(z)) if determined else None
         size = error * float(parameter.slope(z)) if determined else None
         return Estimate(value, size, interval, determined, parameter.quantity.unit, ends)
+
+
+def nuisance_estimates(uncertainty: Uncertainty) -> dict[str, Estimate]:
+    """Return unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
+    problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
+    point, estimates, at = fit.coordinates[None], dict[str, Estimate](), problem.n_parameters
+    materials, quantile = problem.materials(point), uncertainty.quantile()
+    for n, (record, values) in enumerate(zip(problem.data, problem.nuisances(point), strict=True)):
+        prefix = f"{record.label or n}: " if len(problem.data) > 1 else ""
+        for k, nuisance in enumerate(record.nuisances):
+            value, error = float(values[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
+            at += 1
+            reach = quantile * error
+            estimates[prefix + nuisance.name] = Estimate(
+                value, error, (value - reach, value + reach), True, nuisance.unit
+            )
+        for name, (value, unit) in record.linear_estimates(materials, values).items():
+            estimates[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
+    return estimates
 
 
 def without(jacobian: Array, other: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Profile
 from restitution.contact.table import Rows
 from restitution.errors import InputError
-from restitution.impact.problem import Impact
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import (
     Progress,
@@ -30,6 +29,9 @@ from restitution.impact.status import Status
 from restitution.kernel.outcome import MAX_DEPTH, OUTCOME, STATUS
 from restitution.material.prony import PronySeries
 from restitution.quantities import BODY, ENERGIES, OUTPUTS, derived
+
+if TYPE_CHECKING:
+    from restitution.impact.problem import Impact
 
 # Error of the table of a profile that counts as rounding.
 _TABLE_ROUNDING = 1e-11
@@ -50,8 +52,8 @@ class Batch:
 
     Examples
     --------
-    >>> one = np.ones(3)
-    >>> batch = Batch(4.0 * one, 0.0 * one, np.empty((3, 0)), np.empty((3, 0)), one, one, 0.0 * one, one, 1.0)
+    >>> ones = np.ones(3)
+    >>> batch = Batch(4.0 * ones, 0.0 * ones, np.empty((3, 0)), np.empty((3, 0)), ones, ones, 0.0 * ones, ones, 1.0)
     >>> batch.solve(1e-9)["restitution_coefficient"].round(9).tolist()
     [1.0, 1.0, 1.0]
     """
@@ -126,9 +128,9 @@ class Batch:
     @classmethod
     def parts(cls, impact: Impact | Sequence[Impact]) -> list[tuple[Places, Batch]]:
         """Return batches of the rows of an impact, or of single impacts, with their places."""
-        if isinstance(impact, Impact):
-            return cls.joined([(places, cls.from_impact(part)) for places, part in impact.parts()])
-        return cls.from_impacts(impact)
+        if isinstance(impact, Sequence):
+            return cls.from_impacts(impact)
+        return cls.joined([(places, cls.from_impact(part)) for places, part in impact.parts()])
 
     @classmethod
     def joined(cls, batches: Sequence[tuple[Places, Batch]]) -> list[tuple[Places, Batch]]:
@@ -151,14 +153,10 @@ class Batch:
 
     def scaled(self, depth_factor: Numeric = _DEPTH_FACTOR, rtol: float = 0.0) -> ScaledBlock:
         """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
-        series = self.equilibria, self.viscosities, self.moduli, self.times
-        bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
         # Without a row there is nothing to tabulate.
         if self.profile is not None and self.size:
-            units = self.depth_units, self.radius_units
-            factors = np.broadcast_to(depth_factor, self.masses.shape)
-            return table_block(self.profile, *series, *bodies, factors, rtol, units, self.smooth)
-        return power_block(*series, self.coefficients if self.size else self.masses, self.exponent or 0.0, *bodies)
+            return table_block(self, np.broadcast_to(depth_factor, self.masses.shape), rtol)
+        return power_block(self)
 
     def solve(
         self, rtol: float, *, workers: int | None = None, progress: Progress | None = None,
@@ -319,7 +317,7 @@ class Batch:
             return stiffness_radius if self.ratios is None else stiffness_radius * self.ratios
         is_finite = np.isfinite(depth) & np.isfinite(stiffness_radius)
         scaled = depth / self.depth_units, stiffness_radius / self.radius_units
-        place = (np.where(is_finite, one, 0.0) for one in scaled)
+        place = (np.where(is_finite, length, 0.0) for length in scaled)
         return np.where(is_finite, self.profile.contact_radius_at(*place) * self.radius_units, stiffness_radius)
 
     def _stiffness_radius(self, depth: Array) -> Array:
@@ -350,7 +348,7 @@ def solve_columns(
     energy: bool = False, pressure: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the outputs of impacts by name, raveled; see `Batch.solve`."""
-    columns, done, count = dict[str, Any](), 0, math.prod(impact.shape) if isinstance(impact, Impact) else len(impact)
+    columns, done, count = dict[str, Any](), 0, len(impact) if isinstance(impact, list) else math.prod(impact.shape)
 
     def advance(finished: int, _: int) -> None:
         if progress is not None:

@@ -251,10 +251,12 @@ def bounces(
             Ending.MAX_BOUNCES: len(results) == max_bounces,
             Ending.STOPPED: stop is not None and stop(),
         }
-        if (ending := next((one for one in holds if holds[one]), None)) is not None:
+        if (ending := next((end for end, is_reached in holds.items() if is_reached), None)) is not None:
             break
         velocity = float(fall_velocity(rise, g))
-    columns = {name: np.array([getattr(one, name) for one in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)}
+    columns = {
+        name: np.array([getattr(result, name) for result in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)
+    }
     flights = (columns["rebound_velocity"][:-1] + columns["velocity"][1:]) / g
     columns["touch_time"] = np.cumsum(np.append(columns["velocity"][0] / g, columns["contact_time"][:-1] + flights))
     columns["height"] = np.array(heights)

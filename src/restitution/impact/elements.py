@@ -207,7 +207,6 @@ class _Foundation:
         self, spacing: float, step: float, snapshots: list[Snapshot] | None = None, every: int = 1
     ) -> SampledSolution:
         """March by explicit Euler; elements at (i + 1/2) dx, each for its mirror image too; keep `snapshots`."""
-        transform = self.profile.transform
         law = element_law(self.impact.material, self.impact.counter_material, self.series)
         g, u, contact = np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool)
         d, v, deepest, n, dissipated, stored = 0.0, self.velocity, 0.0, 0, 0.0, 0.0
@@ -215,12 +214,9 @@ class _Foundation:
         rows: list[tuple[float, float, float, float]] = []
         while True:
             while g.size == 0 or g[-1] <= d:
-                size = max(2 * g.size, _SIZING)
-                g, x = np.full(size, np.inf), (np.arange(size) + 0.5) * spacing
-                described = x <= self.profile.max_contact_radius
-                g[described] = transform(x[described])
-                u, contact = padded(u, size), padded(contact, size)
-                law.grow(size)
+                g = self._depths_of_touch(max(2 * g.size, _SIZING), spacing)
+                u, contact = padded(u, g.size), padded(contact, g.size)
+                law.grow(g.size)
             if d >= deepest:
                 deepest, born = d, int(np.searchsorted(g, d, side="right"))
                 contact[n:born], n = True, max(n, born)
@@ -258,6 +254,13 @@ class _Foundation:
                 rule = f"must be longer: the contact needs more than {MAX_STEPS} steps; or use method 'exact'"
                 raise InputError("time_step", step, rule, "s")
             d, v = d + step * rate, v + step * (self.load - force) / self.mass
+        return self._solution(rows, step, status, dissipated, stored)
+
+    def _solution(
+        self, rows: list[tuple[float, float, float, float]], step: float, status: Status, dissipated: float,
+        stored: float,
+    ) -> SampledSolution:  # fmt: skip
+        """Return the solution whose rows are depth, rate, force and contact radius at each step."""
         depths, velocities, forces, radii = np.array(rows).T
         e = max(0.0, -float(velocities[-1]) / self.velocity)
         fades = self.load == 0.0 and (self.series.is_liquid or self.admittance > 0.0)
@@ -274,6 +277,13 @@ class _Foundation:
             residual_indentation_depth=float(depths[-1]), status=status, time_step=step,
             dissipated=dissipated, stored=stored, radiated=step * self.admittance * float(forces @ forces),
         )  # fmt: skip
+
+    def _depths_of_touch(self, size: int, spacing: float) -> Array:
+        """Return the depths [m] at which the first elements are touched; infinite beyond the end of the profile."""
+        g, x = np.full(size, np.inf), (np.arange(size) + 0.5) * spacing
+        described = x <= self.profile.max_contact_radius
+        g[described] = self.profile.transform(x[described])
+        return g
 
     def is_over(self, time: float, radius: float) -> bool:
         """Whether 20 times the slowest decay has passed, after which 2e-9 of the transients is left."""
@@ -333,15 +343,6 @@ class StandardSolidElement:
             energy += (self.ginf / 3.0 + self.k0) * (u2 - u) ** 2 + (self.g1 / 3.0) * (u2 - u1) ** 2
         return 2.0 * energy
 
-    def release(self, load: Array, step: float) -> Array:
-        """Let go of elements with a negative line load [N/m]: growth [m] of u in the step, with which it is zero."""
-        ginf, g1, stiff = self.ginf, self.g1, self.ginf / 3.0 + self.k0 + self.g1 / 3.0
-        share = 1.0 if math.isinf(stiff) else stiff / (stiff + g1 + ginf)
-        du = np.maximum(-load, 0.0) / (4.0 * (ginf + g1) * share)
-        for inner, part in ((self.u1, 1.0), (self.u2, share), (self.u3, share)):
-            inner[: du.size] += part * du
-        return du
-
     def inner(self, n: int) -> dict[str, Array]:
         """Inner displacements [m] of the first n elements by name."""
         return {"u1": self.u1[:n].copy(), "u2": self.u2[:n].copy(), "u3": self.u3[:n].copy()}
@@ -375,12 +376,6 @@ class MaxwellElement:
     def energy(self, u: Array) -> Array:
         """Energy per length [J/m] of all springs."""
         return 0.5 * (self.equilibrium * u**2 + self.moduli @ self.w[:, : u.size] ** 2)
-
-    def release(self, load: Array, step: float) -> Array:
-        """Let go of elements with a negative line load [N/m]: growth [m] of u in the step, with which it is zero."""
-        du = np.maximum(-load, 0.0) / (self.equilibrium + self.viscosity / step + self.moduli.sum())
-        self.w[:, : du.size] += du
-        return du
 
     def inner(self, n: int) -> dict[str, Array]:
         """Return nothing: only the paper's element has such displacements."""

@@ -1,4 +1,4 @@
-"""The impact problem, and impacts made from two bodies, from a fall, or for fractional materials."""
+"""The impact problem and its groups; impacts of two bodies, of a fall, or for fractional materials."""
 
 from __future__ import annotations
 
@@ -6,18 +6,19 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.axes import Axes, aligned, axes_of, named, spread_array
+from restitution.axes import Axes, align, aligned, axes_of, named, spread_array
 from restitution.checks import (
     Array,
     Numeric,
     common_shape,
     function,
+    instance,
     pair,
     positive_or_infinite,
     single_nonnegative,
@@ -26,9 +27,10 @@ from restitution.checks import (
 from restitution.contact.geometry import BALL_ON_TARGET, Contact, Geometry
 from restitution.contact.profiles import Parabola, sphere_mass
 from restitution.errors import InputError, InputTypeError
+from restitution.impact.scaling import viscosity_unit
 from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, single_material
 
 # Parts of an impact that are no numbers but may be arrays of them.
 _OBJECTS = ("material", "profile", "counter_material")
@@ -117,14 +119,12 @@ class Impact:
     """Names of the axes of an array of impacts; None where they have no names."""
 
     def __post_init__(self) -> None:
-        values, axes = aligned({name: getattr(self, name) for name in (*_OBJECTS, *quantities.BODY)})
-        if axes is not None:
-            vars(self).update(values, axes=axes)
+        align(self, (*_OBJECTS, *quantities.BODY))
         object.__setattr__(self, "profile", self.contact.profile)
         both = pair("diameters", self.diameters, "must be a pair of numbers")
-        object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", one) for one in both))
+        object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", each) for each in both))
         for name in quantities.BODY:
-            object.__setattr__(self, name, quantities.check(name, getattr(self, name)))
+            object.__setattr__(self, name, quantities.INPUTS[name].check(getattr(self, name)))
         _ = self.shape
         forces = np.where(np.isinf(self.impedance), 0.0, self.external_force)
         if np.any(forces):
@@ -288,9 +288,7 @@ class Body:
     def __post_init__(self) -> None:
         if self.material is not None and not isinstance(self.material, Material):
             raise InputTypeError("material", self.material, "must be a Material, or None for a rigid body")
-        values, axes = aligned({"material": self.material, "radius": self.radius, "mass": self.mass})
-        if axes is not None:
-            vars(self).update(values, axes=axes)
+        align(self, ("material", "radius", "mass"))
         radius = positive_or_infinite("radius", self.radius, "m")
         object.__setattr__(self, "radius", radius)
         mass = self.mass
@@ -383,7 +381,7 @@ def _collision(body_1: Body, body_2: Body, velocity: Any, external_force: Any) -
 def two_bodies(problem: Any) -> tuple[Body, Body]:
     """Return the members of a pair of bodies, which stands for an impact where the velocity does not matter."""
     members: list[Any] = list(problem) if isinstance(problem, (tuple, list)) else []
-    if len(members) != 2 or not all(isinstance(one, Body) for one in members):
+    if len(members) != 2 or not all(isinstance(body, Body) for body in members):
         raise InputTypeError("problem", problem, "must be an Impact or a pair of Body")
     return members[0], members[1]
 
@@ -454,6 +452,64 @@ def drop(
         weight = impact.mass * acceleration
     impact = replace(impact, external_force=weight) if truth("with_weight", with_weight) else impact
     return named(impact, axes)
+
+
+class DimensionlessGroups(NamedTuple):
+    """Dimensionless groups that determine the restitution coefficient of a standard solid (Willert et al., eq. 11)."""
+
+    p1: float
+    p2: Numeric
+    p3: Numeric
+
+
+def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
+    """Dimensionless groups p1, p2, p3 of a parabolic body on a standard solid.
+
+    Parameters
+    ----------
+    impact : Impact
+        A parabola on a standard solid with a constant bulk modulus, without a constant force.
+
+    Returns
+    -------
+    DimensionlessGroups
+        Static Poisson ratio p1 = nu, p2 = Ginf/G1 and p3 = eta (v0 R/(m^2 Ginf^3))^(1/5), all [-].
+
+    Raises
+    ------
+    InputError
+        If the impact is of another kind.
+
+    Examples
+    --------
+    >>> from restitution.contact.profiles import Parabola
+    >>> from restitution.material.classical import standard_solid
+    >>> solid = standard_solid(1.0, 10.0, 2.0, poisson_ratio=0.3)
+    >>> groups = dimensionless_groups(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0))
+    >>> print(round(groups.p1, 12), groups.p2, groups.p3)
+    0.3 0.1 2.0
+    """
+    material = single_material("impact.material", instance("impact", impact, Impact, "must be an Impact").material)
+    shear, bulk = material.shear.simplified(), material.bulk
+    reasons = [
+        (impact.counter_material is not None, "both bodies deform"),
+        (impact.profile.path_exponent != 1.0, "the profile is not a parabola"),
+        (shear.branch_moduli.size != 1, f"the shear modulus has {shear.branch_moduli.size} branches, not 1"),
+        (shear.parallel_viscosity > 0.0, "the shear modulus has a parallel dashpot"),
+        (shear.equilibrium_modulus == 0.0, "the equilibrium modulus is 0"),
+        (isinstance(bulk, PronySeries) and not bulk.is_elastic, "the bulk relaxes"),
+        (bool(np.any(impact.external_force)), "a constant force acts"),
+        (bool(np.any(np.isfinite(impact.impedance))), "the target has an impedance"),
+    ]
+    for wrong, reason in reasons:
+        if wrong:
+            rule = f"must be of a rigid parabola on a standard solid, which has p1, p2, p3: here {reason}"
+            raise InputError("impact", rule=rule)
+    modulus, branch = shear.equilibrium_modulus, float(shear.branch_moduli[0])
+    viscosity = branch * float(shear.relaxation_times[0])
+    radius = np.asarray(impact.profile.path_coefficient) ** 2
+    p3 = viscosity / viscosity_unit(modulus, np.asarray(impact.mass), np.asarray(impact.velocity), radius)
+    return DimensionlessGroups(material.poisson_ratio, modulus / branch, float(p3) if p3.ndim == 0 else p3)
 
 
 def window_around(contact_time: ArrayLike, longest: float = 0.0) -> Window:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -132,17 +131,17 @@ class ImpactResult(Result):
     @property
     def velocity(self) -> Numeric:
         """Impact velocity v0 [m/s], in the shape of the results."""
-        return self._named("velocity", self._column("velocity"))
+        return self._named(velocity=self._by_name["velocity"])[0]
 
     @property
     def mass(self) -> Numeric:
         """Mass m [kg], in the shape of the results."""
-        return self._named("mass", self._column("mass"))
+        return self._named(mass=self._by_name["mass"])[0]
 
     @property
     def rebound_velocity(self) -> Numeric:
         """Speed of the rebound e v0 [m/s]."""
-        return self._named("rebound_velocity", self._derived()["rebound_velocity"])
+        return self._named(rebound_velocity=derived(self._by_name)["rebound_velocity"])[0]
 
     @property
     def turning_time(self) -> float:
@@ -153,25 +152,32 @@ class ImpactResult(Result):
     @property
     def outputs(self) -> dict[str, Numeric]:
         """All outputs of `restitution.quantities.OUTPUTS` by name, in SI; of several impacts by further solves."""
-        energies = {name: one for name, one in zip(BUDGET, self.energy, strict=True) if name in ENERGIES}
-        derived = self._derived(energies | {"max_pressure": self.max_pressure})
-        shape = np.shape(self.status)
-        return {name: self._named(name, shaped(np.broadcast_to(derived[name], shape), shape)) for name in OUTPUTS}
+        energies = {name: getattr(self.energy, name.removesuffix("_energy")) for name in ENERGIES}
+        solved = {name: np.asarray(value) for name, value in (energies | {"max_pressure": self.max_pressure}).items()}
+        columns = derived(self._by_name | solved)
+        return dict(zip(OUTPUTS, self._named(**{name: columns[name] for name in OUTPUTS}), strict=True))
 
-    def _named(self, name: str, values: Any) -> Any:
-        """Give an output the names of the axes of the impact, if there are any."""
-        axes = getattr(self.impact, "axes", None)
-        quantity = OUTPUTS.get(name) or INPUTS[name]
-        return values if axes is None else axes.array(np.broadcast_to(values, axes.shape), name, quantity.attributes)
+    @cached_property
+    def _by_name(self) -> dict[str, Any]:
+        """Inputs of the body and stored outputs by name, without names of axes."""
+        outputs = {name: getattr(self, name) for name in OUTPUTS if name in self.__dataclass_fields__}
+        if np.shape(self.status):
+            outputs = {name: np.asarray(values) for name, values in outputs.items()}
+        impacts = self.impact
+        if isinstance(impacts, list):
+            return outputs | {name: np.array([getattr(impact, name) for impact in impacts]) for name in BODY}
+        return outputs | {name: getattr(impacts, name) for name in BODY}
 
-    def _plain(self, name: str) -> Any:
-        """Return an output without the names of its axes."""
-        value = getattr(self, name)
-        return np.asarray(value) if np.ndim(value) else value
-
-    def _derived(self, energies: Mapping[str, Any] = MappingProxyType({})) -> dict[str, Any]:
-        fields = {name: self._plain(name) for name in OUTPUTS if name in self.__dataclass_fields__}
-        return derived(fields | {name: self._column(name) for name in BODY} | dict(energies))
+    def _named(self, **columns: Any) -> list[Any]:
+        """Return columns as numbers, or in the shape of the impacts with the names of the axes if there are any."""
+        shape, axes = np.shape(self.status), getattr(self.impact, "axes", None)
+        if not shape:
+            return [float(values) for values in columns.values()]
+        arrays = [np.array(np.broadcast_to(values, shape), dtype=np.float64) for values in columns.values()]
+        if axes is None:
+            return arrays
+        attributes = ((OUTPUTS.get(name) or INPUTS[name]).attributes for name in columns)
+        return [axes.array(*column) for column in zip(arrays, columns, attributes, strict=True)]
 
     @cached_property
     def validity(self) -> Validity:
@@ -194,17 +200,16 @@ class ImpactResult(Result):
         >>> print(result.validity_on(body_size=0.02)["half_space"].exceeded)
         True
         """
-        inputs = {name: self._plain(name) for name in COLUMNS}
-        inputs |= {"velocity": self._column("velocity"), "mass": self._column("mass"), "body_size": body_size}
-        inputs["impedance"] = self._column("impedance")
+        inputs = {name: self._by_name[name] for name in (*COLUMNS, "velocity", "mass", "impedance")}
+        inputs["body_size"] = body_size
         if isinstance(self.impact, list):
-            compared = numbers([one.contact for one in self.impact], **inputs)
+            compared = numbers([impact.contact for impact in self.impact], **inputs)
         elif not self.impact.is_split:
             compared = numbers(self.impact.contact, **inputs)
         else:
-            columns = {name: np.broadcast_to(one, np.shape(self.status)).reshape(-1) for name, one in inputs.items()}
+            columns = {name: np.broadcast_to(each, np.shape(self.status)).reshape(-1) for name, each in inputs.items()}
             compared = together(
-                numbers(part.contact, **{name: one[places] for name, one in columns.items()})
+                numbers(part.contact, **{name: column[places] for name, column in columns.items()})
                 for places, part in self.impact.parts()
             )
         if not np.shape(self.status):
@@ -225,16 +230,16 @@ class ImpactResult(Result):
         After separation the body flies freely, or under the constant force, from the residual depth with the rebound
         velocity. The surface may still be indented then; see `surface_displacement`.
         """
-        depth = np.maximum(self._plain("residual_indentation_depth"), 0.0)
-        speed = np.asarray(self._plain("rebound_velocity"))
-        push = 2.0 * self._column("external_force") * depth / self._column("mass")
+        columns = derived(self._by_name)
+        depth = np.maximum(columns["residual_indentation_depth"], 0.0)
+        speed = np.asarray(columns["rebound_velocity"])
+        push = 2.0 * columns["external_force"] * depth / columns["mass"]
         # The squares of extreme velocities overflow or vanish.
         with np.errstate(all="ignore"):
             arrives = np.sqrt(speed**2 - push)
             flight = np.where(speed > 0.0, 2.0 * depth / (speed + arrives), np.inf)
-            time = self._plain("contact_time") + np.where(speed**2 >= push, flight, np.inf)
-        time = np.where(np.isnan(self._plain("restitution_coefficient")), np.nan, time)
-        return self._named("contact_time", time) if time.ndim else float(time)
+            time = columns["contact_time"] + np.where(speed**2 >= push, flight, np.inf)
+        return self._named(contact_time=np.where(np.isnan(columns["restitution_coefficient"]), np.nan, time))[0]
 
     @cached_property
     def max_pressure(self) -> Numeric:
@@ -254,7 +259,7 @@ class ImpactResult(Result):
             finite = batch.has_pressure and not batch.singular[0]
             return float(batch.pressures(self._solution.max_pressure if finite else math.nan)[0])
         peak = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
-        return self._named("max_pressure", shaped(peak, np.shape(self.status)))
+        return self._named(max_pressure=shaped(peak, np.shape(self.status)))[0]
 
     @property
     def max_semi_axes(self) -> Array:
@@ -263,9 +268,9 @@ class ImpactResult(Result):
         With the axis ratio k of the geometry, 1 for a disc, they are ``a_max/sqrt(k)`` and ``a_max sqrt(k)``.
         """
         if not isinstance(self.impact, list):
-            return self.impact.profile.semi_axes(self._plain("max_contact_radius"))
+            return self.impact.profile.semi_axes(self._by_name["max_contact_radius"])
         radii = zip(self.impact, np.atleast_1d(self.max_contact_radius), strict=True)
-        return np.stack([one.profile.semi_axes(radius) for one, radius in radii], axis=-1)
+        return np.stack([impact.profile.semi_axes(radius) for impact, radius in radii], axis=-1)
 
     @cached_property
     def energy(self) -> EnergyBudget:
@@ -273,14 +278,14 @@ class ImpactResult(Result):
         solution, shape = self._solution, np.shape(self.status)
         if shape:
             columns = solve_columns(self.impact, self.rtol or 0.0, energy=True)
-        else:
-            energies = (np.nan, np.nan, np.nan)
-            if isinstance(solution, Solution):
-                energies = (solution.energy_unit * energy for energy in solution.stored.energies)
-            elif solution is not None:
-                energies = solution.dissipated, solution.stored, solution.radiated
-            columns = self._derived(dict(zip(ENERGIES, energies, strict=True)))
-        return EnergyBudget(*(self._named(name, shaped(columns[name], shape)) for name in BUDGET))
+            return EnergyBudget(*self._named(**{name: columns[name].reshape(shape) for name in BUDGET}))
+        energies = (np.nan, np.nan, np.nan)
+        if isinstance(solution, Solution):
+            energies = (solution.energy_unit * energy for energy in solution.stored.energies)
+        elif solution is not None:
+            energies = solution.dissipated, solution.stored, solution.radiated
+        columns = derived(self._by_name | dict(zip(ENERGIES, energies, strict=True)))
+        return EnergyBudget(*self._named(**{name: columns[name] for name in BUDGET}))
 
     @cached_property
     def _fields(self) -> ImpactFields:
@@ -341,7 +346,7 @@ class ImpactResult(Result):
         >>> float(result.sample([0.0]).indentation_velocity[0])
         1.0
         """
-        columns = {name: (one, HISTORY[name]) for name, one in self._columns(times, n_points=n_points).items()}
+        columns = {name: (values, HISTORY[name]) for name, values in self._columns(times, n_points=n_points).items()}
         return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})
 
     def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, Array]:
@@ -352,10 +357,10 @@ class ImpactResult(Result):
             trajectory = solution.at(solution.times(n_points) if times is None else times)
         else:
             trajectory = solution.at(times)
-            body_velocity = trajectory.indentation_velocity + trajectory.force / self._column("impedance")
-            kinetic = 0.5 * self._column("mass") * body_velocity**2
+            body_velocity = trajectory.indentation_velocity + trajectory.force / self._by_name["impedance"]
+            kinetic = 0.5 * self._by_name["mass"] * body_velocity**2
             trajectory = trajectory._replace(kinetic_energy=kinetic)
-        return {name: one for name, one in trajectory._asdict().items() if one is not None}
+        return {name: values for name, values in trajectory._asdict().items() if values is not None}
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Any:
         """Contact pressure p(r, t) [Pa].
@@ -431,12 +436,6 @@ class ImpactResult(Result):
         """
         return self._fields.surface_displacement(r, t)
 
-    def _column(self, name: str) -> Any:
-        """Return an input of the impacts by name."""
-        if isinstance(self.impact, list):
-            return np.array([getattr(impact, name) for impact in self.impact], dtype=np.float64)
-        return getattr(self.impact, name)
-
     def plot(self, times: ArrayLike | None = None) -> Figure:
         """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
 
@@ -488,7 +487,7 @@ class ImpactResult(Result):
         ({'velocity': 2}, 's')
         """
         names = [name for name in checked_outputs(outputs) if name in OUTPUTS]
-        columns = self.outputs if needs(names, {*ENERGIES, "max_pressure"}) else self._derived()
+        columns = self.outputs if needs(names, {*ENERGIES, "max_pressure"}) else derived(self._by_name)
         axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
         variables = {name: (columns[name], OUTPUTS[name].attributes) for name in names}
         variables[STATUS] = self.status, Status.attributes()
@@ -527,8 +526,8 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
     shown = [(OUTPUTS[name], float(value)) for name, value in result.outputs.items() if name != "energy_residual"]
     values = [
-        (one.words, plain_symbol(one.symbol), 0.0 if abs(value) < noise.get(one.unit, 0.0) else value, one.unit)
-        for one, value in shown
+        (output.words, plain_symbol(output.symbol), 0.0 if abs(x) < noise.get(output.unit, 0.0) else x, output.unit)
+        for output, x in shown
     ]
     long, short = result.max_semi_axes
     if short < long:
@@ -559,13 +558,13 @@ def of_impacts(result: ImpactResult, title: str = "") -> Summary:
         factor, prefixed = scaled_unit(values, quantity.unit)
         ends = [f"{factor * end:.6g}" for end in (values.min(), values.max())] if values.size else ["-", "-"]
         rows.append((quantity.words, plain_symbol(quantity.symbol), *ends, prefixed))
-    counts = [(one, int(np.count_nonzero(statuses == one))) for one in Status]
+    counts = [(status, int(np.count_nonzero(statuses == status))) for status in Status]
     shape = f"a list of {statuses.size}" if isinstance(result.impact, list) else f"shape {statuses.shape}"
     stated = "" if result.rtol is None else f", rtol {result.rtol:g}"
     return Summary(
         title or f"{statuses.size} impacts, {shape}",
         Table(("quantity", "symbol", "lowest", "highest", "unit"), rows),
-        (", ".join(f"{n} {one.name}" for one, n in counts if n), f"method {result.method}{stated}"),
+        (", ".join(f"{n} {status.name}" for status, n in counts if n), f"method {result.method}{stated}"),
         warnings=result.warnings,
     )
 

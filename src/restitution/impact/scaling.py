@@ -1,86 +1,26 @@
-"""Dimensionless numbers of impacts: the groups p1, p2, p3 of a standard solid, and the numbers for the kernel."""
+"""Dimensionless numbers of impacts for the kernel."""
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from dataclasses import replace
+from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Array, Numeric, instance
+from restitution.checks import Array
 from restitution.contact.table import Rows, Samples, Tables
-from restitution.errors import InputError
-from restitution.impact.problem import Impact
-from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import single_material
 
 if TYPE_CHECKING:
     from restitution.contact.geometry import Geometry
     from restitution.contact.table import PathTable
+    from restitution.impact.batch import Batch
 
 
 # Smaller units lose digits, or vanish in products.
 _SMALLEST = 1e-300
-
-
-class DimensionlessGroups(NamedTuple):
-    """Dimensionless groups that determine the restitution coefficient of a standard solid (Willert et al., eq. 11)."""
-
-    p1: float
-    p2: Numeric
-    p3: Numeric
-
-
-def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
-    """Dimensionless groups p1, p2, p3 of a parabolic body on a standard solid.
-
-    Parameters
-    ----------
-    impact : Impact
-        A parabola on a standard solid with a constant bulk modulus, without a constant force.
-
-    Returns
-    -------
-    DimensionlessGroups
-        Static Poisson ratio p1 = nu, p2 = Ginf/G1 and p3 = eta (v0 R/(m^2 Ginf^3))^(1/5), all [-].
-
-    Raises
-    ------
-    InputError
-        If the impact is of another kind.
-
-    Examples
-    --------
-    >>> from restitution.contact.profiles import Parabola
-    >>> from restitution.material.classical import standard_solid
-    >>> solid = standard_solid(1.0, 10.0, 2.0, poisson_ratio=0.3)
-    >>> groups = dimensionless_groups(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0))
-    >>> print(round(groups.p1, 12), groups.p2, groups.p3)
-    0.3 0.1 2.0
-    """
-    material = single_material("impact.material", instance("impact", impact, Impact, "must be an Impact").material)
-    shear, bulk = material.shear.simplified(), material.bulk
-    reasons = [
-        (impact.counter_material is not None, "both bodies deform"),
-        (impact.profile.path_exponent != 1.0, "the profile is not a parabola"),
-        (shear.branch_moduli.size != 1, f"the shear modulus has {shear.branch_moduli.size} branches, not 1"),
-        (shear.parallel_viscosity > 0.0, "the shear modulus has a parallel dashpot"),
-        (shear.equilibrium_modulus == 0.0, "the equilibrium modulus is 0"),
-        (isinstance(bulk, PronySeries) and not bulk.is_elastic, "the bulk relaxes"),
-        (bool(np.any(impact.external_force)), "a constant force acts"),
-        (bool(np.any(np.isfinite(impact.impedance))), "the target has an impedance"),
-    ]
-    for wrong, reason in reasons:
-        if wrong:
-            rule = f"must be of a rigid parabola on a standard solid, which has p1, p2, p3: here {reason}"
-            raise InputError("impact", rule=rule)
-    modulus, branch = shear.equilibrium_modulus, float(shear.branch_moduli[0])
-    viscosity = branch * float(shear.relaxation_times[0])
-    radius = np.asarray(impact.profile.path_coefficient) ** 2
-    p3 = viscosity / viscosity_unit(modulus, np.asarray(impact.mass), np.asarray(impact.velocity), radius)
-    return DimensionlessGroups(material.poisson_ratio, modulus / branch, float(p3) if p3.ndim == 0 else p3)
 
 
 def viscosity_unit(equilibrium_modulus: Any, mass: Any, velocity: Any, radius: Any) -> Any:
@@ -165,53 +105,53 @@ class ScaledBlock(NamedTuple):
         )  # fmt: skip
 
 
-def power_block(
-    equilibria: Any, viscosities: Any, moduli: Any, times: Any, coefficients: Any, exponent: float,
-    masses: Any, velocities: Any, forces: Any, impedances: Any,
-) -> ScaledBlock:  # fmt: skip
-    """Scale impacts of a power-type profile a = c s^p; arguments as in `restitution.impact.batch.Batch`.
+def power_block(batch: Batch) -> ScaledBlock:
+    """Scale impacts of a power-type profile a = c s^p.
 
     The length L is the depth that an elastic body would reach with the modulus at the time scale of the impact. All
     numbers are then of order one where the materials allow it.
     """
-    p, power = exponent, 1.0 / (2.0 + 0.5 * exponent)
+    p, power = batch.exponent or 0.0, 1.0 / (2.0 + 0.5 * (batch.exponent or 0.0))
+    # Without a row there may be no coefficients.
+    coefficients: Any = batch.masses if batch.coefficients is None else batch.coefficients
     # A row that overflows here fails in the kernel.
     with np.errstate(all="ignore"):
         # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
-        energy = (p + 2.0) * (p + 4.0) / 16.0 * masses * velocities * velocities / coefficients
-        glass = equilibria + moduli.sum(axis=1)
-        only_viscous = (energy / (viscosities * velocities)) ** (1.0 / (1.0 + 0.5 * p))
+        energy = (p + 2.0) * (p + 4.0) / 16.0 * batch.masses * batch.velocities * batch.velocities / coefficients
+        glass = batch.equilibria + batch.moduli.sum(axis=1)
+        only_viscous = (energy / (batch.viscosities * batch.velocities)) ** (1.0 / (1.0 + 0.5 * p))
         # Roots first: the energy over a modulus is a volume, which may overflow where the length does not.
         root = energy**power
         length = np.where(glass > 0.0, root / glass**power, only_viscous)
         for _ in range(6):
-            duration = (1.5 * length / velocities)[:, None]
-            modulus = equilibria + (moduli * (times / (times + duration))).sum(axis=1) + viscosities / duration[:, 0]
-            length = root / modulus**power
+            duration = (1.5 * length / batch.velocities)[:, None]
+            relaxing = (batch.moduli * (batch.times / (batch.times + duration))).sum(axis=1)
+            length = root / (batch.equilibria + relaxing + batch.viscosities / duration[:, 0]) ** power
         radius = coefficients * length ** (0.5 * p)
-        time, factor = _units(length, radius, masses, velocities)
-        return ScaledBlock(
-            np.full(length.size, 1.0), equilibria * factor, viscosities * factor / time,
-            forces / (masses * velocities / time), masses / time / impedances,
-            *_modes(moduli * factor[:, None], times / time[:, None]), p,
-            None, np.zeros(length.size, np.intp), length, time, radius,
-        )  # fmt: skip
+    return _block(batch, np.full(length.size, 1.0), (length, radius), p, None, np.zeros(length.size, np.intp))
 
 
-def _modes(moduli: Array, times: Array) -> tuple[NDArray[np.int64], Array, Array]:
-    """Return the offsets of the rows, and the moduli and times of all branches without those of modulus 0."""
-    branches = moduli != 0.0
-    return np.concatenate([[0], np.cumsum(branches.sum(axis=1))]), moduli[branches], times[branches]
-
-
-def _units(length: Array, radius: Any, masses: Array, velocities: Array) -> tuple[Array, Array]:
-    """Units of time [s], and the scaled force of 1 Pa at depth and radius 1; NaN where a unit has no normal number."""
+def _block(
+    batch: Batch, firsts: Array, sizes: tuple[Array, Any], exponent: float, tables: PathTable | None,
+    which: NDArray[np.intp],
+) -> ScaledBlock:  # fmt: skip
+    """Divide impacts by the units of their depth and their radius; NaN where a unit has no normal number."""
+    length, radius = sizes
     with np.errstate(all="ignore"):
-        time = length / velocities
-        factor = 2.0 * radius * time * (time / masses)
-        energy, force = masses * velocities * velocities, masses * velocities / time
-        units = np.stack(np.broadcast_arrays(length, time, radius, energy, force, factor))
-    return time, np.where(np.all((units > _SMALLEST) & (units < 1.0 / _SMALLEST), axis=0), factor, np.nan)
+        time = length / batch.velocities
+        # The scaled force of 1 Pa at depth and radius 1.
+        factor = 2.0 * radius * time * (time / batch.masses)
+        energy, force = batch.masses * batch.velocities * batch.velocities, batch.masses * batch.velocities / time
+        units = length, time, radius, energy, force, factor
+        normal = reduce(np.logical_and, [(unit > _SMALLEST) & (unit < 1.0 / _SMALLEST) for unit in units])
+        factor = np.where(normal, factor, np.nan)
+        branches = batch.moduli != 0.0
+        return ScaledBlock(
+            firsts, batch.equilibria * factor, batch.viscosities * factor / time, batch.forces / force,
+            batch.masses / time / batch.impedances, np.concatenate([[0], np.cumsum(branches.sum(axis=1))]),
+            (batch.moduli * factor[:, None])[branches], (batch.times / time[:, None])[branches],
+            exponent, tables, which, length, time, radius,
+        )  # fmt: skip
 
 
 # Error of the table of a profile over the tolerance of e, and the limits of this error. Finer tables resolve kinks
@@ -223,32 +163,29 @@ _OCTAVES = 2
 _DEPTH_TOLERANCE, _MOST_STEPS = 1e-4, 40
 
 
-def table_block(
-    profile: Geometry, equilibria: Array, viscosities: Array, moduli: Array, times: Array,
-    masses: Array, velocities: Array, forces: Array, impedances: Array, depth_factors: Array, rtol: float = 0.0,
-    units: tuple[Any, Any] = (1.0, 1.0), smooth: bool = False,
-) -> ScaledBlock:  # fmt: skip
+def table_block(batch: Batch, depth_factors: Array, rtol: float) -> ScaledBlock:
     """Scale impacts of geometries without a power law, by tables that suffice for the tolerance `rtol` of e.
 
     The table of a row reaches to its factor of `depth_factors` times the estimated largest depth, or further. The end
-    is the length L of the row, in `units` of the depth and the radius that each row may have of its own. The
-    profile counts as one without bends, also at first touch, if it is `smooth`.
+    is the length L of the row.
     """
     from restitution.kernel.path import SMOOTH_TABLE, TABLE
 
+    profile, depth_unit, radius_unit = batch.profile, batch.depth_units, batch.radius_units
+    assert profile is not None
     # A row whose depth and radius are multiples obeys the same equations with other numbers of the body.
-    depth_unit, radius_unit = units
     with np.errstate(all="ignore"):  # a row that overflows here fails in the kernel
-        masses, velocities, forces = masses / radius_unit, velocities / depth_unit, forces / (depth_unit * radius_unit)
-        impedances = impedances / radius_unit
+        batch = replace(
+            batch, masses=batch.masses / radius_unit, velocities=batch.velocities / depth_unit,
+            forces=batch.forces / (depth_unit * radius_unit), impedances=batch.impedances / radius_unit,
+        )  # fmt: skip
     if isinstance(profile, Rows):
         samples, which, sampled = profile.samples, profile.which, profile.sampled[profile.which]
     else:
-        samples, which = _of_profile(_samples, profile), np.zeros(masses.size, np.intp)
+        samples, which = _of_profile(_samples, profile), np.zeros(batch.size, np.intp)
         sampled = which
-    # A row that overflows here fails in the kernel.
     with np.errstate(all="ignore"):
-        depths = _elastic_depth(samples, sampled, equilibria, viscosities, moduli, times, masses, velocities, forces)
+        depths = _elastic_depth(batch, samples, sampled)
     error = min(max(_TABLE_SHARE * rtol, _TABLE_LEAST), _TABLE_MOST)
 
     if isinstance(profile, Rows):
@@ -264,15 +201,11 @@ def table_block(
         if levels.size > 1:
             levels, which = np.unique(levels, return_inverse=True)
         tables, lengths, radii = _tables_of_levels(profile, levels.tolist(), error)
-    lengths, radii = lengths[which], radii[which]
-    time, factor = _units(lengths, radii, masses, velocities)
+    sizes = lengths[which], radii[which]
     with np.errstate(all="ignore"):
-        return ScaledBlock(
-            np.sqrt(depths / lengths), equilibria * factor, viscosities * factor / time,
-            forces / (masses * velocities / time), masses / time / impedances,
-            *_modes(moduli * factor[:, None], times / time[:, None]), SMOOTH_TABLE if smooth else TABLE, tables, which,
-            lengths * depth_unit, time, radii * radius_unit,
-        )  # fmt: skip
+        first = np.sqrt(depths / sizes[0])
+    block = _block(batch, first, sizes, SMOOTH_TABLE if batch.smooth else TABLE, tables, which)
+    return block._replace(length=block.length * depth_unit, radius=block.radius * radius_unit)
 
 
 def _tables_of_levels(profile: Geometry, levels: list[complex], rtol: float) -> Tables:
@@ -286,7 +219,7 @@ def _tables_of_levels(profile: Geometry, levels: list[complex], rtol: float) -> 
         tables.append(_of_profile(_path_table, profile, length, min(least, length), rtol))
     if len(tables) == 1:
         return tables[0]
-    return Tables(joined([one.table for one in tables]), *np.hstack([one[1:] for one in tables]))
+    return Tables(joined([each.table for each in tables]), *np.hstack([each[1:] for each in tables]))
 
 
 def _of_profile(function: Any, profile: Geometry, *arguments: float) -> Any:
@@ -319,29 +252,26 @@ def _samples(profile: Geometry) -> Samples:
     return Samples(knots, knots[None], np.log(np.maximum(integrals, 1e-300))[None])
 
 
-def _elastic_depth(
-    samples: Samples, which: NDArray[np.intp], equilibria: Array, viscosities: Array, moduli: Array, times: Array,
-    masses: Array, velocities: Array, forces: Array,
-) -> Array:  # fmt: skip
+def _elastic_depth(batch: Batch, samples: Samples, which: NDArray[np.intp]) -> Array:
     """Estimate the depth [m] at which an elastic body with the modulus at the time scale of the impact turns."""
     # Measured tips are slow to evaluate, and only the first step depends on the estimate.
     knots = samples.knots
-    low, high = np.full(masses.size, knots[0]), np.full(masses.size, knots[-1])
+    low, high = np.full(batch.size, knots[0]), np.full(batch.size, knots[-1])
     # Nothing stops a weight on a liquid.
-    weight = np.where(equilibria > 0.0, forces, 0.0)
+    weight = np.where(batch.equilibria > 0.0, batch.forces, 0.0)
     x = before = 0.5 * (low + high)
-    last, slope = np.zeros(masses.size), np.full(masses.size, 2.0)
+    last, slope = np.zeros(batch.size), np.full(batch.size, 2.0)
     # A row that has converged stays, so that it does not depend on the others.
-    moves = np.ones(masses.size, dtype=bool)
+    moves = np.ones(batch.size, dtype=bool)
     # The secant of the energies in logarithms, within a bracket.
     for _ in range(_MOST_STEPS):
         depth, integral = samples.at(x, which)
-        duration = 1.5 * depth / velocities
-        relaxed = (moduli * times / (times + duration[:, None])).sum(axis=1)
-        modulus = equilibria + relaxed + viscosities / duration
+        duration = 1.5 * depth / batch.velocities
+        relaxed = (batch.moduli * batch.times / (batch.times + duration[:, None])).sum(axis=1)
+        modulus = batch.equilibria + relaxed + batch.viscosities / duration
         # The exponent 2/5 of the parabola is good enough for all profiles.
         stored = 0.4 * 2.0 * modulus * integral * depth
-        excess = np.log(stored / (0.5 * masses * velocities * velocities + weight * depth))
+        excess = np.log(stored / (0.5 * batch.masses * batch.velocities * batch.velocities + weight * depth))
         low, high = np.where(excess > 0.0, low, x), np.where(excess > 0.0, x, high)
         slope = np.where(x == before, slope, (excess - last) / (x - before))
         now = x - excess / slope

@@ -26,7 +26,6 @@ from restitution.kernel.outcome import OUTCOME, STATUS
 from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
-    from restitution.impact.scaling import ScaledBlock
     from restitution.kernel.collocation import Scheme
     from restitution.kernel.path import Path
     from restitution.kernel.stored import Ledger

@@ -19,16 +19,13 @@ from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
 from restitution.impact.solution import Progress, Sampled, Solution, Trajectory
 from restitution.impact.status import SolverError, Status, failures
+from restitution.kernel.outcome import OUTCOME
 from restitution.material.conversion import reduced_standard_solid
 from restitution.quantities import OUTPUTS, SOLVER_RTOL, STATUS, check
 from restitution.validity import warn
 
 Method = Literal["exact", "elements"]
 Errors = Literal["raise", "warn"]
-_SAMPLED = (
-    "restitution_coefficient", "contact_time", "max_indentation_depth", "max_force", "max_contact_radius",
-    "residual_indentation_depth", "status",
-)  # fmt: skip
 
 
 def solve(
@@ -115,11 +112,11 @@ def _as_list(impact: Any) -> list[Impact]:
     if isinstance(impact, Mapping):
         raise InputTypeError("impact", rule="must be an Impact, not a dict; write Impact(**numbers)")
     impacts = items("impact", impact, "must be an Impact or a list of them")
-    for n, one in enumerate(impacts):
-        if not isinstance(one, Impact):
-            raise InputTypeError("impact", one, "must be an Impact", index=(n,))
-        if one.shape:
-            raise InputError("impact", rule=f"has shape {one.shape}; a list takes single impacts", index=(n,))
+    for n, member in enumerate(impacts):
+        if not isinstance(member, Impact):
+            raise InputTypeError("impact", member, "must be an Impact", index=(n,))
+        if member.shape:
+            raise InputError("impact", rule=f"has shape {member.shape}; a list takes single impacts", index=(n,))
     if not impacts:
         raise InputError("impact", rule="must hold at least one impact")
     return impacts
@@ -178,10 +175,10 @@ def standard_solid_restitution(
     if method != "exact":
         triples = zip(p1, p2, p3, strict=True)
         return _named(shaped([_standard_solid_by_elements(*triple) for triple in triples], shape), axes)
-    one = np.ones(p1.size)
+    ones = np.ones(p1.size)
     with np.errstate(over="ignore", under="ignore"):
-        reduced = reduced_standard_solid(p1, one, 1.0 / p2, p2 * p3)
-    batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
+        reduced = reduced_standard_solid(p1, ones, 1.0 / p2, p2 * p3)
+    batch = Batch(*reduced.columns, ones, ones, 0.0 * ones, ones, 1.0)
     outputs = batch.solve(rtol, workers=workers, progress=progress)
     _judge(outputs["status"], errors or ("warn" if shape else "raise"))
     return _named(shaped(outputs["restitution_coefficient"], shape), axes)
@@ -241,7 +238,7 @@ def solve_exact(
         if progress is not None:
             progress(1, 1)
     _judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)
-    columns = {name: one for name, one in columns.items() if name == STATUS or OUTPUTS[name].derive is None}
+    columns = {name: column for name, column in columns.items() if name == STATUS or OUTPUTS[name].derive is None}
     result = _result(impact, "exact", rtol, columns, solution, shape)
     if shape:
         warn({check.kind: check.warning for check in result.validity if check.exceeded}, stacklevel=3)
@@ -252,7 +249,9 @@ def _result(
     impact: Impact | list[Impact], method: str, rtol: float | None, fields: dict[str, Any],
     solution: Solution | Sampled | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
 ) -> ImpactResult:  # fmt: skip
-    numbers: dict[str, Any] = {name: shaped(values, shape) for name, values in fields.items()}
+    numbers: dict[str, Any] = {
+        name: shaped(values, shape) if shape else float(np.asarray(values).item()) for name, values in fields.items()
+    }
     status: Any = numbers.pop("status")
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     axes = None if isinstance(impact, list) else impact.axes
@@ -284,5 +283,5 @@ def _solve_by_elements(impact: Impact, n_elements: int | None, time_step: float 
         solution.contact_radius,
     )  # fmt: skip
     samples = Sampled(trajectory, solution.dissipated, solution.stored, solution.radiated)
-    fields = {name: value for name, value in solution._asdict().items() if name in _SAMPLED}
+    fields = {name: value for name, value in solution._asdict().items() if name in OUTCOME}
     return _result(impact, "elements", None, fields, samples, notes=tuple(notes))

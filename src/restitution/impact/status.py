@@ -53,7 +53,7 @@ class SolverError(RuntimeError):
 
 def failures(counts: Sequence[int], total: int) -> str:
     """Return how many of `total` impacts failed and why, from the count of each status; empty if none failed."""
-    failed = [status for status in Status if status.failed and counts[status]]
+    failed = [status for status in Status if counts[status] and status.failed]
     listed = ", ".join(f"{counts[status]} {status.name}" for status in failed)
     number = sum(counts[status] for status in failed)
     return f"{number} of {total} impacts failed and are NaN: {listed}" if failed else ""

@@ -1,8 +1,9 @@
-"""Refusal of contacts at times for which the materials are not known, with the velocities that are admissible."""
+"""Refusal of contacts that do not end, or last for times at which the materials are not known, with advice."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +15,7 @@ from restitution.checks import Array, truth
 from restitution.errors import ABSENT, InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
+from restitution.impact.status import SolverError, Status
 from restitution.units import VELOCITY
 from restitution.validity import Check, Numbers, Validity
 
@@ -46,6 +48,22 @@ def require_known(impact: Impact, velocity: ArrayLike | None = None, *, extrapol
     )
     ends = [float(f"{end:.6g}") for end in (velocities[0], velocities[-1])]
     raise _error(check, "velocity", ends if velocities.size > 1 else ends[0], f"{rule}; ", VELOCITY.unit)
+
+
+def require_separation(statuses: Array, velocity: Array, span: tuple[float, float]) -> None:
+    """Raise if at one of the velocities [m/s] of a range a solve failed, or the body does not separate."""
+    bad = np.flatnonzero(statuses != Status.SEPARATED)
+    if not bad.size:
+        return
+    failed = bad[statuses[bad] >= Status.TOO_MANY_STEPS]
+    first = (failed if failed.size else bad)[0]
+    status = Status(int(statuses[first]))
+    if status.failed:
+        raise SolverError(status, f"at velocity = {velocity[first]:.6g} m/s")
+    good = velocity[statuses == Status.SEPARATED]
+    advice = f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
+    rule = f"must be a range in which the body separates; at {velocity[first]:.6g} m/s: {status.name}: "
+    raise InputError("velocity", list(span), f"{rule}{status.message}{advice}", VELOCITY.unit)
 
 
 def validity_of(impact: Impact) -> Validity:
@@ -115,11 +133,16 @@ def _at(impact: Impact, velocity: Array) -> Impact:
     return replace(impact, velocity=velocity.reshape(-1, *(1,) * len(others)))
 
 
+def compared(impact: Impact, outputs: Mapping[str, Any]) -> Numbers:
+    """Return the numbers of the report for the contacts of an impact that were solved with these outputs."""
+    columns = {name: outputs[name].reshape(impact.shape) for name in validity.COLUMNS}
+    columns |= {name: getattr(impact, name) for name in ("velocity", "mass", "impedance")}
+    return validity.numbers(impact.contact, **columns)
+
+
 def _numbers(impact: Impact) -> Numbers:
-    """Numbers of the report for the contacts of an impact."""
-    solved = Batch.from_impact(impact).solve(_RTOL)
-    columns = {name: solved[name].reshape(impact.shape) for name in validity.COLUMNS}
-    return validity.numbers(impact.contact, **columns, velocity=impact.velocity, mass=impact.mass)
+    """Numbers of the report for the contacts of an impact, from a solution of few digits."""
+    return compared(impact, Batch.from_impact(impact).solve(_RTOL))
 
 
 def _range(low: float, high: float) -> str:

@@ -24,7 +24,7 @@ from restitution.kernel.collocation import (
     product,
     tail,
 )
-from restitution.kernel.compile import compiled, inlined
+from restitution.kernel.compile import compiled, inlined, merged
 from restitution.kernel.element import (
     CONVERGED,
     DIVERGED,
@@ -111,8 +111,10 @@ FORCE_WEIGHT = 0.1  # weight of the force, times the scale of the depth
 STIFF = 15.0  # additional weight of the tail where fast modes carry all of the force
 _HALF_STIFF = 10.0  # length over the relaxation time of a mode from which half of its force counts as fast
 _NO_GAIN = 20.0  # factor of the tail of a first element that is no more accurate at its end than inside
-_LEAST_ALLOWED = 0.02  # smallest tolerance over `accept`; at most `_ROUNDED`, below which there is only rounding
-_ROUNDED = 1e-13
+_LEAST_ALLOWED = 0.02  # smallest tolerance over `accept`, within the next two numbers
+# Rounding of the velocity, which is that of the initial one however slow the body has become: the force of a fast mode
+# with the viscosity eta has the rounding of its impulse eta Pi, which is about 1 where it has stopped the body.
+_LEAST_ROUNDED, _ROUNDED = 2e-14, 1e-13
 # Kinks, over `accept`, which is a twentieth of rtol.
 KINK_EFFECT = 1.0  # error of the velocity due to a kink inside an element
 KINK_TAIL = 4.0  # tail of an element that begins at a kink
@@ -295,7 +297,7 @@ def _length_to(scheme: Scheme, work: Work, element: int, end: float, slope: floa
     return length
 
 
-@inlined
+@merged
 def _write_touch(problem: Problem, table: Any) -> None:
     """Write the state at first touch to the first column of `table`."""
     rows = table.shape[0]
@@ -309,7 +311,7 @@ def _write_touch(problem: Problem, table: Any) -> None:
     table[F_, 0] = drag * table[V_, 0]
 
 
-@inlined
+@merged
 def _stiff_share(problem: Problem, table: Any, h: float) -> float:
     """Share of the force at the end of an element that modes faster than the element carry."""
     force = 0.0
@@ -319,7 +321,7 @@ def _stiff_share(problem: Problem, table: Any, h: float) -> float:
     return min(abs(force) / max(table[F_, WIDTH], 1e-300), 1.0)
 
 
-@inlined
+@merged
 def _end_without_turning(problem: Problem, table: Any) -> int:
     """Judge whether a body comes to rest in an element: SINKS_IN, CAPTURED, or `_GOES_ON`.
 
@@ -407,7 +409,7 @@ def approach(
             continue
         # The tolerance refers to the recoverable part of the motion, down to a limit set by `accept` and rounding.
         amplitude = min(math.sqrt(table[V_, S] ** 2 + max(table[F_, S], 0.0) * table[S_, S] ** 2), 1.0)
-        allowed = max(tolerance * amplitude, min(_LEAST_ALLOWED * accept, _ROUNDED))
+        allowed = max(tolerance * amplitude, min(max(_LEAST_ALLOWED * accept, _LEAST_ROUNDED), _ROUNDED))
         # Where modes faster than the step carry the force, the order falls to that of the stages, and the error at the
         # end of the element is as large as inside: about ten times the tail, by measurement.
         error = (1.0 + STIFF * _stiff_share(problem, table, h)) * tail(scheme, table[V_]) / allowed

@@ -153,7 +153,9 @@ _LAST, _SECOND_TO_LAST = 0.85, 0.09
 # Search for a crossing.
 _MARGIN = 0.01  # distance from the ends of the interval over its length
 _ROUNDS = 100
-_NO_VALUE, _NO_LENGTH = 1e-17, 1e-15  # size of the function and of the interval at the end
+# Size of the function and of the interval at the end. A body that has nearly stopped has velocities below 1e-17: there
+# the function ends at its own rounding, or the turning point would lie where the body still moves.
+_NO_VALUE, _NO_LENGTH, _ROUNDED = 1e-17, 1e-15, 1e-15
 
 
 @inlined
@@ -222,7 +224,9 @@ def _pivot_rows(builder: Any, rows: list[Any], p: int) -> tuple[Any, Any]:
     number = builder.fdiv(ir.Constant(ir.DoubleType(), 1.0), builder.extract_element(determinant, zero))
     inverse = repeated(builder, number)
     ones = [ir.Constant(constant(0.0).type, [float(n == lane) for n in range(WIDTH)]) for lane in (p, p + 1)]
-    upper, lower = (builder.select(unit(p, 2), one, row) for one, row in zip(ones, (upper, lower), strict=True))
+    upper, lower = (
+        builder.select(unit(p, 2), diagonal, row) for diagonal, row in zip(ones, (upper, lower), strict=True)
+    )
     first = builder.fsub(builder.fmul(d, upper), builder.fmul(b, lower))
     second = builder.fsub(builder.fmul(a, lower), builder.fmul(c, upper))
     return builder.fmul(first, inverse), builder.fmul(second, inverse)
@@ -358,6 +362,7 @@ def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> 
     low, high = 0.0, end
     f_low, f_high = row[0] - level, value(scheme, work, row, end) - level
     rising = f_high > f_low
+    no_value = min(_NO_VALUE, _ROUNDED * (abs(f_low) + abs(f_high)))
     x = 0.5 * end
     for _ in range(_ROUNDS):
         x = low + (high - low) * f_low / (f_low - f_high)
@@ -368,6 +373,6 @@ def crossing(scheme: Scheme, work: Work, row: Any, level: float, end: float) -> 
             low, f_low = x, f
         else:
             high, f_high = x, f
-        if abs(f) < _NO_VALUE or high - low < _NO_LENGTH:
+        if abs(f) < no_value or high - low < _NO_LENGTH:
             break
     return x

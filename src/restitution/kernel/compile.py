@@ -134,13 +134,13 @@ def write_note(text: str) -> None:
 class _Announcement(event.Listener):
     """A note at the first compilation of a process, where somebody reads it: on a terminal or in a notebook."""
 
-    made = False
+    is_written = False
 
     def on_start(self, event: Any) -> None:
         # Windows has no standard error where there is no console.
         watched = getattr(sys.stderr, "isatty", bool)() or type(sys.stderr).__module__ == "ipykernel.iostream"
-        if watched and not self.made:
-            self.made = True
+        if watched and not self.is_written:
+            self.is_written = True
             when = "after an installation" if cache_folder() else "of each process, as no folder can keep the result,"
             write_note(f"compiling, as the first impact and the first indentation {when} do; each takes 10 to 40 s")
 
@@ -202,3 +202,11 @@ def inlined(function: Callable[..., Any]) -> Any:
     """Compile a piece of the kernel into its callers, where the sizes that they pass are constants."""
     dispatcher = numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
     return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)
+
+
+def merged(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Merge a piece of the kernel into its only caller before compilation.
+
+    Compiled alone, it would take the time of its own code and of everything that it calls once more.
+    """
+    return function if config.DISABLE_JIT else numba.njit(inline="always", **_FLAGS)(function)

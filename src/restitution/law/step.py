@@ -1,7 +1,7 @@
 """One time step of the contact law, for numba; `c_header` writes the same statements in C.
 
 The statements keep to what both languages share: numbers, parts of one-dimensional arrays, loops over a range and
-conditions. The module `nodes` describes the arrays `law` and `state`.
+conditions. Comments describe the arrays `law` and `state`.
 """
 
 import math
@@ -62,7 +62,7 @@ _MEANINGS = {
 
 
 def labels(branches: int) -> list[str]:
-    """Meaning of each constant of a law that has no table."""
+    """Return the meaning of each constant of a law that has no table."""
     of_branches = (
         "modulus of branch {} [Pa]; of a dashpot its viscosity [Pa s]",
         "time of branch {} [s]; of a dashpot 0",
@@ -71,7 +71,7 @@ def labels(branches: int) -> list[str]:
 
 
 def state_size(branches: int, nodes: int) -> int:
-    """Length of the state of a contact."""
+    """Return the length of the state of a contact."""
     return NUMBERS + BRANCH * branches + nodes * (ROWS + 2 * branches)
 
 
@@ -80,7 +80,7 @@ def state_size(branches: int, nodes: int) -> int:
 
 @compiled
 def table_value(law: NDArray, depth: float, terms: int, before: int) -> float:
-    """Value of the piecewise polynomials of `terms` coefficients that follow those of `before` coefficients."""
+    """Return a value of the piecewise polynomials of `terms` coefficients; those before have `before`."""
     branches = int(law[BRANCHES])
     cells = int(law[CELLS])
     ends = law[CONSTANTS + 2 * branches :]
@@ -106,7 +106,7 @@ def table_value(law: NDArray, depth: float, terms: int, before: int) -> float:
 
 @compiled
 def radius_at(law: NDArray, depth: float) -> float:
-    """Contact radius of the first approach at a depth >= 0."""
+    """Return the contact radius of the first approach at a depth >= 0."""
     exponent = law[EXPONENT]
     if exponent == 1.0:
         return law[COEFFICIENT] * math.sqrt(depth)
@@ -121,7 +121,7 @@ def radius_at(law: NDArray, depth: float) -> float:
 
 @compiled
 def integral_at(law: NDArray, depth: float) -> float:
-    """Integral of the contact radius over the depth, from 0 to a depth >= 0."""
+    """Return the integral of the contact radius over the depth, from 0 to a depth >= 0."""
     exponent = law[EXPONENT]
     if exponent >= 0.0:
         return 2.0 / (exponent + 2.0) * depth * radius_at(law, depth)
@@ -309,7 +309,7 @@ def grow(law: NDArray, state: NDArray, count: int, depth: float, growth: float) 
 def force_within(
     law: NDArray, state: NDArray, count: int, contact: int, depth: float, growth: float, stiffness: float
 ) -> float:
-    """Half of the force of a contact within its largest extent.
+    """Return half of the force of a contact within its largest extent.
 
     The edge lies in the cell behind the last node in contact. There q is a parabola, with which the cell has the force
     that it had before its outer node was released.
@@ -353,7 +353,7 @@ def force_within(
 
 @compiled
 def is_forgotten(law: NDArray, state: NDArray, count: int) -> bool:
-    """Whether the nodes, all of them free, have returned to where they were before the contact."""
+    """Return whether the nodes, all of them free, have returned to where they were before the contact."""
     branches, room = int(law[BRANCHES]), int(law[NODES])
     nodes = state[NUMBERS + BRANCH * branches :]
     limit = FORGOTTEN * nodes[PLACE * room + count - 1]

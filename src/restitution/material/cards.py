@@ -55,7 +55,7 @@ class PronyTerms:
     def series(
         self, *, instantaneous_modulus: float | None = None, equilibrium_modulus: float | None = None
     ) -> PronySeries:
-        """Prony series, with the end modulus from the file unless R_0 or R_inf [Pa] is given here.
+        """Return the Prony series, with the end modulus from the file unless R_0 or R_inf [Pa] is given here.
 
         Absolute terms need no end modulus; without one they are those of a liquid. Relative terms are shares of the
         instantaneous modulus, or of the difference where both end moduli are given. If they add up to one, they are
@@ -85,7 +85,7 @@ class PronyTerms:
         return PronySeries(max(low, 0.0), self.moduli, self.relaxation_times)
 
     def _from_shares(self, high: float | None, low: float | None) -> tuple[float, Array]:
-        """Equilibrium modulus and branch moduli of relative terms."""
+        """Return the equilibrium modulus and branch moduli of relative terms."""
         total = float(self.moduli.sum())
         rule = ""
         if total > 1.0 + _SUM_TOLERANCE:
@@ -112,7 +112,7 @@ class PronyTerms:
 
 
 def beyond_one(shares: Array) -> int | None:
-    """Index of the relative modulus with which their sum passes one, None where it does not."""
+    """Return the index of the relative modulus with which their sum passes one, None where it does not."""
     beyond = np.flatnonzero(shares.cumsum() > 1.0 + _SUM_TOLERANCE)
     return int(beyond[0]) if beyond.size else None
 
@@ -136,7 +136,7 @@ class ViscoelasticDeck:
     shift: WLF | Arrhenius | None = None  # time-temperature shift
 
     def material(self, *, youngs_modulus: float | None = None, poisson_ratio: float | None = None) -> Material:
-        """Material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
+        """Return the material in shear and bulk, with E > 0 [Pa] and nu in (-1, 0.5] of the deck unless given here.
 
         A missing constant is refused, and so are constants of long times where the terms add up to one.
 
@@ -158,7 +158,7 @@ class ViscoelasticDeck:
             rule = f"must be smaller: the bulk modulus overflows with a Poisson ratio of {ratio:g}"
             raise InputError("youngs_modulus", modulus, rule, "Pa", where=self.source)
         key = "equilibrium_modulus" if self.long_term else "instantaneous_modulus"
-        times = [one.relaxation_times for one in (self.shear, self.bulk) if one is not None]
+        times = [terms.relaxation_times for terms in (self.shear, self.bulk) if terms is not None]
         return Material(
             shear if self.shear is None else self.shear.series(**{key: shear}),
             bulk if self.bulk is None or math.isinf(bulk) else self.bulk.series(**{key: bulk}),
@@ -184,7 +184,7 @@ _KINDS: dict[str, Deformation] = {"SHEA": "shear", "": "shear", "BULK": "bulk"}
 
 
 def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
-    """Material of an ANSYS deck: TB,PRON in shear and bulk, MP,EX, PRXY or NUXY (instantaneous), and DENS.
+    """Return the material of an ANSYS deck: TB,PRON in shear and bulk, MP,EX, PRXY or NUXY (instantaneous), and DENS.
 
     TB,SHIFT of the kinds WLF and TN are read too, with the offset of TOFFST.
     """
@@ -227,7 +227,7 @@ def read_ansys(source: str, text: str, name: str | None = None) -> ViscoelasticD
     # Without a name, elastic materials beside a viscoelastic one are its surroundings.
     relaxing = [material for material, kind in tables if kind not in _SHIFTS]
     chosen = _chosen(source, relaxing if relaxing and name is None else [*relaxing, *constants], name)
-    chosen_tables = {kind: table for (one, kind), table in tables.items() if one == chosen}
+    chosen_tables = {kind: table for (material, kind), table in tables.items() if material == chosen}
     terms = {
         kind: _ansys_terms(source, kind, *chosen_tables[kind]) for kind in _KINDS.values() if kind in chosen_tables
     }
@@ -249,7 +249,7 @@ def _ansys_terms(source: str, kind: Deformation, count: _Entry, data: dict[int, 
 
 
 def _shift(source: str, kind: str, line: int, values: Sequence[float], zero: float) -> WLF | Arrhenius:
-    """Shift of a kind of the two codes; `zero` is the temperature of absolute zero in the deck."""
+    """Return the shift of a kind of the two codes; `zero` is the temperature of absolute zero in the deck."""
     needed = 3 if kind == "WLF" else 2
     if len(values) != needed:
         raise FileError(source, line, f"{len(values)} constants of the shift: must be {needed}")
@@ -271,7 +271,7 @@ class _Block(NamedTuple):
 
 
 def read_abaqus(source: str, text: str, name: str | None = None) -> ViscoelasticDeck:
-    """Material of an Abaqus deck: *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i), *ELASTIC (E, nu) and *DENSITY.
+    """Return the material of an Abaqus deck: *VISCOELASTIC, TIME=PRONY (g_i, k_i, tau_i), *ELASTIC and *DENSITY.
 
     E and nu are those of long times unless *ELASTIC has the option MODULI=INSTANTANEOUS. *TRS is read too, with the
     ABSOLUTE ZERO of *PHYSICAL CONSTANTS, unless a user subroutine defines it.
@@ -307,7 +307,7 @@ def read_abaqus(source: str, text: str, name: str | None = None) -> Viscoelastic
                 raise FileError(source, line, "*VISCOELASTIC is followed by no terms")
             g, k, tau = zip(*(_row(source, row, 3) for row in data), strict=True)
             both: dict[Deformation, tuple[_Entry, ...]] = {"shear": g, "bulk": k}
-            terms = {x: _terms(source, x, own, tau) for x, own in both.items() if any(one.value for one in own)}
+            terms = {x: _terms(source, x, shares, tau) for x, shares in both.items() if any(e.value for e in shares)}
         elif keyword == "*TRS" and (kind := options.get("DEFINITION", "WLF").upper()) in ("WLF", "ARRHENIUS"):
             row = _row(source, data[0], 3 if kind == "WLF" else 2) if data else []
             shift = _shift(source, kind, line, [entry.value for entry in row], zero)
@@ -355,11 +355,11 @@ def _number(source: str, line: Line, cell: str) -> float:
 
 
 def _chosen(source: str, names: list[str], name: str | None) -> str:
-    """Name of the only material, or of the chosen one."""
+    """Return the name of the only material, or of the chosen one."""
     choices = list(dict.fromkeys(names))
     if name is None and len(choices) == 1:
         return choices[0]
-    matches = [one for one in choices if name is not None and one.upper() == name.strip().upper()]
+    matches = [choice for choice in choices if name is not None and choice.upper() == name.strip().upper()]
     if not matches:
         what = f"has {len(choices)} materials" if name is None else f"has no material {name!r}"
         advice = f"choose one by its name, {' or '.join(choices)}" if choices else "its material has no name"
@@ -442,11 +442,11 @@ def write_material(material: Material | Sequence[Material], path: str | Path) ->
     if code is None:
         raise InputError("path", str(path), f"must end in {' or '.join(CARDS)}")
     several: list[Any] = list(material) if isinstance(material, list | tuple) else [material]
-    if not several or not all(isinstance(one, Material) for one in several):
+    if not several or not all(isinstance(item, Material) for item in several):
         raise InputTypeError("material", material, "must be a Material or several (of a fractional model: within)")
-    for place, one in enumerate(several):
-        single_material(f"material[{place}]" if len(several) > 1 else "material", one)
-    lines = [line for number, one in enumerate(several, 1) for line in code(_Card.of(one, number))]
+    for place, item in enumerate(several):
+        single_material(f"material[{place}]" if len(several) > 1 else "material", item)
+    lines = [line for number, item in enumerate(several, 1) for line in code(_Card.of(item, number))]
     with whole_file(path) as partial:
         partial.write_bytes("".join(f"{line}\n" for line in lines).encode("ascii", "replace"))
     return path
@@ -464,10 +464,10 @@ class _Card(NamedTuple):
     def of(cls, material: Material, number: int) -> _Card:
         shear, bulk = material.shear, material.bulk
         series = {"shear": shear} | ({"bulk": bulk} if isinstance(bulk, PronySeries) else {})
-        for name, one in series.items():
-            if one.parallel_viscosity > 0:
+        for name, part in series.items():
+            if part.parallel_viscosity > 0:
                 rule = "must be 0: the cards have branches but no dashpot in parallel; give it a short relaxation time"
-                raise InputError(f"{name}.parallel_viscosity", one.parallel_viscosity, rule, "Pa s")
+                raise InputError(f"{name}.parallel_viscosity", part.parallel_viscosity, rule, "Pa s")
         if isinstance(material.shift, WLF | Arrhenius):
             material = material.at(material.shift.reference_temperature)
             shear, bulk = material.shear, material.bulk
@@ -482,11 +482,11 @@ class _Card(NamedTuple):
     @property
     def shift(self) -> WLF | Arrhenius | None:
         """Shift of the relaxation times, if there are any and the codes have it."""
-        relaxes = any(one is not None and not one.is_elastic for one in (self.shear, self.bulk))
+        relaxes = any(part is not None and not part.is_elastic for part in (self.shear, self.bulk))
         return self.material.shift if relaxes and isinstance(self.material.shift, WLF | Arrhenius) else None
 
     def constants(self, moduli: Callable[[PronySeries], float]) -> tuple[float, float]:
-        """Young's modulus [Pa] and Poisson ratio [-] of instantaneous or equilibrium moduli."""
+        """Return Young's modulus [Pa] and Poisson ratio [-] of instantaneous or equilibrium moduli."""
         shear = moduli(self.shear)
         ratio = poisson_ratio(shear, math.inf if self.bulk is None else moduli(self.bulk))
         if ratio <= -1.0:
@@ -494,8 +494,8 @@ class _Card(NamedTuple):
         return shear * tension_factor(ratio), ratio
 
     def remarks(self, which: str) -> Iterator[str]:
-        """Lines of comment; `which` are the elastic constants."""
-        glass, rest = (f"G = {one:.6g} Pa" for one in (_glass(self.shear), self.shear.equilibrium_modulus))
+        """Return lines of comment; `which` are the elastic constants."""
+        glass, rest = (f"G = {modulus:.6g} Pa" for modulus in (_glass(self.shear), self.shear.equilibrium_modulus))
         if self.bulk is not None:
             glass, rest = (
                 f"{glass}, K = {_glass(self.bulk):.6g} Pa",
@@ -506,22 +506,22 @@ class _Card(NamedTuple):
         yield f"At once: {glass}. After a long time: {rest}."
         if self.bulk is None:
             yield "The material is incompressible: its elements must have the pressure as an unknown (hybrid, mixed)."
-        one = self.material
+        material = self.material
         if self.shift is not None:
-            yield f"The relaxation times hold at {one.temperature:g} K. The model must have temperatures, in K."
+            yield f"The relaxation times hold at {material.temperature:g} K. The model must have temperatures, in K."
             if self.shift.temperature_range is not None:
                 yield "The shift holds from {:g} to {:g} K.".format(*self.shift.temperature_range)
-        elif one.temperature is not None:
-            yield f"The moduli hold at {one.temperature:g} K; {lost_shift(one) or 'no shift is written'}."
-        if one.window is not None:
-            yield f"They hold for times from {one.window[0]:.4g} to {one.window[1]:.4g} s."
-        for text in (one.name, one.source, one.assumptions):
+        elif material.temperature is not None:
+            yield f"The moduli hold at {material.temperature:g} K; {lost_shift(material) or 'no shift is written'}."
+        if material.window is not None:
+            yield f"They hold for times from {material.window[0]:.4g} to {material.window[1]:.4g} s."
+        for text in (material.name, material.source, material.assumptions):
             if text:
                 yield " ".join(text.split())[:200]
 
 
 def lost_shift(material: Material) -> str:
-    """Words on a shift that the codes do not have; empty if the material has none of that kind."""
+    """Return words on a shift that the codes do not have; empty if the material has none of that kind."""
     if isinstance(material.shift, WLF | Arrhenius | None):
         return ""
     return f"the cards cannot hold a {type(material.shift).__name__}, and so hold at {material.temperature:g} K alone"
@@ -551,7 +551,7 @@ def _abaqus(card: _Card) -> Iterator[str]:
         bulk.weights[0] / (1.0 if card.bulk is None else _glass(card.bulk)),
         times,
     )
-    yield from (", ".join(map(_text, row)) for row in zip(*(one[::-1] for one in shares), strict=True))
+    yield from (", ".join(map(_text, row)) for row in zip(*(column[::-1] for column in shares), strict=True))
     match card.shift:
         case WLF(T0, C1, C2):
             yield from ("*TRS, DEFINITION=WLF", ", ".join(map(_text, (T0, C1, C2))))
@@ -588,7 +588,7 @@ def _ansys(card: _Card) -> Iterator[str]:
 
 
 def _text(value: float) -> str:
-    """Shortest text of a number that is read back exactly, or as many of its digits as Abaqus takes."""
+    """Return the shortest text of a number that is read back exactly, or as many of its digits as Abaqus takes."""
     texts = (repr(float(value)), *(f"{value:.{digits}g}" for digits in (16, 15, 14)))
     short = (re.sub(r"e([+-])0*", r"E\1", text).replace("E+", "E") for text in texts)
     return next(text for text in short if len(text) <= _WIDEST)

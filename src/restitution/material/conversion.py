@@ -21,17 +21,17 @@ _EPS = float(np.finfo(np.float64).eps)
 
 
 def poisson_ratio(shear_modulus: ArrayLike, bulk_modulus: ArrayLike) -> Any:
-    """Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa]; one may be infinite."""
+    """Return the Poisson ratio nu = (3K - 2G)/(6K + 2G) of two elastic moduli [Pa]; one may be infinite."""
     shear, bulk = np.asarray(shear_modulus, dtype=np.float64), np.asarray(bulk_modulus, dtype=np.float64)
     stiff = bulk > shear
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(stiff, shear / bulk, bulk / shear)
-    own = np.where(stiff, 3.0 - 2.0 * ratio, 3.0 * ratio - 2.0)
-    return (own / np.where(stiff, 6.0 + 2.0 * ratio, 6.0 * ratio + 2.0))[()]
+    rest = np.where(stiff, 3.0 - 2.0 * ratio, 3.0 * ratio - 2.0)
+    return (rest / np.where(stiff, 6.0 + 2.0 * ratio, 6.0 * ratio + 2.0))[()]
 
 
 def bulk_from_poisson_ratio(shear_modulus: Numeric, ratio: ArrayLike) -> Any:
-    """Bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa] of G >= 0 [Pa] and nu in [-1, 0.5]; infinite for nu = 1/2."""
+    """Return the bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa], perhaps infinite, of G >= 0 and nu in [-1, 0.5]."""
     number = quantities.check("poisson_ratio", ratio)
     if np.ndim(number) == 0 and number == 0.5:
         return math.inf
@@ -44,7 +44,7 @@ def bulk_from_poisson_ratio(shear_modulus: Numeric, ratio: ArrayLike) -> Any:
 
 
 def static_bulk_modulus(shear_modulus: Numeric, poisson_ratio: Numeric | None, bulk_modulus: Numeric | None) -> Any:
-    """Bulk modulus [Pa] of a static Poisson ratio, or as it is given."""
+    """Return the bulk modulus [Pa] of a static Poisson ratio, or as it is given."""
     if poisson_ratio is not None:
         return bulk_from_poisson_ratio(shear_modulus, poisson_ratio)
     assert bulk_modulus is not None
@@ -52,14 +52,14 @@ def static_bulk_modulus(shear_modulus: Numeric, poisson_ratio: Numeric | None, b
 
 
 def bulk_factor(ratio: ArrayLike) -> Any:
-    """Ratio K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of Poisson ratios nu in [-1, 0.5]; infinite for 1/2."""
+    """Return the ratio K/G = 2(1 + nu)/(3(1 - 2 nu)) [-] of Poisson ratios nu in [-1, 0.5]; infinite for 1/2."""
     nu = np.asarray(ratio)
     with np.errstate(divide="ignore"):
         return 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu))
 
 
 def tension_factor(poisson_ratio: ArrayLike) -> Any:
-    """Ratio E/G = 2(1 + nu) [-] of a Poisson ratio nu in (-1, 0.5]."""
+    """Return the ratio E/G = 2(1 + nu) [-] of a Poisson ratio nu in (-1, 0.5]."""
     number = finite("poisson_ratio", poisson_ratio)
     bad = ~((np.asarray(number) > -1.0) & (np.asarray(number) <= 0.5))
     if bad.any():
@@ -70,7 +70,7 @@ def tension_factor(poisson_ratio: ArrayLike) -> Any:
 def shear_from_tension(
     tension: PronySeries, *, bulk_modulus: Numeric | None = None, poisson_ratio: Numeric | None = None
 ) -> PronySeries:
-    """Relaxation modulus in shear G(t) [Pa] from that in tension E(t), simplified.
+    """Return the relaxation modulus in shear G(t) [Pa] from that in tension E(t), simplified.
 
     With a constant bulk modulus the Carson transforms obey 1/(3G) = 1/E - 1/(9K), so G = 3KE/(9K - E). Its rates
     lambda are the roots of E(-lambda) = 9K, one above each rate of E, with branch moduli 27 K^2/(lambda E'(-lambda)).
@@ -114,33 +114,31 @@ def shear_from_tension(
 
 
 def _without_bulk(tension: PronySeries, bulk: Array) -> PronySeries:
-    """Relaxation in shear of simplified series in tension, with constant bulk moduli that may be infinite."""
+    """Return the relaxation in shear of simplified series in tension, for constant bulk moduli, perhaps infinite."""
     shape = np.broadcast_shapes(tension.shape, bulk.shape)
     tension, bulk = tension.broadcast_to(shape), np.broadcast_to(bulk, shape).ravel()
     rigid = np.isinf(bulk)
     lowest, viscosities = np.empty(bulk.size), np.where(rigid, tension.columns[1] * (1.0 / 3.0), 0.0)
     moduli, times = np.zeros((bulk.size, tension.n_branches + 1)), np.ones((bulk.size, tension.n_branches + 1))
     for rows, part in tension.groups():
-        equilibrium, _, own, own_times = part.columns
-        count, stiff = own.shape[1], np.where(rigid[rows], equilibrium + own.sum(axis=1), bulk[rows])
-        roots = secular_roots(equilibrium - 9.0 * stiff, 0.0 * stiff, own[:, ::-1], own_times[:, ::-1])
+        equilibrium, _, weights, part_times = part.columns
+        count, stiff = weights.shape[1], np.where(rigid[rows], equilibrium + weights.sum(axis=1), bulk[rows])
+        roots = secular_roots(equilibrium - 9.0 * stiff, 0.0 * stiff, weights[:, ::-1], part_times[:, ::-1])
         soft = ~rigid[rows, None]
         more = 27.0 * stiff[:, None] * (stiff[:, None] / roots.slopes)
-        moduli[rows, :count] = np.where(soft, more[:, ::-1], own * (1.0 / 3.0))
-        times[rows, :count] = np.where(soft, roots.times[:, ::-1], own_times)
+        moduli[rows, :count] = np.where(soft, more[:, ::-1], weights * (1.0 / 3.0))
+        times[rows, :count] = np.where(soft, roots.times[:, ::-1], part_times)
         quotient = 3.0 * stiff * equilibrium / (9.0 * stiff - equilibrium)
         lowest[rows] = np.where(rigid[rows], equilibrium * (1.0 / 3.0), quotient)
-    branches = (*shape, moduli.shape[1])
-    return PronySeries(
-        lowest.reshape(shape), *merged(moduli.reshape(branches), times.reshape(branches)),
-        parallel_viscosity=viscosities.reshape(shape),
-    ).simplified()  # fmt: skip
+    times, moduli = (part.reshape(*shape, part.shape[1]) for part in merged(times, moduli))
+    series = PronySeries(lowest.reshape(shape), moduli, times, parallel_viscosity=viscosities.reshape(shape))
+    return series.simplified()
 
 
 def tension_from_shear(
     shear: PronySeries, *, bulk_modulus: PronySeries | Numeric | None = None, poisson_ratio: Numeric | None = None
 ) -> PronySeries:
-    """Relaxation modulus in tension E(t) [Pa] from that in shear, simplified.
+    """Return the relaxation modulus in tension E(t) [Pa] from that in shear, simplified.
 
     The Carson transforms obey 1/E = 1/(3G) + 1/(9K).
 
@@ -177,10 +175,10 @@ def shear_and_bulk(
     bulk_modulus: float | None,
     poisson_ratio: float | None,
     stated: Deformation | None,
-    given: Deformation | None,
+    chosen: Deformation | None,
 ) -> tuple[PronySeries, PronySeries | float]:
-    """Relaxation in shear and in bulk of a series in the deformation that the data state, or that the user gives."""
-    kind = given or stated
+    """Return the relaxation in shear and in bulk of a series in the stated deformation, or in the chosen one."""
+    kind = chosen or stated
     if kind not in ("tension", "shear"):
         raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not state it')
     if stated not in (None, kind):
@@ -199,7 +197,7 @@ def _constant_bulk(value: Any) -> Any:
 
 
 def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
-    """Series connection C of Prony series A and B, simplified: 1/C = 1/A + 1/B in Carson transforms.
+    """Return the series connection C of Prony series A and B, simplified: 1/C = 1/A + 1/B in Carson transforms.
 
     Its rates are those shared by A and B, where the branch modulus is that of two springs in series, and the roots
     lambda of A + B = 0 at s = -lambda, where it is A(-lambda)^2/(lambda (A + B)'(-lambda)) > 0. A spring may be
@@ -209,7 +207,7 @@ def series_connection(first: PronySeries, second: PronySeries) -> PronySeries:
 
 
 def reduced(shear: PronySeries, bulk: PronySeries, *, strict: bool = True) -> PronySeries:
-    """Reduced modulus E* = 4G(3K + G)/(3K + 4G), in Carson transforms, of the contact with a rigid body."""
+    """Return the reduced modulus E* = 4G(3K + G)/(3K + 4G), in Carson transforms, of the contact with a rigid body."""
     # Where 4G + 4K + 4G/3 = 0, also 4G = -3K, which is exact where G itself cancels.
     return connected(shear, bulk, ((4.0, 0.0), (4.0 / 3.0, 4.0), (0.0, 3.0)), strict=strict)
 
@@ -217,7 +215,7 @@ def reduced(shear: PronySeries, bulk: PronySeries, *, strict: bool = True) -> Pr
 def reduced_standard_solid(
     poisson_ratio: Array, equilibrium_modulus: Array, branch_modulus: Array, relaxation_time: Array
 ) -> PronySeries:
-    """Reduced moduli of standard solids in shear with the bulk modulus of a static Poisson ratio; arrays (n,)."""
+    """Return reduced moduli of standard solids in shear whose static Poisson ratio is given; arrays (n,)."""
     # Numbers are not checked: beyond their range an impact fails with NOT_FINITE.
     with np.errstate(all="ignore"):
         factor = bulk_factor(poisson_ratio)
@@ -241,50 +239,27 @@ def on_common_times(first: PronySeries, second: PronySeries) -> Iterator[tuple[N
     (*ends, moduli, times), (*other_ends, other_moduli, other_times) = (
         series.broadcast_to(shape).columns for series in (first, second)
     )
+    absent, other_absent = np.zeros_like(other_moduli), np.zeros_like(moduli)
     if other_moduli.shape[1]:
-        moduli, other_moduli, times = _together(moduli, other_moduli, times, other_times)
+        times = np.hstack([times, other_times])
+        both = np.hstack([moduli, absent]), np.hstack([other_absent, other_moduli])
+        times, moduli, other_moduli = merged(times, *both)
     else:
-        moduli, times = moduli[:, ::-1], np.where(moduli > 0.0, times, -np.inf)[:, ::-1]
-        other_moduli = np.zeros(moduli.shape)
-        absent = times == -np.inf
-        if absent.any():
-            # Absent branches come first in reversed rows.
-            order = np.argsort(absent, axis=1, kind="stable")
-            rows = np.arange(len(order))[:, None]
-            moduli, times = moduli[rows, order], times[rows, order]
-    sizes = (times > -np.inf).sum(axis=1)
-    for size in {*sizes.tolist()}:
+        other_moduli = other_absent
+    sizes = ((moduli > 0.0) | (other_moduli > 0.0)).sum(axis=1)
+    for size in np.unique(sizes).tolist():
         rows = np.flatnonzero(sizes == size)
-        one, other = (
-            Part(a[rows], b[rows], own[rows, :size]) for (a, b), own in ((ends, moduli), (other_ends, other_moduli))
+        part, other = (
+            Part(spring[rows], dashpot[rows], weights[rows, :size][:, ::-1])
+            for (spring, dashpot), weights in ((ends, moduli), (other_ends, other_moduli))
         )
-        yield rows, times[rows, :size], one, other
-
-
-def _together(moduli: Array, other_moduli: Array, times: Array, other_times: Array) -> tuple[Array, Array, Array]:
-    """Moduli of both series on their common times, and these, descending; -inf where a row has fewer times."""
-    count = moduli.shape[1]
-    times = np.concatenate([times, other_times], axis=1)
-    both = np.zeros((2, *times.shape))
-    both[0, :, :count], both[1, :, count:] = moduli, other_moduli
-    times = np.where(both.any(axis=0), times, -np.inf)
-    rows, order = np.arange(len(times))[:, None], np.argsort(-times, axis=1, kind="stable")
-    times, both = times[rows, order], both[:, rows, order]
-    repeated = np.zeros(times.shape, dtype=bool)
-    repeated[:, 1:] = (times[:, 1:] > -np.inf) & (times[:, 1:] == times[:, :-1])
-    if repeated.any():
-        # No series has a time twice, so that a time occurs at most twice.
-        both[:, :, :-1] += np.where(repeated[:, 1:], both[:, :, 1:], 0.0)
-        times = np.where(repeated, -np.inf, times)
-        order = np.argsort(-times, axis=1, kind="stable")
-        times, both = times[rows, order], both[:, rows, order]
-    return both[0], both[1], times
+        yield rows, times[rows, :size][:, ::-1], part, other
 
 
 def connected(
     first: PronySeries, second: PronySeries, sums: Sequence[tuple[float, float]], *, strict: bool = True
 ) -> PronySeries:
-    """Series connection of the first two sums p A + q B of series A and B, simplified; `sums` has their (p, q).
+    """Return the series connection of the first two sums p A + q B of series A and B; `sums` has their (p, q).
 
     All further sums equal the first up to sign wherever both sums of the connection cancel. The first one has no B,
     and is the connection where B is infinitely stiff. With `strict`, roots that are not found raise an error.
@@ -319,7 +294,7 @@ def _series(
     is_finite: NDArray[np.bool_],
     shape: tuple[int, ...],
 ) -> PronySeries:
-    """Rows as an array of series; NaN where the numbers are not known, which must not look like absent branches."""
+    """Return rows as an array of series; unknown numbers are NaN, as they must not look like absent branches."""
     if not is_finite.all():
         equilibrium = np.where(is_finite, equilibrium, math.nan)
     branches = (*shape, moduli.shape[1])
@@ -328,6 +303,6 @@ def _series(
 
 
 def _is_finite(series: PronySeries, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Whether the branches of the rows have finite numbers."""
+    """Return whether the branches of the rows have finite numbers."""
     finite = (np.isfinite(series.branch_moduli) & np.isfinite(series.relaxation_times)).all(axis=-1)
     return np.broadcast_to(finite, shape).reshape(-1) if series.shape != shape else finite.reshape(-1)

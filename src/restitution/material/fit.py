@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +34,23 @@ _BEYOND = math.sqrt(10.0)
 _ROUNDING = 1e-9
 
 
+class _Columns:
+    """Table whose first column has times or frequencies, and the others moduli."""
+
+    _units: ClassVar[dict[str, str]]  # units of the columns by name
+    source: str
+
+    def __post_init__(self) -> None:
+        """Set the columns as arrays in SI; refuse columns of different lengths."""
+        columns = {name: np.atleast_1d(number(name, getattr(self, name), unit)) for name, unit in self._units.items()}
+        if len({column.shape for column in columns.values()}) > 1 or next(iter(columns.values())).ndim != 1:
+            shapes = ", ".join(f"{name} {column.shape}" for name, column in columns.items())
+            raise InputError(", ".join(columns), rule=f"must be columns of one length: {shapes}", where=self.source)
+        vars(self).update(columns)
+
+
 @dataclass(frozen=True, eq=False)
-class RelaxationTable:
+class RelaxationTable(_Columns):
     """Relaxation modulus measured over time.
 
     Attributes
@@ -65,13 +80,11 @@ class RelaxationTable:
     source: str = ""
     notes: tuple[str, ...] = ()
     temperature: float | None = None
-
-    def __post_init__(self) -> None:
-        _set_columns(self, time="s", modulus="Pa")
+    _units: ClassVar[dict[str, str]] = {"time": "s", "modulus": "Pa"}
 
 
 @dataclass(frozen=True, eq=False)
-class DynamicTable:
+class DynamicTable(_Columns):
     r"""Storage and loss modulus measured over frequency (DMA).
 
     Attributes
@@ -96,19 +109,12 @@ class DynamicTable:
     source: str = ""
     notes: tuple[str, ...] = ()
     temperature: float | None = None
-
-    def __post_init__(self) -> None:
-        _set_columns(self, angular_frequency="rad/s", storage_modulus="Pa", loss_modulus="Pa")
+    _units: ClassVar[dict[str, str]] = {"angular_frequency": "rad/s", "storage_modulus": "Pa", "loss_modulus": "Pa"}
 
 
-def _set_columns(table: RelaxationTable | DynamicTable, **units: str) -> None:
-    """Set the columns of a table as arrays in SI; refuse columns of different lengths."""
-    columns = [np.atleast_1d(number(name, getattr(table, name), unit)) for name, unit in units.items()]
-    if columns[0].ndim != 1 or len({one.shape for one in columns}) > 1:
-        shapes = ", ".join(f"{name} {one.shape}" for name, one in zip(units, columns, strict=True))
-        raise InputError(", ".join(units), rule=f"must be columns of one length: {shapes}", where=table.source)
-    for name, one in zip(units, columns, strict=True):
-        object.__setattr__(table, name, one)
+def column_names(table: RelaxationTable | DynamicTable) -> list[str]:
+    """Return the names of the columns, that of the times or frequencies first."""
+    return list(table._units)  # pyright: ignore[reportPrivateUsage]
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,7 +96,7 @@ class FractionalModel:
         return self.equilibrium_modulus + self.series_modulus
 
     def relaxation_modulus(self, time: ArrayLike) -> Any:
-        """Relaxation modulus G(t) [Pa] at the times t >= 0 [s], any shape.
+        """Return the relaxation modulus G(t) [Pa] at the times t >= 0 [s], any shape.
 
         G_inf + G_1 E_alpha(-(t/tau)^alpha) with the Mittag-Leffler function to 1e-12, or
         G_inf + V t^-alpha/Gamma(1 - alpha) without a spring in series.
@@ -115,7 +115,7 @@ class FractionalModel:
         return (self.equilibrium_modulus + self.series_modulus * branch)[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
-        """Carson transform [Pa] at real or complex s [1/s], any shape; at s = i omega the complex modulus.
+        """Return the Carson transform [Pa] at real or complex s [1/s], any shape; at s = i omega the complex modulus.
 
         Infinite where the power of a springpot without a spring in series exceeds the largest double.
         """
@@ -130,11 +130,11 @@ class FractionalModel:
         return (self.equilibrium_modulus + branch)[()]
 
     def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Storage modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
+        """Return the storage modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
         return self._complex(angular_frequency).real[()]
 
     def loss_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Loss modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
+        """Return the loss modulus [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
         return self._complex(angular_frequency).imag[()]
 
     def _complex(self, angular_frequency: ArrayLike) -> Any:
@@ -142,7 +142,7 @@ class FractionalModel:
         return np.asarray(self.carson_transform(1j * omega))
 
     def prony(self, window: tuple[float, float], rtol: float = 1e-6) -> PronyApproximation:
-        """Prony series of prescribed and verified relative error within a window: shortest and longest time [s].
+        """Return a Prony series of prescribed, verified relative error within a window: shortest and longest time [s].
 
         The spectrum is integrated over the logarithm of time by the trapezoidal rule, and the rule refined until the
         error suffices. A few terms of the same moments replace all that is slower or faster than the window.
@@ -165,14 +165,14 @@ class FractionalModel:
             series = self._discretised(low, high, tolerance, coarseness)
             carson = series.carson_transform(1j / times)
             pairs = (series.relaxation_modulus(times), relaxation), (carson, dynamic)
-            error = max(float(np.abs(one / exact - 1.0).max()) for one, exact in pairs)
+            error = max(float(np.abs(series_values / exact - 1.0).max()) for series_values, exact in pairs)
             if error <= tolerance:
                 loss_error = float(np.abs(carson.imag / dynamic.imag - 1.0).max())
                 return PronyApproximation(series, error, (low, high), loss_error)
         raise InputError("rtol", rtol, "must be larger: no Prony series of this accuracy was found")
 
     def _discretised(self, low: float, high: float, tolerance: float, coarseness: float) -> PronySeries:
-        """Branches that matter between two times; the step is the safe one of the theory times `coarseness`."""
+        """Return branches that matter between two times; the step is the safe one of the theory times `coarseness`."""
         alpha, bounded, tau = self.exponent, self.series_modulus < math.inf, self.relaxation_time
         unit = tau if bounded else low
         modulus = self.series_modulus if bounded else self.coefficient * low**-alpha
@@ -195,7 +195,7 @@ class FractionalModel:
 
 
 def fractional_series(models: Sequence[FractionalModel], window: tuple[float, float]) -> PronySeries:
-    """Series of fractional models, good within a window of times [s], on relaxation times of all rows.
+    """Return series of fractional models, good within a window of times [s], on relaxation times of all rows.
 
     The spectrum is integrated by the trapezoidal rule at fixed times, so that the series are smooth functions of the
     constants. One branch of the same first two moments stands for all that is slower, and one for all that is faster,
@@ -236,7 +236,7 @@ def fractional_series(models: Sequence[FractionalModel], window: tuple[float, fl
 
 
 def log_spectrum(exponent: Any, bounded: bool, log_rates: Array) -> Array:
-    """Logarithm of the spectrum H, with R(t) = int H exp(-lambda t) dln(lambda), at ln(lambda).
+    """Return the logarithm of the spectrum H, with R(t) = int H exp(-lambda t) dln(lambda), at ln(lambda).
 
     With x = lambda^alpha the bounded spectrum, H = sin(pi alpha)/pi x/(1 + 2x cos(pi alpha) + x^2), is that of
     E_alpha(-t^alpha) (Mainardi, appendix E), and the other, H = sin(pi alpha)/pi x, of t^-alpha/Gamma(1 - alpha).
@@ -252,7 +252,7 @@ def log_spectrum(exponent: Any, bounded: bool, log_rates: Array) -> Array:
 
 
 def _log_grid(exponent: float, bounded: bool, step: float, low: float, high: float) -> tuple[Array, Array]:
-    """Nodes u of a trapezoidal rule from u = low to u >= high, and their weights; the error is exp(-pi^2/step).
+    """Return nodes u of a trapezoidal rule from u = low to u >= high, and their weights; the error is exp(-pi^2/step).
 
     H exp(-lambda t) is analytic and bounded for |Im u| < pi/2, save for the poles of the bounded H at
     u = +-i pi (1 - alpha)/alpha = +-i delta. If these are nearer, the rule is in the variable w = u + asinh(u/delta),
@@ -276,7 +276,7 @@ def _log_grid(exponent: float, bounded: bool, step: float, low: float, high: flo
 
 
 def _mittag_leffler(time: Array, exponent: float) -> Array:
-    """Mittag-Leffler function E_alpha(-t^alpha) at t >= 0, by the trapezoidal rule over its spectrum, to 1e-12."""
+    """Return the Mittag-Leffler function E_alpha(-t^alpha) at t >= 0, by the trapezoidal rule, to 1e-12."""
     times, result, reach = np.ravel(time), np.ones(np.size(time)), _LN_EPS / exponent
     order = np.argsort(times)[np.count_nonzero(times <= 0.0) :]
     # Times that lie close together share a grid.
@@ -292,7 +292,7 @@ def _mittag_leffler(time: Array, exponent: float) -> Array:
 
 
 def _gauss(points: Array, weights: Array) -> tuple[Array, Array]:
-    """Gauss rule of a discrete positive measure: its nodes and weights (Golub, Welsch, Math. Comp. 23 (1969) 221)."""
+    """Return the Gauss rule of a discrete positive measure (Golub and Welsch, Math. Comp. 23 (1969) 221)."""
     keep = weights > weights.max() * 1e-300
     points, weights = points[keep], weights[keep]
     count = min(_TAIL_NODES, points.size)
@@ -337,7 +337,7 @@ class FractionalMaterial:
     rtol: float = 1e-6
 
     def within(self, window: Window | tuple[float, float]) -> Material:
-        """Material that holds within a window of time [s]; its `assumptions` contain the error."""
+        """Return the material that holds within a window of time [s]; its `assumptions` contain the error."""
         rule = "must be the shortest and the longest time [s], and perhaps a tolerance"
         ends = items("window", window, rule)
         if len(ends) not in (2, 3):
@@ -349,7 +349,7 @@ class FractionalMaterial:
         return replace(material, assumptions=text, derivation="fractional")
 
     def approximation(self, window: tuple[float, float], rtol: float | None = None) -> tuple[Material, float, float]:
-        """Material of Prony series, with the two errors of a `PronyApproximation` within a window of time [s].
+        """Return the material of Prony series, with both errors of a `PronyApproximation` within a window of time [s].
 
         E* inherits the error: it is homogeneous of degree one in G and K, and grows with both.
         """

@@ -23,7 +23,7 @@ _ABOUT = ("density", "temperature", "source", "assumptions")
 
 
 def names() -> list[str]:
-    """Names of all materials, in alphabetical order.
+    """Return names of all materials, in alphabetical order.
 
     Examples
     --------
@@ -34,7 +34,7 @@ def names() -> list[str]:
 
 
 def get(name: str) -> Material:
-    """Material of that name, with its `source`, `window` and `assumptions`.
+    """Return the material of that name, with its `source`, `window` and `assumptions`.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def get(name: str) -> Material:
 
 
 def citation_keys(name: str) -> list[str]:
-    """Keys of the sources of a material in `restitution/citation/references.bib`."""
+    """Return keys of the sources of a material in `restitution/citation/references.bib`."""
     return _entries()[name]["cite"]
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from restitution.checks import Array
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation
-from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.fit import DynamicTable, RelaxationTable, column_names
 from restitution.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftTable
 from restitution.quantities import check_single
 from restitution.result import draw
@@ -86,7 +86,7 @@ def superpose(
     high: Array,
     lifts: Array,
 ) -> Superposition:
-    """Shifts of least squares; the vertical shifts [decades] of the isotherms are of the order of `lifts`, shape (m,).
+    """Return the shifts of least squares; vertical shifts [decades] of the isotherms are of the order of `lifts`.
 
     The coefficients of the spline are projected out (Golub and Pereyra), with the Jacobian of Kaufman, whose
     gradient is exact. The scatter of each channel is the residual one for its degrees of freedom.
@@ -146,7 +146,7 @@ def _minimum(problem: _Problem, point: Array, low: Array, high: Array) -> Array:
 
 
 def _inverse(curvature: Array) -> Array:
-    """Covariance of the parameters; infinite variances where their directions leave the residuals unchanged."""
+    """Return the covariance of the parameters, infinite where their directions leave the residuals unchanged."""
     scale = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
     sizes, vectors = np.linalg.eigh(curvature / np.outer(scale, scale))
     dead = sizes <= 1e-10
@@ -270,7 +270,7 @@ class _Problem:
 def first_shifts(channels: list[Channel]) -> Array:
     """Return estimates of the shifts, of each isotherm over the one before, from the best overlap of the two."""
     count = int(max(channel.isotherm.max() for channel in channels)) + 1
-    curves = [[_sorted(one, one.isotherm == i) for one in channels] for i in range(count)]
+    curves = [[_sorted(channel, channel.isotherm == i) for channel in channels] for i in range(count)]
     steps = [_step(cold, warm) for cold, warm in pairwise(curves)]
     return np.concatenate(((0.0,), np.cumsum(steps)))
 
@@ -281,15 +281,15 @@ def _sorted(channel: Channel, which: NDArray[np.bool_]) -> tuple[Array, Array]:
 
 
 def _step(cold: list[tuple[Array, Array]], warm: list[tuple[Array, Array]]) -> float:
-    """Shift [decades] of an isotherm over the next colder one."""
+    """Return the shift [decades] of an isotherm over the next colder one."""
     (low, high), (first, last) = ((x.min(), x.max()) for x in (cold[0][0], warm[0][0]))
     least = 0.2 * min(high - low, last - first)
     trials = np.arange(low - last + least, min(high - first, 0.5 + low - first) - least + 1e-9, 0.05)
     best, chosen = np.inf, 0.0
     for trial in trials.tolist():
         places = np.linspace(max(low, first + trial), min(high, last + trial), 12)
-        gaps = [np.interp(places, *one) - np.interp(places - trial, *other)
-                for one, other in zip(cold, warm, strict=True) if one[0].size > 1 and other[0].size > 1]  # fmt: skip
+        gaps = [np.interp(places, *x) - np.interp(places - trial, *y)
+                for x, y in zip(cold, warm, strict=True) if x[0].size > 1 and y[0].size > 1]  # fmt: skip
         # The likelihood for an unknown scatter of each modulus; of shifts that fit alike, the smallest.
         misfit = sum(float(np.log(np.mean(gap**2) + _RESOLVED**2)) for gap in gaps) + 1e-4 * abs(trial)
         if misfit < best:
@@ -352,15 +352,13 @@ def constants_of(
 def average(curves: Sequence[_C]) -> _C:
     """Return the curve of all data of some curves, in ascending order; data at one frequency or time are averaged."""
     first = curves[0]
-    names = ("angular_frequency" if isinstance(first, DynamicTable) else "time", *_moduli(first))
-    columns = [np.concatenate([getattr(curve, name) for curve in curves]) for name in names]
-    order = np.argsort(columns[0], kind="stable")
-    x = columns[0][order]
+    columns = {name: np.concatenate([getattr(curve, name) for curve in curves]) for name in column_names(first)}
+    x = next(iter(columns.values()))
+    order = np.argsort(x, kind="stable")
+    x = x[order]
     starts = np.flatnonzero(np.concatenate(((True,), np.diff(x) > _SAME * x[1:])))
     counts = np.diff(np.append(starts, x.size))
-    means: dict[str, Any] = {
-        name: np.add.reduceat(column[order], starts) / counts for name, column in zip(names, columns, strict=True)
-    }
+    means: dict[str, Any] = {name: np.add.reduceat(part[order], starts) / counts for name, part in columns.items()}
     if first.temperature is not None:
         means["temperature"] = float(np.mean([curve.temperature or 0.0 for curve in curves]))
     return replace(first, **means)
@@ -401,16 +399,16 @@ class Isotherms:
     notes: tuple[str, ...]
 
     def __init__(self, tables: Sequence[Curve], *, source: str = "", notes: Sequence[str] = ()) -> None:
-        kinds = {type(one) for one in tables}
+        kinds = {type(table) for table in tables}
         if len(kinds) != 1 or not kinds <= {DynamicTable, RelaxationTable} or len(tables) < 2:
             raise InputTypeError("tables", tables, "must be several DynamicTable or several RelaxationTable")
-        deformations = {one.deformation for one in tables}
+        deformations = {table.deformation for table in tables}
         if len(deformations) > 1:
             rule = "must be in one deformation, tension or shear, for all tables"
             raise InputError("deformation", ", ".join(map(str, deformations)), rule, where=source)
-        for place, one in enumerate(tables):
-            _ = check_single("temperature", one.temperature, f"tables[{place}].temperature")
-        ordered = tuple(sorted(tables, key=lambda one: one.temperature or 0.0))
+        for place, table in enumerate(tables):
+            _ = check_single("temperature", table.temperature, f"tables[{place}].temperature")
+        ordered = tuple(sorted(tables, key=lambda table: table.temperature or 0.0))
         for colder, warmer in pairwise(ordered):
             if colder.temperature == warmer.temperature:
                 raise InputError(
@@ -421,7 +419,7 @@ class Isotherms:
     @property
     def temperatures(self) -> Array:
         """Temperatures [K], ascending, shape (m,)."""
-        return np.array([one.temperature for one in self.tables], dtype=np.float64)
+        return np.array([table.temperature for table in self.tables], dtype=np.float64)
 
     @property
     def deformation(self) -> Deformation | None:
@@ -487,18 +485,18 @@ class Isotherms:
             law, first, low, high = law_of(shift, kelvin, reference, nearest, start)
             candidates.append((superpose(channels, law, first, low, high, lifts), law))
 
-        def doubt(one: tuple[Superposition, Law]) -> tuple[int, float]:
-            sizes = [channel.ordinate.size for channel in channels]
-            return int((_gaps(self.tables, one[0].shifts) > 0.0).sum()), float(np.log(one[0].scatter) @ sizes)
+        def doubt(candidate: tuple[Superposition, Law]) -> tuple[int, float]:
+            curve, sizes = candidate[0], [channel.ordinate.size for channel in channels]
+            return int((_gaps(self.tables, curve.shifts) > 0.0).sum()), float(np.log(curve.scatter) @ sizes)
 
         return self._master_curve(*min(candidates, key=doubt), shift, reference, nearest)
 
     def _channels(self) -> list[Channel]:
-        numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(one).size for one in self.tables])
-        x = np.concatenate([_abscissa(one) for one in self.tables])
+        numbers = np.repeat(np.arange(len(self.tables)), [_abscissa(table).size for table in self.tables])
+        x = np.concatenate([_abscissa(table) for table in self.tables])
         channels: list[Channel] = []
-        for name in _moduli(self.tables[0]):
-            values = np.concatenate([getattr(one, name) for one in self.tables])
+        for name in column_names(self.tables[0])[1:]:
+            values = np.concatenate([getattr(table, name) for table in self.tables])
             # A loss of zero and the time zero have no logarithm.
             there = (values > 0.0) & np.isfinite(x)
             if there.sum() > 3:
@@ -533,7 +531,7 @@ class Isotherms:
         named, errors_of = constants_of(shift, superposition, reference)
         factors = 10.0 ** (-superposition.vertical)
         reduced = zip(self.tables, shifts, factors, strict=True)
-        tables = tuple(_reduced(one, s, b, reference) for one, s, b in reduced)
+        tables = tuple(_reduced(table, s, b, reference) for table, s, b in reduced)
         curve = MasterCurve(
             replace(average(tables), source=self.source, notes=()), tables, self, reference, shift, shifts, errors,
             -superposition.vertical, superposition.vertical_errors, named, errors_of, superposition.misfit,
@@ -657,18 +655,14 @@ def _abscissa(table: Curve) -> Array:
 
 def _gaps(tables: Sequence[Curve], shifts: Array) -> Array:
     """Return the gap [decades] between each isotherm and the colder ones; negative where they overlap, shape (m,)."""
-    ends = [(x.min(), x.max()) for x in (one[np.isfinite(one)] for one in map(_abscissa, tables))]
+    ends = [(x.min(), x.max()) for x in (column[np.isfinite(column)] for column in map(_abscissa, tables))]
     low, high = (np.array(end) + shifts for end in zip(*ends, strict=True))
     return np.append(-np.inf, np.minimum.accumulate(low)[:-1] - high[1:])
 
 
-def _moduli(table: Curve) -> tuple[str, ...]:
-    return ("storage_modulus", "loss_modulus") if isinstance(table, DynamicTable) else ("modulus",)
-
-
 def _reduced(table: Curve, shift: float, factor: float, reference: float) -> Curve:
     """Return the isotherm at the reduced frequencies or times of the reference temperature."""
-    changes: dict[str, Any] = {name: getattr(table, name) * factor for name in _moduli(table)}
+    changes: dict[str, Any] = {name: getattr(table, name) * factor for name in column_names(table)[1:]}
     if isinstance(table, DynamicTable):
         changes["angular_frequency"] = table.angular_frequency * 10.0**shift
     else:

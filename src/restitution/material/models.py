@@ -63,7 +63,7 @@ _MODELS: dict[str, MaterialModel] = {}
 
 
 def material_models() -> dict[str, MaterialModel]:
-    """All registered models by name."""
+    """Return all registered models by name."""
     for module in ("classical", "fractional"):
         import_module(f"restitution.material.{module}")  # registers its models
     # In this order whichever module was imported first.
@@ -98,7 +98,7 @@ def material_model(*one_of: tuple[str, ...]) -> Callable[[Callable[_P, _T]], Cal
 
 
 def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
-    """Parameters of a function that are annotated with a quantity."""
+    """Return parameters of a function that are annotated with a quantity."""
     hints = get_type_hints(function, include_extras=True)
     constants: dict[str, Constant] = {}
     for name, parameter in inspect.signature(function).parameters.items():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.axes import Axes, aligned, named, spread_array
-from restitution.checks import Array, Numeric, nonnegative, positive
+from restitution.checks import Array, Numeric, nonnegative, positive, refuse
 from restitution.errors import InputError
 from restitution.quantities import check
 from restitution.result import draw
@@ -41,7 +41,7 @@ class SecularRoots(NamedTuple):
 
 
 def secular_roots(constant: Numeric, viscosity: Numeric, weights: Array, times: Array) -> SecularRoots:
-    """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0, with tau_k = 1/lambda_k descending.
+    """Return the roots of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0, with tau_k = 1/lambda_k descending.
 
     One equation has weights and times of shape (n_pole,), many have (n, n_pole) and constants (n,); see
     `restitution.material.secular.secular_rows`. For one, roots that are not found raise an error.
@@ -73,10 +73,7 @@ def in_range(name: str, value: Any, unit: str, extreme: float = EXTREME) -> None
     """Refuse numbers >= 0 that are neither zero nor within an extreme and its reciprocal."""
     values = np.asarray(value)
     bad = (values > extreme) | ((values < 1.0 / extreme) & (values != 0.0))
-    if bad.any():
-        rule = f"must be in [{1.0 / extreme:g}, {extreme:g}] {unit}"
-        index = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise InputError(name, float(values[index]), rule, unit, index=index)
+    refuse(name, values, bad, f"must be in [{1.0 / extreme:g}, {extreme:g}] {unit}", unit)
 
 
 class Retardation(NamedTuple):
@@ -171,7 +168,8 @@ class PronySeries:
         with np.errstate(over="ignore"):
             glass = equilibrium + moduli.sum(axis=-1)
         in_range("equilibrium_modulus + sum of branch_moduli", glass, "Pa")
-        in_range("parallel_viscosity", viscosity, "Pa s", EXTREME**2)
+        if np.ndim(viscosity) or viscosity:  # a fit makes thousands of series without a dashpot
+            in_range("parallel_viscosity", viscosity, "Pa s", EXTREME**2)
         in_range("relaxation_times", times, "s")
         if shape:
             branches = *shape, moduli.shape[-1]
@@ -246,27 +244,27 @@ class PronySeries:
 
     def reshaped(self, shape: tuple[int, ...]) -> PronySeries:
         """Return the same series in an array of another shape."""
-        equilibrium, viscosity, moduli, times = self.columns
-        branches = (*shape, self.n_branches)
-        ends = equilibrium.reshape(shape)[()], viscosity.reshape(shape)[()]
-        return PronySeries.from_checked(ends[0], moduli.reshape(branches), times.reshape(branches), ends[1])
+        return self._each(lambda part, more: part.reshape((*shape, *more)))
 
     def broadcast_to(self, shape: tuple[int, ...]) -> PronySeries:
         """Return views of the series in a larger array."""
         if shape == self.shape:
             return self
-        branches = (*shape, self.n_branches)
-        ends = np.broadcast_to(self.equilibrium_modulus, shape), np.broadcast_to(self.parallel_viscosity, shape)
-        moduli, times = (np.broadcast_to(part, branches) for part in (self.branch_moduli, self.relaxation_times))
-        return PronySeries.from_checked(ends[0], moduli, times, ends[1])
+        return self._each(lambda part, more: np.broadcast_to(part, (*shape, *more)))
+
+    def _each(self, change: Callable[[Array, tuple[int, ...]], Any]) -> PronySeries:
+        """Return series with a change of the shape of all numbers, which have no further axis or that of branches."""
+        ends = self.equilibrium_modulus, self.parallel_viscosity
+        equilibrium, viscosity = (change(np.asarray(part), ())[()] for part in ends)
+        moduli, times = (change(part, part.shape[-1:]) for part in (self.branch_moduli, self.relaxation_times))
+        return PronySeries.from_checked(equilibrium, moduli, times, viscosity)
 
     def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> PronySeries:
         """Return the series of an array over axes of other names; their own are `axes`."""
         target = axes or self.axes
         if not self.shape or target is None:
             return self
-        parts = self.equilibrium_modulus, self.branch_moduli, self.relaxation_times, self.parallel_viscosity
-        return PronySeries.from_checked(*(spread_array(part, target, names, self.shape) for part in parts))
+        return self._each(lambda part, more: spread_array(part, target, names, self.shape))
 
     @property
     def column(self) -> PronySeries:
@@ -275,16 +273,13 @@ class PronySeries:
 
     def take(self, rows: Any) -> PronySeries:
         """Return series of an array by index, slice or mask along its axes; they may repeat."""
-        ends = np.asarray(self.equilibrium_modulus)[rows], np.asarray(self.parallel_viscosity)[rows]
-        return PronySeries.from_checked(ends[0], self.branch_moduli[rows], self.relaxation_times[rows], ends[1])
+        return self._each(lambda part, more: part[rows])
 
     def row(self, *index: int) -> PronySeries:
         """Return one series of an array, without branches of zero modulus."""
-        moduli, times = self.branch_moduli[index], self.relaxation_times[index]
-        ends = np.asarray(self.equilibrium_modulus)[index], np.asarray(self.parallel_viscosity)[index]
-        there = moduli > 0.0
-        one = PronySeries.from_checked(float(ends[0]), moduli[there], times[there], float(ends[1]))
-        return one if self.window is None else one.known_within(self.window)
+        there = self.branch_moduli[index] > 0.0
+        series = self._each(lambda part, more: part[index][there] if more else part[index])
+        return series if self.window is None else series.known_within(self.window)
 
     @property
     def window(self) -> tuple[Any, Any] | None:
@@ -292,10 +287,8 @@ class PronySeries:
         return self.__dict__.get("_window")
 
     def known_within(self, window: tuple[Any, Any] | None) -> PronySeries:
-        """The same series, known for times [s] within a window; a material that is made from it keeps the window."""
-        series = PronySeries.from_checked(
-            self.equilibrium_modulus, self.branch_moduli, self.relaxation_times, self.parallel_viscosity
-        )
+        """Return the same series, known for times [s] within a window, which a material of this series keeps."""
+        series = self._each(lambda part, more: part)
         series.__dict__["_window"] = window
         return series
 
@@ -335,7 +328,7 @@ class PronySeries:
         return self.equilibrium_modulus == 0
 
     def plot(self, window: tuple[float, float] | None = None) -> Figure:
-        """Figure of the relaxation modulus over time, and of storage and loss modulus over frequency.
+        """Return a figure of the relaxation modulus over time, and of storage and loss modulus over frequency.
 
         The window is the shortest and the longest time [s], by default a decade beyond the relaxation times.
         """
@@ -344,7 +337,7 @@ class PronySeries:
         return draw("material.overview", {"modulus": self}, window)
 
     def relaxation_modulus(self, time: ArrayLike) -> Any:
-        """Relaxation modulus R(t) [Pa] at the times t >= 0 [s]; infinite at t = 0 with a dashpot.
+        """Return the relaxation modulus R(t) [Pa] at the times t >= 0 [s]; infinite at t = 0 with a dashpot.
 
         The times have any shape, which broadcasts against that of an array of series.
 
@@ -359,11 +352,11 @@ class PronySeries:
         return np.where((t == 0) & (np.asarray(self.parallel_viscosity) > 0), np.inf, value)[()]
 
     def _sum(self, shares: NDArray[Any]) -> Any:
-        """Sum of the branch moduli times shares, over the branches; in an order that other series do not change."""
+        """Return the sum of branch moduli times shares, in an order that other series do not change."""
         return (shares * self.branch_moduli).sum(axis=-1)
 
     def creep_compliance(self, time: ArrayLike) -> Any:
-        """Creep compliance J(t) [1/Pa], the strain under a unit step of stress, at the times t >= 0 [s].
+        """Return the creep compliance J(t) [1/Pa], the strain under a unit step of stress, at the times t >= 0 [s].
 
         Examples
         --------
@@ -383,21 +376,19 @@ class PronySeries:
         short = self.simplified()
         compliances, times = (np.full((short.size, short.n_branches + 1), value) for value in (0.0, 1.0))
         for rows, part in short.groups():
-            equilibrium, viscosity, moduli, own = part.columns
-            roots = secular_roots(equilibrium, viscosity, moduli[:, ::-1], own[:, ::-1])
+            equilibrium, viscosity, moduli, part_times = part.columns
+            roots = secular_roots(equilibrium, viscosity, moduli[:, ::-1], part_times[:, ::-1])
             count = roots.times.shape[1]
             compliances[rows, :count], times[rows, :count] = 1.0 / roots.slopes[:, ::-1], roots.times[:, ::-1]
         refuse_far_apart(compliances, times)
-        branches = merged(compliances, times)
+        times, compliances = merged(times, compliances)
         with np.errstate(divide="ignore"):
             glass, flow = 1.0 / short.instantaneous_modulus, np.divide(1.0, short.flow_viscosity)
-        shape = (*short.shape, branches[0].shape[1])
-        return Retardation(
-            glass, np.where(short.is_liquid, flow, 0.0)[()], *(part.reshape(shape) for part in branches)
-        )
+        shape, fluidity = (*short.shape, times.shape[1]), np.where(short.is_liquid, flow, 0.0)[()]
+        return Retardation(glass, fluidity, compliances.reshape(shape), times.reshape(shape))
 
     def storage_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Storage modulus R'(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
+        """Return the storage modulus R'(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape.
 
         Examples
         --------
@@ -408,16 +399,16 @@ class PronySeries:
         return self._dynamic(nonnegative("angular_frequency", angular_frequency, "rad/s"))[0]
 
     def loss_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Loss modulus R''(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
+        """Return the loss modulus R''(omega) [Pa] at the angular frequencies omega >= 0 [rad/s], any shape."""
         return self._dynamic(nonnegative("angular_frequency", angular_frequency, "rad/s"))[1]
 
     def complex_modulus(self, angular_frequency: ArrayLike) -> Any:
-        """Complex modulus R' + i R'' [Pa] at the angular frequencies omega >= 0 [rad/s], any shape; NaN at NaN."""
+        """Return the complex modulus R' + i R'' [Pa] at angular frequencies omega >= 0 [rad/s]; NaN at NaN."""
         storage, loss = self._dynamic(angular_frequency)
         return storage + 1j * loss
 
     def loss_tangent(self, angular_frequency: ArrayLike) -> Any:
-        """Loss tangent R''/R' at the angular frequencies omega > 0 [rad/s]; infinite for a dashpot alone."""
+        """Return the loss tangent R''/R' at angular frequencies omega > 0 [rad/s]; infinite for a dashpot alone."""
         storage, loss = self._dynamic(nonnegative("angular_frequency", angular_frequency, "rad/s"))
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.divide(loss, storage)[()]
@@ -432,7 +423,7 @@ class PronySeries:
         return storage[()], loss[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
-        """Carson transform s int_0^inf R(t) exp(-s t) dt [Pa] at real or complex s [1/s], any shape.
+        """Return the Carson transform s int_0^inf R(t) exp(-s t) dt [Pa] at real or complex s [1/s], any shape.
 
         Equals R_inf + eta s + sum R_k s tau_k/(1 + s tau_k); at s = i omega it is the complex modulus.
 
@@ -446,7 +437,7 @@ class PronySeries:
         return (self.equilibrium_modulus + self.parallel_viscosity * point + self._sum(share))[()]
 
     def simplified(self) -> PronySeries:
-        """Same function in its shortest form: no negligible branches, equal times merged, times ascending.
+        """Return the same function in its shortest form: no negligible branches, equal times merged, times ascending.
 
         A branch is negligible if it changes the Carson transform at no s > 0 by more than the fraction 1e-60.
 
@@ -464,9 +455,8 @@ class PronySeries:
             with np.errstate(over="ignore"):
                 at_times = self.carson_transform(np.moveaxis(1.0 / times, -1, 0))
             keep = moduli > _NEGLIGIBLE * np.moveaxis(at_times, 0, -1)
-        short = PronySeries.from_checked(
-            self.equilibrium_modulus, *merged(np.where(keep, moduli, 0.0), times), self.parallel_viscosity
-        )
+        times, moduli = merged(times, np.where(keep, moduli, 0.0))
+        short = PronySeries.from_checked(self.equilibrium_modulus, moduli, times, self.parallel_viscosity)
         return short if self.window is None else short.known_within(self.window)
 
     def groups(self) -> Iterator[tuple[NDArray[np.intp], PronySeries]]:
@@ -478,12 +468,11 @@ class PronySeries:
         counts = (rows.branch_moduli > 0.0).sum(axis=1)
         for count in np.unique(counts).tolist():
             places = np.flatnonzero(counts == count)
-            ends = rows.equilibrium_modulus[places], rows.parallel_viscosity[places]
-            branches = rows.branch_moduli[places, :count], rows.relaxation_times[places, :count]
-            yield places, PronySeries.from_checked(ends[0], *branches, ends[1])
+            # Bound in the generator at once.
+            yield places, rows._each(lambda part, more, n=count, at=places: part[at, :n] if more else part[at])
 
     def scaled(self, factor: ArrayLike, *, time_factor: ArrayLike = 1.0) -> PronySeries:
-        """Series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.
+        """Return series with every modulus times `factor` >= 0 and every time times `time_factor` > 0.
 
         Arrays of factors broadcast against the shape of the series.
 
@@ -534,25 +523,35 @@ class PronySeries:
 
 
 def _view(values: Any, shape: tuple[int, ...]) -> Array:
-    """Array of a shape; `np.broadcast_to` takes two microseconds also where it has nothing to do."""
+    """Return an array of a shape; `np.broadcast_to` takes two microseconds also where it has nothing to do."""
     return values if np.shape(values) == shape else np.broadcast_to(values, shape)
 
 
-def merged(moduli: Array, times: Array) -> tuple[Array, Array]:
-    """Branches of shape (..., k) with ascending times, equal times as one; zero moduli come last, in fewer columns."""
-    order = np.argsort(np.where(moduli > 0.0, times, np.inf), axis=-1, kind="stable")
-    moduli, times = (np.take_along_axis(part, order, axis=-1) for part in (moduli, times))
-    keep = moduli > 0.0
-    new = keep.copy()
+def merged(times: Array, *moduli: Array) -> list[Array]:
+    """Return ascending times of branches, shape (..., k), and the moduli of one or several series on them.
+
+    Equal times become one branch. Branches whose moduli are all zero come last, in fewer columns.
+    """
+    order = np.argsort(np.where(_any(moduli), times, np.inf), axis=-1, kind="stable")
+    times, *parts = (np.take_along_axis(part, order, axis=-1) for part in (times, *moduli))
+    there = _any(parts)
+    new = there.copy()
     new[..., 1:] &= times[..., 1:] != times[..., :-1]
-    if np.array_equal(new, keep):
-        most = int(keep.sum(axis=-1).max(initial=0))
-        return np.where(keep, moduli, 0.0)[..., :most], np.where(keep, times, 1.0)[..., :most]
     most = int(new.sum(axis=-1).max(initial=0))
-    shape = (*moduli.shape[:-1], most)
-    rows, branches = np.nonzero(keep.reshape(-1, keep.shape[-1]))
-    places = rows, (new.cumsum(axis=-1) - 1).reshape(-1, new.shape[-1])[rows, branches]
-    sums, all_times = np.zeros((math.prod(shape[:-1]), most)), np.ones((math.prod(shape[:-1]), most))
-    np.add.at(sums, places, moduli.reshape(-1, moduli.shape[-1])[rows, branches])
-    all_times[places] = times.reshape(-1, times.shape[-1])[rows, branches]
-    return sums.reshape(shape), all_times.reshape(shape)
+    if np.array_equal(new, there):
+        return [np.where(there, times, 1.0)[..., :most], *(np.where(there, part, 0.0)[..., :most] for part in parts)]
+    shape = (*times.shape[:-1], most)
+    places = *np.nonzero(there)[:-1], (new.cumsum(axis=-1) - 1)[there]
+    all_times, sums = np.ones(shape), [np.zeros(shape) for _ in parts]
+    for total, part in zip(sums, parts, strict=True):
+        np.add.at(total, places, part[there])
+    all_times[places] = times[there]
+    return [all_times, *sums]
+
+
+def _any(moduli: Sequence[Array]) -> NDArray[np.bool_]:
+    """Return whether a modulus of any series is above zero."""
+    there = moduli[0] > 0.0
+    for part in moduli[1:]:
+        there |= part > 0.0
+    return there

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import re
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from importlib import import_module
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,24 +23,10 @@ from restitution.material.cards import PronyTerms, ViscoelasticDeck, beyond_one,
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.master_curve import Curve, Isotherms, average
 from restitution.material.sheet import (
-    ANGULAR_FREQUENCY,
-    BRANCH,
-    COMPLEX,
-    FREQUENCY,
-    LOG_SHIFT,
-    LOSS,
-    MODULUS,
-    RELAXATION_TIME,
-    SHARE,
-    SHIFT,
-    STORAGE,
-    SWEEP,
-    TANGENT,
-    TEMPERATURE,
-    TIME,
     Column,
     FileError,
     Line,
+    Role,
     Sheet,
     Table,
     decoded,
@@ -52,10 +38,10 @@ from restitution.material.sheet import (
     unit,
 )
 from restitution.material.shift import ShiftTable
+from restitution.units import ZERO_CELSIUS
 
 MaterialFile = RelaxationTable | DynamicTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
 
-_ZERO_CELSIUS = 273.15
 # Sweeps whose temperatures [K] differ by less are at one temperature.
 _SAME_TEMPERATURE = 1.0
 # Measured files are smaller; more would only cost memory.
@@ -65,7 +51,6 @@ _MOST_CELLS = 5_000_000
 _LONGEST_COMMENT = 500
 _CELSIUS = re.compile(r"(?<![\w.,])(-?\d{1,4}(?:[.,]\d{1,6})?)\s?°C")
 _END_MODULUS = re.compile(r"\b[EG]_?(0|inf|e|eq)\s*=\s*([-+.\deE]+)\s*([A-Za-z/0-9]*)", re.IGNORECASE)
-_INTERVAL = re.compile(r"^\W?Interval data:", re.IGNORECASE | re.MULTILINE)
 # Word that begins a line of RheoCompass.
 _KEY = re.compile(r'"?([A-Za-z][^\t,;:"]{0,60}):"?(?=[\t,;]|$)')
 
@@ -135,21 +120,13 @@ def _refuse_name(source: str, name: str | None) -> None:
         raise FileError(source, 0, f"has no material {name!r}: is no deck of a solver, whose materials have names")
 
 
-class Format(NamedTuple):
-    """Format of files: whether a text has it, and the sheets of such a text."""
-
-    name: str
-    has: Callable[[str], bool]
-    sheets: Callable[[str, str], list[Sheet]]
-
-
 def read_sheets(source: str, text: str) -> list[Sheet]:
-    """Sheets of a text in the first format that it has; `source` is its name in messages."""
-    return next(one for one in FORMATS if one.has(text)).sheets(source, text)
+    """Return sheets of a text in the first format that it has; `source` is its name in messages."""
+    return next(sheets for has, sheets in FORMATS if has(text))(source, text)
 
 
 def read_workbook(source: str, content: bytes) -> list[Sheet]:
-    """Sheets of a workbook (.xlsx); those without a table are left out."""
+    """Return sheets of a workbook (.xlsx); those without a table are left out."""
     tables: list[Sheet] = []
     refused: list[FileError] = []
     for name, text in _worksheets(source, content):
@@ -158,15 +135,15 @@ def read_workbook(source: str, content: bytes) -> list[Sheet]:
         except FileError as error:
             refused.append(error.moved(f"{source}, sheet {name!r}", "row"))
             continue
-        tables += [sheet._replace(source=f"{source}, sheet {name!r}", place="row", title=sheet.title or name)
-                  for sheet in sheets]  # fmt: skip
+        where = f"{source}, sheet {name!r}"
+        tables += [replace(sheet, source=where, place="row", title=sheet.title or name) for sheet in sheets]
     if not tables:
         raise refused[0] if refused else FileError(source, 0, "holds no numbers")
     return tables
 
 
 def _worksheets(source: str, content: bytes) -> Iterator[tuple[str, str]]:
-    """Names of the worksheets, and their cells as lines of text with tabs between them."""
+    """Return names of the worksheets, and their cells as lines of text with tabs between them."""
     if not content.startswith(b"PK"):
         raise FileError(source, 0, "cannot be read: is a workbook of the old kind (.xls); save it as .xlsx or CSV")
     try:
@@ -195,24 +172,20 @@ def _worksheets(source: str, content: bytes) -> Iterator[tuple[str, str]]:
 
 
 def _cell(value: Any) -> str:
-    """Text of a value in one cell."""
+    """Return the text of a value in one cell."""
     if value is None:
         return ""
     return repr(value) if isinstance(value, float) else " ".join(str(value).split())
 
 
 def _celsius(text: str) -> float | None:
-    """Temperature [K] that a title states in °C."""
+    """Return the temperature [K] that a title states in °C."""
     match = _CELSIUS.search(text[:500])
-    return None if match is None else float(match[1].replace(",", ".")) + _ZERO_CELSIUS
-
-
-def _is_trios_text(text: str) -> bool:
-    return bool(re.search(r"^(\[step\]|Variables\t)", text, re.IGNORECASE | re.MULTILINE))
+    return None if match is None else float(match[1].replace(",", ".")) + ZERO_CELSIUS
 
 
 def _trios_text(source: str, text: str) -> list[Sheet]:
-    """Steps of a TRIOS export to LIMS or CSV, with or without a word at the start of each line."""
+    """Return steps of a TRIOS export to LIMS or CSV, with or without a word at the start of each line."""
     lines = split_lines(text, " ")
     starts = [i for i, line in enumerate(lines) if line.text[:200].strip("\t,; ").lower() == "[step]"]
     sheets: list[Sheet] = []
@@ -235,26 +208,22 @@ def _trios_step(source: str, lines: list[Line]) -> Sheet | None:
     else:
         title = keyed.get("step name", "")
         table = [Line(n, line.partition("\t")[2]) for n, line in lines[names:last]]
-    mark = next((one for one in "\t;," if table and one in table[0].text), "")
+    mark = next((sign for sign in "\t;," if table and sign in table[0].text), "")
     if len(table) < 2 or not mark:
         return None
-    sheet = read_sheet(source, table, mark=mark)._replace(temperature=_celsius(title))
+    sheet = replace(read_sheet(source, table, mark=mark), temperature=_celsius(title))
     return _titled(sheet, title.strip("\t,; ") or "step", keyed.get("number of points", "").strip())
 
 
 def _titled(sheet: Sheet, title: str, points: str) -> Sheet:
-    """Sheet of a step, with a remark if it has other rows than the number of points that its file states."""
-    rows = str(len(sheet.lines))
+    """Return the sheet of a step, with a remark if its file states another number of points."""
+    rows = str(len(sheet.rows))
     remarks = (f"{title}: {rows} of {points} points",) if points.isdecimal() and points != rows else ()
-    return sheet._replace(title=title, remarks=remarks)
-
-
-def _is_trios_json(text: str) -> bool:
-    return text.lstrip("\ufeff \t\r\n").startswith("{")
+    return replace(sheet, title=title, remarks=remarks)
 
 
 def _trios_json(source: str, text: str) -> list[Sheet]:
-    """Steps of a TRIOS export to JSON: of its schema, with rows by name, or with lists of columns and values."""
+    """Return steps of a TRIOS export to JSON: of its schema, with rows by name, or with lists of values."""
     try:
         content = json.loads(text)
     except json.JSONDecodeError as error:
@@ -262,7 +231,7 @@ def _trios_json(source: str, text: str) -> list[Sheet]:
     except (RecursionError, ValueError):  # a number of too many digits
         raise FileError(source, 0, "cannot be read: must be JSON of a rheometer") from None
     try:
-        return [one for part in _json_tables(content) if (one := _json_sheet(source, *part)) is not None]
+        return [sheet for part in _json_tables(content) if (sheet := _json_sheet(source, *part)) is not None]
     except (AttributeError, KeyError, TypeError, IndexError):
         rule = "must have Results with ColumnHeaders and Rows, or DataSet with columns and values"
         raise FileError(source, 0, f"is no export of TRIOS: {rule}") from None
@@ -272,19 +241,19 @@ _JsonTable = tuple[str, list[tuple[str, str | None]], list[list[Any]]]
 
 
 def _json_tables(content: Any) -> Iterator[_JsonTable]:
-    """Title, names and units of the columns, and rows of each step."""
+    """Return the title, names and units of the columns, and rows of each step."""
     results = content.get("Experiment", content)["Results"]
     if isinstance(results, list):
         for result in results:
-            for one in result["DataSet"]:
-                columns = [(str(each["name"]), each.get("unit") or None) for each in one["Data"]["columns"]]
+            for part in result["DataSet"]:
+                columns = [(str(each["name"]), each.get("unit") or None) for each in part["Data"]["columns"]]
                 title = (result.get("Properties") or {}).get("Name") or "step"
-                yield str(title), columns, one["Data"]["values"]
+                yield str(title), columns, part["Data"]["values"]
         return
     data = results.get("Processed") or next(iter(results.values()))
     headers = data["ColumnHeaders"]
-    columns = [(str(one["DisplayName"]), (one.get("Unit") or {}).get("Name")) for one in headers.values()]
-    titles = {one["Id"]: str(one["Name"]) for one in data.get("ResultsSteps", [])}
+    columns = [(str(header["DisplayName"]), (header.get("Unit") or {}).get("Name")) for header in headers.values()]
+    titles = {step["Id"]: str(step["Name"]) for step in data.get("ResultsSteps", [])}
     steps: dict[Any, list[list[Any]]] = {}
     for row in data["Rows"]:
         steps.setdefault(row.get("Results Step Id"), []).append([row.get(key) for key in headers])
@@ -297,14 +266,15 @@ def _json_sheet(source: str, title: str, columns: list[tuple[str, str | None]], 
         return None
     if any(len(row) != len(columns) for row in rows):
         raise FileError(source, 0, f"{title}: each row must have {len(columns)} values")
-    cells = [[_cell(row[i]) for row in rows] for i in range(len(columns))]
-    labels, units = [name for name, _ in columns], [None if one is None else str(one) for _, one in columns]
-    numbers = list(range(1, len(rows) + 1))
-    return Sheet(f"{source}, {title}", labels, units, 0, 0, cells, numbers, [], title, _celsius(title), place="row")
+    labels, units = [name for name, _ in columns], [unit and str(unit) for _, unit in columns]
+    lines = [Line(n, "\t".join(map(_cell, row))) for n, row in enumerate(rows, 1)]
+    return Sheet(
+        f"{source}, {title}", labels, units, 0, 0, lines, "\t", title=title, temperature=_celsius(title), place="row"
+    )
 
 
 def _rheocompass(source: str, text: str) -> list[Sheet]:
-    """Intervals of an export of RheoCompass; what lines with other keys state holds for those below."""
+    """Return intervals of an export of RheoCompass; what lines with other keys state holds for those below."""
     lines = [line for line in split_lines(text, " ") if line.text.strip(",;\t ")]
     keys = [(i, key) for i, line in enumerate(lines) if (key := _KEY.match(line.text))]
     sheets: list[Sheet] = []
@@ -318,7 +288,7 @@ def _rheocompass(source: str, text: str) -> list[Sheet]:
                 rows = [Line(n, row.removeprefix(mark)) for n, row in lines[i + 1 : end]]
                 sheet = read_sheet(source, [Line(lines[i].number, rest[1:]), *rows], mark=mark)
                 number, count = points or (str(len(sheets) + 1), "")
-                sheets.append(_titled(sheet._replace(temperature=kelvin), f"{title or 'interval'} {number}", count))
+                sheets.append(_titled(replace(sheet, temperature=kelvin), f"{title or 'interval'} {number}", count))
             case "result":
                 title, kelvin = rest[1:].strip('\t,; "'), _celsius(rest)
             case "project" | "test":
@@ -341,7 +311,7 @@ def _is_reptate(text: str) -> bool:
 
 
 def _reptate(source: str, text: str) -> list[Sheet]:
-    """Table of RepTate: a line of parameters, perhaps names and units, then rows of omega, G', G'' or of t, G."""
+    """Return the table of RepTate: parameters, perhaps names and units, then rows of omega, G', G'' or of t, G."""
     header, *lines = split_lines(text)
     parameters = {key.strip(): value.strip() for key, _, value in (p.partition("=") for p in header.text.split(";"))}
     rows = [(line.number, line.text.split()) for line in lines if not line.text.startswith("#")]
@@ -360,32 +330,33 @@ def _reptate(source: str, text: str) -> list[Sheet]:
     for number, cells in rows:
         if len(cells) < len(labels):
             raise FileError(source, number, f"{len(cells)} values: must be {len(labels)}, {', '.join(labels)}")
-    cells = [[row[i] for _, row in rows] for i in range(len(labels))]
     kelvin = None
     if "T" in parameters:
         if not is_number(parameters["T"]):
             raise FileError(source, header.number, f"T = {parameters['T'][:40]!r}: must be a temperature in °C")
-        kelvin = float(parameters["T"]) + _ZERO_CELSIUS
-    numbers = [number for number, _ in rows]
-    return [Sheet(source, labels, units, header.number, header.number, cells, numbers, [], temperature=kelvin,
-                  scattered=True)]  # fmt: skip
+        kelvin = float(parameters["T"].replace(",", ".")) + ZERO_CELSIUS
+    lines = [Line(number, "\t".join(cells[: len(labels)])) for number, cells in rows]
+    line = header.number
+    return [Sheet(source, labels, units, line, line, lines, "\t", temperature=kelvin, scattered=True)]
 
 
 def _plain(source: str, text: str) -> list[Sheet]:
+    """Return the table of named columns."""
     return [read_sheet(source, split_lines(text, " "))]
 
 
-FORMATS: Iterable[Format] = (
-    Format("TRIOS, JSON", _is_trios_json, _trios_json),
-    Format("TRIOS, text", _is_trios_text, _trios_text),
-    Format("RheoCompass", lambda text: bool(_INTERVAL.search(text)), _rheocompass),
-    Format("RepTate", _is_reptate, _reptate),
-    Format("table of named columns", lambda text: True, _plain),
+FORMATS: Sequence[tuple[Callable[[str], Any], Callable[[str, str], list[Sheet]]]] = (
+    (re.compile(r"[\ufeff \t\r\n]*\{").match, _trios_json),
+    (re.compile(r"^(\[step\]|Variables\t)", re.IGNORECASE | re.MULTILINE).search, _trios_text),
+    (re.compile(r"^\W?Interval data:", re.IGNORECASE | re.MULTILINE).search, _rheocompass),
+    (_is_reptate, _reptate),
+    (lambda text: True, _plain),
 )
+"""Whether a text has a format, and the sheets of such a text."""
 
 
 def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
-    """Material data of sheets: that of the only one, or the sweeps of several."""
+    """Return the material data of sheets: that of the only one, or the sweeps of several."""
     tables = [Table.of(sheet) for sheet in sheets]
     curves_read: list[Curve] = []
     unused: list[str] = []
@@ -397,8 +368,8 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
         return _joined(source, curves_read, unused)
     if len(tables) == 1:
         for kind in (_prony_terms, _shift_table):
-            if (one := kind(tables[0])) is not None:
-                return one
+            if (content := kind(tables[0])) is not None:
+                return content
     if len(tables) == 1 and not unused[0]:
         sheet = tables[0].sheet
         message = f"columns {', '.join(filter(None, sheet.labels))[:200]}: must be time and relaxation modulus; "
@@ -410,7 +381,7 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
 
 
 def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isotherms:
-    """The only sweep, or one at each temperature. Sweeps at one temperature are averaged."""
+    """Return the only sweep, or one at each temperature. Sweeps at one temperature are averaged."""
     kind = DynamicTable if any(isinstance(curve, DynamicTable) for curve in curves) else RelaxationTable
     alike = [curve for curve in curves if isinstance(curve, kind)]
     notes = [f"not used: {', '.join(unused)[:200]}"] if unused else []
@@ -418,14 +389,14 @@ def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isot
     if len(alike) > 1 and any(curve.temperature is None for curve in alike):
         raise FileError(source, 0, f"holds {len(alike)} sweeps: the temperature of each must be stated, or one kept")
     groups: list[list[Curve]] = []
-    for curve in sorted(alike, key=lambda one: one.temperature or 0.0):
+    for curve in sorted(alike, key=lambda curve: curve.temperature or 0.0):
         if groups and (curve.temperature or 0.0) - (groups[-1][0].temperature or 0.0) < _SAME_TEMPERATURE:
             groups[-1].append(curve)
         else:
             groups.append([curve])
     for group in groups:
         if len(group) > 1:
-            notes.append(f"{len(group)} sweeps at {(group[0].temperature or 0.0) - 273.15:.1f} °C are averaged")
+            notes.append(f"{len(group)} sweeps at {(group[0].temperature or 0.0) - ZERO_CELSIUS:.1f} °C are averaged")
     tables = [average(group) if len(group) > 1 else group[0] for group in groups]
     remarks = tuple(dict.fromkeys([*(note for curve in alike for note in curve.notes), *notes]))
     if len(tables) == 1:
@@ -434,11 +405,14 @@ def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isot
 
 
 def _curves(table: Table) -> list[Curve]:
-    """Sweeps of one table: a single one, or one at each temperature; none if it has not the columns."""
-    loss = (LOSS, TANGENT) if STORAGE in table.roles else (TANGENT, LOSS)
-    read, columns = _dynamic, table.columns((ANGULAR_FREQUENCY, FREQUENCY), (STORAGE, COMPLEX), loss)
+    """Return sweeps of one table: a single one, or one at each temperature; none if it has not the columns."""
+    loss = (Role.LOSS, Role.TANGENT) if Role.STORAGE in table.roles else (Role.TANGENT, Role.LOSS)
+    read, columns = (
+        _dynamic,
+        table.columns((Role.ANGULAR_FREQUENCY, Role.FREQUENCY), (Role.STORAGE, Role.COMPLEX), loss),
+    )
     if not columns:
-        read, columns = _relaxation, table.columns((TIME,), (MODULUS,))
+        read, columns = _relaxation, table.columns((Role.TIME,), (Role.MODULUS,))
         # Steps of creep and flow have times and a "modulus" as well.
         title = table.sheet.title.lower()
         if not columns or (title and "relax" not in title and columns[1].label.lower() == "modulus"):
@@ -450,20 +424,20 @@ def _curves(table: Table) -> list[Curve]:
     if len(sweeps) == 1:
         return [read(table, columns, several=False)]
     return [
-        read(table.part(rows), [one._replace(values=one.values[rows]) for one in columns], several=True)
+        read(table.part(rows), [column._replace(values=column.values[rows]) for column in columns], several=True)
         for rows in sweeps
     ]
 
 
 def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
-    """Rows of each sweep over frequency or time: by their number, where the order turns back, or by temperature."""
+    """Return the rows of each sweep over frequency or time: by number, by turns of the order, or by temperature."""
     every = [np.arange(x.size)]
     if table.sheet.scattered or x.size < 2:
         return every
-    if numbers := table.columns((SWEEP,)):
-        return [np.flatnonzero(numbers[0].values == one) for one in np.unique(numbers[0].values)]
+    if numbers := table.columns((Role.SWEEP,)):
+        return [np.flatnonzero(numbers[0].values == number) for number in np.unique(numbers[0].values)]
     # A table of one sweep may lack units of its temperatures, which are not needed.
-    if TEMPERATURE not in table.roles:
+    if Role.TEMPERATURE not in table.roles:
         return every
     steps = np.sign(np.diff(x))
     if abs(steps.sum()) == steps.size:
@@ -489,10 +463,10 @@ def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
 
 
 def _temperature(table: Table, several: bool) -> tuple[float | None, list[Column]]:
-    """Mean temperature [K] of a sweep, and the columns that it needs."""
-    stated = TEMPERATURE in table.roles and table.sheet.units[table.roles.index(TEMPERATURE)] is not None
+    """Return the mean temperature [K] of a sweep, and the columns that it needs."""
+    stated = Role.TEMPERATURE in table.roles and table.sheet.units[table.roles.index(Role.TEMPERATURE)] is not None
     column = table.temperature if stated or several else None
-    numbers = table.columns((SWEEP,)) if several else []
+    numbers = table.columns((Role.SWEEP,)) if several else []
     if column is None:
         return table.sheet.temperature, numbers
     return float(column.values.mean()), [column, *numbers]
@@ -503,12 +477,12 @@ def _dynamic(table: Table, columns: list[Column], *, several: bool) -> Curve:
     storage, loss = first.values, second.values
     # What overflows is refused below.
     with np.errstate(over="ignore", invalid="ignore"):
-        if first.role is COMPLEX:
+        if first.role is Role.COMPLEX:
             # |E*| with the loss modulus or the loss tangent.
-            share = loss / np.hypot(1.0, loss) if second.role is TANGENT else np.minimum(loss / storage, 1.0)
+            share = loss / np.hypot(1.0, loss) if second.role is Role.TANGENT else np.minimum(loss / storage, 1.0)
             loss = storage * share
             storage = storage * np.sqrt((1.0 - share) * (1.0 + share))
-        elif second.role is TANGENT:
+        elif second.role is Role.TANGENT:
             loss = storage * loss
     good = np.isfinite(loss) & (storage > 0.0)
     if not good.all():
@@ -527,20 +501,20 @@ def _curve(
     kind: type[Any], table: Table, columns: list[Column], moduli: Sequence[Array], falling: Array, rule: str,
     several: bool,
 ) -> Curve:  # fmt: skip
-    """Sweep of a kind in ascending order; its second column must not let `falling` grow."""
+    """Return the sweep of a kind in ascending order; its second column must not let `falling` grow."""
     order = slice(None)
     if not table.sheet.scattered:
         order = table.order(columns[0])
         table.refuse_growth(columns[1], falling, order, rule)
     kelvin, others = _temperature(table, several)
     about = table.about(*columns, *others)
-    values = (one[order] for one in (columns[0].values, *moduli))
+    values = (column[order] for column in (columns[0].values, *moduli))
     curve: Curve = kind(*values, *about, temperature=kelvin)
     return average([curve]) if table.sheet.scattered else curve
 
 
 def _prony_terms(table: Table) -> PronyTerms | None:
-    columns = table.columns((RELAXATION_TIME,), (BRANCH, SHARE))
+    columns = table.columns((Role.RELAXATION_TIME,), (Role.BRANCH, Role.SHARE))
     if not columns:
         return None
     times, terms = columns
@@ -558,7 +532,7 @@ def _prony_terms(table: Table) -> PronyTerms | None:
         except ValueError:
             raise table.error(f"{match[0]!r}: must hold a number", place) from None
         deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")
-    relative, moduli = terms.role is SHARE, terms.values
+    relative, moduli = terms.role is Role.SHARE, terms.values
     if relative and (beyond := beyond_one(moduli)) is not None:
         rule = f"the values of {terms.label} add up to {moduli.sum():.6g}: must be at most 1"
         raise table.error(rule, row=beyond)
@@ -572,12 +546,12 @@ def _prony_terms(table: Table) -> PronyTerms | None:
 
 
 def _shift_table(table: Table) -> ShiftTable | None:
-    columns = table.columns((TEMPERATURE,), (LOG_SHIFT, SHIFT))
+    columns = table.columns((Role.TEMPERATURE,), (Role.LOG_SHIFT, Role.SHIFT))
     if not columns:
         return None
     temperature, shift = columns
     kelvin = temperature.values
-    logs = shift.values if shift.role is LOG_SHIFT else np.log10(shift.values)
+    logs = shift.values if shift.role is Role.LOG_SHIFT else np.log10(shift.values)
     if kelvin[0] > kelvin[-1]:
         kelvin, logs = kelvin[::-1], logs[::-1]
     try:

@@ -16,7 +16,7 @@ class Scratch(NamedTuple):
     """Room for the numbers of one row with k poles; compiled functions allocate nothing."""
 
     common: Any  # (k,): common times of both series
-    own: Any  # (2, k): moduli of both series on them
+    moduli: Any  # (2, k): moduli of both series on them
     parts: Any  # (n_sum, k): moduli of the sums
     total: Any  # (k,)
     decay: Any  # (k,)
@@ -41,7 +41,7 @@ _MAX_ITERATIONS = 120
 
 @compiled
 def log_ratio(upper: float, lower: float) -> float:
-    """Logarithm of upper/lower, to full relative accuracy also where the two almost agree."""
+    """Return the logarithm of upper/lower, to full relative accuracy also where the two almost agree."""
     ratio = upper / lower
     log = math.log1p((upper - lower) / lower) if abs(ratio - 1.0) < 0.5 else math.log(ratio)
     return min(max(log, -_LARGEST_LOG), _LARGEST_LOG)
@@ -49,7 +49,7 @@ def log_ratio(upper: float, lower: float) -> float:
 
 @compiled
 def positive_root(square: float, linear: float, less: float) -> float:
-    """Positive root of square y^2 + linear y - less = 0."""
+    """Return the positive root of square y^2 + linear y - less = 0."""
     root = math.sqrt(linear * linear + 4.0 * square * less)
     return 2.0 * less / (linear + root) if linear > 0.0 else (root - linear) / (2.0 * square)
 
@@ -59,7 +59,7 @@ def secular_root(
     a: float, b: float, weights: Any, times: Any, count: int, origin: int, side: float, low: float, high: float,
     far: float, decay: Any, growth: Any, terms: Any,
 ) -> float:  # fmt: skip
-    """Time of the root next to a pole, and its terms; NaN if the iteration does not end.
+    """Return the time of the root next to a pole, and its terms; NaN if the iteration does not end.
 
     The root lies on one side of the pole, at a y between `low` and `high`; `far` is y at the far end of its interval.
     """
@@ -67,7 +67,7 @@ def secular_root(
     for j in range(count):
         theta = side * log_ratio(times[origin], times[j])
         decay[j], growth[j] = math.expm1(theta), math.exp(theta)
-    fixed, drag, own = (1.0 if upward else 0.0), b / times[origin], weights[origin]
+    fixed, drag, weight = (1.0 if upward else 0.0), b / times[origin], weights[origin]
     y = low
     for _ in range(_MAX_ITERATIONS):
         value, slope, size = side * a, 0.0, abs(a)
@@ -86,8 +86,8 @@ def secular_root(
         reach = y - far
         # The lean of the model and its step are infinite far from the root; the bounds hold all the same.
         lean = value + slope * reach
-        root = math.sqrt(max(lean * lean - 4.0 * own * value * reach, 0.0))
-        step = -2.0 * value * reach / (lean + root) if lean > 0.0 else (root - lean) / (2.0 * own)
+        root = math.sqrt(max(lean * lean - 4.0 * weight * value * reach, 0.0))
+        step = -2.0 * value * reach / (lean + root) if lean > 0.0 else (root - lean) / (2.0 * weight)
         low = max(low, y - value / slope)
         if value <= 0.0:
             low = max(low, y)
@@ -112,7 +112,7 @@ def secular_row(
     a: float, b: float, weights: Any, times: Any, count: int, roots: Any, slopes: Any, terms: Any, decay: Any,
     growth: Any,
 ) -> int:  # fmt: skip
-    """Number of roots of one equation, whose times, slopes and terms are written; see `secular_rows`."""
+    """Return the number of roots of one equation, and write their times, slopes and terms; see `secular_rows`."""
     total = 0.0
     for j in range(count):
         total += weights[j]
@@ -181,7 +181,7 @@ def secular_rows(
     constants: Any, viscosities: Any, weights: Any, times: Any, counts: Any, roots: Any, slopes: Any, terms: Any,
     room: Scratch,
 ) -> None:  # fmt: skip
-    """Roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0 in each row, 1/lambda_k descending.
+    """Return roots lambda of a - b lambda + sum E_k lambda/(lambda - lambda_k) = 0 in each row, 1/lambda_k descending.
 
     There is one root below the first pole if a > 0 (a may be negative), one between each two neighbours, and one above
     the last pole if b > 0 or a + sum E_k < 0. The poles are given as times, as two neighbouring floats may have the
@@ -193,17 +193,8 @@ def secular_rows(
     evaluation yields two bounds: Newton's step from below, and from above the step of a model that keeps the weight of
     the nearest pole and bends all others into one at the far end of the interval.
 
-    Parameters
-    ----------
-    constants, viscosities
-        a and b, shape (n,).
-    weights, times
-        E_k > 0 and tau_k, shape (n, k).
-    counts, roots, slopes, terms
-        Results: number of roots, shape (n,); 1/lambda and lambda S'(-lambda) > 0 in ascending order of lambda, shape
-        (n, k + 1); s/(s + lambda_k) at s = -lambda, shape (n, k + 1, k). What a row does not have stays as it is.
-    room
-        `scratch(k)`.
+    `counts` are the numbers of roots; what a row does not have of the results (times 1/lambda and slopes lambda
+    S'(-lambda) > 0 in ascending order of lambda, terms s/(s + lambda_k) at s = -lambda) stays as it is.
     """
     n, count = weights.shape
     for i in range(n):
@@ -218,29 +209,20 @@ def connect_rows(
     constants: Any, viscosities: Any, moduli: Any, times: Any, factors: Any, ends: Any, branches: Any,
     branch_times: Any, room: Scratch,
 ) -> None:  # fmt: skip
-    """Series connections of two sums of two Prony series A and B, in each row.
+    """Return series connections of two sums of two Prony series A and B, in each row.
 
-    Parameters
-    ----------
-    constants, viscosities
-        Springs and dashpots of A and B, shape (2, n); a spring of B may be infinite.
-    moduli, times
-        Branches of A and of B with ascending times, shape (2, n, k); branches of modulus 0 come last.
-    factors
-        p and q of each sum p A + q B, shape (n_sum, 2). The first two are connected; each further one equals the first
-        up to sign wherever both cancel. The first has no B, and is the connection where B is infinitely stiff.
-    ends, branches, branch_times
-        Results: spring and dashpot, shape (2, n), and branches with ascending times, shape (n, 4 k + 1), which are 0
-        and 1 after the last one. The spring is NaN if a root is not found.
-    room
-        `scratch(2 k, n_sum)`.
+    Springs and dashpots have the shape (2, n), and a spring of B may be infinite. Branches have ascending times, shape
+    (2, n, k); those of modulus 0 come last. `factors` are p and q of each sum p A + q B. The first two sums are
+    connected; each further one equals the first up to sign wherever both cancel. The first has no B, and is the
+    connection where B is infinitely stiff. Results: `ends`, shape (2, n), whose spring is NaN if a root is not found,
+    and branches of shape (n, 4 k + 1), which are 0 and 1 after the last one.
 
     Notes
     -----
     The rates of 1/C = 1/P + 1/Q are those that P and Q share, where the branch modulus is that of two springs in
     series, and the roots lambda of P + Q at s = -lambda, where it is P(-lambda)^2/(lambda (P + Q)'(-lambda)) > 0.
     """
-    n_sums, common, own, parts, total = factors.shape[0], room.common, room.own, room.parts, room.total
+    n_sums, common, shares, parts, total = factors.shape[0], room.common, room.moduli, room.parts, room.total
     roots, slopes, terms = room.roots, room.slopes, room.terms
     for i in range(moduli.shape[1]):
         if math.isinf(constants[1, i]):
@@ -250,10 +232,10 @@ def connect_rows(
                 branches[i, j] = p * moduli[0, i, j]
                 branch_times[i, j] = times[0, i, j]
             continue
-        count = join_times(moduli[:, i], times[:, i], common, own)
+        count = join_times(moduli[:, i], times[:, i], common, shares)
         for j in range(count):
             for m in range(n_sums):
-                parts[m, j] = factors[m, 0] * own[0, j] + factors[m, 1] * own[1, j]
+                parts[m, j] = factors[m, 0] * shares[0, j] + factors[m, 1] * shares[1, j]
             total[j] = parts[0, j] + parts[1, j]
         spring, dashpot = 0.0, 0.0
         for m in range(2):
@@ -289,8 +271,8 @@ def connect_rows(
 
 
 @compiled
-def join_times(moduli: Any, times: Any, common: Any, own: Any) -> int:
-    """Number of the times that occur in two series, which are written in descending order with the moduli of both."""
+def join_times(moduli: Any, times: Any, common: Any, shares: Any) -> int:
+    """Return the number of times of two series, and write these in descending order with the moduli of both."""
     a, b = moduli.shape[1] - 1, moduli.shape[1] - 1
     while a >= 0 and not moduli[0, a] > 0.0:
         a -= 1
@@ -301,8 +283,8 @@ def join_times(moduli: Any, times: Any, common: Any, own: Any) -> int:
         of_a = times[0, a] if a >= 0 else -1.0
         of_b = times[1, b] if b >= 0 else -1.0
         common[count] = max(of_a, of_b)
-        own[0, count] = moduli[0, a] if of_a >= of_b else 0.0
-        own[1, count] = moduli[1, b] if of_b >= of_a else 0.0
+        shares[0, count] = moduli[0, a] if of_a >= of_b else 0.0
+        shares[1, count] = moduli[1, b] if of_b >= of_a else 0.0
         a, b = (a - 1 if of_a >= of_b else a), (b - 1 if of_b >= of_a else b)
         count += 1
     return count

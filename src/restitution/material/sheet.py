@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +21,6 @@ from restitution.units import PLAIN_UNITS, unit
 
 _Test = Callable[[str], bool]
 
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _BLANKS = re.compile(r"(?<=[\])])\s+|\s+(?![\[(\s])")
 _ARCHIVES = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 # The names of the columns must stand within this number of lines.
@@ -55,53 +57,89 @@ class Line(NamedTuple):
     text: str
 
 
-class Sheet(NamedTuple):
-    """Table of named columns."""
+@dataclass(frozen=True)
+class Sheet:
+    """Table of named columns, whose cells are read on demand."""
 
     source: str  # name of the file
     labels: list[str]  # names of the columns, without their units
     units: list[str | None]  # units of the columns as written, None for none
     header_line: int  # number of the line of the names
     unit_line: int  # number of the line of the units, which may be that of the names
-    cells: list[list[str]]  # texts of each column
-    lines: list[int]  # number of the line of each row
-    comments: list[Line]  # lines that begin with #, without it
+    rows: list[Line]
+    mark: str | None  # what separates the cells; None for blanks
+    comments: Sequence[Line] = ()  # lines that begin with #, without it
     title: str = ""  # name that an instrument gave to its step or interval
     temperature: float | None = None  # temperature [K] that stands outside the columns
     remarks: tuple[str, ...] = ()
     place: str = "line"  # what the numbers of lines count
     scattered: bool = False  # whether the rows are in any order, such as those of a master curve
 
+    def line(self, row: int) -> int:
+        """Return the number of the line of a row."""
+        return self.rows[row].number
+
     def numbers(self, column: int) -> Array:
-        """Numbers of a column; other cells are refused."""
-        cells = self.cells[column]
+        """Return numbers of a column; other cells are refused."""
+        values = self.values(column)
+        if values is None:
+            self.require(np.array([*map(is_number, self.cells(column))]), column, "must be a number")
+            # Python's numbers may have underscores, and digits of other scripts.
+            return np.array([*map(_number, self.cells(column))])
+        return values
+
+    def values(self, column: int) -> Array | None:
+        """Return numbers of a column; None if a cell holds none."""
+        if column not in self._numbers:
+            self._numbers.update(self._parsed([column]))
+        return self._numbers.get(column)
+
+    @cached_property
+    def _numbers(self) -> dict[int, Array]:
+        """Columns that hold numbers in the first row, which are read at once."""
+        if not self.rows:
+            return dict.fromkeys(range(len(self.labels)), np.empty(0))
+        return self._parsed([i for i, cell in enumerate(_cells(self.rows[0].text, self.mark)) if is_number(cell)])
+
+    def _parsed(self, columns: list[int]) -> dict[int, Array]:
+        """Return numbers of columns; none if a cell holds something else."""
+        texts = [row.text for row in self.rows]
+        if self.mark != ",":
+            texts = [text.replace(",", ".") for text in texts]
         try:
-            return np.array(list(map(float, cells)))
+            numbers = np.loadtxt(texts, delimiter=self.mark, comments=None, quotechar='"', usecols=columns, ndmin=2)
         except ValueError:
-            self.require(np.array(list(map(is_number, cells))), column, "must be a number")
-            raise
+            return {}
+        return dict(zip(columns, numbers.T, strict=True))
+
+    def cells(self, column: int) -> list[str]:
+        """Return texts of a column."""
+        return [row[column] for row in self._cells]
+
+    @cached_property
+    def _cells(self) -> list[list[str]]:
+        return [_cells(row.text, self.mark) for row in self.rows]
 
     def require(self, good: NDArray[np.bool_], column: int, rule: str, name: str = "") -> None:
         """Refuse the first cell of a column that is not good, with its line; `name` is that of its quantity."""
         if not good.all():
             row = int(np.argmin(good))
-            cell = self.cells[column][row]
+            cell = _cells(self.rows[row].text, self.mark)[column]
             shown = cell if len(cell) <= 40 else f"{cell[:39]}…"
             shown = shown if is_number(cell) else repr(shown)
-            raise self.error(f"{name or self.labels[column]} = {shown}: {rule}", self.lines[row])
+            raise self.error(f"{name or self.labels[column]} = {shown}: {rule}", self.line(row))
 
     def error(self, message: str, line: int = 0) -> FileError:
-        """Error for one of its lines."""
+        """Return the error for one of its lines."""
         return FileError(self.source, line, message, self.place)
 
     def part(self, rows: Sequence[int] | NDArray[np.intp]) -> Sheet:
-        """Sheet of some of its rows."""
-        cells = [[column[row] for row in rows] for column in self.cells]
-        return self._replace(cells=cells, lines=[self.lines[row] for row in rows])
+        """Return the sheet of some of its rows."""
+        return replace(self, rows=[self.rows[row] for row in rows])
 
 
 def read_bytes(path: Path) -> bytes:
-    """Content of a file, which is refused by its size before all of it is read."""
+    """Return the content of a file, which is refused by its size before all of it is read."""
     try:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
@@ -115,12 +153,12 @@ def read_bytes(path: Path) -> bytes:
 
 
 def is_workbook(content: bytes) -> bool:
-    """Whether the content is that of a workbook of Excel."""
+    """Return whether the content is that of a workbook of Excel."""
     return content.startswith(_ARCHIVES)
 
 
 def decoded(source: str, content: bytes) -> str:
-    """Text of a content in UTF-8, UTF-16 or Latin-1; `source` is the name of its file in messages."""
+    """Return the text of a content in UTF-8, UTF-16 or Latin-1; `source` is the name of its file in messages."""
     if is_workbook(content):
         raise FileError(source, 0, "cannot be read: is a workbook; save its sheet as CSV")
     # Without a mark, the zeros of most letters are the second byte of each pair, or the first one.
@@ -141,7 +179,7 @@ def decoded(source: str, content: bytes) -> str:
 
 
 def split_lines(text: str, ends: str | None = None) -> list[Line]:
-    """Lines that are not blank, with their numbers, without some characters at both ends (all blanks by default)."""
+    """Return lines that are not blank, with their numbers, without characters at both ends (blanks by default)."""
     lines = enumerate(text.splitlines(), 1)
     return [Line(i, line.strip(ends)) for i, line in lines if line and not line.isspace()]
 
@@ -154,17 +192,19 @@ def read_sheet(
     is_name: _Test = lambda text: role_of(text) is not None,
     mark: str = "",
 ) -> Sheet:
-    """Table of named columns in some lines; `source` is the name of their file in messages.
+    """Return the table of named columns in some lines; `source` is the name of their file in messages.
 
     The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
     comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
     in a second line of units. The `mark` separates the cells; without it the line of the names shows which one does.
     """
-    for n, line in lines:
-        if len(line) > _LONGEST_LINE:
-            raise FileError(source, n, f"has {len(line)} characters: must have at most {_LONGEST_LINE}")
-    comments = [Line(n, line.lstrip("#").strip()) for n, line in lines if line.startswith("#")]
-    body = [line for line in lines if not line.text.startswith("#")]
+    comments: list[Line] = []
+    body: list[Line] = []
+    for line in lines:
+        if len(line.text) > _LONGEST_LINE:
+            raise FileError(source, line.number, f"has {len(line.text)} characters: must have at most {_LONGEST_LINE}")
+        (comments if line.text.startswith("#") else body).append(line)
+    comments = [Line(n, text.lstrip("#").strip()) for n, text in comments]
     if not body:
         raise FileError(source, 0, "holds no numbers" if lines else "is empty")
     start = _header(body, is_unit, is_name)
@@ -176,30 +216,31 @@ def read_sheet(
         header, body = above[-1], body[start:]
     else:
         body = body[start + 1 :]
-    first, *rows = (_cells(line.text, separator) for line in (header, *body))
-    if any(len(row) != len(first) for row in rows):
+    width = _count(header.text, separator)
+    is_ragged = any(_count(line.text, separator) != width for line in body)
+    if is_ragged:
         # Tabs at both ends separate empty cells only where all lines have them.
-        first, *rows = (_cells(line.text.strip(), separator) for line in (header, *body))
-    names = [_name_and_unit(cell, is_unit, is_name) for cell in first]
+        header, *body = (Line(n, line.strip()) for n, line in (header, *body))
+    names = [_name_and_unit(cell, is_unit, is_name) for cell in _cells(header.text, separator)]
     labels, units, unit_line = [name for name, _ in names], [unit for _, unit in names], header.number
-    if rows and not any(map(is_number, rows[0])):
-        unit_line, below = body[0].number, rows[0]
+    below = _cells(body[0].text, separator) if body else ["0"]
+    if not any(map(is_number, below)):
+        unit_line, body = body[0].number, body[1:]
         # The last columns of instruments may have no units, such as the number of a step.
         below += [""] * ((len(labels) - len(below)) * bool(mark))
         if len(below) != len(labels):
             raise FileError(source, unit_line, f"{len(below)} units for {len(labels)} columns")
-        units, body, rows = [cell.strip("[]() ") or None for cell in below], body[1:], rows[1:]
-    if not rows:
+        units = [cell.strip("[]() ") or None for cell in below]
+    if not body:
         raise FileError(source, header.number, "is followed by no numbers")
-    for line, row in zip(body, rows, strict=True):
-        if len(row) != len(labels):
-            raise FileError(source, line.number, f"{len(row)} values: must be {len(labels)}, one for each column")
-    columns = list(map(list, zip(*rows, strict=True)))
-    return Sheet(source, labels, units, header.number, unit_line, columns, [line.number for line in body], comments)
+    for n, line in body if is_ragged else ():
+        if (count := _count(line, separator)) != len(labels):
+            raise FileError(source, n, f"{count} values: must be {len(labels)}, one for each column")
+    return Sheet(source, labels, units, header.number, unit_line, body, separator, comments)
 
 
 def _header(body: list[Line], is_unit: _Test, is_name: _Test) -> int:
-    """Index of the first line with two known names, else of the first line."""
+    """Return the index of the first line with two known names, else of the first line."""
     for i, line in enumerate(body[:_HEADER_LINES]):
         cells = _cells(line.text, _separator(line.text))[:100]
         if sum(is_name(_name_and_unit(cell, is_unit, is_name)[0]) for cell in cells) >= 2:
@@ -214,18 +255,22 @@ def _separator(line: str) -> str | None:
 def _cells(line: str, separator: str | None) -> list[str]:
     # Between a name and its unit in brackets a blank separates nothing.
     parts = _BLANKS.split(line.strip()) if separator is None else line.split(separator)
-    cells = [cell.strip() for cell in parts]
-    if '"' in line:
-        cells = [cell.strip('"').strip() for cell in cells]
-    if separator != "," and "," in line:
-        cells = [cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
-    return cells
+    return [cell.strip().strip('"').strip() for cell in parts]
+
+
+def _count(line: str, separator: str | None) -> int:
+    return len(_cells(line, separator)) if separator is None else line.count(separator) + 1
+
+
+def _number(cell: str) -> float:
+    """Return the number in a cell, which may have a decimal comma."""
+    return float(cell.replace(",", "."))
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell holds a number, perhaps nan or inf."""
+    """Return whether a cell holds a number, perhaps nan or inf."""
     try:
-        float(cell)
+        _number(cell)
     except ValueError:
         return False
     return True
@@ -244,56 +289,58 @@ def _name_and_unit(cell: str, is_unit: _Test, is_name: _Test) -> tuple[str, str 
     return cell, None
 
 
-class Role(NamedTuple):
-    """Quantity of a column."""
+class Role(Enum):
+    """Quantity of a column: words, dimensions of its unit, unit assumed if none is given, and names in files.
 
-    name: str
-    dimensions: tuple[str, ...]  # admissible dimensions of its unit
-    assumed: str = ""  # unit that is assumed where none is given
-    least: float | None = 0.0  # bound of its values, None for none
-    open_bound: bool = True  # whether the bound itself is excluded
+    In the names ? stands for e or g, and "tensile" or "shear" may come before.
+    """
+
+    TIME = "time", ("time",), "s", "t time zeit"
+    FREQUENCY = "frequency", ("frequency", "angular frequency"), "Hz", "f freq frequency frequenz"
+    ANGULAR_FREQUENCY = "angular frequency", ("angular frequency", "frequency"), "rad/s", (
+        "w omega ω angfreq angularfrequency angfrequency kreisfrequenz"
+    )  # fmt: skip
+    MODULUS = "relaxation modulus", ("modulus",), "Pa", (
+        "? ?r ?relax ?(t) modulus relaxationmodulus youngsmodulus relaxationsmodul"
+    )  # fmt: skip
+    STORAGE = "storage modulus", ("modulus",), "Pa", "?' ?p ?stor ?storage ?prime storage storagemodulus speichermodul"
+    LOSS = "loss modulus", ("modulus",), "Pa", "?'' ?pp ?loss ?doubleprime loss lossmodulus verlustmodul"
+    COMPLEX = "magnitude of the complex modulus", ("modulus",), "Pa", (
+        "?* |?*| complexmodulus complexshearmodulus dynamicmodulus"
+    )  # fmt: skip
+    TANGENT = "loss tangent", ("number",), "", (
+        "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor"
+    )  # fmt: skip
+    RELAXATION_TIME = "relaxation time", ("time",), "s", "tau taui tauk τ reltime relaxationtime relaxationtimes"
+    BRANCH = "branch modulus", ("modulus",), "Pa", "branchmodulus branchmoduli ei ek"
+    SHARE = "relative modulus", ("number",), "", "relmod relativemodulus relativemoduli alpha alphai gi ki"
+    TEMPERATURE = "temperature", ("temperature",), "K", "temp temperature temperatur"
+    LOG_SHIFT = "log10 of the shift factor", ("number",), "", "logat log10at loga log10a logshift"
+    SHIFT = "shift factor", ("number",), "", "at a shiftfactor"
+    SWEEP = "number of the sweep", ("number",), "", "set"
+
+    def __init__(self, words: str, dimensions: tuple[str, ...], assumed: str, spellings: str) -> None:
+        self.words, self.dimensions, self.assumed, self.spellings = words, dimensions, assumed, spellings.split()
+
+    @property
+    def bound(self) -> str:
+        """Bound of the values: "", "> 0" or ">= 0"."""
+        if self in (Role.LOG_SHIFT, Role.SWEEP):
+            return ""
+        return ">= 0" if self in (Role.TIME, Role.LOSS, Role.TANGENT, Role.BRANCH, Role.SHARE) else "> 0"
+
+    def admits(self, values: Array) -> NDArray[np.bool_]:
+        """Return whether values are within the bound."""
+        return (values > 0.0) | (values == 0.0) & (self.bound != "> 0") | (self.bound == "")
 
 
-TIME = Role("time", ("time",), "s", open_bound=False)
-FREQUENCY = Role("frequency", ("frequency", "angular frequency"), "Hz")
-ANGULAR_FREQUENCY = Role("angular frequency", ("angular frequency", "frequency"), "rad/s")
-MODULUS = Role("relaxation modulus", ("modulus",), "Pa")
-STORAGE = Role("storage modulus", ("modulus",), "Pa")
-LOSS = Role("loss modulus", ("modulus",), "Pa", open_bound=False)
-COMPLEX = Role("magnitude of the complex modulus", ("modulus",), "Pa")
-TANGENT = Role("loss tangent", ("number",), open_bound=False)
-RELAXATION_TIME = Role("relaxation time", ("time",), "s")
-BRANCH = Role("branch modulus", ("modulus",), "Pa", open_bound=False)
-SHARE = Role("relative modulus", ("number",), open_bound=False)
-TEMPERATURE = Role("temperature", ("temperature",), "K")
-LOG_SHIFT = Role("log10 of the shift factor", ("number",), least=None)
-SHIFT = Role("shift factor", ("number",))
-SWEEP = Role("number of the sweep", ("number",), least=None)
-
-_SPELLINGS: dict[Role, str] = {
-    TIME: "t time zeit",
-    FREQUENCY: "f freq frequency frequenz",
-    ANGULAR_FREQUENCY: "w omega ω angfreq angularfrequency angfrequency kreisfrequenz",
-    MODULUS: "e g er gr erelax grelax e(t) g(t) modulus relaxationmodulus tensilemodulus shearmodulus "
-    "tensilerelaxationmodulus shearrelaxationmodulus youngsmodulus relaxationsmodul",
-    STORAGE: "e' g' ep gp estor gstor estorage gstorage eprime gprime storage storagemodulus "
-    "tensilestoragemodulus shearstoragemodulus speichermodul",
-    LOSS: "e'' g'' epp gpp eloss gloss edoubleprime gdoubleprime loss lossmodulus "
-    "tensilelossmodulus shearlossmodulus verlustmodul",
-    COMPLEX: "e* g* |e*| |g*| complexmodulus complexshearmodulus dynamicmodulus",
-    TANGENT: "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor",
-    RELAXATION_TIME: "tau taui tauk τ reltime relaxationtime relaxationtimes",
-    BRANCH: "branchmodulus branchmoduli ei ek",
-    SHARE: "relmod relativemodulus relativemoduli alpha alphai gi ki",
-    TEMPERATURE: "temp temperature temperatur",
-    LOG_SHIFT: "logat log10at loga log10a logshift",
-    SHIFT: "at a shiftfactor",
-    SWEEP: "set",
-}
-_ROLES = {spelling: role for role, text in _SPELLINGS.items() for spelling in text.split()}
+_ROLES = {name.replace("?", letter): role for role in Role for name in role.spellings for letter in "eg"}
 _TENSION = re.compile(r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)")
 _SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear)")
-_MEASURED = (FREQUENCY, ANGULAR_FREQUENCY, STORAGE, LOSS, COMPLEX, TANGENT, TIME, MODULUS)
+_MEASURED = (
+    Role.FREQUENCY, Role.ANGULAR_FREQUENCY, Role.STORAGE, Role.LOSS, Role.COMPLEX, Role.TANGENT, Role.TIME,
+    Role.MODULUS,
+)  # fmt: skip
 _QUOTES = str.maketrans(dict.fromkeys("’‘′´`", "'") | dict.fromkeys('”″"', "''"))
 
 
@@ -314,74 +361,68 @@ class Table(NamedTuple):
 
     @classmethod
     def of(cls, sheet: Sheet) -> Table:
-        """Table of a sheet.
+        """Return the table of a sheet.
 
         Instruments leave cells empty, and measure negative losses of glasses; such rows of theirs are left out.
         """
         roles = [role_of(label) for label in sheet.labels]
-        if RELAXATION_TIME in roles:
-            roles = [BRANCH if role is MODULUS else role for role in roles]
+        if Role.RELAXATION_TIME in roles:
+            roles = [Role.BRANCH if role is Role.MODULUS else role for role in roles]
         for i, role in enumerate(roles):
             column_unit = unit(sheet.units[i] or "")
-            if role is SHARE and column_unit is not None and column_unit.dimension == "modulus":
-                roles[i] = BRANCH
+            if role is Role.SHARE and column_unit is not None and column_unit.dimension == "modulus":
+                roles[i] = Role.BRANCH
         if sheet.title:
-            kept = [
-                (cells, role)
-                for cells, role in zip(sheet.cells, roles, strict=True)
-                if role is not None and role in _MEASURED
-            ]
-            good = [all(_measured(cells[row], role) for cells, role in kept) for row in range(len(sheet.lines))]
-            if not all(good):
-                first = f"the first is {sheet.place} {sheet.lines[good.index(False)]}"
-                remark = f"{sheet.title}: {good.count(False)} rows without positive values are not used; {first}"
-                sheet = sheet.part(np.flatnonzero(good))._replace(remarks=(*sheet.remarks, remark))
+            measured = [(i, role) for i, role in enumerate(roles) if role is not None and role in _MEASURED]
+            kept = [_measured(sheet, i, role) for i, role in measured]
+            good = np.all(kept, axis=0) if kept else np.ones(len(sheet.rows), dtype=bool)
+            if not good.all():
+                first = f"the first is {sheet.place} {sheet.line(int(np.argmin(good)))}"
+                remark = f"{sheet.title}: {np.sum(~good)} rows without positive values are not used; {first}"
+                sheet = replace(sheet.part(np.flatnonzero(good)), remarks=(*sheet.remarks, remark))
         return cls(sheet, roles)
 
     @property
     def temperature(self) -> Column | None:
         """Temperatures of the rows, None where no column holds them."""
-        if self.roles.count(TEMPERATURE) != 1:
+        if self.roles.count(Role.TEMPERATURE) != 1:
             return None
-        column_unit = self.sheet.units[self.roles.index(TEMPERATURE)]
+        column_unit = self.sheet.units[self.roles.index(Role.TEMPERATURE)]
         # The letter T may also name a torque.
         if column_unit is not None and getattr(unit(column_unit), "dimension", "") != "temperature":
             return None
-        return self._column(TEMPERATURE)
+        return self._column(Role.TEMPERATURE)
 
     def part(self, rows: NDArray[np.intp]) -> Table:
-        """Table of some of its rows."""
+        """Return the table of some of its rows."""
         return Table(self.sheet.part(rows), self.roles)
 
     def columns(self, *choices: tuple[Role, ...]) -> list[Column]:
-        """Column of the first known role of each choice; empty if a choice has none."""
+        """Return the column of the first known role of each choice; empty if a choice has none."""
         present = [next((role for role in choice if role in self.roles), None) for choice in choices]
         return [] if None in present else [self._column(role) for role in present if role is not None]
 
     def _column(self, role: Role) -> Column:
         if self.roles.count(role) > 1:
-            raise self.error(f"two columns hold a {role.name}: must be one", self.sheet.header_line)
+            raise self.error(f"two columns hold a {role.words}: must be one", self.sheet.header_line)
         index = self.roles.index(role)
         label, column_unit = self.sheet.labels[index], self.sheet.units[index]
         scale = unit(role.assumed if column_unit is None else column_unit)
         if scale is None or scale.dimension not in role.dimensions:
-            usual = (name for name, one in PLAIN_UNITS.items() if one.dimension in role.dimensions and name)
+            usual = (name for name, scale in PLAIN_UNITS.items() if name and scale.dimension in role.dimensions)
             rule = f"must be a unit of {role.dimensions[0]}, such as {', '.join(usual)}"
             raise self.error(f"column {label!r}: unit {column_unit!r}: {rule}", self.sheet.unit_line)
         factor = scale.factor * (2.0 * math.pi if scale.dimension == "frequency" else 1.0)
         with np.errstate(over="ignore"):
             values = (self.sheet.numbers(index) + scale.offset) * factor
-        good, bound = np.isfinite(values), ""
-        if role.least is not None:
-            good &= values > role.least if role.open_bound else values >= role.least
-            bound = f" and {'>' if role.open_bound else '>='} {role.least:g}"
-        assumed = f" {role.assumed}, as no unit is given" if column_unit is None and role is TEMPERATURE else ""
-        self.sheet.require(good, index, f"must be finite{bound}{assumed}")
+        bound = f" and {role.bound}" if role.bound else ""
+        assumed = f" {role.assumed}, as no unit is given" if column_unit is None and role is Role.TEMPERATURE else ""
+        self.sheet.require(np.isfinite(values) & role.admits(values), index, f"must be finite{bound}{assumed}")
         note = f"unit of {label} not given: {role.assumed} assumed" if column_unit is None and role.assumed else ""
         return Column(role, label, values, note)
 
     def about(self, *used: Column) -> tuple[Deformation | None, str, tuple[str, ...]]:
-        """Deformation that the columns state, source, and remarks: assumed units, columns that are not used."""
+        """Return the deformation that the columns state, the source, and remarks: assumed units, unused columns."""
         labels = [column.label for column in used]
         plain = [_plain(label).lower() for label in labels]
         tension, shear = (any(map(pattern.match, plain)) for pattern in (_TENSION, _SHEAR))
@@ -395,7 +436,7 @@ class Table(NamedTuple):
         return "tension" if tension else "shear" if shear else None, self.sheet.source, tuple(notes)
 
     def order(self, column: Column) -> slice:
-        """Order in which a column ascends; the file may list it in descending order."""
+        """Return the order in which a column ascends; the file may list it in descending order."""
         steps = np.diff(column.values)
         if steps.size and (steps < 0).all():
             return slice(None, None, -1)
@@ -403,31 +444,34 @@ class Table(NamedTuple):
             row = int(np.argmin(steps > 0)) + 1
             what = "repeats" if steps[row - 1] == 0 else "is less than"
             rule = "must be strictly ascending or descending"
-            raise self.error(f"{column.label} {what} that of line {self.sheet.lines[row - 1]}: {rule}", row=row)
+            raise self.error(f"{column.label} {what} that of line {self.sheet.line(row - 1)}: {rule}", row=row)
         return slice(None)
 
     def refuse_growth(self, column: Column, values: Array, order: slice, rule: str) -> None:
         """Refuse values that grow by more than noise; of a storage modulus, its inverse."""
-        values, moduli, lines = values[order], column.values[order], self.sheet.lines[order]
+        values, moduli, rows = values[order], column.values[order], self.sheet.rows[order]
         beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
         if beyond.size:
             last = int(beyond[0])
             first = int(np.argmin(values[:last]))
-            message = f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {lines[first]}"
-            raise self.error(f"{message}: must {rule}, apart from noise", lines[last])
+            message = (
+                f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {rows[first].number}"
+            )
+            raise self.error(f"{message}: must {rule}, apart from noise", rows[last].number)
 
     def error(self, message: str, line: int = 0, *, row: int | None = None) -> FileError:
-        """Error for a line of the file, or for a row of the table."""
-        return self.sheet.error(message, line if row is None else self.sheet.lines[row])
+        """Return the error for a line of the file, or for a row of the table."""
+        return self.sheet.error(message, line if row is None else self.sheet.line(row))
 
 
-def _measured(cell: str, role: Role) -> bool:
-    """Whether a cell holds an admissible value, or something that is to be refused."""
-    try:
-        value = float(cell)
-    except ValueError:
-        return bool(cell)
-    return not (value <= 0.0 if role.open_bound else value < 0.0)
+def _measured(sheet: Sheet, column: int, role: Role) -> NDArray[np.bool_]:
+    """Return whether cells hold admissible values, or something that is to be refused."""
+    values = sheet.values(column)
+    if values is None:
+        # Words are refused as they are; empty cells are not.
+        cells = sheet.cells(column)
+        values = np.array([_number(cell) if is_number(cell) else math.nan if cell else -1.0 for cell in cells])
+    return role.admits(values) | np.isnan(values)
 
 
 def _plain(label: str) -> str:
@@ -435,7 +479,10 @@ def _plain(label: str) -> str:
 
 
 def role_of(label: str) -> Role | None:
-    """Role of a column of this name, None where it is unknown."""
-    # Only the capital T is a temperature, and the small one a time.
+    """Return the role of a column of this name, None where it is unknown."""
     plain = _plain(label)
-    return TEMPERATURE if plain == "T" else _ROLES.get(plain.lower())
+    # Only the capital T is a temperature, and the small one a time.
+    if plain == "T":
+        return Role.TEMPERATURE
+    name = plain.lower()
+    return _ROLES.get(name) or _ROLES.get(name.removeprefix("tensile").removeprefix("shear"))

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, Numeric, pair, single_positive, within
+from restitution.checks import Array, Numeric, pair, refuse, single_positive, within
 from restitution.errors import InputError
 from restitution.quantities import check, check_single
 
@@ -31,7 +31,7 @@ class Shift(Protocol):
         ...
 
     def factor(self, temperature: ArrayLike) -> Any:
-        """Shift factor a_T [-] at the temperatures T [K]."""
+        """Return the shift factor a_T [-] at the temperatures T [K]."""
         ...
 
 
@@ -64,14 +64,14 @@ class _Law(ABC):
         return law
 
     def factor_or_nan(self, temperature: Numeric) -> Any:
-        """Shift factor a_T [-] at the temperatures T [K], NaN where it leaves the range of numbers."""
+        """Return the shift factor a_T [-] at the temperatures T [K], NaN where it leaves the range of numbers."""
         low, high = self._ends
         with np.errstate(all="ignore"):
             factor = np.power(10.0, self._decades(temperature))
         return np.where((temperature >= np.asarray(low)) & (temperature <= np.asarray(high)), factor, np.nan)
 
     def factor(self, temperature: ArrayLike) -> Any:
-        """Shift factor a_T [-] at the temperatures T [K]."""
+        """Return the shift factor a_T [-] at the temperatures T [K]."""
         number = check("temperature", temperature)
         if self.temperature_range is not None:
             _within(number, *self.temperature_range, "the range of the law")
@@ -85,7 +85,7 @@ class _Law(ABC):
 
     @abstractmethod
     def _decades(self, temperature: Numeric) -> Numeric:
-        """Logarithm log10 a_T."""
+        """Return the logarithm log10 a_T."""
 
 
 @dataclass(frozen=True)
@@ -227,7 +227,7 @@ class ShiftTable:
         return float(np.interp(0.0, self.log10_factors[::-1], self.temperatures[::-1]))
 
     def factor(self, temperature: ArrayLike) -> Any:
-        """Shift factor a_T [-] at the temperatures T [K] within the table."""
+        """Return the shift factor a_T [-] at the temperatures T [K] within the table."""
         number = check("temperature", temperature)
         _within(number, float(self.temperatures[0]), float(self.temperatures[-1]), "the range of the table")
         return _power(np.interp(number, self.temperatures, self.log10_factors))
@@ -243,22 +243,16 @@ class ShiftTable:
 
 
 def _ascending(name: str, values: Array, sign: float, rule: str, unit: str = "") -> None:
-    good = sign * np.diff(values) > 0
-    if not good.all():
-        row = int(np.argmin(good)) + 1
-        raise InputError(name, float(values[row]), rule, unit, index=(row,))
+    refuse(name, values, np.append(False, ~(sign * np.diff(values) > 0)), rule, unit)
 
 
 def _power(decades: ArrayLike) -> Any:
-    """Power of ten; the loop of arrays also for one number, whose last bit may be another one."""
+    """Return the power of ten; the loop of arrays also for one number, whose last bit may be another one."""
     factor = np.power(10.0, np.asarray(decades))
     return factor if factor.ndim else float(factor)
 
 
 def _within(temperature: Numeric, low: Any, high: Any, what: str) -> None:
     values = np.asarray(temperature)
-    bad = ~((values >= low) & (values <= high))
-    if bad.any():
-        end = f"in [{low:g}, {high:g}]" if math.isfinite(high) else f">= {low:g}"
-        index = tuple(int(i) for i in np.argwhere(bad)[0])
-        raise InputError("temperature", float(values[index]), f"must be {end} K, {what}", "K", index=index)
+    end = f"in [{low:g}, {high:g}]" if math.isfinite(high) else f">= {low:g}"
+    refuse("temperature", values, ~((values >= low) & (values <= high)), f"must be {end} K, {what}", "K")

@@ -115,9 +115,9 @@ class Material:
         elif shift is not None:
             temperature = shift.reference_temperature
         series = [part for part in (shear, bulk) if isinstance(part, PronySeries)]
-        known = common_window(part.window for part in series) if window is None else time_window(window)
+        times = common_window(part.window for part in series) if window is None else time_window(window)
         self.__dict__.update(shear=shear, bulk=bulk, density=density, name=name, shift=shift, temperature=temperature)
-        self.__dict__.update(source=source, window=known, assumptions=assumptions, derivation=derivation)
+        self.__dict__.update(source=source, window=times, assumptions=assumptions, derivation=derivation)
         self.__dict__.update(undetermined=_names("undetermined", undetermined))
         shapes = {name: part.shape for name, part in zip(("shear", "bulk"), series, strict=False)}
         numbers: dict[str, Any] = {"density": density, "temperature": temperature}
@@ -222,13 +222,13 @@ class Material:
         return hash(self._key())
 
     def plot(self) -> Figure:
-        """Figure of the relaxation moduli over time, and of storage and loss moduli over frequency."""
+        """Return a figure of the relaxation moduli over time, and of storage and loss moduli over frequency."""
         single_material("material", self)
         series = {"shear": self.shear} | ({"bulk": self.bulk} if isinstance(self.bulk, PronySeries) else {})
         return draw("material.overview", series, self.window)
 
     def at(self, temperature: ArrayLike) -> Material:
-        """Material at another temperature [K]: every time is multiplied by the ratio of the shift factors.
+        """Return the material at another temperature [K]: every time is multiplied by the ratio of the shift factors.
 
         Temperatures of any shape broadcast against that of the materials.
 
@@ -252,7 +252,7 @@ class Material:
         return self._at(temperature)
 
     def _at(self, temperature: ArrayLike) -> Material:
-        """Material at another temperature [K], whose axes have those of the material or no names."""
+        """Return the material at another temperature [K], whose axes have those of the material or no names."""
         factor = self.shift_factor(temperature)
         temperature = check("temperature", temperature)
         bulk, window = self.bulk, self.window
@@ -265,7 +265,7 @@ class Material:
         )
 
     def shift_factor(self, temperature: ArrayLike) -> Any:
-        """Factor by which all times grow from the temperature of the moduli to another one [K]."""
+        """Return the factor by which all times grow from the temperature of the moduli to another one [K]."""
         if self.shift is None or self.temperature is None:
             rule = "must not be given without a time-temperature shift"
             raise InputError("temperature", temperature, rule, "K")
@@ -295,7 +295,7 @@ class Material:
         return self._poisson_ratio("instantaneous_modulus", "parallel_viscosity")
 
     def _poisson_ratio(self, modulus: str, viscosity: str) -> Any:
-        """Poisson ratio of the moduli; of the viscosities if both moduli are zero or infinite."""
+        """Return the Poisson ratio of the moduli; of the viscosities if both moduli are zero or infinite."""
         if not isinstance(self.bulk, PronySeries):
             return np.full(self.shear.shape, 0.5)[()] if self.shear.shape else 0.5
         rigid = np.isinf(self.bulk.equilibrium_modulus)
@@ -312,7 +312,7 @@ class Material:
         return reduced(self.shear, self.bulk if isinstance(self.bulk, PronySeries) else RIGID)
 
     def relaxation_poisson_ratio(self, time: ArrayLike) -> Any:
-        """Poisson ratio nu(t) [-], the lateral contraction at the times t >= 0 [s] after a unit step of axial strain.
+        """Return the Poisson ratio nu(t) [-], the lateral contraction at times t >= 0 [s] after a step of strain.
 
         The Carson transform of nu is (3K - 2G)/(6K + 2G) of the transforms K(s) and G(s). It runs from
         `instantaneous_poisson_ratio` at t = 0 to `poisson_ratio`. The times have any shape.
@@ -336,11 +336,11 @@ class Material:
         bulk = replace(self.bulk, equilibrium_modulus=soft).simplified()
         n = math.prod(self.shape)
         shares, times = (np.full((n, shear.n_branches + bulk.n_branches + 1), value) for value in (0.0, 1.0))
-        for rows, common, own, other in on_common_times(shear, bulk):
-            constant, viscosity, weights = (2.0 * g + 6.0 * k for g, k in zip(own, other, strict=True))
+        for rows, common, shears, bulks in on_common_times(shear, bulk):
+            constant, viscosity, weights = (2.0 * g + 6.0 * k for g, k in zip(shears, bulks, strict=True))
             roots = secular_roots(constant, viscosity, weights, common)
-            at_roots = own.constant[:, None] - own.viscosity[:, None] / roots.times
-            at_roots = at_roots + (roots.terms * own.weights[:, None, :]).sum(axis=2)
+            at_roots = shears.constant[:, None] - shears.viscosity[:, None] / roots.times
+            at_roots = at_roots + (roots.terms * shears.weights[:, None, :]).sum(axis=2)
             count = roots.times.shape[1]
             shares[rows, :count], times[rows, :count] = 3.0 * at_roots / roots.slopes, roots.times
         branches = (*self.shape, shares.shape[1])
@@ -350,7 +350,7 @@ class Material:
         return np.where(rigid, 0.5, ratio)[()]
 
     def wave_speed(self, time: ArrayLike) -> Any:
-        """Speed sqrt(G(t)/rho) [m/s] of shear waves, the slowest ones, at the modulus that acts at a time t [s].
+        """Return the speed sqrt(G(t)/rho) [m/s] of shear waves, the slowest ones, at the modulus of a time t [s].
 
         For an impact the time is that of the contact. None without a density.
 
@@ -371,16 +371,16 @@ def single_material(field: str, material: Any) -> Material:
 
 
 def _names(field: str, names: Any) -> tuple[str, ...] | None:
-    """Names as a tuple; None if there are none."""
+    """Return names as a tuple; None if there are none."""
     if names is None:
         return None
-    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(one, str) for one in names):
+    if isinstance(names, str) or not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
         raise InputTypeError(field, names, "must be a list of names of constants")
     return tuple(names) or None
 
 
 def time_window(window: Any) -> tuple[Any, Any]:
-    """Shortest and longest time [s] of a window, which must ascend."""
+    """Return the shortest and longest time [s] of a window, which must ascend."""
     low, high = (positive("window", time, "s") for time in pair("window", window, "must be two times [s]"))
     if np.any(low >= np.asarray(high)):
         ends = f"({np.min(low):g}, {np.max(high):g})"
@@ -389,7 +389,7 @@ def time_window(window: Any) -> tuple[Any, Any]:
 
 
 def common_window(windows: Iterable[tuple[Any, Any] | None]) -> tuple[Any, Any] | None:
-    """Times [s] within all windows; None without one."""
+    """Return times [s] within all windows; None without one."""
     finite_windows = [window for window in windows if window is not None]
     if len(finite_windows) < 2:
         return finite_windows[0] if finite_windows else None
@@ -420,14 +420,14 @@ def bulk_series(modulus: ArrayLike, viscosity: ArrayLike = 0.0) -> PronySeries |
 
 
 def _bulk(value: Any) -> PronySeries | float:
-    """Bulk relaxation; infinite if all materials are incompressible."""
+    """Return the bulk relaxation; infinite if all materials are incompressible."""
     if isinstance(value, PronySeries):
         return math.inf if np.isinf(value.equilibrium_modulus).all() else value
-    return bulk_series(value)
+    return math.inf if value is math.inf else bulk_series(value)
 
 
 def _plain(value: Any) -> Any:
-    """A value that can be compared and hashed."""
+    """Return a value that can be compared and hashed."""
     if isinstance(value, tuple):
         return tuple(map(_plain, value))
     return (value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
@@ -438,7 +438,7 @@ RIGID = PronySeries.springs(np.float64(math.inf))
 
 
 def reduced_modulus(material: Material, counter_material: Material | None = None) -> PronySeries:
-    """Reduced relaxation modulus E*(t) [Pa] of a material, or of two bodies in contact, simplified.
+    """Return the reduced relaxation modulus E*(t) [Pa] of a material, or of two bodies in contact, simplified.
 
     By the correspondence principle the Carson transforms obey
 

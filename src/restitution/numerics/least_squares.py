@@ -45,10 +45,10 @@ def descend(
     along a curved valley takes hundreds of rounds.
     """
     points, q = points.copy(), points.shape[1]
-    everywhere = np.arange(len(points))
-    values = residuals(points[:, None], everywhere)[:, 0]
+    # One call for the values and the slopes of the starts: its price is that of a call rather than of its rows.
+    values, slopes = _slopes(residuals, points, np.arange(len(points)), None, steps)
     costs = squares(values)
-    slopes, normal, gradient = np.zeros((len(points), q, values.shape[1])), np.zeros((len(points), q, q)), 0.0 * points
+    normal, gradient = np.zeros((len(points), q, q)), 0.0 * points
     raised = np.full(len(points), _RAISED)
     damping, fresh, ended = np.full(len(points), _FIRST), np.isfinite(costs), np.zeros(len(points), dtype=np.bool_)
     active = np.flatnonzero(fresh)
@@ -57,7 +57,8 @@ def descend(
             break
         new = active[fresh[active]]
         if new.size:
-            slopes[new] = _slopes(residuals, points[new], new, values[new], steps)
+            if n:
+                slopes[new] = _slopes(residuals, points[new], new, values[new], steps)[1]
             normal[new] = slopes[new] @ slopes[new].swapaxes(1, 2)
             gradient[new] = np.einsum("sqn,sn->sq", slopes[new], values[new])
         at, pull = points[active], gradient[active]
@@ -89,11 +90,22 @@ def descend(
     return Descents(points, costs, ended)
 
 
-def _slopes(residuals: Residuals, points: Array, places: Places, values: Array, steps: Array) -> Array:
-    """Return derivatives by forward differences, shape (s, q, n); 0 for steps of 0."""
-    ahead = residuals(points[:, None] + np.diag(steps), places)
-    slopes = (ahead - values[:, None]) / np.where(steps > 0.0, steps, 1.0)[:, None]
-    return np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
+def _slopes(
+    residuals: Residuals, points: Array, places: Places, values: Array | None, steps: Array
+) -> tuple[Array, Array]:
+    """Return values, shape (s, n), and their derivatives by forward differences, shape (s, q, n); 0 for steps of 0."""
+    moving = np.flatnonzero(steps > 0.0)
+    moves = np.diag(steps)[moving]
+    if values is None:
+        every = residuals(points[:, None] + np.vstack([np.zeros(steps.size), moves]), places)
+        values, ahead = every[:, 0], every[:, 1:]
+    else:
+        ahead = residuals(points[:, None] + moves, places)
+    slopes = np.zeros((len(points), steps.size, values.shape[1]))
+    with np.errstate(invalid="ignore"):  # a start may have no result
+        differences = (ahead - values[:, None]) / steps[moving, None]
+    slopes[:, moving] = np.nan_to_num(differences, posinf=0.0, neginf=0.0)
+    return values, slopes
 
 
 def squares(values: Array) -> Array:

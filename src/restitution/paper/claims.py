@@ -18,9 +18,9 @@ from restitution.material.classical import standard_solid
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus
-from restitution.paper import computation as groups
+from restitution.paper import figures
 from restitution.paper.figures import POISSON_RATIOS
-from restitution.sweeps.axes import LogUniform, Samples
+from restitution.sweeps.grid import LogUniform, Samples
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +67,7 @@ class Claim:
     numbers: Mapping[str, float]
 
 
-def compute_collapse(computation: groups.Computation, n: int, draws: int) -> xr.Dataset:
+def compute_collapse(computation: figures.Computation, n: int, draws: int) -> xr.Dataset:
     """Return e of several random bodies and materials at each of n x n points, for nu = 0.45 and 0.5.
 
     `spread` is the largest difference between two draws at a point, `relative_spread` the same over the tolerance.
@@ -75,16 +75,16 @@ def compute_collapse(computation: groups.Computation, n: int, draws: int) -> xr.
     ball = Impact(standard_solid(1e6, 1e6, 1e3, poisson_ratio=0.45), Parabola(0.01), mass=0.005, velocity=1.0)
     axes = {
         "poisson_ratio": [0.45, 0.5],
-        "p2": groups.p2_axis(n),
-        "p3": groups.p3_axis(n),
-        "draw": Samples(draws, groups.BODIES, seed=computation.seed),
+        "p2": figures.p2_axis(n),
+        "p3": figures.p3_axis(n),
+        "draw": Samples(draws, figures.BODIES, seed=computation.seed),
     }
     dataset = computation.sweep("Collapse of random inputs onto p1, p2 and p3", axes, ball)
     unit = viscosity_unit(*(dataset[name] for name in ("equilibrium_modulus", "mass", "velocity", "radius")))
     e = dataset["restitution_coefficient"]
     spread = e.max("draw") - e.min("draw")
     tolerance = computation.rtol * np.maximum(e.mean("draw"), E_FLOOR)
-    return groups.described(
+    return figures.described(
         dataset.assign(viscosity=dataset["p3"] * unit, spread=spread, relative_spread=spread / tolerance),
         spread="largest difference of e between two draws",
         relative_spread=f"largest difference of e between two draws over its tolerance, rtol max(e, {E_FLOOR:g})",
@@ -135,7 +135,7 @@ def compare(compressible: xr.Dataset, incompressible: xr.Dataset) -> xr.Dataset:
     result = compressible.drop_vars("restitution_coefficient").assign(
         compressible=e, incompressible=e_inc, relative_error=(e_inc - e) / e, relative_excess=(e - e_inc) / e_inc
     )
-    return groups.described(
+    return figures.described(
         result.assign_attrs(title=f"Error of the incompressible value for nu = {nu:g}"),
         compressible=f"restitution coefficient, nu = {nu:g}",
         incompressible="restitution coefficient, incompressible",
@@ -213,7 +213,7 @@ def usually_underestimates(comparison: xr.Dataset, curves: Mapping[int, xr.Datas
     )
 
 
-def large_near_half(computation: groups.Computation) -> Claim:
+def large_near_half(computation: figures.Computation) -> Claim:
     """Judge that errors of 100 % and more occur for nu near 0.5: the paper's example, and a plausible glass."""
     (_, p2, p3), (plausible, other_p2, other_p3) = EXAMPLES
     n = len(_NEAR_HALF) + 1
@@ -225,13 +225,13 @@ def large_near_half(computation: groups.Computation) -> Claim:
     numbers: dict[str, float] = {"e, incompressible": limit}
     for nu, e in zip(_NEAR_HALF, values, strict=True):
         numbers[f"e, nu = {nu:g}"] = e
-        numbers[f"nu_0, nu = {nu:g}"] = float(groups.instantaneous_poisson_ratio(nu, p2))
+        numbers[f"nu_0, nu = {nu:g}"] = float(figures.instantaneous_poisson_ratio(nu, p2))
         numbers[f"(e - e_inc)/e_inc, nu = {nu:g}"] = (e - limit) / limit
         numbers[f"(e_inc - e)/e, nu = {nu:g}"] = (limit - e) / e
     e = values[_NEAR_HALF.index(0.49)]
     excess, other = (e - limit) / limit, (second - second_limit) / second_limit
     glass, other_glass = (
-        float(groups.instantaneous_poisson_ratio(*pair)) for pair in ((0.49, p2), (plausible, other_p2))
+        float(figures.instantaneous_poisson_ratio(*pair)) for pair in ((0.49, p2), (plausible, other_p2))
     )
     where = f"nu = {plausible:g}, p2 = {other_p2:g}, p3 = {other_p3:g}"
     numbers |= {
@@ -291,7 +291,7 @@ def stiffer() -> Claim:
     )
 
 
-def compute_terms(computation: groups.Computation, n: int) -> xr.Dataset:
+def compute_terms(computation: figures.Computation, n: int) -> xr.Dataset:
     """Return e over p3 for one, two and three relaxation times, incompressible and with nu = 0.45.
 
     Each further relaxation time is a tenth of the one before, and the branch moduli are equal shares of Ginf/p2. The
@@ -303,12 +303,12 @@ def compute_terms(computation: groups.Computation, n: int) -> xr.Dataset:
         shear = PronySeries(1.0, [1.0 / (_TERMS_P2 * terms)] * int(terms), 10.0 ** -np.arange(terms))
         return Impact(Material(shear, bulk_factor(poisson_ratio)), Parabola(1.0), 1.0, 1.0)
 
-    p3 = np.logspace(*groups.LOG_P3_RANGE, n)
+    p3 = np.logspace(*figures.LOG_P3_RANGE, n)
     # eta = tau Ginf/p2 with tau = Ginf = R = v0 = 1, and p3 = eta m^(-2/5).
     axes = {"poisson_ratio": [0.45, 0.5], "terms": list(TERMS), "mass": (p3 * _TERMS_P2) ** -2.5}
     dataset = computation.sweep("Restitution coefficient over p3 for several relaxation times", axes, impact)
     dataset = dataset.assign_coords(p3=("mass", p3), p2=_TERMS_P2).swap_dims(mass="p3")
-    return groups.described(dataset, terms="number of relaxation times")
+    return figures.described(dataset, terms="number of relaxation times")
 
 
 def several_times(terms: xr.Dataset) -> Claim:
@@ -332,7 +332,7 @@ def several_times(terms: xr.Dataset) -> Claim:
     )
 
 
-def two_spheres(computation: groups.Computation) -> Claim:
+def two_spheres(computation: figures.Computation) -> Claim:
     """Judge that two deformable spheres show nothing qualitatively new, by the exact map onto one sphere."""
 
     def pair(
@@ -352,9 +352,9 @@ def two_spheres(computation: groups.Computation) -> Claim:
     ratios = [*POISSON_RATIOS, 0.5]
     plane = {
         name: LogUniform(*(10.0**end for end in ends))
-        for name, ends in (("p2", groups.LOG_P2_RANGE), ("p3", groups.LOG_P3_RANGE))
+        for name, ends in (("p2", figures.LOG_P2_RANGE), ("p3", figures.LOG_P3_RANGE))
     }
-    draws = Samples(PAIRS // len(ratios), plane | groups.BODIES, seed=computation.seed)
+    draws = Samples(PAIRS // len(ratios), plane | figures.BODIES, seed=computation.seed)
     dataset = computation.sweep("Collisions of two spheres", {"poisson_ratio": ratios, "draw": draws}, pair)
     pairs = dataset["restitution_coefficient"].values
     # E*, R and m of the pair are halves, so that p3 is 2^(-1 + 4/5) times that of one sphere.

@@ -14,7 +14,7 @@ from restitution.files import whole_file, write_netcdf, write_text
 from restitution.paper import claims as claims_of
 from restitution.paper import figures
 from restitution.paper.claims import Claim
-from restitution.paper.computation import Computation
+from restitution.paper.figures import Computation
 from restitution.plot.style import save_figure
 
 if TYPE_CHECKING:

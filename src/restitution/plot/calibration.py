@@ -45,8 +45,8 @@ def _curves(ax: Axes, result: Calibration, name: str) -> None:
     up = style.axis(OUTPUTS[name], exact)
     for prefix, (words, look) in _LOOKS.items():
         lines = _by_radius(table[prefix + name].to_numpy()) * up.factor
-        drawn = ax.plot(table["velocity"].to_numpy(), lines, marker=_marker(result), markersize=3, **look)
-        drawn[0].set_label(words)
+        first, *_ = ax.plot(table["velocity"].to_numpy(), lines, marker=_marker(result), markersize=3, **look)
+        first.set_label(words)
     ax.set_xscale("log")
     if name == _E:
         ax.set_ylim(0.0, 1.05)

@@ -9,10 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.indentation.result import IndentationStatus
 from restitution.plot import style
-from restitution.quantities import HISTORY
+from restitution.quantities import HISTORY, Quantity
 from restitution.units import ENERGY, FORCE, LENGTH, TIME, in_words, scaled_unit
 
 if TYPE_CHECKING:
@@ -31,24 +32,21 @@ _PARTS = {
 }
 
 
-def _column(history: xr.Dataset, name: str) -> tuple[Any, str]:
-    """Return the values of a variable of the history in a suitable unit, and the label of their axis."""
+def _column(history: xr.Dataset, name: str) -> tuple[Quantity, Array]:
+    """Return a quantity of the history with its values over time."""
     if name not in history.variables:
         raise InputError("history", list(history.data_vars), f"must have the variable {name!r}")
     column = np.asarray(history[name].values, dtype=np.float64)
     if column.ndim != 1:
         raise InputError(f"history.{name}.shape", column.shape, "must be over time alone")
-    axis = style.axis(HISTORY[name], column)
-    return column * axis.factor, axis.label
+    return HISTORY[name], column
 
 
 def _draw(ax: Axes, history: xr.Dataset, across: str, up: str, color: str) -> Axes:
-    (x, x_label), (y, y_label) = _column(history, across), _column(history, up)
-    ax.plot(x, y, color=color)
-    return style.labelled(ax, x_label, y_label)
+    return style.draw(ax, _column(history, across), _column(history, up), color=color)
 
 
-def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axes:
+def force_time(ax: Axes, history: xr.Dataset) -> Axes:
     """Draw the contact force F [N] over time t [s].
 
     The history is `ImpactResult.history` or `IndentationResult.history`, in SI. All functions here return `ax`.
@@ -62,28 +60,28 @@ def force_time(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE) -> Axe
     >>> ax.get_xlabel(), ax.get_ylabel()
     ('time since first touch $t$ [ms]', 'normal force $F$ [N]')
     """
-    return _draw(ax, history, "time", "force", color)
+    return _draw(ax, history, "time", "force", style.BLUE)
 
 
-def force_indentation(ax: Axes, history: xr.Dataset, *, color: str = style.BLUE, area: bool = True) -> Axes:
+def force_indentation(ax: Axes, history: xr.Dataset, *, area: bool = True) -> Axes:
     """Draw the force F [N] over the indentation depth d [m]; the area of the loop is the energy lost."""
-    _draw(ax, history, "indentation_depth", "force", color)
+    _draw(ax, history, "indentation_depth", "force", style.BLUE)
     if area:
-        ax.fill(*ax.lines[-1].get_data(), color=color, alpha=0.12, linewidth=0)
+        ax.fill(*ax.lines[-1].get_data(), color=style.BLUE, alpha=0.12, linewidth=0)
     return ax
 
 
-def contact_radius_time(ax: Axes, history: xr.Dataset, *, color: str = style.GREEN) -> Axes:
+def contact_radius_time(ax: Axes, history: xr.Dataset) -> Axes:
     """Draw the contact radius a [m] over time t [s]."""
-    _draw(ax, history, "time", "contact_radius", color)
+    _draw(ax, history, "time", "contact_radius", style.GREEN)
     # The contact radius of a flat face is constant.
     ax.set_ylim(bottom=0.0)
     return ax
 
 
-def depth_time(ax: Axes, history: xr.Dataset, *, color: str = style.VERMILION) -> Axes:
+def depth_time(ax: Axes, history: xr.Dataset) -> Axes:
     """Draw the indentation depth d [m] over time t [s]."""
-    return _draw(ax, history, "time", "indentation_depth", color)
+    return _draw(ax, history, "time", "indentation_depth", style.VERMILION)
 
 
 def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
@@ -97,14 +95,17 @@ def energy_area(ax: Axes, history: xr.Dataset) -> Axes:
     if missing:
         rule = f"must have {missing[0]!r}, which only the exact method computes"
         raise InputError("history", list(history.data_vars), rule)
-    time, label = _column(history, "time")
+    quantity, time = _column(history, "time")
+    across = style.axis(quantity, time)
     energies = np.stack([np.asarray(history[name].values, dtype=np.float64) for name in parts])
     total = energies.sum(axis=0)
     factor, unit = scaled_unit(total, ENERGY.unit)
     words, colors = zip(*parts.values(), strict=True)
-    ax.stackplot(time, energies * factor, labels=words, colors=colors, alpha=0.75, linewidth=0.8, edgecolor="white")
+    look: dict[str, Any] = {"colors": colors, "alpha": 0.75, "linewidth": 0.8, "edgecolor": "white"}
+    ax.stackplot(time * across.factor, energies * factor, labels=words, **look)
     ax.axhline(energies[-1, 0] * factor, color="black", linewidth=0.8, linestyle="--")
-    ax.set(xlim=(0.0, time[-1]), ylim=(0.0, 1.05 * total.max() * factor), xlabel=label, ylabel=f"energy [{unit}]")
+    ax.set(xlim=(0.0, time[-1] * across.factor), ylim=(0.0, 1.05 * total.max() * factor))
+    ax.set(xlabel=across.label, ylabel=f"energy [{unit}]")
     handles, labels = ax.get_legend_handles_labels()
     # Over the axes: within, it would hide a part.
     ax.legend(

@@ -46,17 +46,20 @@ def overview(result: Identification | Spectrum) -> Figure:
     for label, curves in result.curves:
         for curve in curves:
             groups.setdefault((curve.name, curve.x_name), []).append((label, curve))
-    problem: Any = getattr(result, "problem", None)
-    draws: list[Callable[[Axes], Axes]] = [partial(data_and_fit, curves=one) for one in groups.values()][:_MOST_PANELS]
+    # A spectrum has no parameters.
+    profiled = hasattr(result, "profile")
+    draws: list[Callable[[Axes], Axes]] = [partial(data_and_fit, curves=group) for group in groups.values()][
+        :_MOST_PANELS
+    ]
     draws.append(partial(residuals, result=result))
-    if problem is not None:
+    if profiled:
         draws.append(partial(profiles, result=result))
     if all(map(math.isfinite, result.window)):
         draws += [partial(moduli, result=result), partial(loss_tangent, result=result)]
     # An odd number of panels has a wide one first.
     places = [*(["0"] if len(draws) % 2 else []), *map(str, range(len(draws)))]
     mosaic = [places[k : k + 2] for k in range(0, len(places), 2)]
-    model = "spectrum" if problem is None else problem.space.model.__name__.replace("_", " ")
+    model = result.problem.space.model.__name__.replace("_", " ") if profiled else "spectrum"
     count = sum(part.size for part in result.residuals)
     title = rf"{model}: {count} data, $\chi^2$/dof = {result.reduced_chi2:.3g}"
     with style.page(mosaic, height=0.5 + 2.5 * len(mosaic), title=title) as (figure, axes):

@@ -15,7 +15,7 @@ from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.plot import history as curves
 from restitution.plot import style
-from restitution.quantities import BODY, DEFAULT_OUTPUTS, INPUTS, OUTPUTS, Quantity
+from restitution.quantities import BODY, DEFAULT_OUTPUTS, INPUTS, OUTPUTS, RESTITUTION, Quantity
 from restitution.units import LENGTH, NUMBER, PRESSURE, TIME, in_words, scaled_unit
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ _DECADE = 10.0
 _RADIUS, _PRESSURE = Quantity("r", LENGTH, "radius", "$r$"), Quantity("p", PRESSURE, "pressure", "$p$")
 _HEIGHT, _REACHED = Quantity("height", LENGTH, "height"), Quantity("height", LENGTH, "height reached")
 _RELEASED = Quantity("time", TIME, "time since the release")
+_NUMBER = Quantity("number", NUMBER, "bounce (0: the release)")
 _COLORS = (style.SKY_BLUE, style.BLUE, style.VERMILION, style.ORANGE, style.GREEN, style.PURPLE, style.BLACK)
 
 
@@ -107,7 +108,7 @@ def of_several(result: ImpactResult) -> Figure:
     alone = dict.fromkeys(BODY, 1.0) | {"external_force": 0.0, "impedance": inf}
     profiles = isinstance(problem, list) or replace(problem, **alone).shape != ()
     order = np.argsort(x, kind="stable")
-    across = style.axis(INPUTS[name] if name else Quantity("", NUMBER, "number of the impact"), x)
+    across = INPUTS[name] if name else Quantity("", NUMBER, "number of the impact")
     look: dict[str, Any] = style.markers(x.size)
     if profiles or len(varied) > 1:
         look = {"linestyle": "", "marker": "o", "markersize": 3}
@@ -115,11 +116,9 @@ def of_several(result: ImpactResult) -> Figure:
         for ax, output in zip(axes, DEFAULT_OUTPUTS, strict=True):
             values = np.asarray(getattr(result, output), dtype=np.float64).ravel()[order]
             values = np.where(np.isfinite(values), values, np.nan)
-            up = style.axis(OUTPUTS[output], values)
-            ax.plot(across.factor * x[order], up.factor * values, color=style.BLUE, **look)
+            style.draw(ax, (across, x[order]), (OUTPUTS[output], values), color=style.BLUE, **look)
             if x.min() > 0.0 and x.max() >= _DECADE * x.min():
                 ax.set_xscale("log")
-            style.labelled(ax, across.label, up.label)
         axes[0].set_ylim(0.0, 1.05)
     return page
 
@@ -141,7 +140,8 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     if moments.size > len(_COLORS):
         raise InputError("times", moments.size, f"must be at most {len(_COLORS)} times, to keep the curves distinct")
     if (outside := moments[~((moments > 0.0) & (moments < end))]).size:
-        raise InputError("times", float(outside[0]), f"must be within the contact, which lasts {end:g} s", "s")
+        rule = f"must be within the contact, which lasts {in_words(end, TIME.unit)}"
+        raise InputError("times", float(outside[0]), rule, TIME.unit)
     radii = np.asarray(result.sample(moments)["contact_radius"].values)
     # The points are dense close to the edge, where the pressure changes fast.
     share = _LAST * np.sin(np.linspace(0.0, 0.5 * np.pi, _POINTS))
@@ -196,19 +196,17 @@ def flight(bounces: Bounces) -> tuple[Array, Array]:
 def height_time(ax: Axes, bounces: Bounces) -> Axes:
     """Draw the height [m] over time [s]."""
     time, height = flight(bounces)
-    across, up = style.axis(_RELEASED, time), style.axis(_HEIGHT, bounces.drop_height)
-    ax.plot(time * across.factor, height * up.factor, color=style.BLUE)
+    style.draw(ax, (_RELEASED, time), (_HEIGHT, height), color=style.BLUE)
     ax.axhline(0.0, color=style.GREY, linewidth=0.8)
     ax.set_xlim(0.0, None)
-    return style.labelled(ax, across.label, up.label)
+    return ax
 
 
 def restitution_velocity(ax: Axes, bounces: Bounces) -> Axes:
     """Draw the restitution coefficient e of each bounce over its impact velocity [m/s]."""
-    across, e = style.axis(INPUTS["velocity"], bounces.velocity), bounces.restitution_coefficient
-    ax.plot(bounces.velocity * across.factor, e, "o", color=style.VERMILION, markersize=4, clip_on=False)
+    velocity, e = (INPUTS["velocity"], bounces.velocity), (OUTPUTS[RESTITUTION], bounces.restitution_coefficient)
     ax.set(xscale="log", ylim=(0.0, 1.0))
-    return style.labelled(ax, across.label, OUTPUTS["restitution_coefficient"].label(""))
+    return style.draw(ax, velocity, e, "o", color=style.VERMILION, markersize=4, clip_on=False)
 
 
 def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
@@ -216,12 +214,11 @@ def bounce_heights(ax: Axes, bounces: Bounces) -> Axes:
     from matplotlib.ticker import MaxNLocator
 
     heights = np.append(bounces.drop_height, bounces.height)
-    up = style.axis(_REACHED, heights)
     (rises,) = np.nonzero(heights > 0.0)
-    ax.plot(rises, heights[rises] * up.factor, "o", color=style.GREEN, markersize=4)
+    style.draw(ax, (_NUMBER, rises), (_REACHED, heights[rises]), "o", color=style.GREEN, markersize=4)
     ax.set(yscale="log", xlim=(-0.5, bounces.n_bounces + 0.5))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    return style.labelled(ax, "bounce (0: the release)", up.label)
+    return ax
 
 
 def bounces_overview(bounces: Bounces) -> Figure:

@@ -172,6 +172,21 @@ def axis(quantity: Quantity, values: Any) -> Axis:
     return Axis(factor, unit, quantity.label(unit))
 
 
+def draw(ax: Axes, x: tuple[Quantity, Any], y: tuple[Quantity, Any], *fmt: str, **look: Any) -> Axes:
+    """Draw the values of a quantity over those of another, in suitable units.
+
+    Examples
+    --------
+    >>> from restitution.quantities import HISTORY
+    >>> ax = draw(new_figure().add_subplot(), (HISTORY["time"], [0.0, 1e-3]), (HISTORY["force"], [0.0, 2.0]))
+    >>> ax.get_xlabel(), ax.lines[0].get_xdata().tolist()
+    ('time since first touch $t$ [ms]', [0.0, 1.0])
+    """
+    across, up = axis(*x), axis(*y)
+    ax.plot(across.factor * np.asarray(x[1]), up.factor * np.asarray(y[1]), *fmt, **look)
+    return labelled(ax, across.label, up.label)
+
+
 def labelled(ax: Axes, x: str, y: str) -> Axes:
     """Return axes with their labels and a grid."""
     ax.set(xlabel=x, ylabel=y)
@@ -234,6 +249,10 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
 _DASHES: tuple[Any, ...] = ("-", (0, (5, 1.2)), (0, (5, 1.2, 1, 1.2)))
 _MARKERS = "os^vD<>pPX"
 
+# End of the colours of a family: lighter ones are too pale on white paper.
+_LIGHTEST = 0.88
+# Share of white in a shading.
+_WHITE = 0.35
 # Curves of up to so many points have markers, and below that no line.
 FEW, _SPARSE = 12, 3
 # Room of a label of 7 points [points].
@@ -242,11 +261,11 @@ _LABEL_HEIGHT, _LABEL_WIDTH = 7.5, 24.0
 _SPREAD = 2.0
 
 
-def family_colors(n: int, *, cmap: str = "viridis", high: float = 0.88) -> list[tuple[float, ...]]:
+def family_colors(n: int) -> list[tuple[float, ...]]:
     """Return `n` colours in the order of their lightness, without those that are too pale on white paper."""
     from matplotlib import colormaps
 
-    return [tuple(map(float, color)) for color in colormaps[cmap](np.linspace(0.0, high, n))]
+    return [tuple(map(float, color)) for color in colormaps["viridis"](np.linspace(0.0, _LIGHTEST, n))]
 
 
 def markers(count: int, number: int = 0) -> dict[str, Any]:
@@ -331,30 +350,36 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
         ax.annotate(words[n], at, ha="center", va="center", fontsize=7, color=colors[n], bbox=box)
 
 
+class Shading(NamedTuple):
+    """Shading of a map: the label of its colour bar, the scale of its values, and its colours."""
+
+    label: str
+    norm: Any = None
+    cmap: str = SEQUENTIAL
+
+
 def contour_map(
     ax: Axes,
     x: Any,
     y: Any,
     z: Any,
     levels: Sequence[float],
+    shading: Shading,
     *,
-    fmt: str | Callable[[float], str] = "%g",
-    cmap: Any = None,
-    norm: Any = None,
-    colorbar: str | None = None,
+    fmt: Callable[[float], str] = "{:g}".format,
     labels_at: Sequence[tuple[float, float]] = (),
 ) -> Axes:
-    """Draw labelled isolines of z(x, y), z[j, i] at x[i] and y[j], over a shading if `cmap` is given.
+    """Draw labelled isolines of z(x, y), z[j, i] at x[i] and y[j], over a shading with its colour bar.
 
     The grid lines x and y and the levels ascend. Levels that the values do not reach are left out, and no isoline
-    crosses values that are not finite. `colorbar` is the label of a colour bar with ticks at the isolines. Isolines
-    nearest to the points `labels_at` get their labels there; matplotlib chooses the places if there are none.
+    crosses values that are not finite. The ticks of the colour bar are those of the isolines. Isolines nearest to the
+    points `labels_at` get their labels there; matplotlib chooses the places if there are none.
 
     Examples
     --------
     >>> from restitution.plot.style import new_figure
     >>> x = np.linspace(0.0, 1.0, 5)
-    >>> ax = contour_map(new_figure().add_subplot(), x, x, np.add.outer(x, x), [0.5, 1.0])
+    >>> ax = contour_map(new_figure().add_subplot(), x, x, np.add.outer(x, x), [0.5, 1.0], Shading("sum"))
     >>> [text.get_text() for text in ax.texts]
     ['0.5', '1']
     """
@@ -365,16 +390,14 @@ def contour_map(
     # Ticks must lie over the shading.
     ax.set_axisbelow(False)
     figure: Any = ax.figure
-    words: Any = fmt if callable(fmt) else lambda level, _=None: fmt % level
-    if cmap is not None:
-        shading = ax.pcolormesh(x, y, z, cmap=_paler(cmap), norm=norm, shading="gouraud", rasterized=True)
-        if colorbar is not None:
-            bar = figure.colorbar(shading, ax=ax, label=colorbar, aspect=32, pad=0.02)
-            place = ax.get_subplotspec()
-            height = 72.0 * figure.get_figheight() / (place.get_gridspec().nrows if place else 1)
-            ticks = _apart(levels, shading.norm, 9.0 / height)
-            bar.set_ticks(ticks, labels=[words(level) for level in ticks], fontsize=7.5)
-            bar.ax.minorticks_off()
+    cmap = _paler(shading.cmap)
+    mesh = ax.pcolormesh(x, y, z, cmap=cmap, norm=shading.norm, shading="gouraud", rasterized=True)
+    bar = figure.colorbar(mesh, ax=ax, label=shading.label, aspect=32, pad=0.02)
+    place = ax.get_subplotspec()
+    height = 72.0 * figure.get_figheight() / (place.get_gridspec().nrows if place else 1)
+    ticks = _apart(levels, mesh.norm, 9.0 / height)
+    bar.set_ticks(ticks, labels=[fmt(level) for level in ticks], fontsize=7.5)
+    bar.ax.minorticks_off()
     finite = z[np.isfinite(z)]
     reached = [level for level in levels if finite.min() < level < finite.max()]
     if not reached:
@@ -393,13 +416,13 @@ def contour_map(
     return ax
 
 
-def _paler(cmap: str, share: float = 0.35) -> Any:
-    """Return a colormap mixed with a share of white: opaque, as transparent areas show seams in PDF viewers."""
+def _paler(cmap: str) -> Any:
+    """Return a colormap mixed with white: opaque, as transparent areas show seams in PDF viewers."""
     from matplotlib import colormaps
     from matplotlib.colors import ListedColormap
 
     colors = colormaps[cmap](range(256))
-    colors[:, :3] += share * (1.0 - colors[:, :3])
+    colors[:, :3] += _WHITE * (1.0 - colors[:, :3])
     return ListedColormap(colors.tolist()).with_extremes(bad="white")
 
 

@@ -98,7 +98,7 @@ def map_levels(output: xr.DataArray) -> MapLevels:
     return MapLevels(levels, low, high, factor, values.label, logarithmic)
 
 
-def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels | None = None) -> Axes:
+def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, shown: MapLevels) -> Axes:
     """Draw labelled isolines of an output over two axes, with a colour bar."""
     from matplotlib.colors import Normalize
 
@@ -106,7 +106,6 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
     ax.set(xscale=across.scale, yscale=up.scale, xlabel=across.label, ylabel=up.label)
     # Isolines need ascending axes.
     order = np.argsort(across.values), np.argsort(up.values)
-    shown = map_levels(output) if levels is None else levels
     z = np.asarray(output.transpose(y, x).values, dtype=np.float64)[np.ix_(order[1], order[0])] * shown.factor
     z = np.where(np.isfinite(z), z, np.nan)
     if output.name == RESTITUTION:
@@ -115,11 +114,10 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, levels: MapLevels |
     if not np.isfinite(z).any():
         ax.set_title(shown.label)
         return ax
-    return style.contour_map(
-        ax, across.values[order[0]], up.values[order[1]], np.log10(z) if shown.logarithmic else z,
-        list(shown.levels), fmt=_power if shown.logarithmic else "%g", cmap=style.SEQUENTIAL,
-        norm=Normalize(shown.low, shown.high), colorbar=shown.label,
-    )  # fmt: skip
+    shading = style.Shading(shown.label, Normalize(shown.low, shown.high))
+    values, fmt = (np.log10(z), _power) if shown.logarithmic else (z, "{:g}".format)
+    grid = across.values[order[0]], up.values[order[1]]
+    return style.contour_map(ax, *grid, values, list(shown.levels), shading, fmt=fmt)
 
 
 def draw_histogram(ax: Axes, output: xr.DataArray) -> Axes:
@@ -327,17 +325,15 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
         if y is None and len(ranked) > 1 and sizes[ranked[1]] > _MOST_CURVES:
             x = next(name for name in numeric if name in ranked[:2])
     others = sorted((name for name in free if name != x), key=lambda name: (name not in numeric, -sizes[name]))
+    kind = "curves"
     if draws is not None:
-        slices = others[0] if others else None
-        return Layout("bands", x, None, slices, draws, tuple(others[1:]))
-    if y is not None:
-        others.remove(y)
-        return Layout("map", x, y, others[0] if others else None, None, tuple(others[1:]))
-    if others and others[0] in numeric and x in numeric and sizes[others[0]] > _MOST_CURVES:
-        return Layout("map", x, others[0], others[1] if others[1:] else None, None, tuple(others[2:]))
-    family = others[-1] if others and sizes[others[-1]] <= _MOST_CURVES else None
-    rest = [name for name in others if name != family]
-    return Layout("curves", x, family, rest[0] if rest else None, None, tuple(rest[1:]))
+        kind, y = "bands", None
+    elif y is not None or (others and {others[0], x} <= {*numeric} and sizes[others[0]] > _MOST_CURVES):
+        kind, y = "map", y or others[0]
+    elif others and sizes[others[-1]] <= _MOST_CURVES:
+        y = others[-1]
+    slices, *rest = [name for name in others if name != y] or [None]
+    return Layout(kind, x, y, slices, draws, tuple(map(str, rest)))
 
 
 def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
@@ -456,4 +452,4 @@ def _title(dataset: xr.Dataset, width: float) -> str:
 def _held(coordinate: xr.DataArray) -> str:
     if not np.issubdtype(coordinate.dtype, np.number):
         return str(coordinate.values)
-    return scaled(coordinate.expand_dims("one")).value_label(0)
+    return scaled(coordinate.expand_dims("point")).value_label(0)

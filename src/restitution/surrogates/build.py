@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,15 +11,14 @@ from numpy.polynomial.chebyshev import chebpts1, chebpts2, chebvander
 from restitution import validity
 from restitution.checks import Array, function, single, within
 from restitution.errors import InputError, InputTypeError
-from restitution.impact.batch import Batch
+from restitution.impact.batch import solve_columns
 from restitution.impact.problem import Impact
 from restitution.impact.solution import Progress
 from restitution.impact.status import SolverError, Status
-from restitution.impact.window import require_known
+from restitution.impact.window import compared, require_known, require_separation
 from restitution.result import plain
-from restitution.surrogates.evaluation import Pieces
-from restitution.surrogates.velocity import DEEPEST, OUTPUTS, Surrogate, velocity_range
-from restitution.units import VELOCITY
+from restitution.surrogates.velocity import DEEPEST, OUTPUTS, Pieces, Surrogate, velocity_range
+from restitution.variation import vary
 
 Piece = tuple[int, int]
 
@@ -96,7 +94,8 @@ def surrogate(
     >>> e = rs.surrogate(ball, velocity=(0.1, 1.0), rtol=1e-6)
     >>> e.error["restitution_coefficient"] < 1e-6
     True
-    >>> abs(e(0.5) / rs.solve(replace(ball, velocity=0.5)).restitution_coefficient - 1.0) < 1e-6
+    >>> half = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=0.5)
+    >>> abs(e(0.5) / rs.solve(half).restitution_coefficient - 1.0) < 1e-6
     True
     """
     if not isinstance(impact, Impact):
@@ -105,9 +104,9 @@ def surrogate(
     tolerance = single("rtol", within("rtol", rtol, 1e-10, 1e-2))
     if progress is not None:
         function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
-    shape = replace(impact, velocity=1.0).shape
-    if shape:
-        raise InputError("impact", rule=f"must be a single impact, but has shape {shape} beside its velocity")
+    impact = vary(impact, {"velocity": 1.0})
+    if impact.shape:
+        raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape} beside its velocity")
     require_known(impact, (low, high), extrapolate=extrapolate)
     accuracy = max(_FINER * tolerance, _FINEST)
     share = _SOLVER_SHARE * accuracy
@@ -115,17 +114,12 @@ def surrogate(
 
     def sample(log_velocity: Array) -> Array:
         speeds = np.clip(np.exp(log_velocity), low, high)
-        impacts = replace(impact, velocity=speeds)
+        impacts = vary(impact, {"velocity": speeds})
         columns = _solved(impacts, speeds, accuracy, workers)
-        _refuse_what_stays(speeds, columns["status"], (low, high))
+        require_separation(columns["status"], speeds, (low, high))
         if not reports:
             # The first round covers the whole range.
-            numbers = {name: columns[name] for name in validity.COLUMNS}
-            reports.append(
-                validity.validity(
-                    impact.contact, **numbers, velocity=speeds, mass=impact.mass, impedance=impact.impedance
-                )
-            )
+            reports.append(validity.report(compared(impacts, columns)))
         return np.log([columns[name] for name in OUTPUTS])
 
     try:
@@ -137,22 +131,22 @@ def surrogate(
         raise SolverError(Status.NOT_ACCURATE, what) from None
     from restitution.sweeps.plan import describe
 
-    problem = plain(describe(replace(impact, velocity=1.0)), _text_of_infinity)
+    problem = plain(describe(impact), _text_of_infinity)
     del problem["velocity"]
     errors = {name: float(largest) + share for name, largest in zip(OUTPUTS, error, strict=True)}
     return Surrogate((low, high), tolerance, errors, reports[0], problem, pieces)
 
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
-    """Return the outputs of an impact at an array of speeds."""
+    """Return the outputs of impacts at an array of speeds [m/s]."""
     if impacts.profile.path_exponent is not None:
-        return Batch.from_impact(impacts).solve(accuracy, workers=workers)
+        return solve_columns(impacts, accuracy, workers=workers)
     # The error of the table of a profile is relative to the deepest impact and could be 1e-7 for a shallow one.
     place = np.floor(np.log(speeds / speeds.min()) / np.log(_TABLE_RATIO))
     columns: dict[str, Array] = {}
     for part in (np.flatnonzero(place == k) for k in np.unique(place)):
-        batch = Batch.from_impact(replace(impacts, velocity=speeds[part]))
-        for name, values in batch.solve(accuracy, workers=workers).items():
+        outputs = solve_columns(impacts.take(part), accuracy, workers=workers)
+        for name, values in outputs.items():
             columns.setdefault(name, np.empty(speeds.size))[part] = values
     return columns
 
@@ -168,22 +162,6 @@ def _deviation(approximate: Array, exact: Array) -> Array:
     e = np.exp(exact[0])
     error[0] *= e / np.maximum(e, _SMALL)
     return error
-
-
-def _refuse_what_stays(speeds: Array, statuses: Array, velocity: tuple[float, float]) -> None:
-    """Raise if the body does not separate, or a solve failed."""
-    bad = np.flatnonzero(statuses != Status.SEPARATED)
-    if bad.size == 0:
-        return
-    failed = bad[statuses[bad] >= Status.TOO_MANY_STEPS]
-    first = (failed if failed.size else bad)[0]
-    status = Status(int(statuses[first]))
-    if status.failed:
-        raise SolverError(status, f"at velocity = {speeds[first]:.6g} m/s")
-    good = speeds[statuses == Status.SEPARATED]
-    advice = f"; of those sampled, it separates from {good.min():.3g} to {good.max():.3g} m/s" if good.size else ""
-    why = f"at {speeds[first]:.6g} m/s: {status.name}: {status.message}{advice}"
-    raise InputError("velocity", list(velocity), f"must be a range in which the body separates; {why}", VELOCITY.unit)
 
 
 class NotMet(Exception):
@@ -210,15 +188,15 @@ def build_pieces(
     rng = np.random.default_rng(20)
     # Pieces as (level, place); they begin at the share place 2^-level of the interval.
     open_: list[Piece] = [(0, 0)]
-    done: dict[Piece, tuple[Array, Array]] = {}
+    accurate: dict[Piece, tuple[Array, Array]] = {}
     while open_:
         following: list[Piece] = []
         levels, places = np.array(open_).T
         width = (high - low) * 0.5**levels
         left = low + width * places
-        drawn = rng.uniform(-1.0, 1.0, (len(open_), _FRESH))
+        fresh = rng.uniform(-1.0, 1.0, (len(open_), _FRESH))
         fixed = np.broadcast_to(np.concatenate([_NODES, _BETWEEN]), (len(open_), 2 * DEGREE + 1))
-        local = np.hstack([fixed, drawn])
+        local = np.hstack([fixed, fresh])
         # Rounding must not move a point out of the interval.
         points = np.clip(left[:, None] + 0.5 * width[:, None] * (local + 1.0), low, high)
         values = sample(points.ravel()).reshape(-1, *points.shape)
@@ -229,16 +207,16 @@ def build_pieces(
         for n, (level, place) in enumerate(open_):
             here = errors[:, n]
             if np.all(here <= tolerance):
-                done[level, place] = coefficients[:, n], here.max(axis=1)
+                accurate[level, place] = coefficients[:, n], here.max(axis=1)
                 continue
-            if level == DEEPEST or len(done) + len(following) > MOST:
+            if level == DEEPEST or len(accurate) + len(following) > MOST:
                 function, at = np.unravel_index(np.argmax(here), here.shape)
                 raise NotMet(int(function), float(points[n, tested][at]), float(here[function, at]))
             following += [(level + 1, 2 * place), (level + 1, 2 * place + 1)]
         open_ = following
         if report is not None:
-            report(len(done), len(done) + len(open_))
-    ordered = sorted(done, key=lambda piece: piece[1] * 0.5 ** piece[0])
+            report(len(accurate), len(accurate) + len(open_))
+    ordered = sorted(accurate, key=lambda piece: piece[1] * 0.5 ** piece[0])
     lefts = [low + (high - low) * place * 0.5**level for level, place in ordered]
-    series, error = zip(*(done[piece] for piece in ordered), strict=True)
+    series, error = zip(*(accurate[piece] for piece in ordered), strict=True)
     return Pieces(np.array([*lefts, high]), np.stack(series, axis=1)), np.max(error, axis=0)

@@ -1,4 +1,4 @@
-"""Plan of a sweep: quantities and points, outputs, and a description with a hash."""
+"""Plan of a sweep: what varies over which points, the outputs, and a description with a hash."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import json
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import cached_property
 from importlib.metadata import version
@@ -23,14 +23,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
+from restitution.material.classical import standard_solid
 from restitution.quantities import ENERGIES, NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, VALIDITY, input_attributes, needs
-from restitution.sweeps.axes import Grid, Index, Listed, Points, Region, boxes, halves, lengths, with_part
-from restitution.sweeps.template import Prepared, Template
+from restitution.sweeps.grid import Grid, Index, Listed, Region, Values, boxes, halves, lengths, part_of
 from restitution.validity import COLUMNS, Numbers, Tally, numbers
+from restitution.variation import HeldElastic, check_names, check_rivals, varied
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +50,88 @@ _BODIES = ("velocity", "mass", "impedance")
 _RATIOS = ("poisson_ratio", "instantaneous_poisson_ratio")
 # In a description the hash represents a longer array.
 _LONG_AXIS = 1000
+
+
+# What a sweep varies: an impact, a function that builds impacts, or the paper's problem without dimensions.
+
+Vary = Callable[[Values], Impact]
+"""Returns an impact with other numbers in SI, which broadcast."""
+
+
+class Template(Protocol):
+    """What a sweep varies."""
+
+    @property
+    def dimensionless(self) -> bool:
+        """Whether the bodies are dimensionless, so that only the Poisson ratio can be checked."""
+        ...
+
+    def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Return the names whose combinations need a separate impact each; refuse unknown names."""
+        ...
+
+    def prepare(self, values: Values) -> Vary:
+        """Return how one combination of their values varies with the other names, or raise an `InputError`."""
+        ...
+
+
+@dataclasses.dataclass(frozen=True)
+class ImpactTemplate:
+    """A single impact; axes set numbers of the body, the profile and the material."""
+
+    impact: Impact
+    held: HeldElastic = "bulk_modulus"
+    dimensionless: bool = False
+
+    def __post_init__(self) -> None:
+        if self.impact.shape:
+            rule = f"has shape {self.impact.shape}; must be a single impact, axes make the others"
+            raise InputError("base", rule=rule)
+
+    def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        check_names(self.impact, names)
+        return ()
+
+    def prepare(self, values: Values) -> Vary:
+        return functools.partial(varied, self.impact, held=self.held)
+
+
+@dataclasses.dataclass(frozen=True)
+class BuilderTemplate:
+    """A function that builds a single impact from values of axes, by the names of its arguments."""
+
+    build: Callable[..., Impact]
+    held: HeldElastic = "bulk_modulus"
+    dimensionless = False
+
+    def builds_with(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        try:
+            parameters = inspect.signature(self.build).parameters.values()
+        except (TypeError, ValueError):  # some functions and types in C have no signature
+            raise InputTypeError("base", self.build, "must be a function with named parameters") from None
+        if any(each.kind is each.VAR_KEYWORD for each in parameters):
+            return names
+        check_rivals(tuple(name for name in names if all(name != each.name for each in parameters)))
+        for each in parameters:
+            if each.default is each.empty and each.name not in names:
+                raise InputError("axes", rule=f"must have {each.name!r}, which the function takes")
+        return tuple(each.name for each in parameters if each.name in names)
+
+    def prepare(self, values: Values) -> Vary:
+        impact = self.build(**values)
+        if not isinstance(impact, Impact):
+            raise InputTypeError("base", rule=f"returned {impact!r}; must return an Impact")
+        if impact.shape:
+            raise InputTypeError("base", rule=f"returned an impact of shape {impact.shape}; must return a single one")
+        return functools.partial(varied, impact, held=self.held)
+
+
+def dimensionless_template(names: Collection[str]) -> ImpactTemplate:
+    """Return an impact of mass, radius, velocity and equilibrium modulus 1; axes set nu, p2, p3, or are refused."""
+    if missing := [name for name in ("poisson_ratio", "p2", "p3") if name not in names]:
+        raise InputError("axes", rule=f"must have {', '.join(missing)} where no impact is given")
+    solid = standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.5)
+    return ImpactTemplate(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0), dimensionless=True)
 
 
 Part = tuple[Any, Impact, Batch]
@@ -92,11 +176,11 @@ class Plan:
     @cached_property
     def attributes(self) -> dict[str, Any]:
         """Attributes of the result."""
-        made = version("restitution")
+        release = version("restitution")
         return {
             **({"title": self.title} if self.title else {}),
-            "source": f"restitution {made}",
-            "version": made,
+            "source": f"restitution {release}",
+            "version": release,
             "method": "exact",
             "rtol": self.rtol,
             **({"case": self.source} if self.source else {}),
@@ -115,7 +199,7 @@ class Plan:
         return self.template.builds_with(self.grid.names)
 
     @cached_property
-    def _prepared(self) -> dict[tuple[Any, ...], Prepared]:
+    def _prepared(self) -> dict[tuple[Any, ...], Vary]:
         """Impacts of some combinations."""
         return {}
 
@@ -123,48 +207,53 @@ class Plan:
         # Another process derives the properties again.
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
+    @property
+    def impact(self) -> Impact:
+        """The impact of the template itself."""
+        return self.template.prepare({})({})
+
     def check(self) -> None:
         """Refuse axes whose ends give no admissible impact, with an `InputError`."""
         for point in self.grid.corners():
             self._impacts(point)
 
-    def _impacts(self, values: dict[str, Any]) -> Impacts:
+    def _impacts(self, values: Values) -> Impacts:
         """Return the impacts of values of all quantities, which broadcast."""
         first = {name: values[name] for name in self._apart}
         # The lists of objects exist as long as the sweep, so that an identity belongs to a single object.
         key = tuple(value if isinstance(value, float) else id(value) for value in first.values())
-        prepared = self._prepared.get(key)
-        if prepared is None:
+        vary = self._prepared.get(key)
+        if vary is None:
             # Another thread may clear it too.
             if len(self._prepared) >= _MOST_PREPARED:
                 self._prepared.clear()
-            self._prepared[key] = prepared = self.template.prepare(first)
-        impact = prepared.varied({name: value for name, value in values.items() if name not in first})
+            self._prepared[key] = vary = self.template.prepare(first)
+        impact = vary({name: value for name, value in values.items() if name not in first})
         return Impacts(impact.shape, [(places, part, Batch.from_impact(part)) for places, part in impact.parts()])
 
-    def _admissible(self, points: Points, region: Region, tick: Tick) -> Iterator[tuple[Region, Impacts]]:
+    def _admissible(self, chunk: Values, region: Region, tick: Tick) -> Iterator[tuple[Region, Impacts]]:
         """Yield the impacts of a part of a chunk, by parts of it; points that are not admissible belong to none.
 
         `tick` is called from time to time with 0, and ends the work by raising.
         """
         tick(0)
-        values = points.box(region)
+        values, pieces = part_of(chunk, region), None
         for name, value in values.items():
             if isinstance(value, np.ndarray) and (name in self._apart or value.dtype == object):
                 if value.size > 1:
-                    place = value.shape.index(value.size)
-                    for n in range(region[place].start, region[place].stop):
-                        yield from self._admissible(points, with_part(region, place, n, n + 1), tick)
-                    return
+                    pieces = halves(region, value.shape.index(value.size))
+                    break
                 values[name] = value.item()
-        try:
-            impacts = self._impacts(values)
-        except ValueError:
-            if math.prod(lengths(region)) > 1:
-                for half in halves(region):
-                    yield from self._admissible(points, half, tick)
-            return
-        yield region, impacts
+        if pieces is None:
+            try:
+                impacts = self._impacts(values)
+            except ValueError:
+                pieces = halves(region) if math.prod(lengths(region)) > 1 else ()
+            else:
+                yield region, impacts
+                return
+        for piece in pieces:
+            yield from self._admissible(chunk, piece, tick)
 
     def compute(self, index: Index, tick: Tick = lambda _: None, tally: Tally | None = None) -> dict[str, Array]:
         """Compute a chunk: `variables` in its shape, NaN where there is no result.
@@ -172,12 +261,12 @@ class Plan:
         `tick` is called with the number of points done since the last call, and ends the work by raising. `tally`
         counts the impacts that exceed the assumptions of the theory.
         """
-        points = self.grid.points(index)
-        results = {name: np.full(points.shape, np.nan) for name in self.outputs}
-        results[STATUS] = np.full(points.shape, Status.INADMISSIBLE, dtype=np.int8)
+        chunk, shape = self.grid.values(index), lengths(self.grid.region(index))
+        results = {name: np.full(shape, np.nan) for name in self.outputs}
+        results[STATUS] = np.full(shape, Status.INADMISSIBLE, dtype=np.int8)
         checked = set(VALIDITY).intersection(self.outputs)
-        for region in boxes(tuple(slice(0, n) for n in points.shape), _BLOCK):
-            regions = list(self._admissible(points, region, tick))
+        for region in boxes(tuple(slice(0, n) for n in shape), _BLOCK):
+            regions = list(self._admissible(chunk, region, tick))
             starts = np.cumsum([0, *(math.prod(impacts.shape) for _, impacts in regions)])
             parts = [
                 (start + places, part, batch)
@@ -308,7 +397,7 @@ def _describe_function(function: Callable[..., Any]) -> Any:
         text = inspect.getsource(function)
     except (OSError, TypeError):
         if code is not None:
-            constants = [one for one in code.co_consts if not isinstance(one, CodeType)]
+            constants = [value for value in code.co_consts if not isinstance(value, CodeType)]
             text = repr((code.co_code.hex(), code.co_names, constants))
     with contextlib.suppress(TypeError, ValueError):
         variables = inspect.getclosurevars(function)
@@ -316,12 +405,12 @@ def _describe_function(function: Callable[..., Any]) -> Any:
     for name_of in ("__defaults__", "__kwdefaults__", "__self__"):
         used[name_of] = getattr(function, name_of, None)
     held: dict[str, Any] = {}
-    for key, one in used.items():
-        if isinstance(one, (ModuleType, type)):
+    for key, value in used.items():
+        if isinstance(value, (ModuleType, type)):
             continue
         try:
             # Functions that it calls count by their names, because they may call each other.
-            held[key] = one.__qualname__ if inspect.isroutine(one) else describe(one)
+            held[key] = value.__qualname__ if inspect.isroutine(value) else describe(value)
         except (TypeError, ValueError, RecursionError):
             held[key] = "?"
     return {"function": name, "text": text, "holds": held}
@@ -437,10 +526,7 @@ class InMemory:
 
         grid = self._plan.grid
         fields = coordinate_fields(grid)
-        shapes = {name: [grid.axes[dim].size for dim in field.dimensions] for name, field in fields.items()}
-        values = {name: np.empty(shapes[name], field.dtype) for name, field in fields.items()}
-        for name, place, part in coordinate_blocks(grid, max(grid.shape, default=1)):
-            values[name][place] = part
+        values = {name: part for name, _, part in coordinate_blocks(grid, max(grid.shape, default=1))}
         dataset = xr.Dataset(
             {name: (field.dimensions, self._arrays[name], field.attributes) for name, field in self._fields.items()},
             {name: (field.dimensions, values[name], field.attributes) for name, field in fields.items()},
@@ -450,7 +536,7 @@ class InMemory:
 
 
 def _memory() -> float:
-    """Memory for this process [bytes]: that of the machine, or of its control group; infinite if it is not known."""
+    """Return the memory [bytes] of the machine, or of the control group of this process; infinite if unknown."""
     try:
         whole = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, ValueError, OSError):

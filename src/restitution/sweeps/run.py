@@ -8,6 +8,7 @@ import os
 import signal
 from collections.abc import Callable, Generator, Iterable, Mapping
 from contextlib import ExitStack, contextmanager
+from copy import copy
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
@@ -23,9 +24,16 @@ from restitution.impact.problem import Impact
 from restitution.impact.status import Status, failures
 from restitution.parallel import on_threads
 from restitution.quantities import DEFAULT_OUTPUTS, SOLVER_RTOL, checked_outputs
-from restitution.sweeps.axes import Index, make_grid
-from restitution.sweeps.plan import InMemory, Interrupted, Plan
-from restitution.sweeps.template import BuilderTemplate, ImpactTemplate, Template, dimensionless_template
+from restitution.sweeps.grid import Index, make_grid
+from restitution.sweeps.plan import (
+    BuilderTemplate,
+    ImpactTemplate,
+    InMemory,
+    Interrupted,
+    Plan,
+    Template,
+    dimensionless_template,
+)
 from restitution.validity import Tally, messages, warn
 from restitution.variation import HeldElastic
 
@@ -59,7 +67,7 @@ def sweep(
     progress: Progress | None = None,
     title: str = "",
 ) -> xr.Dataset:
-    """Restitution coefficient, contact time, peaks and energies of many impacts over named axes.
+    """Return the restitution coefficient, contact time, peaks and energies of many impacts over named axes.
 
     Parameters
     ----------
@@ -124,13 +132,7 @@ def sweep(
     >>> result.restitution_coefficient.dims, result.velocity.attrs["units"]
     (('velocity', 'radius'), 'm/s')
     """
-    if base is None:
-        template: Template = dimensionless_template()
-    elif isinstance(base, Impact):
-        template = ImpactTemplate(base, held)
-    elif callable(base):
-        template = BuilderTemplate(base, held)
-    else:
+    if not (base is None or isinstance(base, Impact) or callable(base)):
         raise InputTypeError("base", base, "must be an Impact, a function that returns one, or None")
     if not isinstance(axes, Mapping) or not all(isinstance(name, str) for name in axes):
         raise InputTypeError("axes", axes, "must be a dict from names to values")
@@ -139,9 +141,13 @@ def sweep(
     instance("title", title, str, "must be a text")
     if progress is not None:
         function("progress", progress, "must be callable with (points done, all points)", 2)
-    plan = Plan(template, make_grid(axes, chunk), checked_outputs(outputs), float(rtol), title)
-    if base is None and (missing := {"poisson_ratio", "p2", "p3"} - set(plan.grid.names)):
-        raise InputError("axes", rule=f"must have {', '.join(sorted(missing))} where there is no base")
+    grid = make_grid(axes, chunk)
+    template: Template
+    if base is None:
+        template = dimensionless_template(grid.names)
+    else:
+        template = ImpactTemplate(base, held) if isinstance(base, Impact) else BuilderTemplate(base, held)
+    plan = Plan(template, grid, checked_outputs(outputs), float(rtol), title)
     return run(plan, out=out, engine=engine, cluster=cluster, workers=workers, progress=progress)
 
 
@@ -244,57 +250,48 @@ def _run_on_threads(
 
 @contextmanager
 def _connected(cluster: Any, workers: int | None) -> Generator[Any]:
-    """Yield a client of a new local cluster, of the scheduler at an address, or of the given cluster."""
-    from distributed import Client, LocalCluster, WorkerPlugin
+    """Yield a client of a new local cluster, of the scheduler at an address, or of a cluster; or a client itself."""
+    from distributed import Client, LocalCluster
 
-    if isinstance(cluster, Client):
-        yield cluster
-        return
-    if cluster == "local":
-        options: dict[str, Any] = {
-            "n_workers": workers or os.cpu_count() or 1,
-            "threads_per_worker": 1,
-            # Without a host, the scheduler's web server would listen on all interfaces.
-            "dashboard_address": "127.0.0.1:0",
-            # Interrupted workers warn of their tasks; what matters comes through the client, in one line.
-            "silence_logs": logging.CRITICAL,
-        }
-        with LocalCluster(**options) as local, Client(local) as client:
-
-            class LeavesCtrlCToTheClient(WorkerPlugin):
-                def setup(self, worker: Any) -> None:
-                    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-            client.register_plugin(LeavesCtrlCToTheClient())
-            yield client
-        return
-    try:
-        client = Client(cluster, timeout=_PATIENCE) if isinstance(cluster, str) else Client(cluster)
-    except (OSError, ValueError) as error:
-        raise InputError("cluster", cluster, f"no scheduler answers: {error}") from None
-    with client:
+    with ExitStack() as stack:
+        if cluster == "local":
+            options: dict[str, Any] = {
+                "n_workers": workers or os.cpu_count() or 1,
+                "threads_per_worker": 1,
+                # Without a host, the scheduler's web server would listen on all interfaces.
+                "dashboard_address": "127.0.0.1:0",
+                # Interrupted workers warn of their tasks; what matters comes through the client, in one line.
+                "silence_logs": logging.CRITICAL,
+            }
+            client = stack.enter_context(Client(stack.enter_context(LocalCluster(**options))))
+            client.run(_leave_ctrl_c_to_the_client)
+        elif isinstance(cluster, Client):
+            client = cluster
+        else:
+            try:
+                client = stack.enter_context(Client(cluster, timeout=_PATIENCE))
+            except (OSError, ValueError) as error:
+                raise InputError("cluster", cluster, f"no scheduler answers: {error}") from None
         yield client
+
+
+def _leave_ctrl_c_to_the_client() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _run_on_dask(plan: Plan, chunks: Iterable[Index], keeper: Any, client: Any, report: Callable[[int], None]) -> None:
     """Compute chunks as tasks on a Dask cluster; workers write into the store."""
     from distributed import as_completed
 
-    todo = iter(chunks)
-    done = 0
     # The plan is a task, so that it is sent again if its worker is lost.
-    shared = client.submit(_same, plan, pure=False)
-    made_by = plan.description["version"]
-
-    def submit(indices: Iterable[Index]) -> list[Any]:
-        return [
-            client.submit(_compute, shared, made_by, index, keeper.path, pure=False, retries=_RETRIES)
-            for index in indices
-        ]
-
+    shared = client.submit(copy, plan, pure=False)
+    release = plan.description["version"]
+    tasks = (
+        client.submit(_compute, shared, release, index, keeper.path, pure=False, retries=_RETRIES) for index in chunks
+    )
     window = max(_LEAST_KNOWN, _KNOWN_PER_CORE * sum(client.nthreads().values()))
-    running = as_completed(submit(islice(todo, window)))
-    pending: set[Any] = set(running.futures)
+    pending = set(islice(tasks, window))
+    running, done = as_completed(pending.copy()), 0
     try:
         for future in running:
             index, results, tally = future.result()
@@ -303,7 +300,7 @@ def _run_on_dask(plan: Plan, chunks: Iterable[Index], keeper: Any, client: Any, 
             done += plan.grid.size(index)
             report(done)
             pending.discard(future)
-            fresh = submit(islice(todo, 1))
+            fresh = list(islice(tasks, 1))
             pending.update(fresh)
             running.update(fresh)
     except BaseException:
@@ -311,14 +308,10 @@ def _run_on_dask(plan: Plan, chunks: Iterable[Index], keeper: Any, client: Any, 
         raise
 
 
-def _same(plan: Plan) -> Plan:
-    return plan
-
-
-def _compute(plan: Plan, made_by: str, index: Index, path: Path | None) -> tuple[Index, dict[str, Any] | None, Tally]:
+def _compute(plan: Plan, release: str, index: Index, path: Path | None) -> tuple[Index, dict[str, Any] | None, Tally]:
     """Compute a chunk on a worker, and write it if there is a store."""
-    if made_by != version("restitution"):
-        raise RuntimeError(f"a worker has restitution {version('restitution')}, the sweep is of {made_by}")
+    if release != version("restitution"):
+        raise RuntimeError(f"a worker has restitution {version('restitution')}, the sweep is of {release}")
     tally = Tally()
     results = plan.compute(index, tally=tally)
     if path is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import json
 import os
@@ -23,7 +22,7 @@ from zarr.storage import LocalStore
 from restitution.errors import InputError, RestitutionWarning
 from restitution.files import PARTIAL, path_of, whole_file
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
-from restitution.sweeps.axes import Index
+from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Field, Plan, coordinate_blocks, coordinate_fields, hash_of, in_words, output_fields
 from restitution.validity import Tally
 
@@ -47,17 +46,13 @@ def _refusal(path: Path, rule: str) -> InputError:
 
 
 def _is_intact(content: bytes) -> bool:
-    """Whether the checksum at the end of a chunk matches its content."""
+    """Return whether the checksum at the end of a chunk matches its content."""
     body, checksum = content[:-_CHECKSUM], content[-_CHECKSUM:]
     return len(body) > 0 and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 
 
 def _place(index: Index) -> str:
     return "/".join(("c", *map(str, index)))
-
-
-def _chunk_key(name: str, index: Index) -> str:
-    return f"{name}/{_place(index)}"
 
 
 class _Record(NamedTuple):
@@ -72,7 +67,7 @@ class _Record(NamedTuple):
 
     @staticmethod
     def file(root: Path, place: str) -> Path:
-        """File of the record of a place."""
+        """Return the file of the record of a place."""
         return root / _TALLIES / place.replace("/", "-")
 
     @classmethod
@@ -100,7 +95,7 @@ class _Record(NamedTuple):
         return record if file.name == place.replace("/", "-") else None
 
     def binds(self, name: str, content: bytes) -> bool:
-        """Whether a chunk is intact, and that of this variable and place."""
+        """Return whether a chunk is intact, and that of this variable and place."""
         return _is_intact(content) and self.checksums.get(name) == content[-_CHECKSUM:].hex()
 
 
@@ -110,29 +105,19 @@ def _write(path: Path, content: bytes) -> None:
         partial.write_bytes(content)
 
 
-class _WholeFiles(LocalStore):
-    """A folder whose files are written completely or not at all, with any version of Zarr."""
-
-    async def set(self, key: str, value: Any) -> None:
-        await asyncio.to_thread(self._put, key, value.to_bytes())
-
-    def set_sync(self, key: str, value: Any) -> None:
-        # Newer versions of Zarr call this one.
-        self._put(key, value.to_bytes())
-
-    def _put(self, key: str, content: bytes) -> None:
-        _write(self.root / key, content)
-
-
-class _HeldFiles(_WholeFiles):
+class _HeldFiles(LocalStore):
     """A folder whose new files are held in memory by their keys."""
 
     def __init__(self, root: Path) -> None:
         super().__init__(root)
         self.held: dict[str, bytes] = {}
 
-    def _put(self, key: str, content: bytes) -> None:
-        self.held[key] = content
+    async def set(self, key: str, value: Any) -> None:
+        self.held[key] = value.to_bytes()
+
+    def set_sync(self, key: str, value: Any) -> None:
+        # Newer versions of Zarr call this one.
+        self.held[key] = value.to_bytes()
 
 
 class _CheckedFiles(LocalStore):
@@ -187,11 +172,10 @@ class Store:
 
     def keep(self, index: Index, results: dict[str, Array], tally: Tally) -> None:
         """Write the results of a chunk."""
-        region, chunks = self._plan.grid.region(index), dict[str, bytes]()
+        region, place, chunks = self._plan.grid.region(index), _place(index), dict[str, bytes]()
         for name in self._plan.variables:
             self._arrays[name][region] = results[name]
-            chunks[name] = self._files.held.pop(_chunk_key(name, index))
-        place = _place(index)
+            chunks[name] = self._files.held.pop(f"{name}/{place}")
         _write(_Record.file(self.path, place), _Record.of(place, chunks, tally).content)
         # The status is the last one.
         for name, content in chunks.items():
@@ -328,7 +312,7 @@ def attributes_of(path: Path) -> dict[str, Any] | None:
 
 
 def _create(path: Path, plan: Plan) -> None:
-    files = _WholeFiles(path)
+    files = LocalStore(path)
     attributes = plan.attributes | {_SIGNATURE: hash_of(plan.attributes)}
     group = zarr.create_group(files, zarr_format=3, attributes=attributes)
     grid = plan.grid
@@ -385,7 +369,7 @@ def sole_writer(path: Path) -> Generator[None]:
 
 
 def open_sweep(path: str | Path) -> xr.Dataset:
-    """Result of a sweep from its store, loaded piece by piece on access.
+    """Return the result of a sweep from its store, loaded piece by piece on access.
 
     Parameters
     ----------

@@ -17,7 +17,15 @@ from restitution.contact.geometry import Kinks, as_array
 from restitution.contact.layer.depths import Averages
 from restitution.contact.layer.punch import PANELS, panel_of, stored_punches
 from restitution.contact.profiles import Profile
-from restitution.contact.table import Cells, PathTable, Tables, first_cells, path_tables, product, significant_kinks
+from restitution.contact.table import (
+    PathTable,
+    Tables,
+    cell_nodes,
+    first_cells,
+    path_tables,
+    product,
+    significant_kinks,
+)
 
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
@@ -51,7 +59,7 @@ class _Start(NamedTuple):
     strength: Array
     power: float
     places: Array
-    cells: Cells
+    cells: Array
     known: dict[bytes, Contact]
 
     @property
@@ -100,7 +108,7 @@ class Contacts:
         return as_array(knots), self.at(depth[-_SAMPLES:]), integral
 
     def at(self, depth: Array) -> Contact:
-        """Contacts at depths [m] on a half-space, shape (n,)."""
+        """Return contacts at depths [m] on a half-space, shape (n,)."""
         return self._contact(np.minimum(self.profile.contact_radius(depth), self.end), depth)
 
     def _contact(self, radius: Array, depth: Array) -> Contact:
@@ -116,8 +124,9 @@ class Contacts:
         return Contact(radius, depth, gap, moments, series(self.punches.resolvent[: self._count], moments))
 
     def on(self, thickness: Array, contact: Contact, loads: bool = False) -> list[Array]:
-        """Depth, stiffness radius and, with `loads`, force integral [SI] on layers, shape (n_layer, n)."""
+        """Return the depth, stiffness radius and, with `loads`, force integral [SI] on layers, shape (n_layer, n)."""
         kappa, edge, sigma = self._means(thickness, contact.radius, contact.resolvent)
+        # d = (D + sigma G/h)/w(a), a kappa, and Pi = d a kappa - tau G; see `restitution.contact.layer.depths`.
         depth = (contact.depth + sigma * (contact.gap / thickness[:, None])) / np.exp(edge)
         radius = contact.radius * np.exp(kappa)
         if not loads:
@@ -127,7 +136,7 @@ class Contacts:
         return [depth, radius, depth * radius - tau * contact.gap]
 
     def own_depth(self, thickness: Array, contact: Contact) -> Array:
-        """Depth [m] of each contact on a layer of its own, shape (n,)."""
+        """Return the depth [m] of each contact on a layer of its own, shape (n,)."""
         radius = contact.radius / thickness
         sigma, _ = self.punches.means(radius, contact.moments)
         return (contact.depth + sigma * contact.gap / thickness) / self.punches.edge_load(radius)
@@ -144,18 +153,19 @@ class Contacts:
         return means
 
     def tables(self, thickness: Array, least: Array, rtol: float) -> list[Tables]:
-        """Tables of rising thicknesses up to the largest radius; `least` are force integrals as for `path_tables`."""
+        """Return tables of rising thicknesses up to the largest radius; `least` is as for `path_tables`."""
         start = self._start(rtol)
         interpolated = self._interpolated(thickness, start, least, rtol)
         if interpolated is not None:
             return [interpolated]
-        block = max(1, _BLOCK // start.cells.nodes.size)
+        block = max(1, _BLOCK // cell_nodes(start.cells).size)
         parts = (slice(first, first + block) for first in range(0, thickness.size, block))
         return [self._tables(thickness[part], start, least[part], rtol)[0] for part in parts]
 
     def _interpolated(self, thickness: Array, start: _Start, least: Array, rtol: float) -> Tables | None:
-        """Tables that are interpolated over ln h; None where this is more work or not accurate."""
+        """Return tables that are interpolated over ln h; None where this is more work or not accurate."""
         logs = np.log(thickness)
+        # Chebyshev nodes over ln h: so many that the series over them has the tolerance of the tables, as a rule.
         half = 0.5 * (logs[-1] - logs[0])
         count = math.ceil(_NODES + np.interp(math.log(self.end) - logs[0], *_RATES) * 2.0 * half)
         if thickness.size <= count:
@@ -163,6 +173,7 @@ class Contacts:
         x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
         places = logs[0] + half * (1.0 + x)
         lowest = np.exp(np.interp(places, logs, np.log(least)))
+        # Tables made together have the same cells, so that all coefficients are smooth functions of ln h.
         nodes, _ = self._tables(np.exp(places), start, lowest, rtol)
         between, tail = _between(nodes.table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
         return Tables(between, *self._ends(thickness, start)) if tail <= _TAIL * rtol else None
@@ -176,15 +187,16 @@ class Contacts:
             start = _Start(kinks.strength, kinks.power, places, first_cells(places), {})
             typical = max(self._unit, self.end / PANELS[-1]) * _TYPICAL
             _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
-            often = (start.ends, start.around, cells.nodes)
+            often = (start.ends, start.around, cell_nodes(cells))
             series = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
-            if cells.nodes.size > _KEPT:
+            # More contacts would take too much memory.
+            if cell_nodes(cells).size > _KEPT:
                 return series
             self._known[rtol] = series
         return self._known[rtol]
 
     def _at_place(self, y: Array) -> Contact:
-        """Contacts at shares y of ``sqrt(a^2 - b^2)``, in which g is smooth at the radius b of a flat face."""
+        """Return contacts at shares y of ``sqrt(a^2 - b^2)``, in which g is smooth at the radius b of a flat face."""
         radius = np.minimum(np.hypot(self._face, self._reach * y.ravel()), self.end)
         return self._contact(radius, self.profile.transform(radius))
 
@@ -193,11 +205,11 @@ class Contacts:
         return self._at_place(y) if contact is None else contact
 
     def _ends(self, thickness: Array, start: _Start) -> Array:
-        """Depth and stiffness radius [m] at the end of the table of each layer."""
+        """Return the depth and stiffness radius [m] at the end of the table of each layer."""
         return np.array(self.on(thickness, self._known_at(start, start.ends)))[:, :, -1]
 
-    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[Tables, Cells]:
-        """Tables of layers, and their cells."""
+    def _tables(self, thickness: Array, start: _Start, least: Array, rtol: float) -> tuple[Tables, Array]:
+        """Return tables of layers, and their cells."""
         depth_max, radius_max = self._ends(thickness, start)
         units = np.stack([depth_max, radius_max])[..., None]
 
@@ -206,6 +218,7 @@ class Contacts:
             return depth.reshape(-1, *y.shape), radius.reshape(-1, *y.shape)
 
         strengths = np.zeros((thickness.size, start.places.size))
+        # a kappa = smooth + w strength (d - d_j)^p/(dd/dD)^(p + 1), with dd/dD by differences around the kink.
         if start.places.size:
             # As for a single layer.
             around = self._known_at(start, start.around)
@@ -220,16 +233,16 @@ class Contacts:
 
 
 def series(panels: tuple[Array, ...], moments: Array) -> Array:
-    """Series of means over a/h in some panels from the moments of contacts, shape (n_panel, n_term, n)."""
+    """Return series of means over a/h in some panels from the moments of contacts, shape (n_panel, n_term, n)."""
     chebyshev = np.empty((len(panels), len(panels[0]), len(moments)))
-    for one, panel in zip(chebyshev, panels, strict=True):
+    for coefficients, panel in zip(chebyshev, panels, strict=True):
         terms = min(panel.shape[1], moments.shape[1])
-        one[:] = product(panel[:, :terms], moments[:, :terms].T)
+        coefficients[:] = product(panel[:, :terms], moments[:, :terms].T)
     return chebyshev
 
 
 def _between(table: PathTable, x: Array, places: Array) -> tuple[PathTable, float]:
-    """Tables at places in [-1, 1] from those at the Chebyshev nodes x, and the tail of their series."""
+    """Return tables at places in [-1, 1] from those at the Chebyshev nodes x, and the tail of their series."""
     last = x.size - 1
     to_series: Any = np.linalg.inv(np.polynomial.chebyshev.chebvander(x, last))
     matrix = np.polynomial.chebyshev.chebvander(places, last) @ to_series
@@ -238,15 +251,15 @@ def _between(table: PathTable, x: Array, places: Array) -> tuple[PathTable, floa
     # Forces depend on the radius through its integral, in which narrow cells hardly count.
     radii = 0.1 * (table.radius @ powers[: table.radius.shape[2]])
     checked = table.edges, radii, table.force_integral @ powers
-    tail = max(float(np.max(np.abs(np.tensordot(to_series[-2:], one, axes=1)))) for one in checked)
+    tail = max(float(np.max(np.abs(np.tensordot(to_series[-2:], part, axes=1)))) for part in checked)
     edges, origin, radius, integral, kinks, strengths = (
-        product(matrix, one.reshape(x.size, -1)).reshape(places.size, *one.shape[1:])
-        for one in (*table[:4], table.kinks, table.strengths)
+        product(matrix, part.reshape(x.size, -1)).reshape(places.size, *part.shape[1:])
+        for part in (*table[:4], table.kinks, table.strengths)
     )
     # Where a cell starts at a kink, rho = sqrt(s - origin) makes 1e-8 of a rounding of its start.
     starts = np.all(table.origin == table.edges[:, :-1], axis=0)
     origin[:, starts] = edges[:, :-1][:, starts]
-    errors, error = (np.repeat(np.max(one, axis=0)[None], places.size, axis=0) for one in table[4:6])
+    errors, error = (np.repeat(np.max(part, axis=0)[None], places.size, axis=0) for part in table[4:6])
     return PathTable(edges, origin, radius, integral, errors + tail, error, kinks, strengths, table.power), tail
 
 

@@ -6,15 +6,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from restitution.checks import Array
+from restitution.checks import Array, Numeric, refuse
 from restitution.contact.geometry import Kinks
 from restitution.contact.layer.punch import PANELS, Punches, over_panels, stored_punches
 from restitution.contact.profiles import Profile
-from restitution.errors import InputError
+from restitution.numerics.refine import refine
 
 # Means of the resolvent and the load of flat punches over the transform of a profile, for all contact radii.
 #
@@ -32,7 +32,7 @@ _TO_LEGENDRE: Any = np.linalg.inv(np.polynomial.legendre.legvander(_GAUSS, _NODE
 
 
 def power_law_series(punches: Punches, exponent: float) -> tuple[Array, Array]:
-    """Chebyshev coefficients of sigma and tau over each panel for g = x^n, shape (n_panel, n_radius).
+    """Return Chebyshev coefficients of sigma and tau over each panel for g = x^n, shape (n_panel, n_radius).
 
     The integrals over ``v = (x/a)^2`` with the weight ``v^((n - 1)/2)`` are exact by Gauss-Jacobi nodes.
     """
@@ -48,77 +48,48 @@ def power_law_series(punches: Punches, exponent: float) -> tuple[Array, Array]:
     return sigma, tau
 
 
-class _Cells(NamedTuple):
-    """Cells over x; in the first piece of a profile with the face b ``x = hypot(b, t)``, beyond a joint ``x = joint +
-    t^2``, in which g is smooth.
-    """
-
-    joint: Array  # The joint, NaN in the first piece
-    low: Array  # t at the start of the cell
-    high: Array  # t at the end
-
-    def place(self, t: Array, face: float) -> tuple[Array, Array]:
-        """Return x and dx/dt, shape (n_cell, k), at t of this shape."""
-        joint = self.joint[:, None]
-        first = np.isnan(joint)
-        x = np.where(first, np.hypot(face, t), joint + t * t)
-        return x, np.where(first, t / np.where(x > 0.0, x, 1.0), 2.0 * t)
-
-    def part(self, chosen: Any) -> _Cells:
-        return _Cells(self.joint[chosen], self.low[chosen], self.high[chosen])
-
-    def halves(self) -> _Cells:
-        middle = 0.5 * (self.low + self.high)
-        return _Cells(np.tile(self.joint, 2), np.append(self.low, middle), np.append(middle, self.high))
-
-
 @dataclass(frozen=True, eq=False)
 class Averages:
-    """Means over the transform of a profile in units of the thickness.
-
-    Parameters
-    ----------
-    punches : Punches
-        The flat punches.
-    transform : callable
-        Transform g(x) of the profile, with any unit.
-    face, joints, end : float, array, float
-        Radius of the flat face, radii at which g is not smooth, largest radius.
-    """
+    """Means over the transform g(x) of a profile, of any unit, whose lengths are in units of the thickness."""
 
     punches: Punches
     transform: Callable[[Array], Array]
     face: float
-    joints: Array
+    joints: Array  # radii at which g is not smooth
     end: float
 
     @cached_property
-    def _pieces(self) -> tuple[_Cells, Array]:
-        """Cells that resolve g, in the order of x, and its Legendre coefficients there."""
-        starts = np.append(self.face, self.joints)
-        ends = np.append(self.joints, self.end)
+    def _pieces(self) -> tuple[Array, Array]:
+        """Cells that resolve g, in the order of x, and its Legendre coefficients there.
+
+        The columns of the cells are the joint where they begin, NaN in the first piece, and their ends in t. In the
+        first piece of a profile with the face b ``x = hypot(b, t)``, beyond a joint ``x = joint + t^2``: g is smooth
+        over t.
+        """
+        starts, ends = np.append(self.face, self.joints), np.append(self.joints, self.end)
         first = np.arange(starts.size) == 0
         reach = np.sqrt(np.where(first, (ends - self.face) * (ends + self.face), ends - starts))
-        pending = _Cells(np.where(first, np.nan, starts), np.zeros(starts.size), reach)
-        done: list[tuple[_Cells, Array]] = []
-        count = 0
-        for rank in range(_HALVINGS + 1):
-            t = pending.low[:, None] + 0.5 * (pending.high - pending.low)[:, None] * (1.0 + _GAUSS)
-            x, _ = pending.place(t, self.face)
+
+        def fit(cells: Array) -> tuple[Array, Array]:
+            _, low, high = cells.T[..., None]
+            x, _ = self._place(cells, low + 0.5 * (high - low) * (1.0 + _GAUSS))
             g = self.transform(np.minimum(x, self.end))
             series = g @ _TO_LEGENDRE.T
             good = np.max(np.abs(series[:, -2:]), axis=1) <= _TAIL * np.max(np.abs(g), axis=1)
             # Contacts are at most 40 thicknesses wide.
-            good &= x[:, -1] - x[:, 0] <= _WIDEST * np.maximum(1.0, x[:, 0] / PANELS[-1])
-            count += pending.low.size
-            good |= rank == _HALVINGS or count > _CELLS + 4 * starts.size
-            done.append((pending.part(good), series[good]))
-            pending = pending.part(~good).halves()
-            if not pending.low.size:
-                break
-        cells = _Cells(*(np.concatenate(one) for one in zip(*(cells for cells, _ in done), strict=True)))
-        order = np.argsort(cells.place(cells.low[:, None], self.face)[0][:, 0], kind="stable")
-        return cells.part(order), np.concatenate([series for _, series in done])[order]
+            return good & (x[:, -1] - x[:, 0] <= _WIDEST * np.maximum(1.0, x[:, 0] / PANELS[-1])), series
+
+        cells = np.column_stack([np.where(first, np.nan, starts), np.zeros(starts.size), reach])
+        (cells, series), _ = refine(cells, fit, _HALVINGS, _CELLS + 4 * starts.size)
+        order = np.argsort(self._place(cells, cells[:, 1:2])[0][:, 0], kind="stable")
+        return cells[order], series[order]
+
+    def _place(self, cells: Array, t: Array) -> tuple[Array, Array]:
+        """Return x and dx/dt, shape (n_cell, k), at t of this shape."""
+        joint = cells[:, :1]
+        first = np.isnan(joint)
+        x = np.where(first, np.hypot(self.face, t), joint + t * t)
+        return x, np.where(first, t / np.where(x > 0.0, x, 1.0), 2.0 * t)
 
     def __call__(self, radius: Array) -> Array:
         """Means sigma and tau at radii of any shape."""
@@ -127,37 +98,38 @@ class Averages:
         return self.punches.means(flat, moments).reshape(2, *radius.shape)
 
     def moments(self, radius: Array, terms: int) -> Array:
-        """Means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
+        """Return means ``int_0^a T_k(2 (x/a)^2 - 1) g dx/G`` of Chebyshev polynomials at radii, shape (n, terms)."""
         # Numba takes half a second to import.
         from restitution.contact.loops import add_moments
 
         cells, series = self._pieces
         interval = np.clip(np.searchsorted(self._starts, radius, side="right") - 1, 0, self._starts.size - 1)
         # The cell that contains the radius, up to there.
-        cell = cells.part(interval)
-        beyond = np.isnan(cell.joint)
-        reach = np.where(beyond, (radius - self.face) * (radius + self.face), radius - cell.joint)
-        reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), cell.low, cell.high)
-        x, masses = self._weighed(cell, series[interval], reach)
+        joint, low, high = cells[interval].T
+        reach = np.where(np.isnan(joint), (radius - self.face) * (radius + self.face), radius - joint)
+        reach = np.clip(np.sqrt(np.maximum(reach, 0.0)), low, high)
+        x, masses = self._weighed(cells[interval], series[interval], reach)
         nodes, before = self._condensed(_ROUND * math.ceil(terms / _ROUND))
         moments, space = np.empty((radius.size, terms)), np.empty((4, nodes.size + _NODES))
+        # Without a contact all masses are zero, and so are the means.
         a = np.where(radius > 0.0, radius, 1.0)
-        add_moments(a, interval, self._starts, nodes, before, x, masses, space, moments)
+        add_moments(a, interval, (self._starts, nodes, before), x, masses, space, moments)
         return moments / np.where(moments[:, :1] > 0.0, moments[:, :1], 1.0)
 
     @cached_property
     def _starts(self) -> Array:
         """Radii x at the starts of the cells."""
         cells, _ = self._pieces
-        return cells.place(cells.low[:, None], self.face)[0][:, 0]
+        return self._place(cells, cells[:, 1:2])[0][:, 0]
 
-    def _weighed(self, cells: _Cells, series: Array, reach: Array) -> tuple[Array, Array]:
-        """Gauss nodes x of cells up to t = `reach`, and their masses: weights times g."""
-        half = 0.5 * (reach - cells.low)[:, None]
-        t = cells.low[:, None] + half * (1.0 + _GAUSS)
-        x, pace = cells.place(t, self.face)
-        local = 2.0 * (t - cells.low[:, None]) / (cells.high - cells.low)[:, None] - 1.0
-        g = np.polynomial.legendre.legval(local, series.T[..., None], tensor=False)
+    def _weighed(self, cells: Array, series: Array, reach: Array) -> tuple[Array, Array]:
+        """Return Gauss nodes x of cells up to t = `reach`, and their masses: weights times g."""
+        _, low, high = cells.T[..., None]
+        half = 0.5 * (reach[:, None] - low)
+        t = low + half * (1.0 + _GAUSS)
+        x, pace = self._place(cells, t)
+        place = 2.0 * (t - low) / (high - low) - 1.0
+        g = np.polynomial.legendre.legval(place, series.T[..., None], tensor=False)
         return x, half * _WEIGHTS * pace * g
 
     @cached_property
@@ -170,7 +142,7 @@ class Averages:
         from restitution.contact.loops import condense
 
         cells, series = self._pieces
-        x, masses = self._weighed(cells, series, cells.high)
+        x, masses = self._weighed(cells, series, cells[:, 2])
 
         @cache
         def condensed(terms: int) -> tuple[Array, Array]:
@@ -213,10 +185,11 @@ class Depths:
 
     def __init__(self, profile: Profile, thickness: float, poisson_ratio: float | None) -> None:
         self.profile, self.thickness, self.punches = profile, thickness, stored_punches(poisson_ratio)
-        face = checked_face(float(profile.contact_radius(0.0)), thickness)
+        face = face_over_thickness(float(profile.contact_radius(0.0)), thickness)
         most = float(PANELS[-1])
         self.face, self.end = face, min(largest_radius(profile) / thickness, most)
         self.means: PowerMeans | Averages = self._means()
+        # Samples of D whose contacts have radii on a logarithmic scale beyond the face.
         t = np.sqrt((self.end - face) * (self.end + face))
         radii = np.hypot(face, t * 10.0 ** np.linspace(-_DECADES - math.log10(max(t, 1.0)), 0.0, _STARTS))
         radii[-1] = self.end
@@ -224,6 +197,7 @@ class Depths:
         # Near an equator the depth rises much faster than the radius.
         start = np.sort(np.concatenate([start, start[-1] * np.linspace(0.02, 1.0, _STARTS // 2)]))
         start = np.minimum(start, self.profile.max_depth)
+        # The inverse d -> D interpolates in logarithms, so that the samples must rise.
         kept = np.append(np.diff(start) > 0.0, True) & (start > 0.0)
         self._start = np.log(start[kept])
         self._reached = np.log(self.depth(start[kept]))
@@ -233,6 +207,7 @@ class Depths:
 
     def _means(self) -> PowerMeans | Averages:
         exponent = self.profile.path_exponent
+        # A power law a ~ D^(p/2) has g = x^(2/p), whose means are exact; all other profiles need a quadrature of g.
         if exponent:
             return PowerMeans(self.punches, 2.0 / float(np.asarray(exponent)))
         joints = self.profile.joints / self.thickness
@@ -240,27 +215,31 @@ class Depths:
         return Averages(self.punches, self._transform, self.face, joints, self.end)
 
     def _transform(self, radius: Array) -> Array:
-        """Transform g [m] at radii over the thickness; rounding may put the last one beyond the profile."""
+        """Return the transform g [m] at radii over the thickness; rounding may put the last one beyond the profile."""
         return self.profile.transform(np.minimum(radius * self.thickness, self.profile.max_contact_radius))
 
-    def radius(self, half_space_depth: Array) -> Array:
-        """Contact radius [m] at the depth D [m] on a half-space, within the tables; 0 where D < 0."""
+    def contact_radius(self, half_space_depth: Array) -> Array:
+        """Return the contact radius [m] at the depth D [m] on a half-space, within the tables; 0 where D < 0."""
         return np.minimum(self.profile.contact_radius(half_space_depth), self.end * self.thickness)
 
     def depth(self, half_space_depth: Array) -> Array:
-        """Depth d [m] on the layer where the contact radius is that of the depth D [m] on a half-space."""
-        a = self.radius(half_space_depth)
-        chi = a / self.thickness
-        gap = (a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)) / self.thickness
-        return (half_space_depth + self.means(chi)[0] * gap) / self.punches.edge_load(chi)
+        """Return the depth d [m] on the layer where the contact radius is that of the depth D [m] on a half-space."""
+        chi, gap = self._contact(half_space_depth)
+        return (half_space_depth + self.means(chi)[0] * (gap / self.thickness)) / self.punches.edge_load(chi)
+
+    def _contact(self, half_space_depth: Array) -> tuple[Array, Array]:
+        """Return the radius a over the thickness, and G = a D - Pi_0 [m^2]."""
+        a = self.contact_radius(half_space_depth)
+        return a / self.thickness, a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)
 
     def half_space_depth(self, depth: Array) -> Array:
-        """Depth D [m] on a half-space with the same contact radius as the depth d [m] on the layer."""
+        """Return the depth D [m] on a half-space with the same contact radius as the depth d [m] on the layer."""
         inside = (depth > 0.0) & (depth <= self.max_depth)
         if not np.any(inside):
             return np.where(depth > 0.0, np.nan, np.minimum(depth, 0.0))
         target = np.log(np.where(inside, depth, self.max_depth))
         x = np.interp(target, self._reached, self._start)
+        # Below the samples the layer is a half-space, where d is proportional to D.
         x = np.where(target < self._reached[0], target + self._start[0] - self._reached[0], x)
         slope = np.interp(x, self._start, self._slope)
         before = reached = x
@@ -270,26 +249,26 @@ class Depths:
             moved = (np.abs(x - before) > 1e-9) & (rank > 0)
             slope = np.where(moved, (now - reached) / np.where(moved, x - before, 1.0), slope)
             step, before, reached = (target - now) / slope, x, now
+            # Beyond the last sample there is no profile.
             x = np.minimum(x + step, self._start[-1])
             if np.all(np.abs(step) <= 1e-15 * np.maximum(np.abs(x), 1.0)):
                 break
         return np.where(inside, self._inside(x), np.where(depth > 0.0, np.nan, np.minimum(depth, 0.0)))
 
     def _inside(self, logarithm: Array) -> Array:
-        """Depth D [m], which rounding must not put beyond the end of the profile."""
+        """Return the depth D [m], which rounding must not put beyond the end of the profile."""
         return np.minimum(np.exp(logarithm), self._deepest)
 
     def stiffness_radius(self, half_space_depth: Array) -> Array:
-        """Stiffness radius [m] at the depth D [m] on a half-space."""
-        a = self.radius(half_space_depth)
+        """Return the stiffness radius [m] at the depth D [m] on a half-space."""
+        a = self.contact_radius(half_space_depth)
         return a * self.punches.kappa(a / self.thickness)
 
-    def force_integral(self, half_space_depth: Array) -> Array:
-        """Force integral [m^2] at the depth D [m] on a half-space."""
-        a = self.radius(half_space_depth)
-        gap = a * half_space_depth - self.profile.force_integral_at_depth(half_space_depth)
-        stiffness_radius = a * self.punches.kappa(a / self.thickness)
-        return self.depth(half_space_depth) * stiffness_radius - self.means(a / self.thickness)[1] * gap
+    def force_integral_at_depth(self, half_space_depth: Array) -> Array:
+        """Return the force integral [m^2] at the depth D [m] on a half-space."""
+        chi, gap = self._contact(half_space_depth)
+        stiffness_radius = self.stiffness_radius(half_space_depth)
+        return self.depth(half_space_depth) * stiffness_radius - self.means(chi)[1] * gap
 
     @property
     def kinks(self) -> Kinks:
@@ -302,56 +281,30 @@ class Depths:
         inside = profile_kinks.depth < self._deepest
         place, strength, power = profile_kinks.depth[inside], profile_kinks.strength[inside], profile_kinks.power
         depth = self.depth(place)
+        # d' = d(ln d)/d(ln D) d/D
         log_slope = np.interp(np.log(place), self._start, self._slope)
-        edge = self.punches.edge_load(self.radius(place) / self.thickness)
+        edge = self.punches.edge_load(self.contact_radius(place) / self.thickness)
         return Kinks(depth, edge * strength / (log_slope * depth / place) ** (power + 1.0), power)
 
 
-class PunchDepths:
-    """The same for a flat punch, whose contact radius does not depend on the depth; D is the depth itself."""
-
-    def __init__(self, profile: Profile, thickness: float, poisson_ratio: float | None) -> None:
-        self.punches, self.max_depth, self.kinks = stored_punches(poisson_ratio), math.inf, profile.kinks
-        self._radius = float(profile.contact_radius(0.0))
-        checked_face(self._radius, thickness)
-        self._stiffness_radius = self._radius * float(self.punches.kappa(np.array(self._radius / thickness)))
-
-    def half_space_depth(self, depth: Array) -> Array:
-        """The depth d [m] itself."""
-        return depth
-
-    depth = half_space_depth
-
-    def radius(self, depth: Array) -> Array:
-        """Contact radius [m]: that of the punch where d >= 0."""
-        return np.where(depth >= 0.0, self._radius, 0.0)
-
-    def stiffness_radius(self, depth: Array) -> Array:
-        """Stiffness radius a kappa [m]."""
-        return np.where(depth >= 0.0, self._stiffness_radius, 0.0)
-
-    def force_integral(self, depth: Array) -> Array:
-        """Force integral a kappa d [m^2]."""
-        return self._stiffness_radius * np.maximum(depth, 0.0)
-
-
 def largest_radius(profile: Profile) -> float:
-    """Largest contact radius [m] that the tables describe, on a thick layer."""
+    """Return the largest contact radius [m] that the tables describe, on a thick layer."""
     end = float(profile.max_contact_radius)
+    # g of a sphere has a logarithmic singularity at its equator, which no table resolves.
     if math.isfinite(end) and not math.isfinite(float(profile.transform(end))):
         end *= _EQUATOR
     return end
 
 
-def checked_face(radius: float, thickness: float) -> float:
+def face_over_thickness(radius: Numeric, thickness: Numeric) -> Any:
     """Return the radius of a flat face over the thickness, which must be within the tables."""
-    if radius >= PANELS[-1] * thickness:
-        rule = f"must be above {radius / PANELS[-1]:.3g} m: the tables end where the contact is {PANELS[-1]:g} h wide"
-        raise InputError("thickness", thickness, rule, "m")
+    bad = np.asarray(radius >= PANELS[-1] * thickness)
+    if bad.any():
+        least = np.max(np.broadcast_to(radius, bad.shape)[bad]) / PANELS[-1]
+        rule = f"must be above {least:.3g} m: the tables end where the contact is {PANELS[-1]:g} h wide"
+        refuse("thickness", np.broadcast_to(thickness, bad.shape), bad, rule, "m")
     return radius / thickness
 
 
-@lru_cache(maxsize=64)
-def depths(profile: Profile, thickness: float, poisson_ratio: float | None) -> Depths | PunchDepths:
-    """Return the depths of a profile on a layer, which are computed once."""
-    return (PunchDepths if profile.path_exponent == 0.0 else Depths)(profile, thickness, poisson_ratio)
+depths = lru_cache(maxsize=64)(Depths)
+"""The depths of a profile on a layer of a thickness, which are computed once."""

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, Numeric, one_of, plain
+from restitution.checks import Array, Numeric, one_of
 from restitution.contact.geometry import Geometry, Kinks, Similar, as_array
 from restitution.contact.layer.contacts import Contacts, contacts
-from restitution.contact.layer.depths import Depths, PunchDepths, depths, largest_radius
+from restitution.contact.layer.depths import Depths, depths, face_over_thickness, largest_radius
 from restitution.contact.layer.punch import PANELS, LineKernel, Punches, stored_punches
-from restitution.contact.profiles import PowerLaw, Profile
+from restitution.contact.profiles import FlatPunch, PowerLaw, Profile
 from restitution.contact.table import PathTable, Rows, Samples, Tables, joined
 from restitution.errors import InputError, InputTypeError
 from restitution.material.prony import PronySeries
@@ -73,7 +73,7 @@ class _Spectrum:
         self.groups = _groups(np.log(np.sort(self.series.relaxation_times)), np.log(self.times))
 
     def transform(self, radius: float) -> Array:
-        """Carson transform [Pa] of the effective modulus for a punch of a radius over the thickness."""
+        """Return the Carson transform [Pa] of the effective modulus for a punch of a radius over the thickness."""
         if radius == 0.0:
             return self._modulus
         ratio = self._poisson_ratio
@@ -81,7 +81,7 @@ class _Spectrum:
         return self._modulus * np.exp(logarithm[:-1] - logarithm[-1])
 
     def moduli(self, transform: Array) -> Array:
-        """Branch moduli [Pa] >= 0 at the times, mostly zeros, whose series has a Carson transform [Pa]."""
+        """Return branch moduli [Pa] >= 0 at the times, mostly zeros, whose series has a Carson transform [Pa]."""
         fit, misfit = self.fitted(transform, np.arange(self.times.size))
         if misfit > _MISFIT:
             rule = f"must have a stiffness on the layer that only relaxes: a Prony series misses it by {misfit:.2g}"
@@ -89,7 +89,7 @@ class _Spectrum:
         return fit
 
     def fitted(self, transform: Array, places: NDArray[np.intp]) -> tuple[Array, float]:
-        """Branch moduli [Pa] by nonnegative least squares over some of the times, and the largest relative misfit."""
+        """Return branch moduli [Pa] by nonnegative least squares over some times, and the largest relative misfit."""
         from scipy.optimize import nnls
 
         matrix = self._shares[:, places] / transform[:, None]
@@ -112,12 +112,12 @@ class EffectiveModuli:
 
     def __init__(self, material: Material) -> None:
         self._spectrum = _Spectrum(material)
-        self._transforms: dict[int, Array] = {}
-        self._moduli: dict[int, Array] = {}
-        self._between: dict[int, list[tuple[Array, Array]]] = {}
+        # Each node is computed once for each material.
+        self._transform, self._node = cache(self._transform_at), cache(self._node_at)
+        self._interval = cache(self._interval_at)
 
     def at(self, radius: Array) -> PronySeries:
-        """Reduced moduli [Pa] for punches of radii over the thickness, shape (n,)."""
+        """Return reduced moduli [Pa] for punches of radii over the thickness, shape (n,)."""
         place = np.log1p(radius / _SCALE) / _DISTANCE
         first = np.floor(place).astype(np.intp)
         t = place - first
@@ -126,18 +126,18 @@ class EffectiveModuli:
             [rest * rest * rest, (3.0 * t - 6.0) * square + 4.0, ((3.0 - 3.0 * t) * t + 3.0) * t + 1.0, square * t]
         )
         chosen: list[tuple[NDArray[np.intp], Array, Array]] = []
-        for one in np.unique(first).tolist():
-            rows = np.flatnonzero(first == one)
-            chosen.append((rows, *self._within(one, splines[:, rows])))
-        most = max((len(own) for _, own, _ in chosen), default=0)
+        for interval in np.unique(first).tolist():
+            rows = np.flatnonzero(first == interval)
+            chosen.append((rows, *self._within(interval, splines[:, rows])))
+        most = max((len(weights) for _, weights, _ in chosen), default=0)
         moduli, times = np.zeros((radius.size, most)), np.ones((radius.size, most))
-        for rows, own, known in chosen:
-            moduli[rows, : len(own)], times[rows, : len(own)] = own.T, known.T
+        for rows, weights, places in chosen:
+            moduli[rows, : len(weights)], times[rows, : len(weights)] = weights.T, places.T
         equilibria = np.full(radius.size, self._spectrum.series.equilibrium_modulus)
         return PronySeries.from_checked(equilibria, moduli, times)
 
     def _within(self, n: int, splines: Array) -> tuple[Array, Array]:
-        """Branch moduli [Pa] and relaxation times [s] of rows between two nodes, shape (n_branch, n_row)."""
+        """Return branch moduli [Pa] and relaxation times [s] of rows between two nodes, shape (n_branch, n_row)."""
         parts: list[tuple[Array, Array]] = []
         for times, nodes in self._interval(n):
             # Term by term, so that a row does not depend on the others.
@@ -147,48 +147,40 @@ class EffectiveModuli:
         moduli, times = zip(*parts, strict=True)
         return np.concatenate(moduli), np.concatenate(times)
 
-    def _interval(self, n: int) -> list[tuple[Array, Array]]:
-        """Relaxation times [s] between two nodes, and a sixth of the moduli [Pa] at four nodes around, by group."""
-        if n not in self._between:
-            nodes = np.array([self._node(n + k) for k in range(-1, 3)])
-            kept, spectrum = np.flatnonzero(nodes.any(axis=0)), self._spectrum
-            parts = np.split(kept, 1 + np.flatnonzero(np.diff(spectrum.groups[kept])))
-            self._between[n] = [(spectrum.times[part], nodes[:, part] / 6.0) for part in parts]
-        return self._between[n]
+    def _interval_at(self, n: int) -> list[tuple[Array, Array]]:
+        """Return relaxation times [s] between two nodes, and a sixth of the moduli [Pa] at four nodes, by group."""
+        nodes = np.array([self._node(n + k) for k in range(-1, 3)])
+        kept, spectrum = np.flatnonzero(nodes.any(axis=0)), self._spectrum
+        parts = np.split(kept, 1 + np.flatnonzero(np.diff(spectrum.groups[kept])))
+        return [(spectrum.times[part], nodes[:, part] / 6.0) for part in parts]
 
-    def _node(self, n: int) -> Array:
-        """Branch moduli [Pa] of the fit at a node."""
-        if n not in self._moduli:
-            before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
-            target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
-            fit, misfit = spectrum.fitted(target, spectrum.coarse)
-            if misfit > _ENOUGH:
-                fit, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
-            if misfit > _MISFIT:
-                # What the splines combine need not relax; the stiffness itself must.
-                spectrum.moduli(here)
-            self._moduli[n] = fit
-        return self._moduli[n]
+    def _node_at(self, n: int) -> Array:
+        """Return branch moduli [Pa] of the fit at a node."""
+        before, here, after = (self._transform(n + k) for k in (-1, 0, 1))
+        target, spectrum = here - (before - 2.0 * here + after) / 6.0, self._spectrum
+        fit, misfit = spectrum.fitted(target, spectrum.coarse)
+        if misfit > _ENOUGH:
+            fit, misfit = spectrum.fitted(target, np.arange(spectrum.times.size))
+        if misfit > _MISFIT:
+            # What the splines combine need not relax; the stiffness itself must.
+            spectrum.moduli(here)
+        return fit
 
-    def _transform(self, n: int) -> Array:
-        """Carson transform [Pa] at a node."""
-        if n not in self._transforms:
-            if 0 <= n <= _LAST:
-                values = self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
-            else:
-                inward = 1 if n < 0 else -1
-                near = (factor * self._transform(n + (k + 1) * inward) for k, factor in enumerate(_NEXT))
-                values = np.sum(list(near), axis=0)
-            self._transforms[n] = values
-        return self._transforms[n]
+    def _transform_at(self, n: int) -> Array:
+        """Return the Carson transform [Pa] at a node."""
+        if 0 <= n <= _LAST:
+            return self._spectrum.transform(float(_SCALE * np.expm1(_DISTANCE * n)))
+        inward = 1 if n < 0 else -1
+        near = (factor * self._transform(n + (k + 1) * inward) for k, factor in enumerate(_NEXT))
+        return np.sum(list(near), axis=0)
 
 
 def _groups(sizes: Array, logs: Array) -> NDArray[np.intp]:
-    """Numbers of the groups of some ln(tau), for the ascending ones of a material; those of no group are negative."""
+    """Return the number of the group of each ln(tau), for the ascending ones of a material; negative for none."""
     starts = sizes[:1].tolist()
-    for one in sizes.tolist():
-        if one > starts[-1] + _TOGETHER:
-            starts.append(one)
+    for size in sizes.tolist():
+        if size > starts[-1] + _TOGETHER:
+            starts.append(size)
     ends = np.append(sizes[np.searchsorted(sizes, starts[1:]) - 1], sizes[-1])
     distances = np.abs(logs[:, None] - np.clip(logs[:, None], starts, ends))
     near = np.min(distances, axis=1) < _CLOSE
@@ -196,7 +188,7 @@ def _groups(sizes: Array, logs: Array) -> NDArray[np.intp]:
 
 
 def _merged(moduli: Array, times: Array) -> tuple[Array, Array]:
-    """Moduli [Pa] and times [s], shape (3, n), of the Gauss rule of moduli of shape (n_branch, n) over ln(tau)."""
+    """Return moduli [Pa] and times [s], shape (3, n), of the Gauss rule of moduli (n_branch, n) over ln(tau)."""
     middle = 0.5 * (np.log(times[0]) + np.log(times[-1]))
     y = (np.log(times) - middle)[:, None]
     # Python's sum goes row by row: a column does not depend on the others.
@@ -230,19 +222,10 @@ effective_moduli = lru_cache(maxsize=64)(EffectiveModuli)
 
 @lru_cache(maxsize=64)
 def effective_modulus(material: Material, radius: float) -> PronySeries:
-    """Reduced modulus [Pa] that gives a layer of the static Poisson ratio the stiffness of the relaxing one.
+    """Return the reduced modulus [Pa] that gives a layer of the static Poisson ratio the true stiffness.
 
-    Parameters
-    ----------
-    material : Material
-        Material with a Poisson ratio that changes in time.
-    radius : float
-        Radius x of a flat punch over the thickness; 0 gives the modulus of the material.
-
-    Notes
-    -----
-    The Carson transform ``E*(s) kappa(x; nu(s))/kappa(x; nu_static)`` as a Prony series by nonnegative least squares.
-    A flat punch of this radius has exactly this modulus.
+    The Carson transform ``E*(s) kappa(x; nu(s))/kappa(x; nu_static)`` of a flat punch of the radius x over the
+    thickness, as a Prony series by nonnegative least squares. Such a punch has exactly this modulus.
     """
     if radius == 0.0:
         return reduced_modulus(material)
@@ -254,7 +237,7 @@ def effective_modulus(material: Material, radius: float) -> PronySeries:
 
 @lru_cache(maxsize=64)
 def _stiffness(radius: float) -> np.polynomial.Chebyshev:
-    """Series of the logarithm of the stiffness of a flat punch over ``ln(1 - 2 nu + shift)``."""
+    """Return series of the logarithm of the stiffness of a flat punch over ``ln(1 - 2 nu + shift)``."""
     # Numba takes half a second to import.
     from restitution.contact.loops import solve_line_loads
 
@@ -262,11 +245,11 @@ def _stiffness(radius: float) -> np.polynomial.Chebyshev:
     places = 0.5 * (low + high) + 0.5 * (high - low) * np.polynomial.chebyshev.chebpts1(_RATIOS)
     nodes, weights = np.polynomial.legendre.leggauss(int(_NODES + _PER_RADIUS * radius))
     gauss = np.array([radius]), 0.5 + 0.5 * nodes, 0.5 * weights
-    space = np.empty((nodes.size, nodes.size)), np.empty(nodes.size), np.empty((1, 2, nodes.size))
+    space, lines = (np.empty((nodes.size, nodes.size)), np.empty(nodes.size)), np.empty((1, 2, nodes.size))
     ends, values = np.empty((1, 2)), np.empty(_RATIOS)
-    for n, one in enumerate(0.5 * (1.0 + _SHIFT - np.exp(places))):
-        kernel = _line_kernel(float(one))
-        solve_line_loads(kernel.cells, kernel.per_unit, *gauss, *space, ends)
+    for n, ratio in enumerate(0.5 * (1.0 + _SHIFT - np.exp(places))):
+        kernel = _line_kernel(float(ratio))
+        solve_line_loads(kernel.cells, kernel.per_unit, *gauss, space, lines, ends)
         values[n] = np.log(ends[0, 0])
     return np.polynomial.Chebyshev.fit(places, values, _RATIOS - 1, domain=[low, high])
 
@@ -311,29 +294,29 @@ class LayerRows(Rows):
         """Return the rows broadcast to a shape and raveled."""
         return type(self)(self.profile, np.broadcast_to(self.thickness, shape).reshape(-1), self.poisson_ratio)
 
-    def _each(self, function: Callable[[Depths, Array], Array], depth: ArrayLike) -> Array:
+    def _each(self, name: str, depth: ArrayLike) -> Array:
         depth = np.broadcast_to(as_array(depth), self.thickness.shape)
         result = np.empty(depth.shape)
         for k, thickness in enumerate(self._distinct[0].tolist()):
-            one: Any = depths(self.profile, thickness, self.poisson_ratio)
+            layer = depths(self.profile, thickness, self.poisson_ratio)
             rows = self.which == k
-            result[rows] = function(one, one.half_space_depth(np.minimum(depth[rows], one.max_depth)))
+            result[rows] = getattr(layer, name)(layer.half_space_depth(np.minimum(depth[rows], layer.max_depth)))
         return result
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius a kappa [m] at depth d [m] of each row."""
-        return self._each(Depths.stiffness_radius, depth)
+        """Return the stiffness radius a kappa [m] at depth d [m] of each row."""
+        return self._each("stiffness_radius", depth)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a kappa dd [m^2] at depth d [m] of each row."""
-        return self._each(Depths.force_integral, depth)
+        """Return the force integral int_0^d a kappa dd [m^2] at depth d [m] of each row."""
+        return self._each("force_integral_at_depth", depth)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a [m] at depth d [m] of each row."""
-        return self._each(Depths.radius, depth)
+        """Return the contact radius a [m] at depth d [m] of each row."""
+        return self._each("contact_radius", depth)
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
-        """Contact radius a [m] from the stiffness radius a kappa [m]."""
+        """Return the contact radius a [m] from the stiffness radius a kappa [m]."""
         return self._punches.radius(as_array(stiffness_radius) / self.thickness) * self.thickness
 
     @property
@@ -368,6 +351,7 @@ class LayerRows(Rows):
         """Depths and force integrals over the logarithm of the depth on a half-space."""
         thickness, chosen = self._distinct[0], self._similar[0]
         end = min(largest_radius(self.profile), PANELS[-1] * _power_of_two(float(thickness[-1]), math.ceil))
+        # Rounded to powers of two, so that other rows of the same profile find the contacts in the cache.
         layers = self._contacts(float(thickness[0]), end)
         knots, contact, flat = layers.sampled
         # Beyond the end of the tables.
@@ -384,11 +368,11 @@ class LayerRows(Rows):
         return Samples(knots, depth, integral)
 
     def _contacts(self, thinnest: float, end: float) -> Contacts:
-        """Contacts up to a radius [m]; similar rows share them."""
+        """Return contacts up to a radius [m]; similar rows share them."""
         return contacts(self.profile, self.poisson_ratio, _power_of_two(thinnest, math.floor), end)
 
     def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
-        """Tables of the distinct layers; those with tables of the same largest contact radius are made together."""
+        """Return tables of the distinct layers; those with the same largest contact radius are made together."""
         knots = self.samples.knots
         ends, small = np.empty((2, deepest.size))
         for n, (depth, integral) in enumerate(zip(*self.samples[1:], strict=True)):
@@ -404,6 +388,7 @@ class LayerRows(Rows):
         radii = np.minimum(self.profile.contact_radius(radii)[level.reshape(-1)], self._widest)
         groups, numbers = list[Tables](), list[NDArray[np.intp]]()
         pending = np.argsort(-radii, kind="stable")
+        # Layers share a table of contacts up to one radius if all are wide enough for it.
         while pending.size:
             end = float(radii[pending[0]])
             together = self._widest[pending] >= end
@@ -415,9 +400,9 @@ class LayerRows(Rows):
             return groups[0]
         # In the order of the layers.
         order = np.argsort(np.concatenate(numbers))
-        table = joined([one.table for one in groups])
-        depth, radius = np.hstack([one[1:] for one in groups])[:, order]
-        return Tables(PathTable._make([*(one[order] for one in table[:-1]), table.power]), depth, radius)
+        table = joined([group.table for group in groups])
+        depth, radius = np.hstack([group[1:] for group in groups])[:, order]
+        return Tables(PathTable._make([*(column[order] for column in table[:-1]), table.power]), depth, radius)
 
 
 def _power_of_two(value: float, rounded: Callable[[float], int]) -> float:
@@ -509,16 +494,18 @@ class Layer(Geometry):
         if self.base == "frictionless":
             return self
         low, high = poisson_ratios(material)
+        # With a constant ratio, or near 1/2, the compliance of the layer is E*(s) times a function of the radius.
         relaxes = high - low > CONSTANT and low <= INCOMPRESSIBLE
-        moduli = [one for one in (material.shear, material.bulk) if isinstance(one, PronySeries)]
-        if relaxes and any(one.parallel_viscosity > 0.0 for one in moduli):
+        moduli = [series for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
+        # With a dashpot the transform grows without bound, and no fit by branches follows it.
+        if relaxes and any(series.parallel_viscosity > 0.0 for series in moduli):
             rule = "must have no parallel dashpot on a bonded layer, unless its Poisson ratio is constant in time"
             raise InputError("material", rule=rule)
         if relaxes and self.strict and not self._is_punch:
             rule = "must have a Poisson ratio that does not change in time, or stays above "
             rule += f"{INCOMPRESSIBLE:g}, on a bonded layer; that of this one is between {low:.3g} and {high:.3g}"
             raise InputError("material", rule=rule)
-        # The same material gives slightly different numbers after changes of its form.
+        # The same material gives slightly different numbers after changes of its form, and layers are cached by them.
         poisson_ratio = round(material.poisson_ratio, _DIGITS)
         confinement = max(4.0 * high / (1.0 - 2.0 * high), 0.0) if high < 0.5 else np.inf
         details = {"_poisson_ratio": poisson_ratio, "_relaxes": relaxes, "_confinement": confinement}
@@ -540,7 +527,7 @@ class Layer(Geometry):
         return not self._relaxes
 
     def effective_moduli(self, material: Material, contact_radius: Array) -> PronySeries:
-        """Reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
+        """Return reduced moduli [Pa] of contacts up to radii [m]; that of the material where there is no contact."""
         radii = np.ravel(contact_radius / self.thickness)
         if self._is_punch:
             # All contacts have the radius of the punch.
@@ -558,9 +545,16 @@ class Layer(Geometry):
         return self._poisson_ratio
 
     @cached_property
-    def _depths(self) -> Depths | PunchDepths:
+    def _depths(self) -> Depths:
         unit: Any = self.similar.geometry
         return depths(unit.profile, unit.thickness, self._ratio)
+
+    @cached_property
+    def _punch(self) -> FlatPunch:
+        """Flat punch on a half-space with the stiffness of the one on the layer."""
+        radius: Any = self.profile.contact_radius(0.0)
+        kappa = stored_punches(self._ratio).kappa(np.asarray(face_over_thickness(radius, self.thickness)))
+        return FlatPunch(radius * kappa)
 
     @property
     def apart(self) -> tuple[str, ...]:
@@ -616,6 +610,7 @@ class Layer(Geometry):
             return Similar(self, 1.0, 1.0)
         coefficient: Any = self.profile.path_coefficient
         exponent = float(np.asarray(self.profile.path_exponent))
+        # With radii a = h xi and depths d = (h/c)^(2/p) D, every power law a = c d^(p/2) is D = xi^(2/p).
         unit = replace(self, profile=_unit_power_law(2.0 / exponent), thickness=1.0)
         vars(unit).update(_poisson_ratio=self._poisson_ratio, similar=Similar(unit, 1.0, 1.0))
         with np.errstate(all="ignore"):
@@ -626,26 +621,30 @@ class Layer(Geometry):
         return Similar(unit, radius if np.ndim(radius) else float(radius), self.thickness)
 
     def stiffness_radius(self, depth: ArrayLike) -> Array:
-        """Stiffness radius a kappa [m] at depth d [m]."""
-        if self._is_several:
-            return self._each("stiffness_radius", depth)
-        return self._depths.stiffness_radius(self._half_space_depth(depth)) * self.similar.radius
+        """Return the stiffness radius a kappa [m] at depth d [m]."""
+        return self._value("stiffness_radius", depth, self.similar.radius)
 
     def force_integral_at_depth(self, depth: ArrayLike) -> Array:
-        """Force integral int_0^d a kappa dd [m^2] at depth d [m]."""
-        if self._is_several:
-            return self._each("force_integral_at_depth", depth)
-        _, depth_unit, radius_unit = self.similar
-        return self._depths.force_integral(self._half_space_depth(depth)) * (depth_unit * radius_unit)
+        """Return the force integral int_0^d a kappa dd [m^2] at depth d [m]."""
+        return self._value("force_integral_at_depth", depth, self.similar.depth * self.similar.radius)
 
     def contact_radius(self, depth: ArrayLike) -> Array:
-        """Contact radius a [m] at depth d [m]."""
+        """Return the contact radius a [m] at depth d [m]."""
+        if self._is_punch:
+            shape = np.broadcast_shapes(np.shape(depth), self.rows)
+            return np.broadcast_to(self.profile.contact_radius(depth), shape)[()]
+        return self._value("contact_radius", depth, self.similar.radius)
+
+    def _value(self, name: str, depth: ArrayLike, unit: Numeric) -> Array:
+        """Return the value of a method at depths d [m], in a unit of the similar layer."""
+        if self._is_punch:
+            return getattr(self._punch, name)(depth)
         if self._is_several:
-            return self._each("contact_radius", depth)
-        return self._depths.radius(self._half_space_depth(depth)) * self.similar.radius
+            return self._each(name, depth)
+        return getattr(self._depths, name)(self._half_space_depth(depth)) * unit
 
     def contact_radius_at(self, depth: ArrayLike, stiffness_radius: ArrayLike) -> Array:
-        """Contact radius a [m] from the stiffness radius a kappa [m]."""
+        """Return the contact radius a [m] from the stiffness radius a kappa [m]."""
         return stored_punches(self._ratio).radius(as_array(stiffness_radius) / self.thickness) * self.thickness
 
     def curve(self, depth: float) -> Callable[[Array], tuple[Array, Array]]:
@@ -676,7 +675,7 @@ class Layer(Geometry):
     @property
     def path_coefficient(self) -> Numeric | None:
         """Coefficient of a kappa = c s^p: a kappa [m] for a flat punch, None for other profiles."""
-        return plain(self.stiffness_radius(0.0)) if self._is_punch else None
+        return self._punch.radius if self._is_punch else None
 
     @property
     def tip_radius(self) -> Numeric:
@@ -696,22 +695,27 @@ class Layer(Geometry):
     @property
     def max_depth(self) -> Numeric:
         """Depth [m] at which the tables end: a/h = 40, or the end of the profile."""
+        if self._is_punch:
+            return math.inf
+        if self._is_split:
+            singles = (self.take(self.rows, np.array(n)) for n in range(math.prod(self.rows)))
+            return np.array([layer.max_depth for layer in singles]).reshape(self.rows)
         unit: Any = self.similar.geometry if self._is_several else self._depths
         return unit.max_depth * self.similar.depth
 
     @property
     def kinks(self) -> Kinks:
         """Depths at which a(d) is not smooth: those of the profile, to leading order."""
-        return self._depths.kinks
+        return self.profile.kinks if self._is_punch else self._depths.kinks
 
 
 @lru_cache(maxsize=64)
 def poisson_ratios(material: Material) -> tuple[float, float]:
-    """Smallest and largest Poisson ratio over all times."""
+    """Return the smallest and largest Poisson ratio over all times."""
     if material.is_incompressible:
         return 0.5, 0.5
     times = [series.relaxation_times for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
-    all_times = np.concatenate([*times, [1.0] * all(one.size == 0 for one in times)])
+    all_times = np.concatenate([*times, [1.0] * all(part.size == 0 for part in times)])
     moments = np.geomspace(0.01 * all_times.min(), 100.0 * all_times.max(), _MOMENTS)
     values = material.relaxation_poisson_ratio(moments)
     ends = material.poisson_ratio, material.instantaneous_poisson_ratio
@@ -720,5 +724,5 @@ def poisson_ratios(material: Material) -> tuple[float, float]:
 
 @lru_cache(maxsize=32)
 def _unit_power_law(exponent: float) -> PowerLaw:
-    """Profile with the transform g = x^n."""
+    """Return the profile with the transform g = x^n."""
     return PowerLaw(exponent, 1.0 / float(PowerLaw(exponent, 1.0).transform(1.0)))

@@ -23,6 +23,7 @@ from restitution.checks import Array
 from restitution.contact.geometry import as_array
 from restitution.contact.table import product
 from restitution.files import user_cache, whole_file
+from restitution.numerics.refine import chebyshev, local, to_chebyshev
 
 # Compliance of an elastic layer on a rigid base, in Hankel space and as the kernel of its line load.
 #
@@ -40,7 +41,7 @@ _CELLS, _CELL_DEGREE = 8, 9
 
 
 def missing_compliance(z: Array, poisson_ratio: float | None) -> Array:
-    """Missing compliance 1 - K(z) [-] of a bonded layer of a Poisson ratio, or on a frictionless base for None.
+    """Return the missing compliance 1 - K(z) [-] of a layer, bonded with a Poisson ratio or frictionless for None.
 
     Examples
     --------
@@ -76,15 +77,13 @@ class LineKernel:
         width = _LAST / panels
         z = (width * (np.arange(panels)[:, None] + 0.5 + 0.5 * nodes)).ravel()
         load = np.tile(0.5 * width / math.pi * weights, panels) * missing_compliance(z, poisson_ratio)
-        angle = np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
+        places, matrix = to_chebyshev(_DEGREE + 1)
         low, high = _ENDS[:-1, None], _ENDS[1:, None]
-        t = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+        t = 0.5 * (low + high) + 0.5 * (high - low) * places
         # Pairwise sums: errors of m grow 1e5-fold on thin incompressible layers.
         values = np.sum(np.cos(t.ravel()[:, None] * z) * load, axis=1).reshape(t.shape)
-        basis: Any = np.cos(np.arange(_DEGREE + 1)[:, None] * angle) * (2.0 / (_DEGREE + 1))
-        basis[0] *= 0.5
-        self.series: Array = values @ basis.T
-        place = np.cos(np.pi * (np.arange(_CELL_DEGREE + 1) + 0.5) / (_CELL_DEGREE + 1))
+        self.series: Array = values @ matrix.T
+        place, _ = to_chebyshev(_CELL_DEGREE + 1)
         centre = (np.arange(int(_CELLS * _ENDS[-1])) + 0.5)[:, None]
         samples: Any = np.linalg.solve(
             np.vander(place, increasing=True), self.exact((centre + 0.5 * place) / _CELLS).T
@@ -93,12 +92,9 @@ class LineKernel:
         self.per_unit = float(_CELLS)
 
     def exact(self, t: Array) -> Array:
-        """Kernel at t in [0, 80] from its series."""
+        """Return the kernel at t in [0, 80] from its series."""
         piece = np.clip(np.searchsorted(_ENDS, t, side="right") - 1, 0, len(_ENDS) - 2)
-        low, high = _ENDS[piece], _ENDS[piece + 1]
-        place = (2.0 * t - low - high) / (high - low)
-        value: Any = np.polynomial.chebyshev.chebval(place, np.moveaxis(self.series[piece], -1, 0), tensor=False)
-        return value
+        return chebyshev(self.series[piece], local(t, _ENDS[piece], _ENDS[piece + 1]))
 
 
 PANELS = np.array([0.0, 2.0, 10.0, 40.0])
@@ -135,31 +131,29 @@ class Punches(NamedTuple):
     ends: Array
 
     def kappa(self, radius: Array) -> Array:
-        """Ratio kappa [-] of the stiffness of a flat punch to that on a half-space."""
+        """Return the ratio kappa [-] of the stiffness of a flat punch to that on a half-space."""
         return np.exp(over_panels(self.stiffness, radius))
 
     def edge_load(self, radius: Array) -> Array:
-        """Line load w(a) at the edge, without the factor E* d; its square is d(a kappa)/da."""
+        """Return the line load w(a) at the edge, without the factor E* d; its square is d(a kappa)/da."""
         return np.exp(over_panels(self.edge, radius))
 
     def radius(self, stiffness_radius: Array) -> Array:
-        """Radius a of a flat punch of the stiffness radius a kappa."""
+        """Return the radius a of a flat punch of the stiffness radius a kappa."""
         ends = self.ends
         panel = np.clip(np.searchsorted(ends, stiffness_radius, side="right") - 1, 0, len(PANELS) - 2)
-        low, high = np.log1p(ends[panel]), np.log1p(ends[panel + 1])
-        place = np.clip((2.0 * np.log1p(stiffness_radius) - low - high) / (high - low), -1.0, 1.0)
-        series = np.moveaxis(self.softness[panel], -1, 0)
-        return stiffness_radius * np.exp(np.polynomial.chebyshev.chebval(place, series, tensor=False))
+        place = local(np.log1p(stiffness_radius), np.log1p(ends[panel]), np.log1p(ends[panel + 1]))
+        return stiffness_radius * np.exp(chebyshev(self.softness[panel], np.clip(place, -1.0, 1.0)))
 
     def terms(self, radius: float) -> int:
-        """Number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
+        """Return the number of Chebyshev coefficients over x, apart from rounding, of line loads up to a radius."""
         panel = int(panel_of(np.array(radius)))
         basis = np.polynomial.chebyshev.chebvander(_local(panel, as_array([radius])), _RADII - 1)
         sizes = np.max([np.abs(basis @ part[panel])[0] for part in (self.resolvent, self.load)], axis=0)
         return 1 + int(np.flatnonzero(sizes > _ROUNDING * np.max(sizes))[-1])
 
     def means(self, radius: Array, moments: Array) -> Array:
-        """Means of r and w over a profile with the moments, shape (n, n_term), at radii, shape (n,)."""
+        """Return means of r and w over a profile with the moments, shape (n, n_term), at radii, shape (n,)."""
         averages, panels = np.empty((2, radius.size)), panel_of(radius)
         for panel in np.unique(panels):
             rows = panels == panel
@@ -184,17 +178,15 @@ def punches(poisson_ratio: float | None) -> Punches:
     from restitution.contact.loops import solve_line_loads
 
     kernel = LineKernel(poisson_ratio)
-    angle = np.pi * (np.arange(_RADII) + 0.5) / _RADII
-    transform = np.cos(np.arange(_RADII)[:, None] * angle) * (2.0 / _RADII)
-    transform[0] *= 0.5
+    places, transform = to_chebyshev(_RADII)
     stiffness, edge, resolvent, load = [], [], [], []
     for low, high in pairwise(PANELS):
         count = int(_LEAST + _PER_RADIUS * high)
         nodes, weights = _half_gauss(2 * count)
-        radii = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+        radii = 0.5 * (low + high) + 0.5 * (high - low) * places
         lines, ends = np.empty((_RADII, 2, count)), np.empty((_RADII, 2))
         space = np.empty((count, count)), np.empty(count)
-        solve_line_loads(kernel.cells, kernel.per_unit, radii, nodes, weights, *space, lines, ends)
+        solve_line_loads(kernel.cells, kernel.per_unit, radii, nodes, weights, space, lines, ends)
         fit = np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * nodes * nodes - 1.0, count - 1))
         series = np.einsum("ij,jkl,ml->ikm", transform, lines, fit, optimize=True)
         stiffness.append(transform @ np.log(ends[:, 0] / radii))
@@ -205,14 +197,15 @@ def punches(poisson_ratio: float | None) -> Punches:
         load.append(series[:, 1, :kept])
     table = Punches(np.array(stiffness), np.array(edge), tuple(resolvent), tuple(load), np.empty(0), np.empty(0))
     table = table._replace(ends=PANELS * table.kappa(PANELS))
-    return table._replace(softness=_softness(table, np.cos(angle)) @ transform.T)
+    return table._replace(softness=_softness(table, places) @ transform.T)
 
 
 def _softness(table: Punches, place: Array) -> Array:
-    """Values of -ln kappa at places in [-1, 1] between the ends of each panel, by Newton's method."""
+    """Return values of -ln kappa at places in [-1, 1] between the ends of each panel, by Newton's method."""
     low, high = np.log1p(table.ends[:-1, None]), np.log1p(table.ends[1:, None])
     target = np.expm1(0.5 * (low + high) + 0.5 * (high - low) * place)
     a = np.interp(target, table.ends, PANELS)
+    # d(a kappa)/da = w(a)^2, so that each step costs one evaluation of both series.
     for _ in range(60):
         step = (target - a * table.kappa(a)) / table.edge_load(a) ** 2
         a = np.clip(a + step, 0.0, PANELS[-1])
@@ -220,7 +213,7 @@ def _softness(table: Punches, place: Array) -> Array:
 
 
 def _half_gauss(count: int) -> tuple[Array, Array]:
-    """Positive Gauss nodes of an even count, and their weights by a sum that keeps all digits near the end.
+    """Return positive Gauss nodes of an even count, and their weights by a sum that keeps all digits near the end.
 
     Errors of weights grow 1e5-fold on thin incompressible layers.
     """
@@ -238,22 +231,19 @@ def _half_gauss(count: int) -> tuple[Array, Array]:
 
 
 def panel_of(radius: Array) -> Any:
-    """Index of the panel of each radius."""
+    """Return the index of the panel of each radius."""
     return np.clip(np.searchsorted(PANELS, radius, side="right") - 1, 0, len(PANELS) - 2)
 
 
 def _local(panel: Any, radius: Array) -> Array:
     """Place of a radius in a panel, from -1 to 1."""
-    low, high = PANELS[panel], PANELS[panel + 1]
-    return (2.0 * radius - low - high) / (high - low)
+    return local(radius, PANELS[panel], PANELS[panel + 1])
 
 
 def over_panels(series: Array, radius: Array) -> Array:
-    """Series of each panel at radii of any shape."""
+    """Return series of each panel at radii of any shape."""
     panel = panel_of(radius)
-    coefficients = np.moveaxis(series[panel], -1, 0)
-    value: Any = np.polynomial.chebyshev.chebval(_local(panel, radius), coefficients, tensor=False)
-    return value
+    return chebyshev(series[panel], _local(panel, radius))
 
 
 # Flat punches on layers: shipped, or computed once and kept in memory and in the user's cache.
@@ -268,7 +258,7 @@ SHIPPED = {None: "frictionless.npz", 0.5: "incompressible.npz"}
 
 @lru_cache(maxsize=32)
 def stored_punches(poisson_ratio: float | None) -> Punches:
-    """Flat punches on a bonded layer of a Poisson ratio, or on a frictionless base for None.
+    """Return flat punches on a bonded layer of a Poisson ratio, or on a frictionless base for None.
 
     Those of a frictionless or a bonded incompressible layer come with the package. Others are read from the user's
     cache. Where there is none, or its content is damaged, they are computed and, if possible, written. The name of a
@@ -290,7 +280,7 @@ def stored_punches(poisson_ratio: float | None) -> Punches:
         with suppress(OSError):
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             write(path, table)
-            every = sorted(path.parent.glob("*.npz"), key=lambda one: one.stat().st_mtime, reverse=True)
+            every = sorted(path.parent.glob("*.npz"), key=lambda file: file.stat().st_mtime, reverse=True)
             for old in every[_MOST_FILES:]:
                 old.unlink(missing_ok=True)
     return table

@@ -2,13 +2,13 @@
 import { superscript } from "./units.js";
 
 export class Axis {
-  // About so many ticks are wanted; `whole` leaves those at whole numbers.
-  constructor([low, high], length, wanted, { log = false, whole = false }) {
+  // There are about `count` ticks; `whole` leaves those at whole numbers.
+  constructor([low, high], length, count, { log = false, whole = false }) {
     Object.assign(this, { low, high, length, log });
     this.scale = log ? Math.log10 : (value) => value;
     this.start = this.scale(low);
     this.share = length / (this.scale(high) - this.start);
-    const ticks = log ? decades(low, high, wanted) : linear(low, high, wanted);
+    const ticks = log ? decades(low, high, count) : linear(low, high, count);
     this.ticks = whole ? ticks.filter(Number.isInteger) : ticks;
     this.labels = tickLabels(this.ticks, log);
   }
@@ -29,7 +29,7 @@ export class Axis {
   }
 }
 
-// The range of the values of curves on an axis. There is room above and below them if wanted, and more for words.
+// The range of the values of curves on an axis, with room above and below them unless `room` is false; more for words.
 export function rangeOf(curves, key, log, { room = true, words = false } = {}) {
   const [low, high] = extent(curves, key, log);
   if (!room) return [low, high];
@@ -41,56 +41,48 @@ export function rangeOf(curves, key, log, { room = true, words = false } = {}) {
   return [low >= 0 && low < 0.3 * high ? 0 : low - above, high + above];
 }
 
-
 function extent(curves, key, log) {
   let [low, high] = [Infinity, -Infinity];
-  for (const curve of curves) {
-    for (const value of curve[key]) {
-      if (value === null || !Number.isFinite(value) || (log && value <= 0)) continue;
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
+  for (const value of curves.flatMap((curve) => [...curve[key]])) {
+    if (!Number.isFinite(value) || (log && value <= 0)) continue;
+    low = Math.min(low, value);
+    high = Math.max(high, value);
   }
   if (!(low <= high)) return log ? [0.1, 10] : [0, 1];
   if (low === high) return log ? [low / 2, high * 2] : [low - (Math.abs(low) || 1) / 2, high + (Math.abs(high) || 1) / 2];
   return [low, high];
 }
 
-function linear(low, high, wanted) {
-  const rough = (high - low) / Math.max(wanted, 2);
+// The whole numbers from one to another.
+const span = (first, last) => Array.from({ length: Math.max(last - first + 1, 0) }, (_, n) => first + n);
+
+function linear(low, high, count) {
+  const rough = (high - low) / Math.max(count, 2);
   const power = Math.pow(10, Math.floor(Math.log10(rough)));
-  const step = [1, 2, 2.5, 5, 10].map((one) => one * power).find((one) => one >= rough * 0.999);
-  const first = Math.ceil(low / step - 1e-9);
-  const marks = [];
-  for (let n = first; n * step <= high + 1e-9 * step; n++) marks.push(n * step);
-  return marks;
+  const step = [1, 2, 2.5, 5, 10].map((digits) => digits * power).find((size) => size >= rough * 0.999);
+  return span(Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9)).map((n) => n * step);
 }
 
-function decades(low, high, wanted) {
+function decades(low, high, count) {
   if (!(low > 0)) return [];
   const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
-  const marks = [];
-  if (last - first >= 1) {
-    const every = Math.max(1, Math.ceil((last - first + 1) / Math.max(wanted, 2)));
-    for (let n = first; n <= last; n++) if ((n - first) % every === 0) marks.push(Math.pow(10, n));
-    if (marks.length > 2 || last - first >= 2) return marks;
+  if (last - first >= 2) {
+    const every = Math.ceil((last - first + 1) / Math.max(count, 2));
+    return span(first, last).filter((n) => (n - first) % every === 0).map((n) => Math.pow(10, n));
   }
-  marks.length = 0;
-  for (let n = first - 1; n <= last; n++) {
-    for (const digit of [1, 2, 5]) marks.push(digit * Math.pow(10, n));
-  }
-  return marks.filter((one) => one >= low * (1 - 1e-9) && one <= high * (1 + 1e-9));
+  const marks = span(first - 1, last).flatMap((n) => [1, 2, 5].map((digit) => digit * Math.pow(10, n)));
+  return marks.filter((mark) => mark >= low * (1 - 1e-9) && mark <= high * (1 + 1e-9));
 }
 
 function tickLabels(marks, log) {
   // Powers of ten are written in one way.
-  if (log && marks.every(isDecade) && !(marks[0] >= 0.00099 && marks.at(-1) < 9999)) return marks.map((one) => `10${superscript(Math.round(Math.log10(one)))}`);
+  if (log && marks.every(isDecade) && !(marks[0] >= 0.00099 && marks.at(-1) < 9999)) return marks.map((mark) => `10${superscript(Math.round(Math.log10(mark)))}`);
   if (log) return marks.map(logLabel);
   const step = marks.length > 1 ? marks[1] - marks[0] : Math.abs(marks[0]) || 1;
   const largest = Math.max(...marks.map(Math.abs));
-  if (largest >= 1e5 || (largest < 1e-3 && largest > 0)) return marks.map((one) => plain(Number(one.toPrecision(6)).toExponential()));
+  if (largest >= 1e5 || (largest < 1e-3 && largest > 0)) return marks.map((mark) => plain(Number(mark.toPrecision(6)).toExponential()));
   const digits = Math.min(Math.max(0, Math.ceil(-Math.log10(step) + (isRound(step) ? 0 : 1) - 1e-9)), 8);
-  return marks.map((one) => plain((Math.abs(one) < 1e-9 * step ? 0 : one).toFixed(digits)));
+  return marks.map((mark) => plain((Math.abs(mark) < 1e-9 * step ? 0 : mark).toFixed(digits)));
 }
 
 const isDecade = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9;

@@ -1,16 +1,14 @@
 // The body that falls, presses and flies back: once to scale, once the contact enlarged.
-import { draw, lines, node, round, words } from "./drawing.js";
+import { draw, filled, lines, node, round, words } from "./drawing.js";
 import { element } from "./elements.js";
-import { colours, onTheme, printing } from "./theme.js";
+import { colours } from "./theme.js";
 import { phrase } from "./units.js";
 
 const FLIGHT = 0.6; // The enlarged picture shows this part of the contact time before and after it.
 
 export class Ball {
   constructor(root, clock, outputs) {
-    this.root = root;
-    this.clock = clock;
-    this.outputs = outputs;
+    Object.assign(this, { root, clock, outputs });
     this.scene = new Scene("The body, to scale", () => this.draw());
     this.zoom = new Scene("The contact, enlarged", () => this.draw());
     this.readout = element("p", { className: "readout" });
@@ -113,9 +111,8 @@ export class Ball {
     const surface = [[left, below], ...radii.map((r) => [x(r), y(dip(Math.abs(r)))]), [right, below]];
     const body = [...radii.map((r) => [x(r), Math.max(y(depth - shapeAt(profile, Math.abs(r))), -10)]), [right, -10], [left, -10]];
     const wide = round(2 * thickness);
-    const known = profile.semi_axis !== null;
     return [
-      ["path", { d: `${lines(surface)}Z`, fill: palette.ground, ...(known && { stroke: palette.muted, "stroke-width": wide }) }],
+      ["path", { d: `${lines(surface)}Z`, fill: palette.ground, ...(profile.semi_axis !== null && { stroke: palette.muted, "stroke-width": wide }) }],
       line(palette.muted, thickness, [[0, ground], [width, ground]], true),
       ["path", { d: `${lines(body)}Z`, fill: palette.body, stroke: palette.ink, "stroke-width": wide }],
       ...(edge > 0 ? [-1, 1].map((side) => line(palette.accent, 2.5 * thickness, [[x(side * edge), y(dip(edge)) + 3], [x(side * edge), y(dip(edge)) + 0.9 * em]])) : []),
@@ -158,15 +155,7 @@ class Scene {
     this.svg = node("svg", { "aria-hidden": true });
     this.caption = element("p", { className: "caption" }, text);
     this.root = element("div", { className: "scene" }, this.svg, this.caption);
-    this.size = { width: 0, height: 0 };
-    new ResizeObserver(() => {
-      const { width, height } = this.svg.getBoundingClientRect();
-      if (printing()) return;
-      this.size = { width, height };
-      this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-      onSize();
-    }).observe(this.svg);
-    onTheme(onSize);
+    this.size = filled(this.svg, this.svg, onSize);
   }
 
   show(shapes) {
@@ -186,7 +175,7 @@ function prepare({ curves, numbers }, body) {
   const n = shape.radius.findIndex((r) => r > 0.05 * across);
   return {
     // A height that is infinite comes as null.
-    profile: { ...shape, curvature, height: shape.height.map((one) => one ?? 1e3 * radius) },
+    profile: { ...shape, curvature, height: shape.height.map((height) => height ?? 1e3 * radius) },
     radius,
     across,
     round: body !== null && n > 0 && Math.abs(shape.height[n] / ((shape.radius[n] ** 2 * curvature) / 2) - 1) < 0.1,
@@ -197,7 +186,7 @@ function prepare({ curves, numbers }, body) {
     extent: 2.3 * widest,
     reach: FLIGHT * contactTime,
     maxForce: numbers.max_force,
-    stretch: ratio >= 0.12 ? 1 : [2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => one * ratio >= 0.2) ?? 1000,
+    stretch: ratio >= 0.12 ? 1 : [2, 5, 10, 20, 50, 100, 200, 500, 1000].find((factor) => factor * ratio >= 0.2) ?? 1000,
   };
 }
 
@@ -215,7 +204,7 @@ function outline({ profile, radius, across }, left, bottom, scale) {
   const count = 120;
   const half = Array.from({ length: count + 1 }, (_, n) => (n / count) * across).filter((r) => shapeAt(profile, r) < top);
   const widest = half.at(-1);
-  const lower = [...half.toReversed().map((one) => -one), ...half].map((r) => [r, shapeAt(profile, Math.abs(r))]);
+  const lower = [...half.toReversed().map((r) => -r), ...half].map((r) => [r, shapeAt(profile, Math.abs(r))]);
   return `${lines([...lower, [widest, top], [-widest, top]].map(([r, h]) => [left + r * scale, bottom - h * scale]))}Z`;
 }
 
@@ -227,7 +216,7 @@ function line(stroke, width, points, dashed = false) {
 function ruler({ ink, em, thickness }, width, height, scale, quantity) {
   const rough = (0.22 * width) / scale;
   const power = Math.pow(10, Math.floor(Math.log10(rough)));
-  const length = [5, 2, 1].map((one) => one * power).find((one) => one <= rough) ?? power;
+  const length = [5, 2, 1].map((digit) => digit * power).find((size) => size <= rough) ?? power;
   const y = height - 0.7 * em;
   return [
     line(ink, 2 * thickness, [[8, y - 4], [8, y], [8 + length * scale, y], [8 + length * scale, y - 4]]),
@@ -254,5 +243,5 @@ export function interpolate(xs, ys, x) {
 function blend(times, rows, time) {
   const place = interpolate(times, times.map((_, n) => n), time);
   const n = Math.min(Math.floor(place), rows.length - 2);
-  return rows[n].map((one, k) => one + (place - n) * (rows[n + 1][k] - one));
+  return rows[n].map((value, k) => value + (place - n) * (rows[n + 1][k] - value));
 }

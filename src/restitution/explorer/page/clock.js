@@ -1,5 +1,5 @@
 // The time of the animation: flight, contact in slow motion, flight back. All pictures follow it.
-import { element } from "./elements.js";
+import { button, element } from "./elements.js";
 import { calm } from "./theme.js";
 
 const DURATION = 6500;
@@ -7,12 +7,11 @@ const PAUSE = 20;
 const FALL = 0.2;
 const REBOUND = 0.8;
 
+const clamped = (share) => Math.min(Math.max(share, 0), 1);
+
 export class Clock {
   constructor() {
-    this.share = 0.46;
-    this.length = 1;
-    this.playing = false;
-    this.listeners = [];
+    Object.assign(this, { share: 0.46, length: 1, playing: false, listeners: [] });
   }
 
   onTick(listener) {
@@ -33,7 +32,7 @@ export class Clock {
   }
 
   get time() {
-    return Math.min(Math.max(this.phase, 0), 1) * this.length;
+    return clamped(this.phase) * this.length;
   }
 
   // How much slower than reality the contact is.
@@ -42,12 +41,12 @@ export class Clock {
   }
 
   toTime(time) {
-    this.to(FALL + (REBOUND - FALL) * Math.min(Math.max(time / this.length, 0), 1));
+    this.to(FALL + (REBOUND - FALL) * clamped(time / this.length));
   }
 
   to(share) {
-    this.pause();
-    this.share = Math.min(Math.max(share, 0), 1);
+    this.playing = false;
+    this.share = clamped(share);
     this.notify();
   }
 
@@ -68,13 +67,9 @@ export class Clock {
     this.notify();
   }
 
-  pause() {
-    this.playing = false;
-  }
-
   start() {
-    if (!calm()) this.play();
-    else this.notify();
+    if (calm()) this.notify();
+    else this.play();
   }
 
   notify() {
@@ -84,14 +79,8 @@ export class Clock {
 
 // Its button and its slider.
 export function timeControl(clock) {
-  const play = element("button", { type: "button", className: "play" });
-  const slider = element("input", { type: "range", min: 0, max: 1000, step: 5 });
-  slider.setAttribute("aria-label", "Time of the slow motion");
-  play.addEventListener("click", () => {
-    if (clock.playing) clock.pause();
-    else clock.play();
-    clock.notify();
-  });
+  const play = button("Play", () => (clock.playing ? clock.to(clock.share) : clock.play()), { className: "play" });
+  const slider = element("input", { type: "range", min: 0, max: 1000, step: 5, ariaLabel: "Time of the slow motion" });
   slider.addEventListener("input", () => clock.to(slider.value / 1000));
   clock.onTick(() => {
     const words = clock.playing ? "Pause" : "Play";

@@ -13,12 +13,7 @@ function decoded(key, value) {
 export class Connection {
   // receive(answer, message) gets every answer with its request; report(word) gets "open", "closed" or "refused".
   constructor(receive, report) {
-    this.receive = receive;
-    this.report = report;
-    this.id = 0;
-    this.tries = 0;
-    this.sent = new Map();
-    this.waiting = new Map();
+    Object.assign(this, { receive, report, id: 0, tries: 0, sent: new Map(), waiting: new Map() });
     this.listen();
     this.open();
   }
@@ -47,8 +42,8 @@ export class Connection {
     this.news = window.BroadcastChannel && new BroadcastChannel("restitution explorer");
     if (!this.news) return;
     this.news.onmessage = ({ data }) => {
-      const wanted = /^\?token=[\w-]+$/.test(data) && data !== location.search;
-      if (wanted && this.socket.readyState !== WebSocket.OPEN) location.replace(`${location.pathname}${data}${location.hash}`);
+      const other = /^\?token=[\w-]+$/.test(data) && data !== location.search;
+      if (other && this.socket.readyState !== WebSocket.OPEN) location.replace(`${location.pathname}${data}${location.hash}`);
     };
   }
 
@@ -85,7 +80,7 @@ export class Connection {
     const message = queue.get(channel);
     queue.delete(channel);
     this.sent.set(message.id, message);
-    const { channel: own, ...request } = message;
+    const { channel: _, ...request } = message;
     this.socket.send(JSON.stringify(request));
   }
 

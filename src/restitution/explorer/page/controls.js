@@ -1,6 +1,5 @@
 // The controls of the inputs: a slider and a number for each quantity, a list of choices, a list of numbers.
 import { element, sentence } from "./elements.js";
-import { fault } from "./inputs.js";
 import { convert, back, symbolNodes, systemName, typed, unitFor, unitText } from "./units.js";
 
 // The scale of the Poisson ratio is linear up to here, and logarithmic in 0.5 - nu from here on.
@@ -20,26 +19,17 @@ const SCALES = {
 export class Controls {
   // tab() is the name of the tab that is shown.
   constructor(schema, state, root, tab) {
-    Object.assign(this, { state, root, tab });
-    this.controls = [];
-    this.groups = [];
-    for (const group of schema.groups) {
-      const inputs = schema.inputs.filter((input) => input.group === group.name);
-      if (!inputs.length) continue;
-      const box = element("fieldset", { className: "group" }, element("legend", {}, group.words));
-      for (const input of inputs) {
-        const make = { number: NumberControl, choice: ChoiceControl, list: ListControl }[input.type];
-        const control = new make(input, state);
-        this.controls.push(control);
-        box.append(control.root);
-        if (input.key === "impact.gravity") {
-          this.controls.push(new HeightControl(schema.drop_height, state));
-          box.append(this.controls.at(-1).root);
-        }
-      }
-      this.groups.push(box);
-      root.append(box);
-    }
+    Object.assign(this, { state, tab });
+    const make = { number: NumberControl, choice: ChoiceControl, list: ListControl };
+    this.groups = schema.groups.map(({ name, words }) => {
+      const controls = schema.inputs.filter((input) => input.group === name).flatMap((input) => {
+        const control = new make[input.type](input, state);
+        return input.key === "impact.gravity" ? [control, new HeightControl(schema.drop_height, state)] : [control];
+      });
+      const box = element("fieldset", { className: "group" }, element("legend", {}, words), ...controls.map(({ root }) => root));
+      return { box, controls };
+    }).filter(({ controls }) => controls.length);
+    root.append(...this.groups.map(({ box }) => box));
     state.onChange(() => this.update());
     this.update();
   }
@@ -47,35 +37,37 @@ export class Controls {
   update() {
     const tab = this.tab();
     // What stays as it is is left alone: a frame of the browser costs more than a solve.
-    for (const control of this.controls) {
-      const hidden = !(control.input.tabs.includes(tab) && this.state.shown(control.input) && control.useful());
-      if (hidden !== control.root.hidden) control.root.hidden = hidden;
-      if (!hidden) control.refresh();
-    }
-    for (const box of this.groups) {
-      const hidden = [...box.children].every((one) => one.hidden || !one.matches(".control"));
-      if (hidden !== box.hidden) box.hidden = hidden;
+    const hide = (node, hidden) => hidden !== node.hidden && Object.assign(node, { hidden });
+    for (const { box, controls } of this.groups) {
+      for (const control of controls) {
+        hide(control.root, !(control.input.tabs.includes(tab) && this.state.shown(control.input) && control.useful()));
+        if (!control.root.hidden) control.refresh();
+      }
+      hide(box, controls.every(({ root }) => root.hidden));
     }
   }
 
   // Marks the input that an error names.
   fault(field, message) {
-    for (const control of this.controls) control.fault(message && control.input.key === field ? message : "");
+    for (const { controls } of this.groups) {
+      for (const control of controls) control.fault(control.input.key === field ? message : "");
+    }
   }
 }
 
 class Control {
-  constructor(input, state) {
-    this.input = input;
-    this.state = state;
+  // `field` is where a value is typed or chosen.
+  constructor(input, state, field) {
+    Object.assign(this, { input, state, field });
     this.id = `input-${input.key.replaceAll(".", "-")}`;
     this.note = element("p", { className: "fault", id: `${this.id}-fault`, hidden: true });
+    field.setAttribute("aria-describedby", this.note.id);
     this.root = element("div", { className: `control ${input.type}` });
     this.root.dataset.key = input.key;
   }
 
-  label(target) {
-    const words = element("label", { htmlFor: target, id: `${this.id}-label` }, sentence(this.input.words));
+  get label() {
+    const words = element("label", { htmlFor: this.id, id: `${this.id}-label` }, sentence(this.input.words));
     if (this.input.symbol) words.append(" ", element("span", { className: "symbol" }, ...symbolNodes(this.input.symbol)));
     return words;
   }
@@ -88,6 +80,10 @@ class Control {
     return this.state.get(this.input.key);
   }
 
+  put(value, done) {
+    this.state.set({ [this.input.key]: value }, done);
+  }
+
   refresh() {
     const value = this.current;
     const key = `${value} ${JSON.stringify(unitFor(this.input, Array.isArray(value) ? value[0] : value))} ${this.available}`;
@@ -97,40 +93,34 @@ class Control {
     this.update();
   }
 
-  // A fault of what was typed here stays until another value comes.
-  fault(message, typed = false) {
-    if (!message && this.typedFault && !typed) return;
-    this.typedFault = typed && Boolean(message);
-    if ((this.message ?? "") === message) return;
-    this.message = message;
+  // What was typed here and cannot be read stays named until another value comes.
+  fault(message, unread = false) {
+    if (!message && this.unread && !unread) return;
+    this.unread = unread && Boolean(message);
+    if (this.note.textContent === message) return;
     this.note.hidden = !message;
     this.note.textContent = message;
-    const field = this.field ?? this.select;
-    field?.setAttribute("aria-invalid", message ? "true" : "false");
-    if (message) field?.setAttribute("aria-describedby", this.note.id);
-    else field?.removeAttribute("aria-describedby");
+    this.field.ariaInvalid = String(Boolean(message));
   }
 }
 
 class NumberControl extends Control {
   constructor(input, state) {
-    super(input, state);
+    super(input, state, element("input", { type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false }));
     this.log = input.scale === "log";
     this.scale = SCALES[input.scale];
     this.low = this.scale.to(input.low);
     this.high = this.scale.to(input.high);
     this.slider = element("input", { type: "range", id: this.id, min: this.low, max: this.high, step: "any" });
-    this.field = element("input", { type: "text", inputMode: "decimal", id: `${this.id}-number`, autocomplete: "off", spellcheck: false });
-    this.field.setAttribute("aria-label", `${sentence(input.words)}, as a number`);
+    this.field.id = `${this.id}-number`;
+    this.field.ariaLabel = `${sentence(input.words)}, as a number`;
     this.unit = element("span", { className: "unit" });
-    this.root.append(this.label(this.id), element("span", { className: "number" }, this.field, this.unit), this.slider, this.note);
+    this.root.append(this.label, element("span", { className: "number" }, this.field, this.unit), this.slider, this.note);
     this.slider.addEventListener("input", () => this.put(this.value(Number(this.slider.value)), false));
     this.slider.addEventListener("change", () => this.state.commit());
     this.slider.addEventListener("keydown", (event) => this.key(event));
-    this.field.addEventListener("change", () => this.typed());
-    this.field.addEventListener("keydown", (event) => {
-      if (event.key === "ArrowUp" || event.key === "ArrowDown") this.key(event);
-    });
+    this.field.addEventListener("change", () => this.read());
+    this.field.addEventListener("keydown", (event) => ["ArrowUp", "ArrowDown"].includes(event.key) && this.key(event));
   }
 
   position(value) {
@@ -140,46 +130,36 @@ class NumberControl extends Control {
   // A position of the slider as a value of few digits; zero lies below the lowest one where it is allowed.
   value(position) {
     if (this.log && this.input.least === 0 && position < this.low - 1e-9) return 0;
-    const inside = Math.min(Math.max(position, this.low), this.high);
-    if (inside === this.low) return this.input.low;
-    if (inside === this.high) return this.input.high;
-    return this.scale.from(inside, this.input.step);
+    if (position <= this.low) return this.input.low;
+    return position >= this.high ? this.input.high : this.scale.from(position, this.input.step);
   }
 
   key(event) {
-    const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
-    const value = this.current;
-    const now = value === 0 && this.log ? this.low - this.input.step : this.position(value);
-    if (steps !== undefined) this.put(this.value(now + steps * this.input.step), false);
-    else if (event.key === "Home") this.put(this.input.least === 0 ? 0 : this.input.low, false);
-    else if (event.key === "End") this.put(this.input.high, false);
-    else return;
+    const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10, Home: -Infinity, End: Infinity }[event.key];
+    if (steps === undefined) return;
+    const place = this.current === 0 && this.log ? this.low - this.input.step : this.position(this.current);
+    this.put(this.value(place + steps * this.input.step), false);
     event.preventDefault();
   }
 
-  put(value, done) {
-    this.state.set({ [this.input.key]: value }, done);
-  }
-
   // A typed number is in the unit beside it, unless it has its own; either one stays until the value changes otherwise.
-  typed() {
-    const found = typed(this.field.value, this.input, this.shownUnit);
-    const unit = unitText(this.shownUnit.unit);
-    const value = found && Number(found.value.toPrecision(12));
-    const refused = found ? fault(this.input, value) : unit ? `Write a number, or a number with a unit such as ${unit}.` : "Write a number.";
-    if (refused) {
-      this.fault(refused, true);
+  read() {
+    const number = typed(this.field.value, this.input, this.shownUnit);
+    if (!number) {
+      const unit = unitText(this.shownUnit.unit);
+      this.fault(unit ? `Write a number, or a number with a unit such as ${unit}.` : "Write a number.", true);
       return;
     }
-    this.kept = { value, unit: found.unit, system: systemName() };
+    const value = Number(number.value.toPrecision(12));
+    this.kept = { value, unit: number.unit, system: systemName() };
     this.seen = null;
     this.put(value, true);
   }
 
   // Zero has no size to choose a unit by.
   unitOf(value) {
-    if (this.kept?.system !== systemName()) this.kept = null;
-    if (this.kept?.value === value || (this.kept && value === 0)) return this.kept.unit;
+    const kept = this.kept?.system === systemName() ? this.kept : null;
+    if (kept && (kept.value === value || value === 0)) return kept.unit;
     const unit = unitFor(this.input, value);
     this.kept = { value, unit, system: systemName() };
     return unit;
@@ -198,23 +178,25 @@ class NumberControl extends Control {
   }
 }
 
-// The height from which a body falls to have the velocity of the impact: another way to set the velocity.
+// The height from which a body falls to have the velocity of the impact: another way to set the velocity. One below
+// zero becomes a velocity below zero, which the server refuses.
 class HeightControl extends NumberControl {
   get current() {
     return this.state.get("impact.velocity") ** 2 / (2 * this.state.get("impact.gravity"));
   }
 
   put(value, done) {
-    this.state.set({ "impact.velocity": Number(Math.sqrt(2 * value * this.state.get("impact.gravity")).toPrecision(12)) }, done);
+    const speed = Math.sqrt(2 * Math.abs(value) * this.state.get("impact.gravity"));
+    this.state.set({ "impact.velocity": Math.sign(value) * Number(speed.toPrecision(12)) }, done);
   }
 }
 
 class ChoiceControl extends Control {
   constructor(input, state) {
-    super(input, state);
-    this.select = element("select", { id: this.id });
-    this.root.append(this.label(this.id), this.select, this.note);
-    this.select.addEventListener("change", () => state.set({ ...input.convert?.(this.select.value), [input.key]: this.select.value }, true));
+    super(input, state, element("select"));
+    this.field.id = this.id;
+    this.root.append(this.label, this.field, this.note);
+    this.field.addEventListener("change", () => state.set({ ...input.convert?.(this.field.value), [input.key]: this.field.value }, true));
   }
 
   get available() {
@@ -227,42 +209,39 @@ class ChoiceControl extends Control {
   }
 
   update() {
-    const options = this.state.options(this.input);
-    const names = options.map((option) => option.value).join();
-    if (names !== this.names) {
-      this.names = names;
-      this.select.replaceChildren(...options.map((option) => element("option", { value: option.value }, option.words)));
+    const { available } = this;
+    if (available !== this.names) {
+      this.names = available;
+      this.field.replaceChildren(...this.state.options(this.input).map(({ value, words }) => element("option", { value }, words)));
     }
-    this.select.value = this.state.get(this.input.key);
+    this.field.value = this.current;
   }
 }
 
 class ListControl extends Control {
   constructor(input, state) {
-    super(input, state);
-    this.field = element("textarea", { id: this.id, rows: 3, spellcheck: false });
-    this.root.append(this.label(this.id), this.field, this.note);
-    this.field.addEventListener("change", () => this.typed());
+    super(input, state, element("textarea", { rows: 3, spellcheck: false }));
+    this.field.id = this.id;
+    this.root.append(this.label, this.field, this.note);
+    this.field.addEventListener("change", () => this.read());
   }
 
-  typed() {
-    const unit = this.listUnit;
+  read() {
     // A comma within a number may be a decimal one, which is refused.
-    const values = this.field.value.split(/[,;]?\s+|;/).filter(Boolean).map((text) => back(Number(text), unit));
-    const refused = fault(this.input, values);
-    if (refused) this.fault(refused, true);
-    else this.state.set({ [this.input.key]: values }, true);
+    const values = this.field.value.split(/[,;]?\s+|;/).filter(Boolean).map((text) => back(Number(text), this.listUnit));
+    if (values.every(Number.isFinite)) this.put(values, true);
+    else this.fault("Write numbers with spaces between them.", true);
   }
 
   update() {
-    const values = this.state.get(this.input.key) ?? [];
+    const values = this.current ?? [];
     // A prefix that suits the largest number would hide the size of the smallest one.
     const sizes = values.map(Math.abs).filter(Boolean);
     const wide = sizes.length && Math.max(...sizes) > 1e3 * Math.min(...sizes);
     this.listUnit = unitFor(this.input, wide || !sizes.length ? 1 : Math.max(...sizes));
     if (document.activeElement !== this.field) this.field.value = values.map((value) => editable(convert(value, this.listUnit))).join("  ");
     const unit = unitText(this.listUnit.unit);
-    this.field.setAttribute("aria-label", `${sentence(this.input.words)}, list of numbers${unit ? ` in ${unit}` : ""}`);
+    this.field.ariaLabel = `${sentence(this.input.words)}, list of numbers${unit ? ` in ${unit}` : ""}`;
     this.root.querySelector("label").dataset.unit = unit ? `[${unit}]` : "";
   }
 }

@@ -5,12 +5,14 @@ const short = (value) => Number(value.toPrecision(6));
 export function describe(app) {
   const { state } = app;
   const value = (key) => state.get(key);
-  const input = (key) => state.inputs.byKey.get(key);
+  const input = (key) => state.byKey.get(key);
+  const onSlider = (key, number) => clipped(number, input(key));
+  const volume = () => (4 * Math.PI * value("body.radius") ** 3) / 3;
 
   const mass = () => {
     const { kinetic_energy_in: energy } = app.numbers ?? {};
     if (energy) return (2 * energy) / value("impact.velocity") ** 2;
-    return value("mass_from") === "density" ? (4 * Math.PI * value("body.density") * value("body.radius") ** 3) / 3 : value("body.mass");
+    return value("mass_from") === "density" ? value("body.density") * volume() : value("body.mass");
   };
   // The constants of the standard solid with these numbers, for the present body and equilibrium modulus.
   const constants = (p2, p3) => {
@@ -18,20 +20,19 @@ export function describe(app) {
     const unit = ((mass() ** 2 * end ** 3) / (value("impact.velocity") * value("body.radius"))) ** 0.2;
     return { "material.branch_modulus": short(end / p2), "material.viscosity": short(p3 * unit) };
   };
-  const known = () => app.numbers && Number.isFinite(app.numbers.p2) && Number.isFinite(app.numbers.p3) && app.numbers.p2 !== null;
-  const groups = () => (known() ? {
-    "groups.nu": short(app.numbers.nu),
-    "groups.p2": short(clipped(app.numbers.p2, input("groups.p2"))),
-    "groups.p3": short(clipped(app.numbers.p3, input("groups.p3"))),
-  } : {});
+  const groups = () => {
+    const { nu, p2, p3 } = app.numbers ?? {};
+    if (!Number.isFinite(p2) || !Number.isFinite(p3)) return null;
+    return { "groups.nu": short(nu), "groups.p2": short(onSlider("groups.p2", p2)), "groups.p3": short(onSlider("groups.p3", p3)) };
+  };
 
   app.useGroups = () => state.set({ ...groups(), entry: "groups" }, true);
 
   // Goes to a point of the paper's plane; the description of the case stays as it is.
   app.goTo = (p2, p3, done) => {
-    const [x, y] = [clipped(p2, input("groups.p2")), clipped(p3, input("groups.p3"))].map((one) => Number(one.toPrecision(3)));
+    const [x, y] = [onSlider("groups.p2", p2), onSlider("groups.p3", p3)].map((number) => Number(number.toPrecision(3)));
     if (value("entry") === "groups") state.set({ "groups.p2": x, "groups.p3": y }, done);
-    else if (known()) state.set(constants(x, y), done);
+    else if (groups()) state.set(constants(x, y), done);
     else state.set({ entry: "groups", "groups.p2": x, "groups.p3": y }, done);
   };
 
@@ -45,18 +46,11 @@ export function describe(app) {
     return [Math.sqrt(radii[0] * radii[1]), Math.min(...radii)];
   };
 
-  const entry = input("entry");
-  if (entry) {
-    entry.convert = (choice) => {
-      if (choice === "groups") return groups();
-      return { "material.model": "standard_solid", bulk: "poisson_ratio", "material.poisson_ratio": value("groups.nu"), ...constants(value("groups.p2"), value("groups.p3")) };
-    };
-  }
-  const from = input("mass_from");
-  if (from) {
-    from.convert = (choice) => {
-      const volume = (4 * Math.PI * value("body.radius") ** 3) / 3;
-      return choice === "density" ? { "body.density": short(mass() / volume) } : { "body.mass": short(mass()) };
-    };
-  }
+  // What a choice of a description sets, too.
+  input("entry").convert = (choice) => (choice === "groups" ? groups() : {
+    "material.model": "standard_solid", bulk: "poisson_ratio", "material.poisson_ratio": value("groups.nu"),
+    ...constants(value("groups.p2"), value("groups.p3")),
+  });
+  input("mass_from").convert = (choice) =>
+    (choice === "density" ? { "body.density": short(mass() / volume()) } : { "body.mass": short(mass()) });
 }

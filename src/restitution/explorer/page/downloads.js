@@ -1,6 +1,6 @@
 // Files that the page writes: a picture as PNG or SVG, its numbers as CSV.
 import { sheet } from "./drawing.js";
-import { element } from "./elements.js";
+import { button, element } from "./elements.js";
 
 export function download(name, type, content) {
   const url = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
@@ -13,19 +13,13 @@ export function download(name, type, content) {
 
 // The menu of a picture; its files are [words, act].
 export function menu(title, files) {
-  const summary = element("summary", {}, "Save");
-  summary.setAttribute("aria-label", `Save: ${title}`);
-  const button = (words, act) => {
-    const made = element("button", { type: "button" }, words);
-    made.addEventListener("click", () => {
-      box.open = false;
-      summary.focus();
-      act();
-    });
-    return made;
-  };
-  const box = element("details", { className: "menu" }, summary,
-    element("div", { className: "sheet" }, ...files.map(([words, act]) => button(words, act))));
+  const summary = element("summary", { ariaLabel: `Save: ${title}` }, "Save");
+  const buttons = files.map(([words, act]) => button(words, () => {
+    box.open = false;
+    summary.focus();
+    act();
+  }));
+  const box = element("details", { className: "menu" }, summary, element("div", { className: "sheet" }, ...buttons));
   closing(box);
   return box;
 }
@@ -50,7 +44,7 @@ export function closing(menu) {
 }
 
 // Columns of unequal length are filled with empty cells.
-export function csv(columns) {
+function csv(columns) {
   const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
   const head = columns.map(({ name, unit }) => quoted(unit ? `${name} [${unit}]` : name)).join(",");
   const length = Math.max(0, ...columns.map(({ values }) => values.length));

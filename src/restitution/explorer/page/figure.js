@@ -1,7 +1,8 @@
 // A picture of curves over two axes, with marks and a cursor of time.
 import { Axis, rangeOf } from "./axis.js";
-import { draw, lines, node, round, words } from "./drawing.js";
-import { colours, onTheme, printing } from "./theme.js";
+import { draw, filled, lines, node, round, words } from "./drawing.js";
+import { element } from "./elements.js";
+import { colours } from "./theme.js";
 
 const DASHES = { solid: [], dashed: [7, 4], dotted: [2, 3], dashdot: [8, 3, 2, 3] };
 
@@ -21,17 +22,11 @@ export function strokeOf(curve) {
 export class Figure {
   // options: x and y as {label, short, log, whole, room}, onPick(x, y, done)
   constructor(options) {
-    this.options = options;
-    this.curves = [];
-    this.visible = true;
-    this.stale = false;
-    this.size = { width: 0, height: 0 };
-    this.root = document.createElement("div");
-    this.root.className = "plot";
-    this.svg = this.root.appendChild(node("svg", { "aria-hidden": true }));
-    new ResizeObserver(() => this.fit()).observe(this.root);
+    Object.assign(this, { options, curves: [], visible: true, stale: false });
+    this.svg = node("svg", { "aria-hidden": true });
+    this.root = element("div", { className: "plot" }, this.svg);
+    this.size = filled(this.svg, this.root, () => this.redraw());
     new IntersectionObserver(([seen]) => this.appear(seen.isIntersecting), { rootMargin: "200px" }).observe(this.root);
-    onTheme(() => this.redraw());
     if (options.onPick) this.listen(options.onPick);
   }
 
@@ -59,14 +54,6 @@ export class Figure {
     if (!visible) return;
     if (this.stale) this.redraw();
     else this.point();
-  }
-
-  fit() {
-    const { clientWidth: width, clientHeight: height } = this.root;
-    if (!width || !height || printing() || (width === this.size.width && height === this.size.height)) return;
-    this.size = { width, height };
-    this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
-    this.redraw();
   }
 
   redraw() {
@@ -111,8 +98,8 @@ export class Figure {
     const { em, grid, muted } = palette;
     const { left, width, height } = this.box;
     const { x, y } = this.options;
-    const across = this.x.ticks.map((one) => round(this.x.at(one)));
-    const up = this.y.ticks.map((one) => round(height - this.y.at(one)));
+    const across = this.x.ticks.map((tick) => round(this.x.at(tick)));
+    const up = this.y.ticks.map((tick) => round(height - this.y.at(tick)));
     // A label that is longer than its axis is given by its symbol.
     const title = ({ label, short }, room) => (short && 0.5 * em * label.length > room ? short : label);
     const turned = `rotate(-90 ${round(0.75 * em - left)} ${round(height / 2)})`;
@@ -128,7 +115,7 @@ export class Figure {
   }
 
   path({ x, y }) {
-    return lines(Array.from(x, (one, n) => this.place(one, y[n])));
+    return lines(Array.from(x, (value, n) => this.place(value, y[n])));
   }
 
   // The letters of the curves, off the lines of the marks and off each other; for some there may be no place.
@@ -140,12 +127,12 @@ export class Figure {
       const [wide, high] = [0.5 * CHARACTER * size * curve.letter.length + 3, 0.6 * palette.em];
       const last = curve.x.length - 1;
       const free = ([x, y]) => x > wide && x + wide < width && y > high && y + high < height
-        && taken.every((one) => Math.abs(one.x - x) > one.wide + 1.3 * wide || Math.abs(one.y - y) > one.high + 1.3 * high);
-      const found = SHARES.map((share) => Math.round(share * last)).filter((n) =>
+        && taken.every((box) => Math.abs(box.x - x) > box.wide + 1.3 * wide || Math.abs(box.y - y) > box.high + 1.3 * high);
+      const places = SHARES.map((share) => Math.round(share * last)).filter((n) =>
         curve.y[n] !== null && free(this.place(curve.x[n], curve.y[n])));
       // Curves over common places have their letters where the next one is farthest.
-      const gap = (n) => Math.min(...this.curves.filter((one) => one.apart && one !== curve).map((one) => Math.abs(one.y[n] - curve.y[n])));
-      const n = curve.apart ? found.sort((a, b) => gap(b) - gap(a))[0] : found[0];
+      const gap = (n) => Math.min(...this.curves.filter((other) => other.apart && other !== curve).map((other) => Math.abs(other.y[n] - curve.y[n])));
+      const n = curve.apart ? places.sort((a, b) => gap(b) - gap(a))[0] : places[0];
       if (n === undefined) return [];
       const [x, y] = this.place(curve.x[n], curve.y[n]);
       taken.push({ x, y, wide, high });
@@ -155,8 +142,8 @@ export class Figure {
   }
 
   marked(palette) {
-    const known = this.marks.filter((mark) => this.x.has(mark.x) && (mark.y === undefined || this.y.has(mark.y)));
-    return known.flatMap((mark) => (mark.y === undefined ? this.level(mark, palette) : [this.dot(mark, palette)]));
+    const inside = this.marks.filter((mark) => this.x.has(mark.x) && (mark.y === undefined || this.y.has(mark.y)));
+    return inside.flatMap((mark) => (mark.y === undefined ? this.level(mark, palette) : [this.dot(mark, palette)]));
   }
 
   dot(mark, { [mark.colour ?? "ink"]: stroke, card, thickness }) {
@@ -191,7 +178,7 @@ export class Figure {
     const at = x === null ? null : this.x.at(x);
     draw(this.svg.lastChild, [
       ...(x === null ? [] : [["line", { x1: at, x2: at, y1: 0, y2: this.box.height, stroke: muted, "stroke-width": 1.5 }]]),
-      ...points.map((one) => this.place(...one)).filter((one) => one.every(Number.isFinite)).map(([cx, cy]) =>
+      ...points.map((point) => this.place(...point)).filter((place) => place.every(Number.isFinite)).map(([cx, cy]) =>
         ["circle", { cx, cy, r: 0.24 * em, fill: ink, stroke: card, "stroke-width": 2 }]),
     ]);
   }

@@ -9,11 +9,11 @@ const WORDS = new Set(["a", "A", "I"]);
 export function formula(text) {
   const parts = [];
   let end = 0;
-  for (const found of text.matchAll(PARTS)) {
-    const [whole, group, power, , digits, exponent, base, below, further] = found;
+  for (const match of text.matchAll(PARTS)) {
+    const [whole, group, power, , digits, exponent, base, below, further] = match;
     if (base && !below && !further && WORDS.has(base)) continue;
-    parts.push(minus(text.slice(end, found.index)));
-    end = found.index + whole.length;
+    parts.push(minus(text.slice(end, match.index)));
+    end = match.index + whole.length;
     if (group ?? power) parts.push(element("sup", {}, (group ?? power).replace("-", "−")));
     else if (digits) parts.push(`${digits}·10`, element("sup", {}, String(Number(exponent)).replace("-", "−")));
     else if (base) parts.push(...symbol(base, [below, further]));
@@ -25,7 +25,7 @@ export function formula(text) {
 const minus = (text) => text.replace(/(^|[\s(=])-(?=\d)/g, "$1−");
 
 function symbol(base, below) {
-  const lowered = below.filter(Boolean).map((one) => one.replace("_", "").replace(/^inf$/, "∞")).join(", ");
+  const lowered = below.filter(Boolean).map((index) => index.replace("_", "").replace(/^inf$/, "∞")).join(", ");
   const letter = element(base === "log" ? "span" : "i", {}, LETTERS[base] ?? base);
   return lowered ? [letter, element("sub", {}, lowered)] : [letter];
 }

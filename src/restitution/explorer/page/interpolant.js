@@ -1,5 +1,5 @@
 // The paper's restitution coefficient e(nu, p2, p3) by the shipped interpolant: a translation of
-// restitution/surrogates/standard_solid.py and evaluation.py.
+// restitution/surrogates/standard_solid.py.
 
 /** Load the data and return {restitution(nu, p2, p3), map(nu, p2s, p3s), about}. */
 export async function load(address) {
@@ -11,8 +11,7 @@ export async function load(address) {
 export function interpolant(data) {
   const n = data.terms;
   const bytes = Uint8Array.from(atob(data.coefficients), (c) => c.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  const coefficients = Float64Array.from({ length: bytes.length / 4 }, (_, i) => view.getFloat32(4 * i, true));
+  const coefficients = Float64Array.from(new Float32Array(bytes.buffer));
   const { low, high, levels, places } = data;
   const finest = [0, 1, 2].map((d) => Math.max(...levels.map((level) => level[d])));
   const size = finest.map((level) => 2 ** level);
@@ -69,10 +68,8 @@ export function interpolant(data) {
   const slack = 1e-12;
 
   function restitution(nu, p2, p3) {
-    const inside = nu >= data.nu[0] && nu <= data.nu[1]
-      && p2 >= data.p2[0] * (1 - slack) && p2 <= data.p2[1] * (1 + slack)
-      && p3 >= data.p3[0] * (1 - slack) && p3 <= data.p3[1] * (1 + slack);
-    if (!inside) return NaN;
+    const inside = (value, [low, high]) => value >= low * (1 - slack) && value <= high * (1 + slack);
+    if (!(nu >= data.nu[0] && nu <= data.nu[1] && inside(p2, data.p2) && inside(p3, data.p3))) return NaN;
     const q = 1 + 1 / p2;
     const logQ = Math.log(q);
     const r = ((1 + nu) + 2 * q * (1 - 2 * nu)) / (3 * (1 - nu));
@@ -84,9 +81,7 @@ export function interpolant(data) {
   }
 
   function map(nu, p2s, p3s) {
-    const found = new Float64Array(p2s.length * p3s.length);
-    p3s.forEach((p3, j) => p2s.forEach((p2, i) => { found[j * p2s.length + i] = restitution(nu, p2, p3); }));
-    return found;
+    return Float64Array.from({ length: p2s.length * p3s.length }, (_, n) => restitution(nu, p2s[n % p2s.length], p3s[Math.floor(n / p2s.length)]));
   }
 
   return { restitution, map, about: { nu: data.nu, p2: data.p2, p3: data.p3, error: data.error } };

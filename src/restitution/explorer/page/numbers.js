@@ -5,33 +5,29 @@ import { superscript, symbolNodes, withUnit } from "./units.js";
 const STATES = { ok: ["✓", "holds"], doubtful: ["!", "doubtful"], unknown: ["?", "not checked"], note: ["i", "note"] };
 
 // Numbers of a standard solid alone.
-const WHERE_KNOWN = new Set(["p2", "p3"]);
+const OF_SOLID = new Set(["p2", "p3"]);
 
 export class Numbers {
   constructor(root, names, outputs) {
-    this.outputs = outputs;
-    this.tiles = new Map();
-    const list = element("dl", { className: names.length <= 6 ? "tiles few" : "tiles" });
-    for (const name of names) {
+    this.tiles = names.map((name) => {
+      const quantity = outputs[name];
       const value = element("dd");
       value.dataset.output = name;
-      const { words, symbol } = outputs[name] ?? { words: name };
       const tile = element("div", { className: "tile" },
-        element("dt", {}, `${sentence(words)} `, ...(symbol ? symbolNodes(symbol) : [])), value);
-      this.tiles.set(name, { tile, value });
-      list.append(tile);
-    }
-    root.append(list);
+        element("dt", {}, `${sentence(quantity.words)} `, ...(quantity.symbol ? symbolNodes(quantity.symbol) : [])), value);
+      return { name, quantity, tile, value };
+    });
+    root.append(element("dl", { className: names.length <= 6 ? "tiles few" : "tiles" }, ...this.tiles.map(({ tile }) => tile)));
   }
 
   show(numbers) {
-    for (const [name, { tile, value }] of this.tiles) {
-      const found = numbers[name];
-      tile.hidden = found === undefined || (found === null && WHERE_KNOWN.has(name));
+    for (const { name, quantity, tile, value } of this.tiles) {
+      const number = numbers[name];
+      tile.hidden = number === undefined || (number === null && OF_SOLID.has(name));
       if (tile.hidden) continue;
-      const { text, unit } = withUnit(found, this.outputs[name] ?? { unit: "" });
-      if (value.dataset.value === String(found ?? "") && value.shown === text + unit) continue;
-      value.dataset.value = found ?? "";
+      const { text, unit } = withUnit(number, quantity);
+      if (value.dataset.value === String(number ?? "") && value.shown === text + unit) continue;
+      value.dataset.value = number ?? "";
       value.shown = text + unit;
       value.replaceChildren(text, ...(unit ? [element("span", { className: "unit" }, ` ${unit}`)] : []));
     }
@@ -42,21 +38,20 @@ export class Assumptions {
   constructor(root) {
     this.summary = element("summary");
     this.list = element("ul", { className: "assumptions" });
-    this.box = element("details", { className: "card checks" }, this.summary, this.list);
-    this.box.open = true;
+    this.box = element("details", { className: "card checks", open: true }, this.summary, this.list);
     root.append(this.box);
   }
 
   show(validity, notes = []) {
-    const doubtful = validity.filter((one) => one.state === "doubtful").length;
-    const words = doubtful ? `${doubtful} of the assumptions ${doubtful === 1 ? "is" : "are"} doubtful` : "No assumption is doubtful";
-    if (this.summary.textContent !== words) this.summary.textContent = words;
-    this.box.dataset.state = doubtful ? "doubtful" : "ok";
     const key = JSON.stringify([validity, notes]);
     if (key === this.key) return;
     this.key = key;
+    const count = validity.filter(({ state }) => state === "doubtful").length;
+    this.summary.textContent = count ? `${count} of the assumptions ${count === 1 ? "is" : "are"} doubtful` : "No assumption is doubtful";
+    this.box.dataset.state = count ? "doubtful" : "ok";
     this.list.replaceChildren(
-      ...validity.map((one) => row(one.state, withTitle(one), one.state === "doubtful" ? one.advice : "", one.kind)),
+      ...validity.map(({ state, title, message, advice, kind }) =>
+        row(state, message.startsWith(title) ? message : `${title}: ${message}`, state === "doubtful" ? advice : "", kind)),
       ...notes.map((note) => row("note", note)));
   }
 }
@@ -69,22 +64,18 @@ export class Notes {
   }
 
   show(warnings, notes) {
-    const rows = [...warnings.map((one) => row("doubtful", one)), ...notes.filter(Boolean).map((one) => row("note", one))];
+    const rows = [...warnings.map((words) => row("doubtful", words)), ...notes.filter(Boolean).map((words) => row("note", words))];
     this.box.replaceChildren(...rows);
     this.box.hidden = !rows.length;
   }
 }
 
-const withTitle = ({ title, message }) => (message.startsWith(title) ? message : `${title}: ${message}`);
-
 // Powers of ten and cubic metres of a message, as they are printed.
 const printed = (text) => text.replace(/e([+-]\d+)/g, (_, power) => `·10${superscript(Number(power))}`).replaceAll("kg/m3", "kg/m³");
 
 function row(state, message, advice = "", kind = "") {
-  const [sign, words] = STATES[state] ?? STATES.unknown;
-  const mark = element("span", { className: `sign ${state}` }, sign);
-  mark.setAttribute("role", "img");
-  mark.setAttribute("aria-label", words);
+  const [sign, words] = STATES[state];
+  const mark = element("span", { className: `sign ${state}`, role: "img", ariaLabel: words }, sign);
   const item = element("li", {}, mark, element("span", {}, printed(sentence(message)), ...(advice ? [". ", element("em", {}, advice)] : [])));
   if (kind) item.dataset.check = kind;
   return item;

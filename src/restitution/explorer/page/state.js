@@ -1,15 +1,19 @@
-// The state: one flat object of inputs. The address of the page holds it, so that a link is a case.
-import { ofTab } from "./storage.js";
+// The inputs as the server states them, and the state: one flat object of their values. The address of the page holds
+// it, so that a link is a case. The page finds out which inputs and options are there; the server alone checks values.
+import { ofTab } from "./elements.js";
 
 const PAUSE = 350;
 
+const holds = (when, values) => Object.entries(when ?? {}).every(([key, choices]) => choices.includes(values[key]));
+
 export class State {
-  // `given` is the case of the command line.
-  constructor(inputs, given = {}) {
-    Object.assign(this, { inputs, given });
-    this.defaults = inputs.defaults;
+  // `start` is the case of the command line.
+  constructor(inputs, start = {}) {
+    Object.assign(this, { inputs, start });
+    this.byKey = new Map(inputs.map((input) => [input.key, input]));
+    this.defaults = Object.fromEntries(inputs.map((input) => [input.key, input.default]));
     this.listeners = [];
-    this.values = this.read(location.hash);
+    this.open();
     // A page that is opened anew has no steps after it.
     this.index = history.state?.index ?? 0;
     this.last = history.state ? Math.max(this.index, Number(ofTab.getItem("last") ?? 0)) : 0;
@@ -18,35 +22,58 @@ export class State {
     addEventListener("hashchange", () => this.moved());
   }
 
-  // An address without a state is the case that was given. What cannot be read stands in `ignored`.
-  read(hash) {
-    const given = [...new URLSearchParams(hash.replace(/^#/, ""))];
-    const values = { ...this.defaults, ...(given.length ? {} : this.given) };
-    this.ignored = [];
-    for (const [key, text] of given) {
-      const value = key.startsWith("page.") ? text : this.inputs.read(key, text);
-      if (value !== undefined) values[key] = value;
-      else this.ignored.push(`${key}=${text}`.slice(0, 100));
+  options(input, values = this.values) {
+    return input.options.filter((option) => holds(option.when, values));
+  }
+
+  shown(input, values = this.values) {
+    return holds(input.when, values);
+  }
+
+  // A choice whose option is not available takes the first that is.
+  settled(values) {
+    const settled = { ...values };
+    for (const input of this.inputs.filter(({ type }) => type === "choice")) {
+      settled[input.key] = String(settled[input.key]);
+      const free = this.options(input, settled);
+      if (free.length && !free.some(({ value }) => value === settled[input.key])) settled[input.key] = free[0].value;
     }
-    return this.inputs.settled(values);
+    return settled;
+  }
+
+  // The values of the address; what cannot be read stands in `ignored`.
+  open() {
+    this.ignored = [];
+    this.values = this.read(location.hash, this.ignored);
+  }
+
+  // An address without a state is the case of the start.
+  read(hash, ignored = []) {
+    const parts = [...new URLSearchParams(hash.replace(/^#/, ""))];
+    const values = { ...this.defaults, ...(parts.length ? {} : this.start) };
+    for (const [key, text] of parts) {
+      const value = key.startsWith("page.") ? text : this.valueOf(this.byKey.get(key), text);
+      if (value !== undefined) values[key] = value;
+      else ignored.push(`${key}=${text}`.slice(0, 100));
+    }
+    return this.settled(values);
+  }
+
+  // A text as the value of an input; undefined if it is none.
+  valueOf(input, text) {
+    if (input?.type === "choice") return input.options.find(({ value }) => value === text)?.value;
+    const number = (part) => (part.trim() ? Number(part) : NaN);
+    const value = input?.type !== "list" ? number(text) : text ? text.split(",").map(number) : [];
+    return input && [value].flat().every(Number.isFinite) ? value : undefined;
   }
 
   link(values = this.values) {
-    const parts = new URLSearchParams();
-    parts.set("page.tab", values["page.tab"] ?? "impact");
+    const parts = new URLSearchParams({ "page.tab": values["page.tab"] ?? "impact" });
     for (const [key, value] of Object.entries(values)) {
-      if (key === "page.tab" || value === undefined || value === null || String(value) === String(this.defaults[key] ?? "")) continue;
-      parts.set(key, Array.isArray(value) ? value.join(",") : value);
+      // A list has its numbers with commas between them.
+      if (key !== "page.tab" && String(value ?? "") !== String(this.defaults[key] ?? "")) parts.set(key, value);
     }
     return `#${parts}`;
-  }
-
-  options(input) {
-    return this.inputs.options(input, this.values);
-  }
-
-  shown(input) {
-    return this.inputs.shown(input, this.values);
   }
 
   get(key) {
@@ -60,15 +87,14 @@ export class State {
 
   // `done` ends a step of undo at once; otherwise a pause ends it.
   set(patch, done = false) {
-    if (Object.entries(patch).every(([key, value]) => String(this.values[key] ?? "") === String(value ?? ""))) {
-      if (done) this.commit();
-      return;
+    const same = Object.entries(patch).every(([key, value]) => String(this.values[key] ?? "") === String(value ?? ""));
+    if (!same) {
+      this.values = this.settled({ ...this.values, ...patch });
+      this.notify();
+      clearTimeout(this.timer);
     }
-    this.values = this.inputs.settled({ ...this.values, ...patch });
-    this.notify();
-    clearTimeout(this.timer);
     if (done) this.commit();
-    else this.timer = setTimeout(() => this.commit(), PAUSE);
+    else if (!same) this.timer = setTimeout(() => this.commit(), PAUSE);
   }
 
   commit() {
@@ -94,7 +120,7 @@ export class State {
       this.step();
       history.replaceState({ index: this.index }, "");
     }
-    this.values = this.read(location.hash);
+    this.open();
     this.notify();
   }
 

@@ -1,21 +1,19 @@
 // Colours of the pictures, read from the style sheet; they follow the choice of light or dark, and paper is light.
 const NAMES = ["ink", "muted", "card", "grid", "accent", "second", "third", "pinned", "map-low", "map-high", "ground", "body"];
 const waiting = new Set();
-let found = null;
+let palette = null;
 
 export function colours() {
-  if (found) return found;
+  if (palette) return palette;
   // An element has the colours as numbers; the style sheet has each of them for light and for dark.
   const probe = document.body.appendChild(document.createElement("i"));
-  found = Object.fromEntries(NAMES.map((name) => {
+  palette = Object.fromEntries(NAMES.map((name) => {
     probe.style.color = `var(--${name})`;
     return [name, getComputedStyle(probe).color];
   }));
   probe.remove();
-  found.font = getComputedStyle(document.body).fontFamily;
-  found.em = parseFloat(getComputedStyle(document.documentElement).fontSize);
-  found.thickness = found.em / 16;
-  return found;
+  const em = parseFloat(getComputedStyle(document.documentElement).fontSize);
+  return Object.assign(palette, { font: getComputedStyle(document.body).fontFamily, em, thickness: em / 16 });
 }
 
 export function onTheme(callback) {
@@ -23,7 +21,7 @@ export function onTheme(callback) {
 }
 
 function changed() {
-  found = null;
+  palette = null;
   for (const callback of waiting) callback();
 }
 
@@ -51,7 +49,6 @@ addEventListener("resize", () => {
   changed();
 });
 
-// On paper a picture keeps the proportions that it has on the screen.
 export const printing = () => matchMedia("print").matches;
 
 export const calm = () => matchMedia("(prefers-reduced-motion: reduce)").matches;

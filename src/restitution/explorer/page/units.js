@@ -1,4 +1,6 @@
 // Numbers as a reader wants them: units of a system, prefixes, digits, subscripts.
+import { element } from "./elements.js";
+
 const PREFIXES = [[-15, "f"], [-12, "p"], [-9, "n"], [-6, "µ"], [-3, "m"], [0, ""], [3, "k"], [6, "M"], [9, "G"], [12, "T"]];
 const PREFIXED = new Set(["m", "s", "N", "J", "Pa", "Pa s", "m/s", "rad/s"]);
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
@@ -6,8 +8,8 @@ const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "
 let systems = { SI: {} };
 let system = "SI";
 
-export function setSystems(found) {
-  systems = found;
+export function setSystems(table) {
+  systems = table;
 }
 
 export function setSystem(name) {
@@ -16,7 +18,7 @@ export function setSystem(name) {
 
 export const systemNames = () => Object.keys(systems);
 
-export const superscript = (number) => [...String(number)].map((one) => RAISED[one] ?? one).join("");
+export const superscript = (number) => [...String(number)].map((sign) => RAISED[sign] ?? sign).join("");
 
 export const unitText = (unit) => unit
   .replace(/\^(-?\d+)/g, (_, power) => superscript(power))
@@ -30,22 +32,21 @@ function shownIn(quantity) {
 
 // The same for values of about this size: in SI a prefix makes them readable.
 export function unitFor(quantity, size) {
-  const own = shownIn(quantity);
+  const base = shownIn(quantity);
   const value = Math.abs(size);
-  if (system !== "SI" || own.offset || !Number.isFinite(value) || value === 0) return own;
-  if (own.unit === "kg") return massUnit(value, own);
-  if (!PREFIXED.has(own.unit)) return own;
+  if (system !== "SI" || base.offset || !Number.isFinite(value) || value === 0) return base;
+  if (base.unit === "kg") return massUnit(value);
+  if (!PREFIXED.has(base.unit)) return base;
   const power = Math.floor(Math.log10(value) / 3 + 1e-9) * 3;
-  const kept = ["m/s", "rad/s"].includes(own.unit) && power >= 0 ? 0 : power;
-  const prefix = PREFIXES.find(([one]) => one === kept);
-  return prefix ? { unit: prefix[1] + own.unit, factor: own.factor / Math.pow(10, kept) } : own;
+  const places = ["m/s", "rad/s"].includes(base.unit) && power >= 0 ? 0 : power;
+  return prefixed(base).find((unit) => unit.power === places) ?? base;
 }
 
-function massUnit(value, own) {
-  const [factor, unit] = value >= 1 ? [1, "kg"] : value >= 1e-3 ? [1e3, "g"] : value >= 1e-6 ? [1e6, "mg"]
-    : value >= 1e-9 ? [1e9, "µg"] : [1e12, "ng"];
-  return { ...own, unit, factor };
-}
+const prefixed = (base) => PREFIXES.map(([power, prefix]) => ({ power, unit: prefix + base.unit, factor: base.factor / Math.pow(10, power) }));
+
+const MASSES = [[1, "kg"], [1e3, "g"], [1e6, "mg"], [1e9, "µg"], [1e12, "ng"]].map(([factor, unit]) => ({ unit, factor }));
+
+const massUnit = (value) => MASSES.find(({ factor }) => value * factor >= 1) ?? MASSES.at(-1);
 
 export const convert = (value, unit) => value * unit.factor + (unit.offset ?? 0);
 export const back = (shown, unit) => (shown - (unit.offset ?? 0)) / unit.factor;
@@ -61,14 +62,12 @@ export function typed(text, quantity, shown) {
 // A unit of any system by its name, or one of SI with a prefix.
 function unitNamed(name, quantity) {
   const plainly = (unit) => unit.replaceAll("µ", "u").replaceAll(/[\s·*]/g, "").replaceAll("²", "2").replaceAll("³", "3").replace("^", "");
-  const wanted = plainly(name);
-  const ofSystems = Object.values(systems).map((one) => one[quantity.dimension]).filter(Boolean);
-  const own = { unit: quantity.unit ?? "", factor: 1, offset: 0 };
-  const [base] = [systems.SI?.[quantity.dimension] ?? own];
-  const prefixed = PREFIXED.has(base.unit)
-    ? PREFIXES.map(([power, prefix]) => ({ unit: prefix + base.unit, factor: base.factor / Math.pow(10, power) })) : [];
-  const masses = base.unit === "kg" ? [1e-9, 1e-6, 1e-3, 1].map((size) => massUnit(size, base)) : [];
-  return [own, ...ofSystems, ...prefixed, ...masses].find((one) => one.unit && plainly(one.unit) === wanted) ?? null;
+  const text = plainly(name);
+  const ofSystems = Object.values(systems).map((units) => units[quantity.dimension]).filter(Boolean);
+  const plain = { unit: quantity.unit ?? "", factor: 1 };
+  const base = systems.SI?.[quantity.dimension] ?? plain;
+  const sizes = base.unit === "kg" ? MASSES : PREFIXED.has(base.unit) ? prefixed(base) : [];
+  return [plain, ...ofSystems, ...sizes].find(({ unit }) => unit && plainly(unit) === text) ?? null;
 }
 
 export const systemName = () => system;
@@ -108,15 +107,10 @@ export function axisLabel(quantity, unit, words = quantity.words) {
 }
 
 const LOWERED = { 0: "₀", 1: "₁", 2: "₂", 3: "₃", "∞": "∞" };
-const plainSymbol = (symbol) => (symbol ?? "").replace(/_(.)$/, (_, one) => LOWERED[one] ?? `_${one}`).replace(/_\{?(\w+)\}?/, " $1");
+const plainSymbol = (symbol) => (symbol ?? "").replace(/_(.)$/, (_, sign) => LOWERED[sign] ?? `_${sign}`).replace(/_\{?(\w+)\}?/, " $1");
 
 // A symbol such as "d_max" as elements, with its subscript lowered.
 export function symbolNodes(symbol) {
   const [base, below] = (symbol ?? "").split("_");
-  const node = document.createElement("i");
-  node.textContent = base;
-  if (!below) return [node];
-  const sub = document.createElement("sub");
-  sub.textContent = below;
-  return [node, sub];
+  return [element("i", {}, base), ...(below ? [element("sub", {}, below)] : [])];
 }

@@ -2,12 +2,12 @@
 import { element } from "./elements.js";
 
 export class Uploads {
-  constructor(app, button, message) {
+  constructor(app, open, message) {
     Object.assign(this, { app, message });
-    const field = element("input", { type: "file", hidden: true, multiple: true, accept: ".csv,.txt,.tsv,.dat,.toml,.json,.inp,.mat,.xlsx" });
-    field.setAttribute("aria-label", "Open a file");
-    button.after(field);
-    button.addEventListener("click", () => field.click());
+    const field = element("input", { type: "file", hidden: true, multiple: true, ariaLabel: "Open a file",
+      accept: ".csv,.txt,.tsv,.dat,.toml,.json,.inp,.mat,.xlsx" });
+    open.after(field);
+    open.addEventListener("click", () => field.click());
     field.addEventListener("change", () => {
       this.read(field.files);
       field.value = "";
@@ -34,8 +34,9 @@ export class Uploads {
     const files = [...list].sort((a, b) => b.name.endsWith(".toml") - a.name.endsWith(".toml"));
     if (!files.length) return;
     const names = files.map((file) => file.name).join(", ");
-    const most = this.app.schema.limits.file_characters;
     const size = files.reduce((sum, file) => sum + file.size, 0);
+    // The server would close the socket of a message that is longer.
+    const { file_bytes: most } = this.app.schema.limits;
     if (size > most) {
       this.show(`${names}: ${size} bytes; the files may have at most ${most}.`, true);
       return;
@@ -60,18 +61,18 @@ export class Uploads {
       this.show(answer.error, true, this.form);
       return;
     }
-    if (answer.questions.length && !this.form) this.form = this.questions(answer.questions);
-    for (const { key, value } of answer.questions) if (value && !this.form.elements[key].value) this.form.elements[key].value = value;
-    this.show([answer.words, ...(answer.notes ?? [])].join("\n"), !answer.state, this.form);
-    if (answer.state) this.app.state.set(answer.state, true);
+    const { questions, state, words, notes = [] } = answer;
+    if (questions.length) this.form ??= this.formOf(questions);
+    for (const { key, value } of questions) if (value) this.form.elements[key].value ||= value;
+    this.show([words, ...notes].join("\n"), !state, this.form);
+    if (state) this.app.state.set(state, true);
   }
 
   // What the files do not state is asked for, and may be changed afterwards.
-  questions(list) {
-    const fields = list.map(({ key, words, options }) => {
-      const field = options
-        ? element("select", { name: key }, element("option", { value: "" }, "choose …"), ...options.map(([value, text]) => element("option", { value }, text)))
-        : element("input", { type: "text", name: key, autocomplete: "off" });
+  formOf(questions) {
+    const fields = questions.map(({ key, words, options }) => {
+      const choices = options && [["", "choose …"], ...options].map(([value, text]) => element("option", { value }, text));
+      const field = choices ? element("select", { name: key }, ...choices) : element("input", { type: "text", name: key, autocomplete: "off" });
       return element("label", {}, `${words} `, field);
     });
     const form = element("form", { className: "questions" }, ...fields, element("button", {}, "Use the file"));

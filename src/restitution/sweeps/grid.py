@@ -15,12 +15,12 @@ from restitution.checks import finite, one_of, positive, single, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import ALIASES, INPUTS, STATUS, SWEEP_OUTPUTS, key_of
 
-# The points of a sweep: axes, their product, and its chunks.
-
 Array = NDArray[Any]
 Index = tuple[int, ...]
 Region = tuple[slice, ...]
 """Part of a grid: from where to where along each dimension."""
+Values = dict[str, Any]
+"""Values of quantities by name: arrays, which broadcast against each other, and single values."""
 
 # Coordinates must fit in memory; several axes may make more points.
 MOST_POINTS = 10**8
@@ -44,14 +44,14 @@ class Axis(ABC):
 
     @abstractmethod
     def columns(self, dimension: str, start: int, stop: int) -> dict[str, Array]:
-        """Values of its quantities from one point to another, by name."""
+        """Return the values of each quantity at the points from `start` to `stop`."""
 
     def names(self, dimension: str) -> tuple[str, ...]:
-        """Names of the quantities that it sets as the axis of the dimension."""
+        """Return the names of the quantities that it sets as the axis of the dimension."""
         return (dimension,)
 
     def corners(self, dimension: str) -> list[dict[str, Array]]:
-        """Values that show whether the axis is admissible: those of its ends."""
+        """Return the values that show whether the axis is admissible: those at its ends."""
         return [self.columns(dimension, place, place + 1) for place in sorted({0, self.size - 1})]
 
 
@@ -93,7 +93,7 @@ class Linear(Axis):
         return self.n
 
     def values(self, start: int, stop: int) -> Array:
-        """Values from one place to another."""
+        """Return the values at the points from `start` to `stop`."""
         share = np.arange(start, stop) / max(self.n - 1, 1)
         # Both ends are exact to the last bit.
         return self.low * (1.0 - share) + self.high * share
@@ -242,65 +242,54 @@ class Grid:
         return math.prod(self.chunk_counts)
 
     def chunks(self) -> Iterator[Index]:
-        """Indices of all chunks, the last dimension running fastest."""
-        return _indices(self.chunk_counts)
+        """Yield the indices of all chunks, the last dimension running fastest."""
+        # Iterators of products hold a list of each dimension.
+        return (tuple(map(int, np.unravel_index(n, self.chunk_counts))) for n in range(self.n_chunks))
 
     def region(self, index: Index) -> Region:
-        """Slices of a chunk."""
+        """Return the slices of a chunk."""
         return tuple(
             slice(i * part, min((i + 1) * part, n))
             for i, part, n in zip(index, self.chunk_shape, self.shape, strict=True)
         )
 
     def size(self, index: Index) -> int:
-        """Number of points of a chunk."""
-        return math.prod(part.stop - part.start for part in self.region(index))
+        """Return the number of points of a chunk."""
+        return math.prod(lengths(self.region(index)))
 
-    def points(self, index: Index) -> Points:
-        """Return the points of a chunk."""
-        region = self.region(index)
-        axes = zip(self.axes.items(), region, strict=True)
-        along = [axis.columns(dimension, part.start, part.stop) for (dimension, axis), part in axes]
-        return Points(tuple(part.stop - part.start for part in region), along, self.fixed)
+    def values(self, index: Index) -> Values:
+        """Return the values of all quantities in a chunk; arrays broadcast to its shape."""
+        values = dict(self.fixed)
+        for place, ((dimension, axis), part) in enumerate(zip(self.axes.items(), self.region(index), strict=True)):
+            shape = [1] * len(self.axes)
+            shape[place] = -1
+            columns = axis.columns(dimension, part.start, part.stop)
+            values |= {name: column.reshape(shape) for name, column in columns.items()}
+        return values
 
-    def corners(self) -> Iterator[dict[str, Any]]:
-        """Points that show whether the axes are admissible: the ends of each, with the others at their first value."""
+    def corners(self) -> Iterator[Values]:
+        """Yield points that show whether the axes are admissible: each end, with the others at their first value."""
+        ends = [[_single(point) for point in axis.corners(dimension)] for dimension, axis in self.axes.items()]
         first = dict(self.fixed)
-        ends = {dim: [_single(point) for point in axis.corners(dim)] for dim, axis in self.axes.items()}
-        for values in ends.values():
+        for values in ends:
             first |= values[0]
         yield first
-        for values in ends.values():
-            for changed in values[1:]:
-                yield first | changed
+        yield from (first | point for values in ends for point in values[1:])
 
 
-def _single(point: dict[str, Array]) -> dict[str, Any]:
-    """Values of a point whose columns have one row."""
+def _single(point: dict[str, Array]) -> Values:
+    """Return the values of a point whose columns have one row."""
     return {name: column[0] if column.dtype == object else float(column[0]) for name, column in point.items()}
 
 
-@dataclass(frozen=True)
-class Points:
-    """Points of a chunk: its shape, the values along each dimension by name, and the quantities that all share."""
+def part_of(values: Values, region: Region) -> Values:
+    """Return the values in a part of a chunk."""
 
-    shape: tuple[int, ...]
-    along: list[dict[str, Array]]
-    fixed: dict[str, Any]
+    def cut(column: Array) -> Array:
+        places = (part if n > 1 else slice(None) for part, n in zip(region, column.shape, strict=True))
+        return column[tuple(places)]
 
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return math.prod(self.shape)
-
-    def box(self, region: Region) -> dict[str, Any]:
-        """Values of all quantities in a part: arrays that broadcast to its shape, and single values that all share."""
-        values = dict(self.fixed)
-        for dimension, (quantities, part) in enumerate(zip(self.along, region, strict=True)):
-            shape = [1] * len(region)
-            shape[dimension] = -1
-            values |= {name: column[part].reshape(shape) for name, column in quantities.items()}
-        return values
+    return {name: cut(value) if isinstance(value, np.ndarray) else value for name, value in values.items()}
 
 
 def boxes(region: Region, most: int) -> Iterator[Region]:
@@ -318,22 +307,18 @@ def boxes(region: Region, most: int) -> Iterator[Region]:
         yield from boxes(half, most)
 
 
-def halves(region: Region) -> tuple[Region, Region]:
-    """Return both halves of a part of more than one point, along its longest dimension."""
+def halves(region: Region, place: int | None = None) -> tuple[Region, Region]:
+    """Return both halves of a part along a dimension, by default its longest."""
     sizes = lengths(region)
-    place = sizes.index(max(sizes))
+    place = sizes.index(max(sizes)) if place is None else place
     start, stop = region[place].start, region[place].stop
     middle = (start + stop) // 2
-    return with_part(region, place, start, middle), with_part(region, place, middle, stop)
-
-
-def with_part(region: Region, place: int, start: int, stop: int) -> Region:
-    """Return a part with other ends along one dimension."""
-    return (*region[:place], slice(start, stop), *region[place + 1 :])
+    parts = slice(start, middle), slice(middle, stop)
+    return (*region[:place], parts[0], *region[place + 1 :]), (*region[:place], parts[1], *region[place + 1 :])
 
 
 def lengths(region: Region) -> tuple[int, ...]:
-    """Number of points along each dimension of a part."""
+    """Return the number of points along each dimension of a part."""
     return tuple(part.stop - part.start for part in region)
 
 
@@ -349,27 +334,18 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
     grid: dict[str, Axis] = {}
     fixed: dict[str, Any] = {}
     taken: set[str] = {*SWEEP_OUTPUTS, STATUS}
-    for given_name, entry in axes.items():
-        name = ALIASES.get(given_name, given_name)
+    for alias, entry in axes.items():
+        name = ALIASES.get(alias, alias)
         axis = read_axis(name, entry)
         (grid if isinstance(axis, Axis) else fixed)[name] = axis
-        for one in {name, *axis.names(name)} if isinstance(axis, Axis) else {name}:
-            if one in taken:
-                why = "is an output" if one in SWEEP_OUTPUTS or one == STATUS else "is set by another axis too"
-                raise InputError("axes", rule=f"{one} {why}")
-            taken.add(one)
+        for quantity in {name, *axis.names(name)} if isinstance(axis, Axis) else {name}:
+            if quantity in taken:
+                is_output = quantity in SWEEP_OUTPUTS or quantity == STATUS
+                why = "is an output" if is_output else "is set by another axis too"
+                raise InputError("axes", rule=f"{quantity} {why}")
+            taken.add(quantity)
     shape = tuple(axis.size for axis in grid.values())
     return Grid(grid, fixed, _chunk_shape(tuple(grid), shape, chunk))
-
-
-def _indices(counts: tuple[int, ...]) -> Iterator[Index]:
-    # np.ndindex of newer versions of NumPy holds a list of each dimension.
-    if not counts:
-        yield ()
-        return
-    for first in range(counts[0]):
-        for rest in _indices(counts[1:]):
-            yield (first, *rest)
 
 
 def _chunk_shape(
@@ -387,7 +363,7 @@ def _chunk_shape(
     room = min(chunk, every) if chunk else min(_LARGEST_CHUNK, max(_SMALLEST_CHUNK, every // _CHUNKS))
     # Nearly as long along each dimension, so that a slice along any of them touches few chunks.
     parts = dict[int, int]()
-    for rank, n in sorted(enumerate(shape), key=lambda one: one[1]):
+    for rank, n in sorted(enumerate(shape), key=lambda item: item[1]):
         parts[rank] = min(n, max(1, int((room * (1.0 + 1e-12)) ** (1.0 / (len(shape) - len(parts))))))
         room //= parts[rank]
     return tuple(parts[rank] for rank in range(len(shape)))
@@ -572,7 +548,7 @@ class Samples(Axis):
 
     Examples
     --------
-    >>> from restitution.sweeps.axes import LogNormal, Uniform
+    >>> from restitution.sweeps.grid import LogNormal, Uniform
     >>> draws = Samples(4, {"mass": Uniform(1.0, 2.0), "radius": LogNormal(0.01, 0.1)}, seed=1)
     >>> sorted(draws.columns("draw", 0, 4))
     ['mass', 'radius']
@@ -591,7 +567,7 @@ class Samples(Axis):
         object.__setattr__(self, "seed", whole("seed", self.seed, 0))
         if not self.distributions:
             raise InputError("distributions", rule="must name at least one quantity")
-        named = {ALIASES.get(name, name): one for name, one in self.distributions.items()}
+        named = {ALIASES.get(name, name): drawn for name, drawn in self.distributions.items()}
         object.__setattr__(self, "distributions", named)
         for name, distribution in named.items():
             if not isinstance(distribution, Distribution):
@@ -610,7 +586,7 @@ class Samples(Axis):
         return {name: self._drawn(name, shares[:, place]) for place, name in enumerate(self.distributions)}
 
     def corners(self, dimension: str) -> list[dict[str, Array]]:
-        """All medians; some draws may be out of range."""
+        """Return all medians; some draws may be out of range."""
         return [{name: self._drawn(name, np.array([0.5])) for name in self.distributions}]
 
     def _drawn(self, name: str, shares: Array) -> Array:

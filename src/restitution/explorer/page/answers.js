@@ -5,7 +5,7 @@ import { digits } from "./units.js";
 
 const SHOWN = new Set(["impact", "velocity"]);
 
-export class Offline {
+export class LocalAnswers {
   constructor(schema, paper, claims, receive) {
     Object.assign(this, { schema, paper, claims, receive });
   }
@@ -19,22 +19,20 @@ export class Offline {
   numbers(state) {
     const mass = state.mass_from === "density" ? (state["body.density"] * 4 * Math.PI * state["body.radius"] ** 3) / 3 : state["body.mass"];
     const velocity = state["impact.velocity"];
-    const own = state.entry === "groups"
+    const material = Object.fromEntries(["equilibrium_modulus", "branch_modulus", "viscosity", "poisson_ratio"].map((name) => [name, state[`material.${name}`]]));
+    const { nu, p2, p3 } = state.entry === "groups"
       ? { nu: state["groups.nu"], p2: state["groups.p2"], p3: state["groups.p3"] }
-      : groups({
-        equilibrium_modulus: state["material.equilibrium_modulus"], branch_modulus: state["material.branch_modulus"], viscosity: state["material.viscosity"],
-        poisson_ratio: state["material.poisson_ratio"], mass, radius: state["body.radius"], velocity,
-      });
-    const e = this.paper.restitution(own.nu, own.p2, own.p3);
-    return { ...own, restitution_coefficient: e, poisson_ratio: own.nu, instantaneous_poisson_ratio: instantaneousPoissonRatio(own.nu, own.p2), rebound_velocity: e * velocity };
+      : groups({ ...material, mass, radius: state["body.radius"], velocity });
+    return { nu, p2, p3, restitution_coefficient: this.paper.restitution(nu, p2, p3), instantaneous_poisson_ratio: instantaneousPoissonRatio(nu, p2) };
   }
 
   impact(state) {
     const numbers = this.numbers(state);
     if (Number.isFinite(numbers.restitution_coefficient)) return { ok: true, numbers };
-    const [p2, p3] = ["p2", "p3"].map((name) => this.paper.about[name].map((one) => Number(one.toPrecision(3))).join(" to "));
-    const words = `p2 = ${digits(numbers.p2, 3)} and p3 = ${digits(numbers.p3, 3)} lie outside the plane of the paper (${p2}, ${p3})`;
-    return { ok: false, error: `${words}; the program itself has no such limit`, field: null };
+    const names = ["nu", "p2", "p3"];
+    const words = names.map((name) => `${name} = ${digits(numbers[name], 3)}`).join(", ");
+    const ranges = names.map((name) => this.paper.about[name].map((end) => Number(end.toPrecision(3))).join(" to ")).join(", ");
+    return { ok: false, error: `${words} lie outside the plane of the paper (${ranges}); the program itself has no limits of p2 and p3`, field: null };
   }
 
   // p3 grows as the fifth root of the velocity.
@@ -42,9 +40,9 @@ export class Offline {
     const { nu, p2, p3 } = this.numbers(state);
     const { low, high } = this.schema.inputs.find((input) => input.key === "impact.velocity");
     const velocity = [...logspace([low, high], 64)];
-    const e = velocity.map((one) => {
-      const found = this.paper.restitution(nu, p2, p3 * (one / state["impact.velocity"]) ** 0.2);
-      return Number.isFinite(found) ? found : null;
+    const e = velocity.map((speed) => {
+      const value = this.paper.restitution(nu, p2, p3 * (speed / state["impact.velocity"]) ** 0.2);
+      return Number.isFinite(value) ? value : null;
     });
     return { ok: true, curves: { velocity: { velocity, restitution_coefficient: e } } };
   }
