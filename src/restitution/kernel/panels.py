@@ -10,7 +10,7 @@ the coordinate z of the step in which they did so, and the instant of the change
     free:       w_j(t) = exp(-r_j (t - t_z)) w_j(z)
 
 with h_k(t) = int exp(-rho_k (t - t')) dd, which is the same for all. Fast modes therefore need no fine panels. The
-changes of state are those of docs/theory/histories.md: with E*(-r_j) = 0, S_j = r_j E*'(-r_j) and
+changes of state are those of docs/development/decisions/histories.md: with E*(-r_j) = 0, S_j = r_j E*'(-r_j) and
 theta_jk = r_j/(r_j - rho_k),
 
     leaving:   w_j = (Einf u + sum_k theta_jk l_k)/S_j          touching:   l_k = E_k sum_j theta_jk w_j
@@ -68,8 +68,8 @@ class Scheme(NamedTuple):
 def scheme() -> Scheme:
     """Return the coefficients of a step."""
     method = radau(STAGES)
-    coefficients = np.linalg.inv(chebyshev.chebvander(2.0 * method.c - 1.0, STAGES))
-    return Scheme(method.c, method.A, method.derivative, np.ascontiguousarray(coefficients))
+    coefficients: Array = np.linalg.inv(chebyshev.chebvander(2.0 * method.c - 1.0, STAGES)).astype(np.float64)
+    return Scheme(method.c, method.A, method.derivative, coefficients)
 
 
 class Stack(NamedTuple):
@@ -234,10 +234,10 @@ def locate(
     solid: Solid, panels: Stack, count: int, follows: bool, t: float, drive: float, p: int, z: float, basis: Any,
     slopes: Any,
 ) -> tuple[int, float, float, float]:  # fmt: skip
-    """Panel, z and y at which the load (`follows`) or the gap is zero, and its slope over y there.
+    """Panel, z and y at which the load (`follows`) or the gap is zero, and its slope over y.
 
-    Both fall towards the top. `drive` is the shared load, or the depth. The search starts at z of panel p. Below the lowest panel: panel -1.
-    Above the top: the top, since next to a smooth turning a second root lies behind it.
+    Both fall towards the top. `drive` is the shared load, or the depth. The search starts at z of panel p. Below the
+    lowest panel: panel -1. Above the top: the top, since next to a smooth turning a second root lies behind it.
     """
     low, high = 0.0, panels.end[p]
     low_known, high_known = False, False
