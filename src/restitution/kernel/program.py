@@ -1,0 +1,635 @@
+"""Any history of a contact: step after step from break to break.
+
+A step ends at a break: a knot of what is prescribed, a turning (the front stands), a joint of panels, a corner of the
+profile, the touch or the end of the contact. Each break is the zero of a smooth function of the depth, the event,
+which is found first; then the step is solved once more up to there.
+"""
+
+import math
+from typing import Any
+
+from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.panels import (
+    BACKWARD,
+    CORNER,
+    FLAT,
+    FROZEN,
+    KINK,
+    NODES,
+    SMOOTH,
+    STAGES,
+    Scheme,
+    Stack,
+    gap,
+    leave,
+    load,
+    locate,
+    polynomials,
+    share,
+    to_coefficients,
+    touch,
+    value_of,
+    write_displacements,
+    write_loads,
+)
+from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.stepper import (
+    DEPTH,
+    EVENT,
+    FOLLOWING,
+    FORCE,
+    FREE,
+    FREE_PANELS,
+    FRONT,
+    GIVEN,
+    GROWS,
+    PHASE,
+    PI,
+    RATE,
+    RATE_BEFORE,
+    RATE_BEHIND,
+    RATE_JUMPS,
+    RECORDS,
+    SHRINKS,
+    SLOPE,
+    TIME,
+    TIME_PASSES,
+    VALUE_JUMPS,
+    WORK,
+    A,
+    D,
+    F,
+    Problem,
+    Room,
+    Step,
+    V,
+    Y,
+    ahead,
+    at_nodes,
+    differentiate,
+    given,
+    shared_load,
+    solve_step,
+    surface_at_axis,
+    write_start,
+)
+
+NOTHING, TURNS, JOINT, ENDS, TOUCHES, BENDS = range(6)
+DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP = range(4)
+
+# Error up to which the events of a step are looked for.
+_COARSE = 0.05
+# Rounding of loads and gaps over their scales.
+_BLUR = 2e-14
+_MOST_TRIES = 200
+# Breaks without a step between them.
+_MOST_SWITCHES = 60
+_MOST_JUMPS = 20
+
+
+@inlined
+def end_of_way(room: Room, phase: int) -> tuple[Stack, int]:
+    """Stack which the front goes through, and the panel at whose lower end it meets the next joint; -1 without one."""
+    panels, place = ahead(room, phase)
+    p = room.places[place] - 1
+    while p > 0 and panels.joint[p] == SMOOTH:
+        p -= 1
+    return panels, p
+
+
+@compiled
+def next_corner(path: Path, y: float) -> float:
+    """Next corner of the profile beyond y; -1 if there is none."""
+    best = -1.0
+    for n in range(path.kinks.shape[0]):
+        corner = path.kinks[n]
+        if corner > y * (1.0 + 1e-13) and (best < 0.0 or corner < best):
+            best = corner
+    return best
+
+
+@compiled
+def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
+    """Write what passes zero from below at an event, at the nodes; return its value at the end of the step.
+
+    TURNS: growing, the surface at the front rises faster than the body; shrinking, the load at the front rises.
+    JOINT, ENDS: the front is beyond the lower end of the panel. TOUCHES: the body is below the surface.
+    """
+    solid, nodes, E = problem.solid, room.nodes, room.nodes[EVENT]
+    basis, slopes, change = room.basis[0], room.basis[1], room.vectors[7]
+    panels, p = end_of_way(room, phase)
+    corner = next_corner(problem.path, nodes[Y, 0]) if event == BENDS else 0.0
+    if event == TURNS and solid.viscosity > 0.0:
+        differentiate(problem.rule, nodes[V], change)
+    for i in range(1, NODES):
+        t = room.times[i]
+        if event == TOUCHES:
+            driver = problem.driver
+            free_body = driver.by_depth or driver.mass > 0.0 or driver.stiffness > 0.0
+            E[i] = nodes[D, i] - surface_at_axis(solid, room, t) if free_body else nodes[GIVEN, i]
+        elif event == BENDS:
+            E[i] = nodes[D, i] - corner * corner
+        elif event == TURNS and phase == GROWS:
+            E[i] = -nodes[V, i]
+            if room.at[i] >= 0:
+                for j in range(solid.recoveries.shape[0]):
+                    E[i] -= solid.recoveries[j] * room.displacements[j, i]
+        elif event == TURNS:
+            E[i] = solid.glass * nodes[V, i]
+            if solid.viscosity > 0.0 and room.weights[i] > 0.0:
+                E[i] += solid.viscosity * change[i] / room.weights[i]
+            for k in range(solid.rates.shape[0]):
+                E[i] -= solid.rates[k] * room.loads[k, i]
+            E[i] /= solid.glass
+        elif phase == GROWS:
+            E[i] = -gap(solid, panels, p, 0.0, t, nodes[D, i], basis, slopes)[0]
+        else:
+            E[i] = -load(solid, panels, p, 0.0, t, shared_load(solid, room, i), basis, slopes)[0]
+    return E[NODES - 1]
+
+
+@compiled
+def crossing(rule: Scheme, room: Room, deadband: float) -> float:
+    """Smallest z in (0, 1] at which the event passes zero upwards; 2 if it does not."""
+    values, row = room.nodes[EVENT], room.vectors[6]
+    first = 0
+    for i in range(NODES - 1, 0, -1):
+        if values[i] > deadband:
+            first = i
+    if first == 0:
+        return 2.0
+    # At the start the last event has its zero: the value there follows from the other nodes.
+    values[0] = 0.0
+    for i in range(1, NODES):
+        weight = 1.0
+        for j in range(1, NODES):
+            if j != i:
+                weight *= rule.c[j] / (rule.c[j] - rule.c[i])
+        values[0] += weight * values[i]
+    to_coefficients(rule, values, row)
+    low, high = rule.c[first - 1], rule.c[first]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        polynomials(middle, room.basis[0], room.basis[1])
+        if value_of(row, room.basis[0]) > 0.0:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@compiled
+def first_event(
+    problem: Problem, room: Room, phase: int, passing: int, length: float, settled: bool
+) -> tuple[int, float]:
+    """First event of a solved step and its z; (NOTHING, 2) if there is none."""
+    event, first = NOTHING, 2.0
+    _, p = end_of_way(room, phase)
+    for candidate in (TURNS, JOINT, TOUCHES, BENDS):
+        deadband = 0.0
+        if candidate == TURNS:
+            if phase == FREE or passing != TIME_PASSES or settled:
+                continue
+            # A body that stands still turns by rounding.
+            deadband = 1e-13 * problem.scales.depth / length
+        elif candidate == JOINT:
+            if phase == FREE or p < 0:
+                continue
+        elif candidate == TOUCHES:
+            if phase != FREE:
+                continue
+        elif phase != GROWS or p >= 0 or next_corner(problem.path, room.nodes[Y, 0]) < 0.0:
+            continue
+        write_event(problem, room, phase, candidate)
+        z = crossing(problem.rule, room, deadband)
+        if z < first:
+            event, first = candidate, z
+    if event == JOINT and p == 0 and phase == SHRINKS:
+        event = ENDS
+    return event, first
+
+
+@compiled
+def event_ahead(problem: Problem, room: Room, phase: int, kind: int) -> tuple[int, float]:
+    """End of the front's way that it meets soon after the step, and after how many steps.
+
+    Before such an end the front is like a root of the time that is left: a step that ends there is smooth, a shorter
+    one is not.
+    """
+    panels, p = end_of_way(room, phase)
+    event = ENDS if p == 0 and phase == SHRINKS else JOINT
+    if p < 0 or kind != 1 or (event == JOINT and panels.joint[p] < FLAT):
+        return NOTHING, 0.0
+    value, E, c = write_event(problem, room, phase, event), room.nodes[EVENT], problem.rule.c
+    n, m = NODES - 3, NODES - 6
+    first, second = (value - E[n]) / (1.0 - c[n]), (E[n] - E[m]) / (c[n] - c[m])
+    slope = first + (first - second) / (1.0 - c[m]) * (1.0 - c[n])
+    if not (slope > 0.0 and -value < 2.0 * slope):
+        return NOTHING, 0.0
+    return event, 1.0 - value / slope
+
+
+@inlined
+def tail(rule: Scheme, values: Any, row: Any) -> float:
+    """Size of the last two coefficients of a polynomial."""
+    to_coefficients(rule, values, row)
+    return abs(row[NODES - 1]) + abs(row[NODES - 2])
+
+
+@compiled
+def step_error(problem: Problem, room: Room, phase: int) -> float:
+    """Error of depth, force, shared load and front over their scales.
+
+    The front does not count where loads do not feel its scatter: where they have decayed nearly to zero, or the tip
+    meets an imprint of nearly its own shape.
+    """
+    solid, scales, rule, nodes = problem.solid, problem.scales, problem.rule, room.nodes
+    values, row = room.vectors[7], room.vectors[6]
+    for i in range(NODES):
+        values[i] = 0.0
+        for k in range(solid.rates.shape[0]):
+            values[i] += solid.moduli[k] * room.h[k, i]
+    worst = tail(rule, values, row) / scales.stress
+    for part in (tail(rule, nodes[D], row) / scales.depth, tail(rule, nodes[F], row) / scales.force):
+        # Comparisons with NaN are false.
+        if not part <= worst:
+            worst = part
+    for i in range(NODES):
+        values[i] = nodes[Y, i] * nodes[Y, i]
+    # On virgin surface y^2 = d may be a polynomial where y is not.
+    front = max(tail(rule, values, row), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y], row)) / scales.depth
+    if front > scales.tolerance:
+        steepest = 0.0
+        for i in range(1, NODES):
+            steepest = max(steepest, nodes[SLOPE, i])
+        scatter = tail(rule, nodes[Y], row) * steepest * (solid.glass if phase == GROWS else 1.0)
+        if scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress):
+            front = 0.0
+    return front if not front <= worst else worst
+
+
+@compiled
+def push(problem: Problem, room: Room, phase: int, length: float, kind: int, joint: int) -> None:
+    """Put the elements that changed state in a step on their stack."""
+    solid, rule, nodes, K = problem.solid, problem.rule, room.nodes, problem.solid.rates.shape[0]
+    values = room.vectors[6]
+    panels, place = ahead(room, SHRINKS if phase == GROWS else GROWS)
+    p = room.places[place]
+    room.places[place] = p + 1
+    panels.start[p], panels.length[p], panels.kind[p] = room.state[TIME], length, kind
+    panels.end[p], panels.joint[p] = 1.0, joint
+    row = panels.coefficients[p]
+    to_coefficients(rule, nodes[Y], row[0])
+    if phase == GROWS:
+        for k in range(K):
+            for i in range(NODES):
+                values[i] = room.loads[k, i] - solid.moduli[k] * room.h[k, i]
+            to_coefficients(rule, values, row[1 + k])
+            for i in range(NODES):
+                values[i] = room.L[k, i] - solid.moduli[k] * room.h[k, i] * nodes[A, i]
+            to_coefficients(rule, values, row[1 + K + k])
+        return
+    for i in range(NODES):
+        leave(solid, nodes[D, i] - nodes[Y, i] * nodes[Y, i], room.loads[:, i], room.displacements[:, i])
+    for j in range(solid.recoveries.shape[0]):
+        to_coefficients(rule, room.displacements[j], row[1 + j])
+
+
+@compiled
+def jump(problem: Problem, room: Room, phase: int, z: float, joint: int) -> None:
+    """Let the front pass at once to z of the top panel of the stack before it, whose elements change state now."""
+    solid, rule, nodes, K = problem.solid, problem.rule, room.nodes, problem.solid.rates.shape[0]
+    t, basis, slopes = room.state[TIME], room.basis[0], room.basis[1]
+    growth, source, result = room.vectors[2], room.vectors[0], room.vectors[1]
+    panels, place = ahead(room, phase)
+    p = room.places[place] - 1
+    end = panels.end[p]
+    for i in range(NODES):
+        at = end + (z - end) * rule.c[i]
+        polynomials(at, basis, slopes)
+        nodes[D, i], nodes[Y, i] = room.state[DEPTH], max(value_of(panels.coefficients[p, 0], basis), 0.0)
+        nodes[A, i], nodes[PI, i] = radius_and_integral(problem.path, nodes[Y, i])
+        for k in range(K):
+            room.h[k, i] = room.memory[k]
+        if phase == SHRINKS:
+            write_loads(
+                solid, panels, p, at, t, room.memory, nodes[A, i], room.loads[:, i], room.L[:, i], basis, slopes
+            )
+        else:
+            write_displacements(solid, panels, p, at, t, room.displacements[:, i], basis, slopes)
+            touch(solid, room.displacements[:, i], room.loads[:, i])
+    if phase == GROWS:
+        differentiate(rule, nodes[A], growth)
+        for k in range(K):
+            for i in range(NODES):
+                source[i] = room.loads[k, i] * growth[i]
+            at_nodes(rule.A, source, result)
+            room.L[k, 0] = room.sums[k]
+            for i in range(1, NODES):
+                room.L[k, i] = room.L[k, 0] + result[i]
+    push(problem, room, phase, 0.0, FROZEN, joint)
+    panels.end[p] = z
+    room.places[place] = p + 1 if z > 0.0 else p
+    room.state[FRONT] = nodes[Y, NODES - 1]
+    for k in range(K):
+        room.sums[k] = room.L[k, NODES - 1]
+
+
+@compiled
+def jump_ahead(problem: Problem, room: Room, phase: int, moment: float) -> bool:
+    """Let the front pass at once to where it is a moment later; False if it hardly moves.
+
+    So it does, within rounding, where loads have decayed to nothing, or the tip meets an imprint of its own shape.
+    """
+    solid, state = problem.solid, room.state
+    panels, place = ahead(room, phase)
+    count = room.places[place]
+    if count == 0:
+        return False
+    drive = state[DEPTH] + moment * state[RATE]
+    if phase == SHRINKS:
+        drive = solid.equilibrium * drive + solid.viscosity * state[RATE]
+        for k in range(solid.rates.shape[0]):
+            decay = math.exp(-solid.rates[k] * moment)
+            drive += solid.moduli[k] * (room.memory[k] * decay + state[RATE] * (1.0 - decay) / solid.rates[k])
+    p, z, y, _ = locate(
+        solid, panels, count, phase == SHRINKS, state[TIME] + moment, drive, count - 1, panels.end[count - 1],
+        room.basis[0], room.basis[1],
+    )  # fmt: skip
+    if abs(y - state[FRONT]) <= 1e-13 * max(y, state[FRONT]):
+        return False
+    while room.places[place] > p + 1:
+        jump(problem, room, phase, 0.0, KINK)
+    if p >= 0 and z < panels.end[p]:
+        jump(problem, room, phase, z, KINK)
+    return True
+
+
+@inlined
+def end_contact(problem: Problem, room: Room) -> None:
+    """Let the innermost element leave."""
+    room.state[FRONT], room.state[FORCE] = 0.0, 0.0
+    room.places[FOLLOWING] = 0
+    for k in range(problem.solid.rates.shape[0]):
+        room.sums[k] = 0.0
+
+
+@compiled
+def begin_contact(problem: Problem, room: Room) -> None:
+    """Let the element at the axis touch, and with it those of a flat face."""
+    room.state[FRONT] = 0.0
+    write_start(problem.solid, problem.path, room, GROWS)
+    # A flat face feels the dashpot at once.
+    room.state[FORCE] = problem.solid.viscosity * room.nodes[A, 0] * room.state[RATE]
+    for k in range(problem.solid.rates.shape[0]):
+        room.memory[k] = 0.0
+        room.sums[k] = room.loads[k, 0] * room.nodes[A, 0]
+
+
+@compiled
+def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, stop: float) -> None:
+    """Move the state to the end of a step, at time `stop`."""
+    rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
+    records, n, slopes = room.records, room.places[RECORDS], room.vectors[7]
+    phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
+    records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
+    records.phase[n], records.event[n] = phase, event
+    to_coefficients(rule, nodes[D], records.columns[n, 0])
+    to_coefficients(rule, nodes[V], records.columns[n, 1])
+    to_coefficients(rule, nodes[F], records.columns[n, 2])
+    to_coefficients(rule, nodes[Y], records.columns[n, 3])
+    room.places[RECORDS] = n + 1
+    differentiate(rule, nodes[D], slopes)
+    for i in range(1, NODES):
+        room.state[WORK] += rule.A[STAGES - 1, i - 1] * nodes[F, i] * slopes[i]
+    if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
+        push(problem, room, phase, length, kind if passes else FROZEN, joint)
+        panels, place = ahead(room, phase)
+        if event == JOINT:
+            room.places[place] = end_of_way(room, phase)[1]
+        elif event == ENDS or room.at[last] < 0:
+            room.places[place] = 0
+        else:
+            p, z = room.at[last], room.z[last]
+            panels.end[p] = z
+            room.places[place] = p + 1 if z > 0.0 else p
+    room.state[TIME], room.state[DEPTH], room.state[RATE] = stop, nodes[D, last], nodes[V, last]
+    room.state[FRONT], room.state[FORCE] = nodes[Y, last], nodes[F, last]
+    for k in range(K):
+        room.memory[k], room.sums[k] = room.h[k, last], room.L[k, last]
+    if event == ENDS:
+        end_contact(problem, room)
+    if event == TOUCHES:
+        begin_contact(problem, room)
+
+
+@compiled
+def rate_behind_knot(problem: Problem, room: Room, piece: int, span: float) -> float:
+    """Rate of the depth behind a knot of what is prescribed; without a time span the size of the jump."""
+    driver, solid = problem.driver, problem.solid
+    if span == 0.0:
+        return given(driver, piece, 1.0, 0.0)[0] - given(driver, piece, 0.0, 0.0)[0]
+    _, slope, rate = given(driver, piece, 0.0, room.state[TIME])
+    rate += slope / span
+    if driver.by_depth:
+        return rate
+    a = radius_and_integral(problem.path, room.state[FRONT])[0]
+    stiffness = driver.stiffness + solid.glass * a
+    if driver.mass > 0.0 or solid.viscosity > 0.0 or not stiffness > 0.0:
+        return room.state[RATE]
+    # k d' = f' - F' with F' = E0 a d' - sum rho_k L_k, as the load vanishes at the front.
+    for k in range(solid.rates.shape[0]):
+        rate += solid.rates[k] * room.sums[k]
+    return rate / stiffness
+
+
+@compiled
+def phase_behind_knot(problem: Problem, room: Room, phase: int, rate: float) -> int:
+    """Whether the contact grows or shrinks at this rate: whether the body is faster than the free surface.
+
+    With a dashpot the load at the front jumps with the rate; the front then has to jump from where it vanishes.
+    """
+    solid = problem.solid
+    write_start(solid, problem.path, room, phase)
+    lost, load_at_front = 0.0, solid.equilibrium * (room.state[DEPTH] - room.state[FRONT] ** 2)
+    for k in range(solid.rates.shape[0]):
+        lost += solid.rates[k] * room.loads[k, 0]
+        load_at_front += room.loads[k, 0]
+    free_rate = -load_at_front / solid.viscosity if solid.viscosity > 0.0 else lost / solid.glass
+    room.state[RATE_BEFORE], room.state[RATE_BEHIND] = free_rate, rate
+    return GROWS if rate >= free_rate else SHRINKS
+
+
+@inlined
+def factor_of(tolerance: float, error: float, least: float, most: float) -> float:
+    """Factor for the length of the next step after one with this error."""
+    return min(max(0.8 * (tolerance / max(error, 1e-30)) ** (1.0 / STAGES), least), most)
+
+
+@compiled
+def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, most: int) -> int:
+    """Follow the body through a piece of what is prescribed; `start` has how the next step starts, and its length.
+
+    The numbers of `start`: map of the first step, joint, length.
+    """
+    driver, rule, scales, tolerance = problem.driver, problem.rule, problem.scales, problem.scales.tolerance
+    span = driver.knots[piece + 1] - driver.knots[piece] if passing == TIME_PASSES else 1.0
+    duration = driver.knots[driver.knots.shape[0] - 1] - driver.knots[0]
+    phase, done, switches = room.places[PHASE], 0.0, 0
+    first_kind, joint, guess = int(start[0]), int(start[1]), min(start[2], span)
+    while done < span:
+        left = span - done
+        length = min(guess, left)
+        # A last step that is much shorter than the others costs as much as they do.
+        if length > 0.6 * left:
+            length = left
+        # Two times that differ by less are one; within a moment loads change by less than the tolerance.
+        grain = 1e-15 if passing != TIME_PASSES else max(4e-16 * abs(room.state[TIME]), 1e-18 * span)
+        instant, jumps = grain, 0
+        speed = max(abs(room.state[RATE]), scales.depth / duration)
+        moment = max(grain, 0.05 * tolerance * scales.stress / (problem.solid.glass * speed))
+        kind, hunted, tries, aimed = first_kind, NOTHING, 0, math.inf
+        last_length, last_value, error = 0.0, -math.inf, math.inf
+        while True:
+            tries += 1
+            if tries > _MOST_TRIES:
+                return NOT_SOLVED
+            error = math.inf
+            step = Step(phase, passing, piece, done, length, span, kind)
+            if solve_step(problem, room, step):
+                error = step_error(problem, room, phase)
+            if length < moment and phase != FREE:
+                jumps += 1
+                if passing == TIME_PASSES and jumps < _MOST_JUMPS and jump_ahead(problem, room, phase, moment):
+                    hunted, kind, length = NOTHING, 1, min(left, 16.0 * moment)
+                    continue
+                moment = grain
+            if length < grain:
+                return TOO_STEEP
+            if hunted == NOTHING:
+                # Behind a joint or the end a step is not smooth, but the event, which follows from the depth, is.
+                event, z = NOTHING, 2.0
+                if error < _COARSE:
+                    event, z = first_event(problem, room, phase, passing, length, switches > 4)
+                passed = share(kind, z)[0]
+                if event == NOTHING and tolerance < error < _COARSE and aimed > length and phase != FREE:
+                    event, passed = event_ahead(problem, room, phase, kind)
+                    if event != NOTHING:
+                        aimed = length
+                        if length * passed > left:
+                            event = NOTHING
+                if event == NOTHING:
+                    if error <= tolerance:
+                        break
+                    length *= factor_of(tolerance, error, 0.1, 0.7) if error < math.inf else 0.25
+                    continue
+                panels, p = end_of_way(room, phase)
+                backward = event == ENDS or (event == JOINT and panels.joint[p] >= FLAT)
+                if backward and first_kind != 1:
+                    # A step has one map: first a step that does not reach the event.
+                    length *= 0.5 * passed
+                    continue
+                hunted, instant = event, max(grain, 1e-13 * length)
+                last_length, last_value = 0.0, -math.inf
+                length *= passed
+                kind = BACKWARD if backward else kind
+                if length < instant:
+                    break
+                continue
+            if not error <= tolerance:
+                hunted, kind = NOTHING, first_kind
+                length *= factor_of(tolerance, error, 0.1, 0.7) if error < math.inf else 0.25
+                continue
+            # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
+            value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
+            slope = (value - room.nodes[EVENT, NODES - 2]) / (length * (1.0 - before))
+            if last_value > -math.inf:
+                slope = (value - last_value) / (length - last_length)
+            change = -value / slope if slope > 0.0 else 0.0
+            if abs(change) <= grain or tries > 40 or abs(value) >= abs(last_value):
+                break
+            last_length, last_value = length, value
+            length = min(max(length + change, 0.5 * length), min(1.5 * length, left))
+        if hunted != NOTHING and length < instant:
+            # The event is at the start.
+            switches += 1
+            if switches > _MOST_SWITCHES:
+                return NOT_SOLVED
+            if hunted == TOUCHES:
+                begin_contact(problem, room)
+            elif hunted in (JOINT, ENDS):
+                _, p = end_of_way(room, phase)
+                while room.places[ahead(room, phase)[1]] > max(p, 0):
+                    jump(problem, room, phase, 0.0, KINK)
+                if hunted == ENDS:
+                    end_contact(problem, room)
+        else:
+            switches = 0
+            size = max(room.places[FOLLOWING], room.places[FREE_PANELS]) + _MOST_JUMPS
+            if room.places[RECORDS] >= min(most, room.records.start.shape[0]) or size >= room.free.start.shape[0]:
+                return NO_ROOM
+            done = span if left - length <= max(4.0 * grain, 1e-15 * span) else done + length
+            stop = room.state[TIME]
+            if passing == TIME_PASSES:
+                stop = driver.knots[piece + 1] if done == span else driver.knots[piece] + done
+            accept(problem, room, step, hunted, joint, stop)
+            guess = max(length, 0.5 * guess)
+            if hunted == NOTHING:
+                guess = length * factor_of(tolerance, error, 0.3, 4.0)
+        joint, first_kind = SMOOTH, 1
+        if hunted == TURNS:
+            phase, joint = (SHRINKS if phase == GROWS else GROWS), FLAT
+        elif hunted == TOUCHES:
+            phase, first_kind, guess = GROWS, problem.power, left
+        elif hunted == ENDS:
+            phase, guess = FREE, math.inf
+        elif hunted == JOINT:
+            joint = KINK
+        elif hunted == BENDS:
+            joint, first_kind = CORNER, 2
+        room.places[PHASE] = phase
+    start[0], start[1] = first_kind, joint
+    if passing == TIME_PASSES:
+        start[2] = guess
+    return DONE
+
+
+@entry_point
+def touch_surface(problem: Problem, room: Room, time: float, rate: float) -> None:
+    """Let a body with this rate of the depth touch the surface, as it then is, at the axis."""
+    state = room.state
+    state[TIME], state[RATE], room.places[PHASE] = time, rate, GROWS
+    state[DEPTH] = surface_at_axis(problem.solid, room, time)
+    begin_contact(problem, room)
+
+
+@entry_point
+def run(problem: Problem, room: Room, start: Any, most: int) -> int:
+    """Follow the body through all that is prescribed; return the outcome. `start` are three numbers of room."""
+    driver, state, places = problem.driver, room.state, room.places
+    begins = places[PHASE] == GROWS and places[FOLLOWING] == 0
+    start[0], start[1], start[2] = (problem.power if begins else 1), KINK, math.inf
+    for piece in range(driver.knots.shape[0] - 1):
+        span = driver.knots[piece + 1] - driver.knots[piece]
+        if not driver.smooth[piece]:
+            start[1] = KINK
+            if places[PHASE] != FREE and places[FOLLOWING] > 0:
+                rate = rate_behind_knot(problem, room, piece, span)
+                if span == 0.0:
+                    places[PHASE] = GROWS if rate >= 0.0 else SHRINKS
+                else:
+                    places[PHASE] = phase_behind_knot(problem, room, places[PHASE], rate)
+                    if problem.solid.viscosity > 0.0 and driver.by_depth:
+                        # The load of the dashpot jumps: at once where the contact grows, else from where the front is.
+                        jumps = places[PHASE] == SHRINKS
+                        behind = state[RATE_BEFORE] if jumps else rate
+                        state[FORCE] += problem.solid.viscosity * room.nodes[A, 0] * (behind - state[RATE])
+                        if jumps:
+                            outcome = follow(problem, room, piece, RATE_JUMPS, start, most)
+                            if outcome != DONE:
+                                return outcome
+                    state[RATE] = rate
+        outcome = follow(problem, room, piece, VALUE_JUMPS if span == 0.0 else TIME_PASSES, start, most)
+        if outcome != DONE:
+            return outcome
+    return DONE

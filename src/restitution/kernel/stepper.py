@@ -1,0 +1,575 @@
+"""One step of a contact with any history: fronts, forces and memory at the nodes, and the motion that they allow.
+
+Phases: FREE (no contact), GROWS (the gap closes at the front) and SHRINKS (the load vanishes at the front). The nodes
+of a step are those of Radau IIA collocation; the unknown is the depth there, or the velocity where there is a mass.
+What drives the body is, with f piecewise polynomial plus a cosine,
+
+    by depth:   d = f(t)
+    otherwise:  m d'' + c d' + k d = f(t) - F        (a force for m = c = k = 0, a spring for m = c = 0)
+
+The memory of all increments of the depth, and of those that the growing contact feels, is
+
+    h_k' = d' - rho_k h_k,     L_k' = E_k a d' + l_k^touch a' - rho_k L_k,
+    F = Einf [(d - y^2) a + Pi(y)] + eta a d' + sum L_k
+
+While the contact shrinks, L_k follows from the panels (docs/development/decisions/histories.md).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.kernel.compile import compiled, inlined
+from restitution.kernel.panels import (
+    NODES,
+    STAGES,
+    Scheme,
+    Solid,
+    Stack,
+    gap,
+    locate,
+    share,
+    stack,
+    touch,
+    write_displacements,
+    write_loads,
+)
+from restitution.kernel.path import Path, radius_and_integral
+
+FREE, GROWS, SHRINKS = range(3)
+# What passes in a step: time, a jump of what is prescribed, a jump of the rate of the depth.
+TIME_PASSES, VALUE_JUMPS, RATE_JUMPS = range(3)
+
+# Numbers in `Room.state` and in `Room.places`, and rows of `Room.nodes`.
+TIME, FRONT, DEPTH, RATE, WORK, FORCE, RATE_BEFORE, RATE_BEHIND = range(8)
+PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
+D, V, Y, A, PI, F, EVENT, GIVEN, SLOPE = range(9)
+
+_MOST_ITERATIONS = 30
+
+
+class Driver(NamedTuple):
+    """What moves the body; dimensionless."""
+
+    by_depth: bool
+    knots: Any  # (m + 1,): times; two equal ones enclose a jump
+    values: Any  # (m, n): coefficients of f over the share of the piece, constant first
+    smooth: Any  # (m + 1,): whether f is smooth at the knot
+    mass: float
+    damping: float
+    stiffness: float
+    amplitude: float  # Of the cosine
+    frequency: float
+    phase: float
+
+
+class Scales(NamedTuple):
+    """Sizes with which errors are compared."""
+
+    depth: float
+    force: float
+    stress: float
+    tolerance: float
+
+
+class Problem(NamedTuple):
+    """What does not change in a run."""
+
+    solid: Solid
+    path: Path
+    driver: Driver
+    rule: Scheme
+    scales: Scales
+    power: int  # y grows like t^(1/power) after a touch
+
+
+class Step(NamedTuple):
+    """A step, from `done` on in a piece of what is prescribed."""
+
+    phase: int
+    passing: int
+    piece: int
+    done: float
+    length: float
+    span: float  # Of the piece
+    kind: int  # Map from z to the share of the step
+
+
+class Records(NamedTuple):
+    """Accepted steps: Chebyshev coefficients over z of depth, rate, force and y."""
+
+    start: Any  # (R,)
+    length: Any  # (R,)
+    kind: Any  # (R,): map of the step
+    phase: Any  # (R,)
+    event: Any  # (R,): what ends the step
+    columns: Any  # (R, 4, N)
+
+
+class Room(NamedTuple):
+    """State of a run, and scratch space of a step; the first of the N nodes is the start of the step."""
+
+    following: Stack
+    free: Stack
+    records: Records
+    state: Any  # Floats, see TIME
+    places: Any  # Integers, see PHASE
+    memory: Any  # (K,): h_k now
+    sums: Any  # (K,): L_k now
+    times: Any  # (N,)
+    weights: Any  # (N,): slope of the time over z
+    nodes: Any  # (9, N), see D; SLOPE is that of load or gap over y at the front
+    h: Any  # (K, N)
+    L: Any  # (K, N)
+    loads: Any  # (K, N): l_k at the front
+    displacements: Any  # (J, N): w_j at the front
+    at: Any  # (N,): panel of the front
+    z: Any  # (N,)
+    inverse: Any  # (K, S, S): of I + rho_k A diag(weights)
+    jacobian: Any  # (S, S)
+    matrix: Any  # (S, S + 1)
+    vectors: Any  # (8, N)
+    basis: Any  # (2, N)
+    parts: Any  # (max(K, J),)
+
+
+def room(solid: Solid, panels: int, records: int) -> Room:
+    """Return a body above virgin surface, with room for a number of panels and steps."""
+    K, J, N, S = solid.rates.size, solid.recoveries.size, NODES, STAGES
+    whole = np.int64
+    kept = Records(
+        np.zeros(records), np.zeros(records), np.zeros(records, dtype=whole), np.zeros(records, dtype=whole),
+        np.zeros(records, dtype=whole), np.zeros((records, 4, N)),
+    )  # fmt: skip
+    return Room(
+        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(8), np.zeros(5, dtype=whole), np.zeros(K),
+        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((9, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
+        np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)), np.zeros((S, S)),
+        np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
+    )  # fmt: skip
+
+
+@inlined
+def ahead(room: Room, phase: int) -> tuple[Stack, int]:
+    """Stack which the front goes through, and the place of its size."""
+    if phase == GROWS:
+        return room.free, FREE_PANELS
+    return room.following, FOLLOWING
+
+
+@inlined
+def given(driver: Driver, piece: int, x: float, t: float) -> tuple[float, float, float]:
+    """Value of f at share x of a piece and time t, its slope over x, and the rate of the cosine."""
+    value, slope = 0.0, 0.0
+    for n in range(driver.values.shape[1] - 1, -1, -1):
+        slope = slope * x + value
+        value = value * x + driver.values[piece, n]
+    rate = 0.0
+    if driver.amplitude != 0.0:
+        angle = driver.frequency * t + driver.phase
+        value += driver.amplitude * math.cos(angle)
+        rate = -driver.amplitude * driver.frequency * math.sin(angle)
+    return value, slope, rate
+
+
+@compiled
+def solve_linear(matrix: Any) -> bool:
+    """Solve by elimination with pivots; the right-hand side, the last column, becomes the solution."""
+    S = STAGES
+    for c in range(S):
+        row = c
+        for r in range(c, S):
+            if abs(matrix[r, c]) > abs(matrix[row, c]):
+                row = r
+        if not abs(matrix[row, c]) > 0.0:
+            return False
+        if row != c:
+            for n in range(c, S + 1):
+                matrix[c, n], matrix[row, n] = matrix[row, n], matrix[c, n]
+        for r in range(c + 1, S):
+            factor = matrix[r, c] / matrix[c, c]
+            for n in range(c + 1, S + 1):
+                matrix[r, n] -= factor * matrix[c, n]
+    for c in range(S - 1, -1, -1):
+        value = matrix[c, S]
+        for n in range(c + 1, S):
+            value -= matrix[c, n] * matrix[n, S]
+        matrix[c, S] = value / matrix[c, c]
+    return True
+
+
+@compiled
+def write_inverses(solid: Solid, rule: Scheme, room: Room) -> None:
+    """Write the inverses of I + rho_k A diag(weights), which are well conditioned, by elimination without pivots."""
+    S = STAGES
+    for k in range(solid.rates.shape[0]):
+        X = room.inverse[k]
+        for i in range(S):
+            for j in range(S):
+                X[i, j] = solid.rates[k] * rule.A[i, j] * room.weights[j + 1] + (1.0 if i == j else 0.0)
+        for c in range(S):
+            pivot = 1.0 / X[c, c]
+            X[c, c] = 1.0
+            for j in range(S):
+                X[c, j] *= pivot
+            for r in range(S):
+                if r != c:
+                    factor = X[r, c]
+                    X[r, c] = 0.0
+                    for j in range(S):
+                        X[r, j] -= factor * X[c, j]
+
+
+@inlined
+def at_nodes(matrix: Any, values: Any, result: Any) -> None:
+    """Write the product of a matrix with values at the nodes 1 to S."""
+    for i in range(STAGES):
+        total = 0.0
+        for j in range(STAGES):
+            total += matrix[i, j] * values[j + 1]
+        result[i + 1] = total
+
+
+@inlined
+def differentiate(rule: Scheme, values: Any, result: Any) -> None:
+    """Write the slopes over z at the nodes."""
+    for i in range(NODES):
+        total = 0.0
+        for j in range(NODES):
+            total += rule.derivative[i, j] * values[j]
+        result[i] = total
+
+
+@inlined
+def shared_load(solid: Solid, room: Room, i: int) -> float:
+    """Load that all following elements share at a node: Einf d + eta d' + sum E_k h_k."""
+    drive = solid.equilibrium * room.nodes[D, i] + solid.viscosity * room.nodes[V, i]
+    for k in range(solid.rates.shape[0]):
+        drive += solid.moduli[k] * room.h[k, i]
+    return drive
+
+
+@inlined
+def guess_next(room: Room, i: int) -> None:
+    """Let the first search for the front at the next node start where the last two nodes lead."""
+    if room.places[NO_FRONT_YET] == 1 and i < NODES - 1:
+        p, z = room.at[i], room.z[i]
+        room.at[i + 1], room.z[i + 1] = p, z
+        if room.at[i - 1] == p and room.times[i] > room.times[i - 1]:
+            pace = (z - room.z[i - 1]) / (room.times[i] - room.times[i - 1])
+            room.z[i + 1] = min(max(z + pace * (room.times[i + 1] - room.times[i]), 0.0), 1.0)
+
+
+@compiled
+def write_shrinking_front(solid: Solid, room: Room, path: Path, i: int) -> None:
+    """Write the front of the shrinking contact at a node, its loads, and the part of the force by the memory."""
+    nodes, basis, slopes = room.nodes, room.basis[0], room.basis[1]
+    p, z, y, nodes[SLOPE, i] = locate(
+        solid, room.following, room.places[FOLLOWING], True, room.times[i], shared_load(solid, room, i),
+        max(room.at[i], 0), room.z[i], basis, slopes,
+    )  # fmt: skip
+    room.at[i], room.z[i] = max(p, 0), z
+    # Behind the end of the contact no load is left.
+    nodes[Y, i] = max(y, 0.0) if p >= 0 else 0.0
+    nodes[A, i], nodes[PI, i] = radius_and_integral(path, nodes[Y, i])
+    write_loads(
+        solid, room.following, max(p, 0), z, room.times[i], room.h[:, i], nodes[A, i], room.loads[:, i], room.L[:, i],
+        basis, slopes,
+    )  # fmt: skip
+    nodes[F, i] = 0.0
+    for k in range(solid.rates.shape[0]):
+        nodes[F, i] += room.L[k, i]
+    guess_next(room, i)
+
+
+@compiled
+def write_growing_front(solid: Solid, room: Room, path: Path, i: int) -> None:
+    """Write the front of the growing contact at a node, and displacement and loads of the element there."""
+    nodes, basis, slopes = room.nodes, room.basis[0], room.basis[1]
+    p, y = -1, 0.0
+    nodes[F, i], nodes[SLOPE, i] = 0.0, 0.0
+    if room.places[FREE_PANELS] > 0 and room.at[i] >= 0:
+        p, room.z[i], y, nodes[SLOPE, i] = locate(
+            solid, room.free, room.places[FREE_PANELS], False, room.times[i], nodes[D, i], room.at[i], room.z[i],
+            basis, slopes,
+        )  # fmt: skip
+    room.at[i] = p
+    if p < 0:
+        # Virgin surface.
+        y = math.sqrt(max(nodes[D, i], 0.0))
+        room.displacements[:, i] = 0.0
+    else:
+        write_displacements(solid, room.free, p, room.z[i], room.times[i], room.displacements[:, i], basis, slopes)
+    touch(solid, room.displacements[:, i], room.loads[:, i])
+    nodes[Y, i] = max(y, 0.0)
+    nodes[A, i], nodes[PI, i] = radius_and_integral(path, nodes[Y, i])
+    guess_next(room, i)
+
+
+@compiled
+def write_growing_sums(solid: Solid, rule: Scheme, room: Room) -> None:
+    """Write L_k of the growing contact, and add them to the forces.
+
+    int a dd = Pi + int a dW with the surface W at the front, which is zero on virgin surface.
+    """
+    nodes, vectors = room.nodes, room.vectors
+    source, result, growth, surface, common = vectors[0], vectors[1], vectors[2], vectors[3], vectors[4]
+    was_touched = room.places[FREE_PANELS] > 0
+    for i in range(NODES):
+        surface[i] = nodes[D, i] - nodes[Y, i] * nodes[Y, i]
+        common[i], result[i] = 0.0, 0.0
+    if was_touched:
+        differentiate(rule, surface, source)
+        for i in range(NODES):
+            source[i] *= nodes[A, i]
+        at_nodes(rule.A, source, common)
+        differentiate(rule, nodes[A], growth)
+    for k in range(solid.rates.shape[0]):
+        if was_touched:
+            for i in range(NODES):
+                source[i] = room.loads[k, i] * growth[i]
+            at_nodes(rule.A, source, result)
+        for i in range(1, NODES):
+            rise = nodes[PI, i] - nodes[PI, 0] + common[i]
+            source[i] = room.L[k, 0] + solid.moduli[k] * rise + result[i]
+        at_nodes(room.inverse[k], source, room.L[k])
+        for i in range(1, NODES):
+            nodes[F, i] += room.L[k, i]
+
+
+@compiled
+def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int) -> None:
+    """Write fronts, memory and forces at the nodes from the depths and rates there."""
+    nodes, source = room.nodes, room.vectors[0]
+    for k in range(solid.rates.shape[0]):
+        for i in range(1, NODES):
+            source[i] = room.h[k, 0] + nodes[D, i] - nodes[D, 0]
+        at_nodes(room.inverse[k], source, room.h[k])
+    for i in range(1, NODES):
+        if phase == SHRINKS:
+            write_shrinking_front(solid, room, path, i)
+        elif phase == GROWS:
+            write_growing_front(solid, room, path, i)
+        else:
+            nodes[F, i], nodes[Y, i] = 0.0, 0.0
+    room.places[NO_FRONT_YET] = 0
+    if phase == FREE:
+        return
+    if phase == GROWS:
+        write_growing_sums(solid, rule, room)
+    for i in range(1, NODES):
+        y, a = nodes[Y, i], nodes[A, i]
+        nodes[F, i] += solid.equilibrium * ((nodes[D, i] - y * y) * a + nodes[PI, i])
+        nodes[F, i] += solid.viscosity * a * nodes[V, i]
+
+
+@compiled
+def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase: int) -> None:
+    """Write the slope of the residual by the depths at the nodes, or by the velocities where there is a mass.
+
+    dF = a (Einf + sum E_k B_k^-1) dd + eta a dd', as the load vanishes at a shrinking front; at a growing one over
+    virgin surface a stands behind the memory.
+    """
+    S, nodes, M, row = STAGES, room.nodes, room.jacobian, room.vectors[5]
+    for i in range(S):
+        for j in range(S):
+            value = 0.0
+            if phase != FREE:
+                for k in range(solid.rates.shape[0]):
+                    value += solid.moduli[k] * room.inverse[k, i, j]
+                value += solid.equilibrium if i == j else 0.0
+                value *= nodes[A, j + 1] if phase == GROWS else nodes[A, i + 1]
+                if driver.mass == 0.0 and solid.viscosity > 0.0 and room.weights[i + 1] > 0.0:
+                    value += solid.viscosity * nodes[A, i + 1] * rule.derivative[i + 1, j + 1] / room.weights[i + 1]
+            M[i, j] = value + (driver.stiffness if i == j else 0.0)
+    if driver.mass == 0.0:
+        return
+    # m (v - v0) + A w (c v + k d + F - f) = 0 with d = d0 + A w v: m + A w (c + eta a + (k + dF/dd) A w).
+    for i in range(S):
+        for j in range(S):
+            row[j] = 0.0
+            for n in range(S):
+                row[j] += M[i, n] * rule.A[n, j] * room.weights[j + 1]
+        for j in range(S):
+            M[i, j] = row[j]
+        M[i, i] += driver.damping + (solid.viscosity * nodes[A, i + 1] if phase != FREE else 0.0)
+    for j in range(S):
+        for i in range(S):
+            row[i] = 0.0
+            for n in range(S):
+                row[i] += rule.A[i, n] * room.weights[n + 1] * M[n, j]
+        for i in range(S):
+            M[i, j] = row[i]
+        M[j, j] += driver.mass
+
+
+@compiled
+def newton_step(driver: Driver, rule: Scheme, room: Room) -> bool:
+    """Correct the depths, or the velocities, at the nodes; False if the matrix is singular."""
+    S, nodes, M = STAGES, room.nodes, room.matrix
+    for i in range(S):
+        for j in range(S):
+            M[i, j] = room.jacobian[i, j]
+        n = i + 1
+        if driver.mass == 0.0:
+            M[i, S] = nodes[GIVEN, n] - nodes[F, n] - driver.stiffness * nodes[D, n]
+            continue
+        total = driver.mass * (nodes[V, n] - nodes[V, 0])
+        for j in range(S):
+            n = j + 1
+            push = driver.damping * nodes[V, n] + driver.stiffness * nodes[D, n] + nodes[F, n] - nodes[GIVEN, n]
+            total += rule.A[i, j] * room.weights[n] * push
+        M[i, S] = -total
+    return solve_linear(M)
+
+
+@compiled
+def apply_correction(driver: Driver, rule: Scheme, room: Room, amount: float) -> None:
+    """Add the correction in the last column of the matrix; the rates follow from the depths, or they from these."""
+    S, nodes = STAGES, room.nodes
+    moving = driver.mass > 0.0
+    for i in range(S):
+        nodes[V if moving else D, i + 1] += amount * room.matrix[i, S]
+    if moving:
+        for i in range(S):
+            total = 0.0
+            for j in range(S):
+                total += rule.A[i, j] * room.weights[j + 1] * nodes[V, j + 1]
+            nodes[D, i + 1] = nodes[D, 0] + total
+        return
+    for i in range(1, NODES):
+        if room.weights[i] > 0.0:
+            total = 0.0
+            for j in range(NODES):
+                total += rule.derivative[i, j] * nodes[D, j]
+            nodes[V, i] = total / room.weights[i]
+
+
+@compiled
+def surface_at_axis(solid: Solid, room: Room, t: float) -> float:
+    """Depth of the free surface at the axis."""
+    p = room.places[FREE_PANELS] - 1
+    if p < 0:
+        return 0.0
+    return gap(solid, room.free, p, room.free.end[p], t, 0.0, room.basis[0], room.basis[1])[0]
+
+
+@compiled
+def predict(solid: Solid, path: Path, driver: Driver, room: Room, phase: int) -> None:
+    """Write a first guess of depths or velocities: constant velocity, or elastic growth."""
+    nodes = room.nodes
+    for i in range(1, NODES):
+        nodes[V, i], nodes[D, i] = nodes[V, 0], nodes[D, 0]
+        if driver.mass > 0.0:
+            continue
+        rise = nodes[GIVEN, i] - nodes[GIVEN, 0]
+        if phase == FREE:
+            if driver.stiffness > 0.0:
+                nodes[D, i] = nodes[GIVEN, i] / driver.stiffness
+        elif nodes[Y, 0] > 0.0:
+            nodes[D, i] += rise / (driver.stiffness + solid.glass * nodes[A, 0])
+        else:
+            # A first touch: (E0 + eta/t) Pi(y) + k y^2 = f.
+            modulus = solid.glass
+            if solid.viscosity > 0.0:
+                modulus += solid.viscosity / max(room.times[i] - room.times[0], 1e-300)
+            low, high = 0.0, 1.0
+            for _ in range(100):
+                load = modulus * radius_and_integral(path, high)[1] + driver.stiffness * high * high
+                if load < rise and low == 0.0 and high < 1e150:
+                    high *= 4.0
+                    continue
+                middle = 0.5 * (low + high)
+                load = modulus * radius_and_integral(path, middle)[1] + driver.stiffness * middle * middle
+                low, high = (low, middle) if load > rise else (middle, high)
+            nodes[D, i] += high * high
+
+
+@compiled
+def write_start(solid: Solid, path: Path, room: Room, phase: int) -> None:
+    """Write the state at the start of a step into its first node, and let the search for the front start there."""
+    nodes, state, places = room.nodes, room.state, room.places
+    basis, slopes = room.basis[0], room.basis[1]
+    nodes[D, 0], nodes[V, 0], nodes[Y, 0], nodes[F, 0] = state[DEPTH], state[RATE], state[FRONT], state[FORCE]
+    nodes[A, 0], nodes[PI, 0] = radius_and_integral(path, nodes[Y, 0])
+    for k in range(solid.rates.shape[0]):
+        room.h[k, 0], room.L[k, 0] = room.memory[k], room.sums[k]
+    panels, place = ahead(room, phase)
+    p = places[place] - 1
+    z = panels.end[max(p, 0)]
+    places[NO_FRONT_YET] = 1
+    for i in range(NODES):
+        room.at[i], room.z[i] = p, z
+    if phase == SHRINKS:
+        write_loads(solid, panels, p, z, state[TIME], room.h[:, 0], 0.0, room.loads[:, 0], room.parts, basis, slopes)
+        return
+    room.displacements[:, 0] = 0.0
+    if p >= 0:
+        write_displacements(solid, room.free, p, z, state[TIME], room.displacements[:, 0], basis, slopes)
+    touch(solid, room.displacements[:, 0], room.loads[:, 0])
+
+
+@compiled
+def write_given(problem: Problem, room: Room, step: Step) -> None:
+    """Write times and what is prescribed at the nodes of a step."""
+    nodes, state, driver = room.nodes, room.state, problem.driver
+    t0 = state[TIME]
+    for i in range(NODES):
+        passed, pace = share(step.kind, problem.rule.c[i])
+        x = (step.done + step.length * passed) / step.span
+        room.times[i], room.weights[i] = t0, 0.0
+        if step.passing == TIME_PASSES:
+            room.times[i], room.weights[i] = t0 + step.length * passed, step.length * pace
+        value, slope, rate = given(driver, step.piece, min(x, 1.0), room.times[i])
+        if step.passing == RATE_JUMPS:
+            nodes[D, i], nodes[V, i] = state[DEPTH], state[RATE_BEFORE] + x * (state[RATE_BEHIND] - state[RATE_BEFORE])
+            continue
+        nodes[GIVEN, i] = value
+        if driver.by_depth:
+            if i > 0:
+                nodes[D, i] = value
+            nodes[V, i] = slope / step.span + rate if step.passing == TIME_PASSES else state[RATE]
+
+
+@compiled
+def solve_step(problem: Problem, room: Room, step: Step) -> bool:
+    """Solve a step; whether Newton's method converged."""
+    solid, path, driver, rule, scales = problem.solid, problem.path, problem.driver, problem.rule, problem.scales
+    nodes, phase = room.nodes, step.phase
+    write_start(solid, path, room, phase)
+    write_given(problem, room, step)
+    write_inverses(solid, rule, room)
+    if driver.by_depth or step.passing == RATE_JUMPS:
+        write_forces(solid, path, rule, room, phase)
+        return True
+    if phase == FREE and not (driver.mass > 0.0 or driver.stiffness > 0.0):
+        # Without a force the body lies on the surface.
+        for i in range(1, NODES):
+            nodes[D, i] = surface_at_axis(solid, room, room.times[i])
+        write_forces(solid, path, rule, room, phase)
+        return True
+    predict(solid, path, driver, room, phase)
+    apply_correction(driver, rule, room, 0.0)
+    write_forces(solid, path, rule, room, phase)
+    last, ratio = math.inf, 1.0
+    reach = (step.length if driver.mass > 0.0 else 1.0) / scales.depth
+    for iteration in range(_MOST_ITERATIONS):
+        # A good matrix serves again.
+        if ratio > 0.1:
+            write_jacobian(solid, driver, rule, room, phase)
+        if not newton_step(driver, rule, room):
+            return False
+        change, size = 0.0, 1.0
+        for i in range(STAGES):
+            change = max(change, abs(room.matrix[i, STAGES]) * reach)
+            size = max(size, abs(nodes[D, i + 1]) / scales.depth, abs(nodes[V, i + 1]) * reach)
+        ratio = change / last
+        if not change < math.inf or (iteration > 8 and ratio > 2.0):
+            return False
+        apply_correction(driver, rule, room, 1.0)
+        write_forces(solid, path, rule, room, phase)
+        if change <= max(1e-3 * scales.tolerance, 2e-15 * size) or (change <= 1e-12 and ratio >= 0.5):
+            return True
+        last = change
+    return False

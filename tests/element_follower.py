@@ -1,0 +1,85 @@
+"""Single elements followed alone through a program of straight lines: closed exponentials, bracketed events.
+
+Shares no code with the kernel. An element of E*(t) = Einf + sum E_k exp(-t/tau_k) is named by the depth s at which the
+virgin surface is touched. In contact its branches obey l_k' = E_k d' - l_k/tau_k; free, they relax under zero load.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+_PLACES = np.linspace(0.0, 1.0, 65)
+
+
+@dataclass
+class Element:
+    """State of an element at a time, and the straight line of the depth from there on."""
+
+    follower: "Follower"
+    s: float
+    loads: Any
+    displacement: float
+    is_touched: bool
+    depth: float
+    rate: float
+
+    def after(self, elapsed: float) -> tuple[Any, float]:
+        """Return loads and displacement after a time, in the same state."""
+        parent, x = self.follower, self.follower.rates * elapsed
+        if self.is_touched:
+            loads = self.loads * np.exp(-x) + parent.moduli * self.rate * -np.expm1(-x) / parent.rates
+            return loads, self.depth + self.rate * elapsed - self.s
+        parts, z = parent.inverse @ self.loads, parent.values * elapsed
+        loads = parent.modes @ (np.exp(z) * parts)
+        if parent.equilibrium > 0.0:
+            return loads, -loads.sum() / parent.equilibrium
+        # A liquid: W' = sum l_k/(tau_k E0), integrated mode by mode; one eigenvalue is zero.
+        steps = np.where(np.abs(z) < 1e-12, elapsed, np.expm1(z) / np.where(parent.values == 0.0, 1.0, parent.values))
+        return loads, self.displacement + float(parent.rates @ parent.modes @ (parts * steps)) / parent.moduli.sum()
+
+    def margin(self, elapsed: float) -> float:
+        """Return the load in contact, the gap of a free element: what must not be negative."""
+        loads, displacement = self.after(elapsed)
+        if self.is_touched:
+            return float(self.follower.equilibrium * displacement + loads.sum())
+        return float(displacement + self.s - self.depth - self.rate * elapsed)
+
+    def advance(self, elapsed: float) -> float:
+        """Move to the end of the line, or to the next change of state; return the time that has passed."""
+        margins = np.array([self.margin(elapsed * place) for place in _PLACES])
+        bad = np.flatnonzero(margins[1:] < -1e-14 * max(1.0, np.abs(margins).max()))
+        passed = elapsed
+        if bad.size:
+            low, high = elapsed * _PLACES[bad[0]], elapsed * _PLACES[bad[0] + 1]
+            passed = brentq(self.margin, low, high, xtol=1e-15, rtol=8.9e-16) if self.margin(low) > 0.0 else low
+        self.loads, self.displacement = self.after(passed)
+        self.depth += self.rate * passed
+        self.is_touched ^= bool(bad.size)
+        return passed
+
+
+class Follower:
+    """Elements of one material under a depth of straight lines through points."""
+
+    def __init__(self, equilibrium: float, moduli: Any, times: Any, knots: Any, depths: Any) -> None:
+        self.equilibrium, self.moduli, self.rates = equilibrium, np.array(moduli, float), 1.0 / np.array(times, float)
+        self.knots, self.depths = np.array(knots, float), np.array(depths, float)
+        # Free: E0 W' = sum l_k/tau_k, so that l' is linear in l.
+        glass = equilibrium + self.moduli.sum()
+        values, modes = np.linalg.eig(np.outer(self.moduli, self.rates) / glass - np.diag(self.rates))
+        self.values, self.modes, self.inverse = values.real, modes.real, np.linalg.inv(modes).real
+        if equilibrium == 0.0:
+            self.values[np.argmin(np.abs(self.values))] = 0.0
+
+    def load(self, s: float, time: float) -> float:
+        """Return the line load of the element s at a time."""
+        element = Element(self, s, np.zeros(self.moduli.size), 0.0, False, 0.0, 0.0)
+        for n in range(self.knots.size - 1):
+            now, stop = self.knots[n], min(self.knots[n + 1], time)
+            element.depth = self.depths[n]
+            element.rate = (self.depths[n + 1] - self.depths[n]) / (self.knots[n + 1] - self.knots[n])
+            while now < stop:
+                now += element.advance(stop - now)
+        return element.margin(0.0) if element.is_touched else 0.0
