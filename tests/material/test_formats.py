@@ -384,7 +384,7 @@ def test_mutated_exports_are_read_or_refused(form):
 
 
 def test_a_quotation_mark_that_stands_alone_joins_no_lines():
-    table = parse("frequency [Hz],storage modulus [MPa],loss modulus [MPa]\n1,2,3\n2,3,\"4\n4,5,6\n8,6,7\n", "x")
+    table = parse('frequency [Hz],storage modulus [MPa],loss modulus [MPa]\n1,2,3\n2,3,"4\n4,5,6\n8,6,7\n', "x")
     assert isinstance(table, DynamicTable)
     assert table.angular_frequency / (2.0 * math.pi) == pytest.approx([1.0, 2.0, 4.0, 8.0])
     assert table.loss_modulus == pytest.approx([3e6, 4e6, 6e6, 7e6])
