@@ -74,7 +74,7 @@ def unnamed(shape: tuple[int, ...]) -> Axes:
 
 
 def is_named(value: Any) -> bool:
-    """Whether a value is a DataArray with dimensions."""
+    """Return whether a value is a DataArray with dimensions."""
     dimensions = getattr(value, "dims", None) if hasattr(value, "coords") else None
     # Those of a Dataset are a mapping.
     return isinstance(dimensions, tuple) and bool(dimensions)
@@ -187,7 +187,7 @@ def _spread(name: str, value: Any, axes: Axes, of_arrays: Axes | None, is_list: 
 
 
 def _fits(shape: tuple[int, ...], axes: Axes) -> bool:
-    """Whether an array of a shape may be over axes."""
+    """Return whether an array of a shape may be over axes."""
     return len(shape) == len(axes.shape) and all(n in (1, most) for n, most in zip(shape, axes.shape, strict=True))
 
 

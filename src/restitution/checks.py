@@ -180,7 +180,7 @@ def items(name: str, value: Any, rule: str) -> list[Any]:
 
 
 def is_iterable(value: Any) -> bool:
-    """Whether a value has items, or an iteration that fails."""
+    """Return whether a value has items, or an iteration that fails."""
     try:
         iter(value)
     except TypeError:  # also that of an array without a dimension

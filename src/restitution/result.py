@@ -57,7 +57,7 @@ class Table(NamedTuple):
         return "\n".join([*lines[:head], *map(line, self.rows), end, ""])
 
     def _layout(self, rows: Sequence[tuple[str, ...]], width: int) -> str:
-        """Lines of some rows in columns of a width."""
+        """Return the lines of some rows in columns of a width."""
         from io import StringIO
 
         from rich import box
@@ -225,7 +225,7 @@ class Result:
         return plain({name: getattr(self, name) for name in self._numbers})
 
     def plot(self) -> Figure:
-        """Figure of the result."""
+        """Return the figure of the result."""
         return draw(self._picture, self)
 
     def __str__(self) -> str:

@@ -306,7 +306,7 @@ def numbers(contact: Contact | Sequence[Contact], **columns: ArrayLike) -> Numbe
 
 
 def layer_strain_number(squeezed: ArrayLike, width: ArrayLike, confinement: ArrayLike) -> Array:
-    """Largest shear strain in a layer over 0.7, in which it is d/a on an incompressible half-space.
+    """Return the largest shear strain in a layer over 0.7, in which it is d/a on an incompressible half-space.
 
     Parameters
     ----------
@@ -369,7 +369,7 @@ _DENSITY = 4  # place of the density in the numbers of a body
 
 
 def _of_body(body: Material, shape: tuple[int, ...]) -> Array:
-    """Ends of the window, instantaneous and static Poisson ratio, density, doubt of a body, in rows."""
+    """Return the ends of the window, instantaneous and static Poisson ratio, density, doubt of a body, in rows."""
     low, high = body.window or (math.nan, math.nan)
     density = math.nan if body.density is None else body.density
     # Without a window no time and no force is known of data that do not determine all constants.
@@ -386,7 +386,7 @@ def _in_rows(columns: Sequence[Array]) -> Array:
 
 
 def _stacked(place: _Place, name: str) -> PronySeries:
-    """Relaxation moduli of each body, in rows."""
+    """Return the relaxation moduli of each body, in rows."""
     moduli = [getattr(body, name) for body, _ in place]
     series = [modulus if isinstance(modulus, PronySeries) else RIGID for modulus in moduli]
     if len(place) == 1:
@@ -395,7 +395,7 @@ def _stacked(place: _Place, name: str) -> PronySeries:
 
 
 def _of_contacts(contacts: Sequence[Contact]) -> list[Array]:
-    """Numbers of each contact, or the arrays that a single one has: `_Shapes`, then what `_sizes` takes."""
+    """Return the numbers of each contact, or the arrays that a single one has: `_Shapes`, then what `_sizes` takes."""
     rows = [
         (
             *(getattr(contact.profile, name) for name in _Shapes._fields),

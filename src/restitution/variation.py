@@ -107,7 +107,7 @@ def check_rivals(names: Iterable[str], field: str = "axes") -> None:
 
 
 def numbers_of(impact: Impact) -> tuple[str, ...]:
-    """Names of the numbers of a geometry, apart from those that are the material's."""
+    """Return the names of the numbers of a geometry, apart from those that are the material's."""
     return tuple(name for name in impact.profile.numbers if name not in MATERIAL_NAMES)
 
 
@@ -136,7 +136,7 @@ def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_
 
 
 def is_standard_solid(material: Material) -> bool:
-    """Whether materials have one branch, no dashpot in parallel, and a constant bulk modulus."""
+    """Return whether materials have one branch, no dashpot in parallel, and a constant bulk modulus."""
     shear = material.shear
     return shear.n_branches == 1 and not np.any(shear.parallel_viscosity) and not _relaxes(material.bulk)
 
@@ -189,7 +189,7 @@ def _branches(shear: PronySeries, values: dict[str, Any], equilibrium: Any) -> t
 
 
 def _scaled_bulk(bulk: PronySeries | float, modulus: Any) -> Any:
-    """Bulk relaxation with another equilibrium modulus and the same normalised relaxation."""
+    """Return the bulk relaxation with another equilibrium modulus and the same normalised relaxation."""
     rigid = np.isinf(modulus)
     if not _relaxes(bulk) or rigid.all():
         return modulus

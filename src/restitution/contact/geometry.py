@@ -140,7 +140,7 @@ class Geometry(ABC):
         return np.stack([radius / root, radius * root])
 
     def curve(self, depth: float) -> Callable[[Array], tuple[Array, Array]]:
-        """Function from y^2 in [0, 1] to depths [m] up to the one given and their stiffness radii [m], both smooth."""
+        """Return a function from y^2 in [0, 1] to depths [m] up to this one and stiffness radii [m], both smooth."""
         return lambda share: (depth * share, self.stiffness_radius(depth * share))
 
     @property
@@ -276,7 +276,7 @@ class Geometry(ABC):
         return math.inf
 
     def __eq__(self, other: object) -> bool:
-        """Whether both are geometries of one type with equal parameters."""
+        """Return whether both are geometries of one type with equal parameters."""
         if type(other) is not type(self):
             return NotImplemented
         return all(np.array_equal(mine, theirs) for mine, theirs in zip(_values(self), _values(other), strict=True))

@@ -49,7 +49,7 @@ class LineFunction:
     coefficients: Array  # (n_cells, degree + 1): Chebyshev coefficients over each cell, lowest first
 
     def __call__(self, x: ArrayLike) -> Array:
-        """Value at x [m]."""
+        """Return the value at x [m]."""
         x = np.abs(as_array(x))
         cell = np.clip(np.searchsorted(self.edges, x, side="right") - 1, 0, len(self.edges) - 2)
         value = chebyshev(self.coefficients[cell], self.local(x, cell))

@@ -352,7 +352,7 @@ class IndentationCurve(ForceRecord):
         self._set_record(self.time, self.force, deviations, baseline=constant, baseline_slope=slope)
 
     def _set_nuisance(self, touch: float, noise: float) -> None:
-        """Start, range and step of the contact point."""
+        """Return the start, range and step of the contact point."""
         peak = float(self.lines.depth.max())
         before = int(np.argmax(self.depth > touch))
         if before < _FEWEST:

@@ -296,7 +296,7 @@ def penalties(space: Parameters, coordinates: Array) -> Array:
 
 
 def start_and_bounds(space: Parameters, modulus: float, time: float) -> tuple[Array, Array, Array]:
-    """Start, lowest and highest coordinates about an effective modulus E* [Pa] and a contact time [s]."""
+    """Return the start, lowest and highest coordinates about an effective modulus E* [Pa] and a contact time [s]."""
     scales = {MODULUS: modulus / 4.0, TIME: time, VISCOSITY: 0.25 * modulus * time}
     rows: list[tuple[float, float, float]] = []
     for parameter in space.free:

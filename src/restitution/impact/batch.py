@@ -221,7 +221,7 @@ class Batch:
         )
 
     def sample_forces(self, times: Array, rtol: float) -> Array:
-        """Forces [N] at ascending times [s] since first touch, shape (n, n_time).
+        """Return the forces [N] at ascending times [s] since first touch, shape (n, n_time).
 
         They are 0 outside the contact, and NaN for a body that does not separate.
         """

@@ -134,14 +134,14 @@ class Bounces(Result):
         return np.where(stays, np.nan, series.loss_modulus(omega) / series.storage_modulus(omega))
 
     def to_dataset(self) -> xarray.Dataset:
-        """Dataset of all columns over `bounce`, with units."""
+        """Return the dataset of all columns over `bounce`, with units."""
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
         columns = {name: (getattr(self, name), quantity) for name, quantity in {**_COLUMNS, **_TANGENT}.items()}
         numbers = {"bounce": (np.arange(1, self.n_bounces + 1), Quantity("bounce", NUMBER, "bounce"))}
         return dataset("bounce", numbers | columns, attributes)
 
     def summary(self, title: str = "") -> Summary:
-        """Table of the bounces and their warnings, which `print` and notebooks show."""
+        """Return the table of the bounces and their warnings, which `print` and notebooks show."""
         from restitution.impact.result import of_bounces
 
         return of_bounces(self, title)
@@ -162,7 +162,7 @@ def bounces(
     stop: Callable[[], bool] | None = None,
     rtol: float = 1e-9,
 ) -> Bounces:
-    """Bounces of a body under gravity, until it rests.
+    """Return the bounces of a body under gravity, until it rests.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def bounces(
 
 
 def _recovery(series: PronySeries, flight: float) -> list[str]:
-    """Warnings about a surface that has not recovered after the shortest flight [s]."""
+    """Return the warnings about a surface that has not recovered after the shortest flight [s]."""
     if math.isinf(flight) or series.is_elastic:
         return []
     if series.is_liquid:

@@ -48,7 +48,7 @@ independent of this package.
 def elastic_max_indentation_depth(
     reduced_modulus: Any, path_coefficient: Any, mass: Any, velocity: Any, *, path_exponent: Any = 1.0
 ) -> Numeric:
-    """Largest indentation depth d_m [m] of an elastic impact.
+    """Return the largest indentation depth d_m [m] of an elastic impact.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def elastic_max_indentation_depth(
 
 
 def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_exponent: Any = 1.0) -> Numeric:
-    """Contact time T [s] of an elastic impact.
+    """Return the contact time T [s] of an elastic impact.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def elastic_contact_time(max_indentation_depth: Any, velocity: Any, *, path_expo
 
 
 def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, path_exponent: Any = 1.0) -> Numeric:
-    """Largest force F_max [N] of an elastic impact.
+    """Return the largest force F_max [N] of an elastic impact.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def elastic_max_force(max_indentation_depth: Any, mass: Any, velocity: Any, *, p
 def kelvin_voigt_first_order_restitution(
     retardation_time: Any, max_indentation_depth: Any, velocity: Any, *, path_exponent: Any = 1.0
 ) -> Numeric:
-    """Restitution coefficient e [-] on a Kelvin-Voigt half-space, to first order in small loss.
+    """Return the restitution coefficient e [-] on a Kelvin-Voigt half-space, to first order in small loss.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def hunter_restitution(
     equilibrium_modulus: Any, branch_moduli: Any, relaxation_times: Any, contact_time: Any, *,
     path_exponent: Any = 1.0,
 ) -> Numeric:  # fmt: skip
-    """Restitution coefficient e [-] for relaxation much slower than the contact, to first order.
+    """Return the restitution coefficient e [-] for relaxation much slower than the contact, to first order.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def hunter_restitution(
 
 
 def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
-    """Restitution coefficient e [-] of a flat punch on a Kelvin-Voigt half-space.
+    """Return the restitution coefficient e [-] of a flat punch on a Kelvin-Voigt half-space.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def flat_punch_kelvin_voigt_restitution(damping_ratio: Any) -> Numeric:
 
 
 def flat_punch_maxwell_restitution(damping_ratio: Any) -> Numeric:
-    """Restitution coefficient e [-] of a flat punch on a Maxwell half-space.
+    """Return the restitution coefficient e [-] of a flat punch on a Maxwell half-space.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def flat_punch_maxwell_restitution(damping_ratio: Any) -> Numeric:
 
 
 def standard_solid_small_p3_slope(nu: Any) -> Numeric:
-    """Slope s [-] of `e = 1 - s p3 + ...` at small p3, for the paper's standard solid.
+    """Return the slope s [-] of `e = 1 - s p3 + ...` at small p3, for the paper's standard solid.
 
     Parameters
     ----------
@@ -278,7 +278,7 @@ def standard_solid_small_p3_slope(nu: Any) -> Numeric:
 
 
 def standard_solid_large_p3_slope(nu: Any, p2: Any) -> Numeric:
-    """Coefficient L [-] of `e = 1 - L/p3 + ...` at large p3, for the paper's standard solid.
+    """Return the coefficient L [-] of `e = 1 - L/p3 + ...` at large p3, for the paper's standard solid.
 
     Parameters
     ----------
@@ -337,7 +337,7 @@ def equivalent_incompressible_p3(p3: Any) -> Numeric:
 
 
 def mueller_poeschel_restitution(reduced_velocity: Any) -> Numeric:
-    """Restitution coefficient e [-] of viscoelastic spheres by the law of Brilliantov and others.
+    """Return the restitution coefficient e [-] of viscoelastic spheres by the law of Brilliantov and others.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ def solve_elements(impact: Impact, *, n_elements: int = 800, time_step: float | 
 def element_history(
     impact: Impact, *, n_elements: int = 800, time_step: float | None = None, n_times: int = 200
 ) -> xarray.Dataset:
-    """Displacements and forces of the elements of the paper's model over time.
+    """Return the displacements and forces of the elements of the paper's model over time.
 
     Parameters
     ----------
@@ -286,7 +286,7 @@ class _Foundation:
         return g
 
     def is_over(self, time: float, radius: float) -> bool:
-        """Whether 20 times the slowest decay has passed, after which 2e-9 of the transients is left."""
+        """Return whether 20 times the slowest decay has passed, after which 2e-9 of the transients is left."""
         if radius == 0.0:
             return False
         series, slowest = self.series, float(self.series.relaxation_times.max(initial=0.0))
@@ -329,14 +329,14 @@ class StandardSolidElement:
         return 4.0 * (self.ginf * self.u2[: u.size] + self.g1 * self.u3[: u.size])
 
     def dissipation(self, u: Array, v: float) -> Array:
-        """Power per length [W/m] that the dashpots eta and eta/3 dissipate."""
+        """Return the power per length [W/m] that the dashpots eta and eta/3 dissipate."""
         power = self.u3[: u.size] ** 2
         if not math.isinf(self.k0):
             power += (self.u1[: u.size] - self.u2[: u.size]) ** 2 / 3.0
         return (4.0 * self.g1**2 / self.eta) * power
 
     def energy(self, u: Array) -> Array:
-        """Energy per length [J/m] of the five springs."""
+        """Return the energy per length [J/m] of the five springs."""
         u1, u2, u3 = self.u1[: u.size], self.u2[: u.size], self.u3[: u.size]
         energy = self.g1 * u3**2 + self.ginf * u2**2
         if not math.isinf(self.k0):
@@ -344,7 +344,7 @@ class StandardSolidElement:
         return 2.0 * energy
 
     def inner(self, n: int) -> dict[str, Array]:
-        """Inner displacements [m] of the first n elements by name."""
+        """Return the inner displacements [m] of the first n elements by name."""
         return {"u1": self.u1[:n].copy(), "u2": self.u2[:n].copy(), "u3": self.u3[:n].copy()}
 
 
@@ -366,15 +366,15 @@ class MaxwellElement:
         w += du - (step / self.times) * w
 
     def line_load(self, u: Array, v: float | Array) -> Array:
-        """Force per length [N/m] of spring, dashpot and branches."""
+        """Return the force per length [N/m] of spring, dashpot and branches."""
         return self.equilibrium * u + self.viscosity * v + self.moduli @ self.w[:, : u.size]
 
     def dissipation(self, u: Array, v: float) -> Array:
-        """Power per length [W/m] that all dashpots dissipate."""
+        """Return the power per length [W/m] that all dashpots dissipate."""
         return self.viscosity * v**2 + (self.moduli / self.times[:, 0]) @ self.w[:, : u.size] ** 2
 
     def energy(self, u: Array) -> Array:
-        """Energy per length [J/m] of all springs."""
+        """Return the energy per length [J/m] of all springs."""
         return 0.5 * (self.equilibrium * u**2 + self.moduli @ self.w[:, : u.size] ** 2)
 
     def inner(self, n: int) -> dict[str, Array]:

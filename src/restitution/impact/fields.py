@@ -66,13 +66,13 @@ class ImpactFields:
         self._loads, self._displacements = Kept(), Kept()
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Array:
-        """Contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
+        """Return the contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
         field = partial(pressure, noise=self._noise, tip_exponent=self._tip_exponent)
         inside = np.asarray(r, dtype=np.float64) / self._stretch
         return self._over_times(self._loads, self.line_load, field, inside, t) / self._stretch**2
 
     def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Array:
-        """Displacement of the surface w(r, t) [m], into the half-space; r and t broadcast."""
+        """Return the displacement of the surface w(r, t) [m], into the half-space; r and t broadcast."""
         as_profile(self._geometry, "surface displacement")
         return self._over_times(self._displacements, self.line_displacement, surface_displacement, r, t)
 

@@ -13,7 +13,7 @@ from restitution.quantities import check
 
 
 def plate_impedance(material: Material, thickness: Any) -> Numeric:
-    r"""Impedance of a thin plate of infinite extent.
+    r"""Return the impedance of a thin plate of infinite extent.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def plate_impedance(material: Material, thickness: Any) -> Numeric:
 
 
 def rod_impedance(material: Material, area: Any) -> Numeric:
-    r"""Impedance of a long thin rod that is hit on its end.
+    r"""Return the impedance of a long thin rod that is hit on its end.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def rod_impedance(material: Material, area: Any) -> Numeric:
 
 
 def _stiffness(material: Any) -> tuple[Any, Any]:
-    """Instantaneous Young's modulus [Pa] and density [kg/m3] of a material."""
+    """Return the instantaneous Young's modulus [Pa] and density [kg/m3] of a material."""
     if not isinstance(material, Material):
         raise InputTypeError("material", material, "must be a Material")
     if material.density is None:

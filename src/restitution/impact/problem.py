@@ -49,7 +49,7 @@ STANDARD_GRAVITY = 9.80665
 
 
 def fall_velocity(height: Any, gravity: Any) -> Any:
-    """Velocity sqrt(2 g h) [m/s] after a free fall from the height h [m] at the gravity g [m/s2]."""
+    """Return the velocity sqrt(2 g h) [m/s] after a free fall from the height h [m] at the gravity g [m/s2]."""
     return np.sqrt(2.0 * gravity * height)
 
 
@@ -244,7 +244,7 @@ class Impact:
 
 
 def _rows(value: Numeric, shape: tuple[int, ...], places: NDArray[np.intp]) -> Numeric:
-    """Numbers of some rows of an array."""
+    """Return the numbers of some rows of an array."""
     return np.broadcast_to(value, shape).reshape(-1)[places][()] if np.ndim(value) else value
 
 
@@ -318,7 +318,7 @@ class Body:
 
 
 def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any = 0.0) -> Impact:
-    """Central impact of two bodies.
+    """Return the central impact of two bodies.
 
     Parameters
     ----------
@@ -362,7 +362,7 @@ def collision(body_1: Body, body_2: Body, velocity: Any, *, external_force: Any 
 
 
 def _collision(body_1: Body, body_2: Body, velocity: Any, external_force: Any) -> Impact:
-    """Central impact of two bodies, of arrays over the same axes."""
+    """Return the central impact of two bodies, of arrays over the same axes."""
     radius = _reduced("radius", "m", "both bodies are flat, but one must be curved", body_1.radius, body_2.radius)
     mass = _reduced("mass", "kg", "both bodies are immovable", body_1.mass, body_2.mass)
     material, counter = body_1.material or body_2.material, body_2.material if body_1.material else None
@@ -403,7 +403,7 @@ def reduced(first: Any, second: Any) -> Any:
 def drop(
     body: Body, ground: Body, height: Any, *, gravity: Any = STANDARD_GRAVITY, with_weight: bool = True
 ) -> Impact:
-    """Impact of a body that falls from rest onto ground that does not move, without air resistance.
+    """Return the impact of a body that falls from rest onto ground that does not move, without air resistance.
 
     Parameters
     ----------
@@ -463,7 +463,7 @@ class DimensionlessGroups(NamedTuple):
 
 
 def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
-    """Dimensionless groups p1, p2, p3 of a parabolic body on a standard solid.
+    """Return dimensionless groups p1, p2, p3 of a parabolic body on a standard solid.
 
     Parameters
     ----------
@@ -530,7 +530,7 @@ def window_around(contact_time: ArrayLike, longest: float = 0.0) -> Window:
 
 
 def for_contact(build: Callable[[Window], Impact], *, longest: float = 0.0) -> Impact:
-    """Impact whose fractional materials hold over its own contact.
+    """Return the impact whose fractional materials hold over its own contact.
 
     Parameters
     ----------

@@ -185,7 +185,7 @@ class ImpactResult(Result):
         return self.validity_on()
 
     def validity_on(self, body_size: Numeric = math.nan) -> Validity:
-        """Validity report with the size of the target.
+        """Return the validity report with the size of the target.
 
         Parameters
         ----------
@@ -315,7 +315,7 @@ class ImpactResult(Result):
         return self.sample()
 
     def sample(self, times: ArrayLike | None = None, *, n_points: int = 401) -> xarray.Dataset:
-        """History at given times, or at a number of times.
+        """Return the history at given times, or at a number of times.
 
         Parameters
         ----------
@@ -350,7 +350,7 @@ class ImpactResult(Result):
         return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})
 
     def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, Array]:
-        """Columns of `sample` by name, which are quicker than a Dataset."""
+        """Return the columns of `sample` by name, which are quicker than a Dataset."""
         checks.whole("n_points", n_points, 2, 10_000_000)
         solution = self._single("a history is")
         if isinstance(solution, Solution):
@@ -363,7 +363,7 @@ class ImpactResult(Result):
         return {name: values for name, values in trajectory._asdict().items() if values is not None}
 
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Any:
-        """Contact pressure p(r, t) [Pa].
+        """Return the contact pressure p(r, t) [Pa].
 
         Parameters
         ----------
@@ -401,7 +401,7 @@ class ImpactResult(Result):
         return self._fields.pressure(r, t)
 
     def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Any:
-        """Normal displacement of the surface w(r, t) [m], into the half-space, during contact and after it.
+        """Return the normal displacement of the surface w(r, t) [m], into the half-space, during contact and after it.
 
         Parameters
         ----------
@@ -437,7 +437,7 @@ class ImpactResult(Result):
         return self._fields.surface_displacement(r, t)
 
     def plot(self, times: ArrayLike | None = None) -> Figure:
-        """Figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
+        """Return the figure of the impact: force over time, loop, depth, contact radius, pressure, energies.
 
         Of several impacts e, contact time, depth and force over the velocity, or over what varies instead.
 
@@ -520,7 +520,7 @@ _SHOWN, _LAST = 24, 4
 
 
 def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = False) -> Summary:
-    """Table of one impact: outputs, semi-axes, the return to the surface; method and balance below."""
+    """Return the table of one impact: outputs, semi-axes, the return to the surface; method and balance below."""
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
@@ -570,7 +570,7 @@ def of_impacts(result: ImpactResult, title: str = "") -> Summary:
 
 
 def of_bounces(bounces: Bounces, title: str = "") -> Summary:
-    """Table with a row for each bounce; the end below."""
+    """Return the table with a row for each bounce; the end below."""
     heights, times = scaled_unit(bounces.drop_height, "m"), scaled_unit(bounces.contact_time, "s")
     titles = (
         "bounce", "touch at [s]", "velocity [m/s]", "restitution e", f"contact time [{times.unit}]",

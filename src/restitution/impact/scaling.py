@@ -24,7 +24,7 @@ _SMALLEST = 1e-300
 
 
 def viscosity_unit(equilibrium_modulus: Any, mass: Any, velocity: Any, radius: Any) -> Any:
-    """Viscosity `(m^2 Ginf^3/(v0 R))^(1/5)` [Pa s], for which p3 = 1; all in SI."""
+    """Return the viscosity `(m^2 Ginf^3/(v0 R))^(1/5)` [Pa s], for which p3 = 1; all in SI."""
     # Roots first: the cube of a modulus may overflow.
     return equilibrium_modulus**0.6 * mass**0.4 / (velocity**0.2 * radius**0.2)
 
@@ -209,7 +209,7 @@ def table_block(batch: Batch, depth_factors: Array, rtol: float) -> ScaledBlock:
 
 
 def _tables_of_levels(profile: Geometry, levels: list[complex], rtol: float) -> Tables:
-    """Tables for depths of some levels; the imaginary part is the factor by which they reach further."""
+    """Return the tables for depths of some levels; the imaginary part is the factor by which they reach further."""
     from restitution.contact.table import joined
 
     most, tables = float(profile.max_depth), list[Tables]()

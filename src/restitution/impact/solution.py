@@ -115,7 +115,7 @@ def solve_scaled(
 
 
 def _kept_work(modes: int) -> Work:
-    """Scratch space that this thread keeps for the next block; new memory costs as much as ten impacts."""
+    """Return scratch space that this thread keeps for the next block; new memory costs as much as ten impacts."""
     from restitution.kernel.impact import MAX_ELEMENTS
     from restitution.kernel.workspace import allocate
 

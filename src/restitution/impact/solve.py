@@ -39,7 +39,7 @@ def solve(
     n_elements: int | None = None,
     time_step: float | None = None,
 ) -> ImpactResult:
-    """Restitution coefficient, contact time, peaks, energy and history of impacts.
+    """Return the restitution coefficient, contact time, peaks, energy and history of impacts.
 
     Parameters
     ----------

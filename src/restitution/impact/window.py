@@ -111,7 +111,7 @@ def admissible_velocities(impact: Impact, near: ArrayLike) -> tuple[float, float
 
 
 def _edge(impact: Impact, good: float, bad: float) -> float:
-    """Last admissible velocity [m/s] between logarithms of an admissible one and of one that is not."""
+    """Return the last admissible velocity [m/s] between logarithms of an admissible one and of one that is not."""
     for _ in range(_ROUNDS):
         between = np.linspace(good, bad, 17)
         outside = np.flatnonzero(~np.less_equal(_ratios(impact, between), 1.0))
@@ -123,12 +123,12 @@ def _edge(impact: Impact, good: float, bad: float) -> float:
 
 
 def _ratios(impact: Impact, log_velocity: Array) -> Array:
-    """Ratio of the window for each velocity, the worst of all impacts; NaN where one is not solved."""
+    """Return the ratio of the window for each velocity, the worst of all impacts; NaN where one is not solved."""
     return _numbers(_at(impact, np.exp(log_velocity))).window_ratio.reshape(log_velocity.size, -1).max(axis=1)
 
 
 def _at(impact: Impact, velocity: Array) -> Impact:
-    """All bodies of an impact at each of some velocities [m/s]."""
+    """Return all bodies of an impact at each of some velocities [m/s]."""
     others = replace(impact, velocity=1.0).shape
     return replace(impact, velocity=velocity.reshape(-1, *(1,) * len(others)))
 
@@ -141,12 +141,12 @@ def compared(impact: Impact, outputs: Mapping[str, Any]) -> Numbers:
 
 
 def _numbers(impact: Impact) -> Numbers:
-    """Numbers of the report for the contacts of an impact, from a solution of few digits."""
+    """Return the numbers of the report for the contacts of an impact, from a solution of few digits."""
     return compared(impact, Batch.from_impact(impact).solve(_RTOL))
 
 
 def _range(low: float, high: float) -> str:
-    """A range in words, with ends of three digits within it."""
+    """Return a range in words, with ends of three digits within it."""
     bottom, top = _rounded(low, up=True), _rounded(high, up=False)
     if low and high < math.inf:
         return f"in [{bottom:g}, {top:g}]"
@@ -154,7 +154,7 @@ def _range(low: float, high: float) -> str:
 
 
 def _rounded(value: float, *, up: bool) -> float:
-    """A number with three digits that is not below another one, or not above it."""
+    """Return a number with three digits that is not below another one, or not above it."""
     if value in (0.0, math.inf):
         return value
     step = 10.0 ** (math.floor(math.log10(value)) - 2)

@@ -104,7 +104,7 @@ class History:
 
     @classmethod
     def from_function(cls, function: Callable[[Array], Any], time: ArrayLike, *, name: str = "values") -> History:
-        """Function of time, fitted piecewise to 1e-13 of its largest value.
+        """Return the function of time, fitted piecewise to 1e-13 of its largest value.
 
         Parameters
         ----------
@@ -178,12 +178,12 @@ class History:
         return float(self.knots[-1])
 
     def __call__(self, time: ArrayLike) -> Any:
-        """Value at the times [s]; at a jump the value behind it."""
+        """Return the value at the times [s]; at a jump the value behind it."""
         piece, u, _ = self._place(time)
         return polyval(u, np.moveaxis(self.coefficients[piece], -1, 0), tensor=False)[()]
 
     def rate(self, time: ArrayLike) -> Any:
-        """Rate of change at the times [s]; at a kink the rate behind it."""
+        """Return the rate of change at the times [s]; at a kink the rate behind it."""
         piece, u, width = self._place(time)
         slopes = polyder(np.moveaxis(self.coefficients[piece], -1, 0))
         return (polyval(u, slopes, tensor=False) / width)[()]
@@ -198,7 +198,7 @@ class History:
         return piece, (t - self.knots[piece]) / width, width
 
     def cut(self) -> History:
-        """Same history with further knots at its changes of sign and its turns."""
+        """Return the same history with further knots at its changes of sign and its turns."""
         widths = np.diff(self.knots)
         slopes = polyder(self.coefficients, axis=1)
         bends = (widths > 0.0) & (_may_change_sign(self.coefficients) | _may_change_sign(slopes))
@@ -223,7 +223,7 @@ class History:
 
 
 def contact_part(history: History, name: str) -> History:
-    """History from first touch on; refuse a history that starts in contact or never touches."""
+    """Return the history from first touch on; refuse a history that starts in contact or never touches."""
     history = history.cut()
     ends = history.coefficients.sum(axis=1)
     # A piece has one sign, and its middle is far from the rounding of its ends.
@@ -263,7 +263,7 @@ def graded(history: History) -> History:
 
 
 def ramp(value: float, duration: float) -> History:
-    """Linear rise from 0 to `value` [m or N] within `duration` [s].
+    """Return the linear rise from 0 to `value` [m or N] within `duration` [s].
 
     Examples
     --------
@@ -292,7 +292,7 @@ def hold(value: float, duration: float, *, rise_time: float = 0.0) -> History:
 def triangle(
     peak: float, loading_time: float, *, unloading_time: float | None = None, hold_time: float = 0.0
 ) -> History:
-    """Linear rise from 0 to `peak` [m or N] within `loading_time` [s], and linear return to 0.
+    """Return the linear rise from 0 to `peak` [m or N] within `loading_time` [s], and linear return to 0.
 
     Parameters
     ----------
@@ -319,7 +319,7 @@ def triangle(
 
 
 def sine_arch(peak: float, duration: float) -> History:
-    """Half a period of a sine, `peak sin(pi t/duration)` [m or N] for t from 0 to `duration` [s].
+    """Return half a period of a sine, `peak sin(pi t/duration)` [m or N] for t from 0 to `duration` [s].
 
     Examples
     --------
@@ -332,7 +332,7 @@ def sine_arch(peak: float, duration: float) -> History:
 
 
 def _first_pieces(t: Array) -> Array:
-    """Edges of the first pieces: about `_FIRST_PIECES`, between given times."""
+    """Return the edges of the first pieces: about `_FIRST_PIECES`, between given times."""
     if t.size > _FIRST_PIECES:
         return t[np.unique(np.linspace(0, t.size - 1, _FIRST_PIECES + 1).astype(np.intp))]
     parts = -(-_FIRST_PIECES // (t.size - 1))
@@ -341,7 +341,7 @@ def _first_pieces(t: Array) -> Array:
 
 
 def _middles(t: Array, lows: Array, highs: Array) -> Array:
-    """Times at which pieces are cut: the given time nearest to the middle, as a possible kink, or else the middle."""
+    """Return the times that cut pieces: the given time nearest to the middle, a possible kink, or else the middle."""
     middles = 0.5 * (lows + highs)
     after = np.searchsorted(t, middles)
     before, behind = t[np.maximum(after - 1, 0)], t[np.minimum(after, t.size - 1)]
@@ -350,7 +350,7 @@ def _middles(t: Array, lows: Array, highs: Array) -> Array:
 
 
 def _errors_at(t: Array, values: Array, lows: Array, highs: Array, fit: Array) -> tuple[NDArray[np.intp], Array]:
-    """Piece of each of the times, and the error of its fit there."""
+    """Return the piece of each of the times, and the error of its fit there."""
     order = np.argsort(lows)
     piece = order[np.clip(np.searchsorted(lows[order], t, side="right") - 1, 0, lows.size - 1)]
     inside = (t >= lows[piece]) & (t <= highs[piece])
@@ -375,7 +375,7 @@ def without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _may_change_sign(c: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Whether polynomials over [0, 1] may change sign within: their Bernstein coefficients differ in sign."""
+    """Return whether polynomials over [0, 1] may change sign within: their Bernstein coefficients differ in sign."""
     degree = c.shape[1] - 1
     rows = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
     bernstein = c @ np.array(rows).T
@@ -383,7 +383,7 @@ def _may_change_sign(c: NDArray[np.floating]) -> NDArray[np.bool_]:
 
 
 def _zeros(c: Array) -> list[float]:
-    """Places in (0, 1) at which a polynomial changes sign."""
+    """Return the places in (0, 1) at which a polynomial changes sign."""
     if not np.any(c[1:]):
         return []
     roots = polyroots(np.trim_zeros(c, "b"))
@@ -395,7 +395,7 @@ def _zeros(c: Array) -> list[float]:
 
 
 def _restricted(c: Array, u0: float, u1: float) -> Array:
-    """Coefficients over [u0, u1] of a polynomial given over [0, 1]."""
+    """Return the coefficients over [u0, u1] of a polynomial given over [0, 1]."""
     shifted = c.copy()
     for start in range(c.size - 1):
         for n in range(c.size - 2, start - 1, -1):

@@ -130,7 +130,7 @@ class IndentationResult(Result):
         return self._dataset(self.time, tuple(getattr(self, name) for name in COLUMNS))
 
     def sample(self, times: ArrayLike | None = None, *, n_points: int = 401, before: bool = False) -> xarray.Dataset:
-        """History at other times.
+        """Return the history at other times.
 
         Parameters
         ----------
@@ -215,7 +215,7 @@ class IndentationResult(Result):
         return self.validity.warnings
 
     def summary(self, title: str = "") -> Summary:
-        """Table of the indentation and its warnings, which `print` and notebooks show."""
+        """Return the table of the indentation and its warnings, which `print` and notebooks show."""
         values: list[tuple[str, str, float, str]] = []
         for name, quantity in INDENTATION.items():
             value = float(getattr(self, name))
@@ -240,7 +240,7 @@ class IndentationResult(Result):
 
 
 def _largest(solution: Solution, column: int) -> float:
-    """Largest value of a column of `Solution.at` up to the end of contact."""
+    """Return the largest value of a column of `Solution.at` up to the end of contact."""
     breaks = solution.breaks
     low, high = breaks[:-1, None], breaks[1:, None]
     times = np.concatenate([(low + (high - low) * _SHARES[:-1]).ravel(), breaks[-1:]])

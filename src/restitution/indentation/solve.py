@@ -73,12 +73,12 @@ class Reloading(InputError):
 
 
 def scratch(modes: int) -> Scratch:
-    """Scratch space of a contact with this number of modes, for one call at a time."""
+    """Return scratch space of a contact with this number of modes, for one call at a time."""
     return Scratch(np.empty(TERMS), np.empty(TERMS), np.empty((2, TERMS)), np.empty(modes), np.empty((2, TERMS + 1)))
 
 
 def room_for(rates: Array, segments: int, elements: int) -> tuple[Segments, Past]:
-    """Arrays for a history of `segments` and a growing contact of `elements`, with modes of these rates."""
+    """Return the arrays for a history of `segments` and a growing contact of `elements`, with modes of these rates."""
     grown = Elements(
         np.empty(elements), np.empty(elements), np.empty(elements, dtype=np.int64), np.zeros(elements + 1),
         np.zeros(elements + 1), np.empty((elements, TERMS)), np.empty((elements, TERMS)),
@@ -89,7 +89,7 @@ def room_for(rates: Array, segments: int, elements: int) -> tuple[Segments, Past
 
 
 def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, profile: Geometry) -> Past:
-    """Growing contact and its memory, without the end of contact.
+    """Return the growing contact and its memory, without the end of contact.
 
     The tolerance of depth and force is relative to the largest; the depth is at most that of the profile.
     """
@@ -112,20 +112,20 @@ def grown_contact(contact: ScaledContact, work: Scratch, tolerance: float, profi
 
 
 def room_for_checks(segments: int, modes: int) -> Checks:
-    """Arrays for the checks of a contact that shrinks over a number of segments."""
+    """Return the arrays for the checks of a contact that shrinks over a number of segments."""
     room = segments * (9 + 2 * modes)
     return Checks(np.empty(room, dtype=np.int64), np.empty(room))
 
 
 def checks_of(contact: ScaledContact, past: Past) -> Checks:
-    """Instants at which the shrinking contact is checked."""
+    """Return the instants at which the shrinking contact is checked."""
     room = room_for_checks(max(contact.values.shape[0] - past.first, 0), contact.rates.size)
     count = check_points(contact, past, room)
     return Checks(room.segments[:count], room.times[:count])
 
 
 def end_of_force(contact: ScaledContact) -> float:
-    """Time at which a prescribed force has fallen to zero; infinite if it does not."""
+    """Return the time at which a prescribed force has fallen to zero; infinite if it does not."""
     ends = contact.values.sum(axis=1)
     falls = np.cumsum(ends < contact.values[:, 0]) > 0
     zero = np.flatnonzero(falls & (ends <= NO_FORCE * ends.max()))
@@ -140,7 +140,7 @@ def end_of_force(contact: ScaledContact) -> float:
 
 
 def shrink_contact(contact: ScaledContact, past: Past, work: Scratch, tolerance: float) -> tuple[Past, Checks]:
-    """Contact with its end, and its checks; refuse a contact that grows again before."""
+    """Return the contact with its end, and its checks; refuse a contact that grows again before."""
     checks = checks_of(contact, past)
     if contact.control == DEPTH:
         past = past._replace(end=end_of_contact(contact, past, work, checks))
@@ -202,7 +202,7 @@ def _prescribed(contact: ScaledContact, places: NDArray[np.int64], times: Array)
 
 
 def recovering_surface(contact: ScaledContact, past: Past, work: Scratch, creep: Retardation, times: Array) -> Array:
-    """Depth of the surface under the tip after the contact, which ended under a prescribed depth.
+    """Return the depth of the surface under the tip after the contact, which ended under a prescribed depth.
 
     Without load it is a sum of exponentials at the retardation times.
     """
@@ -224,7 +224,7 @@ def recovering_surface(contact: ScaledContact, past: Past, work: Scratch, creep:
 
 
 def recover_depth(contact: ScaledContact, past: Past, work: Scratch, tolerance: float) -> Recovery:
-    """Depth of the shrinking contact under a prescribed force; empty if the contact does not shrink."""
+    """Return the depth of the shrinking contact under a prescribed force; empty if the contact does not shrink."""
     count, room = 0, min(512, MOST_ELEMENTS.get())
     recovery = _room_for_recovery(0)
     if contact.control != DEPTH and past.turning < 1.0 and contact.path.exponent != 0.0:
@@ -250,7 +250,7 @@ def recover_depth(contact: ScaledContact, past: Past, work: Scratch, tolerance: 
 
 
 def _room_for_recovery(elements: int) -> Recovery:
-    """Arrays for a recovery of a number of elements, without its memory."""
+    """Return the arrays for a recovery of a number of elements, without its memory."""
     return Recovery(np.empty(elements), np.empty(elements), np.empty((elements, TERMS)), allocate(np.empty(0), 0))
 
 
@@ -380,7 +380,7 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
 
 
 def _step(name: str, value: float, time: ArrayLike | None) -> History:
-    """One value, from the first time on."""
+    """Return one value, from the first time on."""
     value = single_positive(name, value, UNITS[name])
     if time is None:
         raise InputError("time", rule=f"must be given with {name} as a number, which is held from first to last")
@@ -447,7 +447,7 @@ class Solution:
         return self._moment(self._past.end)
 
     def times(self, n_points: int) -> Array:
-        """Even times [s], and the knots of the history, the turning and the end of the contact."""
+        """Return the even times [s], and the knots of the history, the turning and the end of the contact."""
         start, stop = self.history.start, self.history.stop
         times = np.unique(np.append(self.history.knots, min(self.end_time, stop)))
         # Two times that differ by rounding alone would be two rows of one instant.
@@ -483,7 +483,7 @@ class Solution:
         return depth * self.units.length, force * self.units.force
 
     def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, Array, Array, Array]:
-        """Depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.
+        """Return the depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.
 
         At a kink or a jump the values behind it, or those before it.
         """
@@ -518,7 +518,7 @@ class Solution:
         return depth, rate, force, radius
 
     def _moment(self, scaled: float) -> float:
-        """Time [s]; at a knot of the history the knot itself, without the rounding of the units."""
+        """Return the time [s]; at a knot of the history the knot itself, without the rounding of the units."""
         knots = self.history.knots
         if scaled == math.inf:
             return math.inf
@@ -562,7 +562,7 @@ def _largest_depth(series: PronySeries, profile: Geometry, force: float, duratio
 
 
 def _scaled(series: PronySeries, profile: Geometry, history: History, name: str) -> tuple[ScaledContact, Units]:
-    """Dimensionless contact, and its units; the history is prescribed from first touch on."""
+    """Return dimensionless contact, and its units; the history is prescribed from first touch on."""
     by_depth = name == "depth"
     touch, duration = history.start, history.stop - history.start
     if not SMALLEST < duration < LARGEST:
@@ -631,7 +631,7 @@ def _rate_at_touch(contact: ScaledContact, profile: Geometry, part: History, uni
 
 
 def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
-    """Creep compliance in units of length radius/force and of the duration."""
+    """Return the creep compliance in units of length radius/force and of the duration."""
     creep = series.retardation
     modulus = 0.5 * units.force / (units.radius * units.length)
     return Retardation(
@@ -643,7 +643,7 @@ def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
 
 
 def _path(profile: Geometry, depth: float) -> tuple[Path, float, float]:
-    """Path in units of the depth, the stiffness radius there [m], and the error of the table."""
+    """Return the path in units of the depth, the stiffness radius there [m], and the error of the table."""
     radius = float(profile.stiffness_radius(depth))
     if profile.path_exponent is not None:
         return power_path(float(profile.path_exponent)), radius, 0.0
@@ -696,7 +696,7 @@ class IndentationBlock:
         self, reduced: PronySeries, contact_points: Array, curves: NDArray[np.int64] | None = None, *,
         rtol: float = 1e-6, workers: int | None = 1,
     ) -> tuple[Array, NDArray[np.int64]]:  # fmt: skip
-        """Forces of rows of materials at the samples.
+        """Return the forces of rows of materials at the samples.
 
         Parameters
         ----------
@@ -746,7 +746,7 @@ class IndentationBlock:
         return forces, statuses
 
     def _room(self, modes: int) -> Room:
-        """Arrays for the indentations of one thread."""
+        """Return the arrays for the indentations of one thread."""
         m, nothing, samples = self._segments, np.empty(0), int(self.n_samples.max())
         rates, none = np.empty(modes), allocate(np.empty(0), 0)
         contact = ScaledContact(

@@ -252,7 +252,7 @@ def approach_element(problem: Problem, scheme: Scheme, work: Work, table: Any, h
 
 @inlined
 def is_held(problem: Problem, v: float, F: float, s: float) -> bool:
-    """Whether a body in a liquid, or on a target that moves, keeps less energy than counts for its e.
+    """Return whether a body in a liquid, or on a target that moves, keeps less energy than counts for its e.
 
     The force fades, so the foundation gives back less than its work F d on the way out.
     """
@@ -283,7 +283,7 @@ def _predict(scheme: Scheme, work: Work, element: int, slope: float, h: float) -
 
 @compiled
 def _length_to(scheme: Scheme, work: Work, element: int, end: float, slope: float, h: float) -> float:
-    """Predicted length, at most h, of an element that ends at s = end."""
+    """Return the predicted length, at most h, of an element that ends at s = end."""
     table = work.approach[element]
     s0, v0 = table[S_, 0], table[V_, 0]
     inside = v0 * v0 + 2.0 * slope * (end - s0)

@@ -82,14 +82,14 @@ def _lagrange_weights(x: Array) -> Array:
 
 
 def _interpolation(x: Array, places: Array) -> NDArray[np.floating[Any]]:
-    """Columns of the matrix that maps values at x to those of their interpolant at given places."""
+    """Return the columns of the matrix that maps values at x to those of their interpolant at given places."""
     degree = len(x) - 1
     basis = legendre.legvander(2.0 * x - 1.0, degree)
     return np.linalg.solve(basis.T, legendre.legvander(2.0 * places - 1.0, degree).T)
 
 
 def _differentiation(x: Array, weights: Array) -> Array:
-    """Barycentric differentiation matrix (Berrut & Trefethen, SIAM Review 46 (2004) 501, section 9.3)."""
+    """Return the barycentric differentiation matrix (Berrut & Trefethen, SIAM Review 46 (2004) 501, section 9.3)."""
     difference = x[:, None] - x[None, :]
     np.fill_diagonal(difference, 1.0)
     matrix = weights[None, :] / weights[:, None] / difference
@@ -107,7 +107,7 @@ def _aligned(array: NDArray[np.floating[Any]]) -> Array:
 
 @cache
 def radau(stages: int) -> Scheme:
-    """Coefficients of the Radau IIA method with S = `stages`, from 2 to 12.
+    """Return the coefficients of the Radau IIA method with S = `stages`, from 2 to 12.
 
     Its order is 2 S - 1 at the end of an element and S + 1 inside, and it is A-stable and stiffly accurate (E. Hairer,
     G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, IV.5).
@@ -160,7 +160,7 @@ _NO_VALUE, _NO_LENGTH, _ROUNDED = 1e-17, 1e-15, 1e-15
 
 @inlined
 def matvec(columns: Any, x: Any) -> Any:
-    """Product of a matrix and lanes, as two independent sums."""
+    """Return the product of a matrix and lanes, as two independent sums."""
     even = read8(columns, 0, 0) * x[0]
     odd = read8(columns, 1, 0) * x[1]
     for j in range(2, WIDTH, 2):
@@ -216,7 +216,7 @@ def _inverter(function: Any, count: int) -> None:
 
 
 def _pivot_rows(builder: Any, rows: list[Any], p: int) -> tuple[Any, Any]:
-    """Rows p and p + 1 times the inverse of their block; the inverse replaces the block."""
+    """Return the rows p and p + 1 times the inverse of their block; the inverse replaces the block."""
     upper, lower = rows[p], rows[p + 1]
     a, b, c, d = (shuffled(builder, row, [lane] * WIDTH) for row in (upper, lower) for lane in (p, p + 1))
     zero = ir.Constant(ir.IntType(32), 0)
@@ -273,7 +273,7 @@ def lagrange_lanes(nodes: Any, weights: Any, points: int, x: Any, basis: Any) ->
 
 @inlined
 def combine(basis: Any, points: int, values: Any) -> Any:
-    """Eight interpolated values: sum of the rows of `basis` times the values at the nodes."""
+    """Return eight interpolated values: sum of the rows of `basis` times the values at the nodes."""
     even = read8(basis, 0, 0) * values[0]
     odd = read8(basis, 1, 0) * values[1]
     for j in range(2, points - 1, 2):
@@ -327,7 +327,7 @@ def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint:
 
 @inlined
 def seek(places: Any, element: int, sigma: float) -> int:
-    """Element of the approach that contains sigma, searched downwards from `element`."""
+    """Return the element of the approach that contains sigma, searched downwards from `element`."""
     while element > 0 and sigma < places[START, element]:
         element -= 1
     return element
@@ -344,13 +344,13 @@ def interpolate_at(scheme: Scheme, work: Work, hint: int, sigma: float, row: Any
 
 @inlined
 def tail(scheme: Scheme, row: Any) -> float:
-    """Size of the last two Legendre coefficients of a row over an element, weighted."""
+    """Return the size of the last two Legendre coefficients of a row over an element, weighted."""
     return _LAST * abs(product(scheme.tail[1], row)) + _SECOND_TO_LAST * abs(product(scheme.tail[0], row))
 
 
 @inlined
 def value(scheme: Scheme, work: Work, row: Any, x: float) -> float:
-    """Value at x of the interpolant of a row over an element."""
+    """Return the value at x of the interpolant of a row over an element."""
     basis = work.vectors[BASIS]
     lagrange(scheme.c, scheme.weights, WIDTH + 1, x, basis)
     return product(basis, row)

@@ -35,7 +35,7 @@ def source_hash(folder: Path = Path(__file__).parent) -> str:
 
 
 def _is_mine_alone(folder: Path) -> bool:
-    """Whether a folder belongs to the user of this process and nobody else may write to it."""
+    """Return whether a folder belongs to the user of this process and nobody else may write to it."""
     if not hasattr(os, "geteuid"):
         # Windows has access control lists, by which other users cannot write to the home directory by default.
         return True

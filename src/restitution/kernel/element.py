@@ -50,7 +50,7 @@ def factor_modes(problem: Problem, scheme: Scheme, work: Work, pace: Any, h: flo
 
 @inlined
 def refined(problem: Problem, scheme: Scheme, work: Work, k: int, start: Any, y: Any, pace: Any, h: float) -> Any:
-    """Mode k at the nodes, from an approximation y, by one round with the inverse of another pace."""
+    """Return the mode k at the nodes, from an approximation y, by one round with the inverse of another pace."""
     defect = start - y - (h / problem.times[k]) * matvec(scheme.columns, pace * y)
     return y + matvec(work.inverses[k], defect)
 
@@ -125,14 +125,14 @@ def next_round(newton: Newton, size: float, rounding: float, accept: float) -> N
 
 @inlined
 def shrunk(error: float, exponent: float) -> float:
-    """Factor of the length of an element whose error over the tolerance is above 1 or not a number."""
+    """Return the factor of the length of an element whose error over the tolerance is above 1 or not a number."""
     # The error of the polynomial falls with the power S + 1 of the length.
     return max(_LEAST, _SAFETY * error**exponent) if error < math.inf else _LEAST
 
 
 @inlined
 def grown(error: float, exponent: float) -> float:
-    """Factor of the length from an accepted element to the next."""
+    """Return the factor of the length from an accepted element to the next."""
     return min(_MOST, _SAFETY * max(error, _NO_ERROR) ** exponent)
 
 

@@ -84,7 +84,7 @@ class Past(NamedTuple):
 
 @compiled
 def root_of_depth(path: Path, integral: float) -> float:
-    """Root s of the depth at which Pi has this value."""
+    """Return the root s of the depth at which Pi has this value."""
     if integral <= 0.0:
         return 0.0
     p = path.exponent
@@ -116,7 +116,7 @@ def root_of_depth(path: Path, integral: float) -> float:
 
 @inlined
 def growing_contact(contact: ScaledContact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
-    """Depth, its rate, Pi and its rate of the growing contact, in segment i at time t."""
+    """Return the depth, its rate, Pi and its rate of the growing contact, in segment i at time t."""
     if contact.control == DEPTH:
         value, rate, _ = prescribed(contact, i, t)
         a, integral = radius_and_integral(contact.path, math.sqrt(max(value, 0.0)))
@@ -128,7 +128,7 @@ def growing_contact(contact: ScaledContact, work: Scratch, i: int, t: float) -> 
 def _growing_contact_by_force(
     contact: ScaledContact, work: Scratch, i: int, t: float
 ) -> tuple[float, float, float, float]:
-    """Creep under the prescribed force."""
+    """Return the creep under the prescribed force."""
     value, rate, _ = prescribed(contact, i, t)
     h = contact.knots[i + 1] - contact.knots[i]
     elapsed = t - contact.knots[i]
@@ -216,7 +216,7 @@ def turning_point(contact: ScaledContact, work: Scratch, segments: int) -> tuple
 
 @inlined
 def _rate(contact: ScaledContact, work: Scratch, i: int, t: float) -> float:
-    """Rate of Pi plus its rounding: negative if Pi falls by more than rounding."""
+    """Return the rate of Pi plus its rounding: negative if Pi falls by more than rounding."""
     rate = prescribed(contact, i, t)[1]
     _, _, integral, integral_rate = growing_contact(contact, work, i, t)
     return integral_rate + RATE_ROUNDING * (integral / t + contact.glass * abs(rate))
@@ -224,7 +224,7 @@ def _rate(contact: ScaledContact, work: Scratch, i: int, t: float) -> float:
 
 @inlined
 def length_within(h: float, rest: float) -> float:
-    """Length of the next element of a segment: h, or all of the rest, of which no sliver must be left."""
+    """Return the length of the next element of a segment: h, or all of the rest, of which no sliver must be left."""
     return rest if h > _MOST_OF_REST * rest else h
 
 
@@ -340,7 +340,7 @@ def grow(
 
 @compiled
 def growing_contact_at(contact: ScaledContact, work: Scratch, i: int, t: float) -> tuple[float, float, float, float]:
-    """Depth, its rate, Pi and its rate as `growing_contact`, also behind a jump."""
+    """Return the depth, its rate, Pi and its rate as `growing_contact`, also behind a jump."""
     if contact.control == FORCE and contact.knots[i + 1] == contact.knots[i]:
         integral = contact.glass * (contact.values[i, 0] + contact.values[i, 1])
         for j in range(contact.compliances.shape[0]):
@@ -395,7 +395,7 @@ def grow_contact(
 
 @entry_point
 def depth_rounding(past: Past) -> tuple[float, float]:
-    """Largest change of the depth within the rounding of a time of the growing contact, and that time."""
+    """Return the largest change of the depth within the rounding of a time of the growing contact, and that time."""
     elements = past.elements
     worst, moment = 0.0, 0.0
     for e in range(past.total):

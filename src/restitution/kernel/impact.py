@@ -66,7 +66,7 @@ _GROWTH = 1.5  # factor by which its interval grows before
 
 @merged
 def _peak_force(scheme: Scheme, work: Work) -> float:
-    """Largest force of the approach: the largest value at a node, then a search on the polynomial."""
+    """Return the largest force of the approach: the largest value at a node, then a search on the polynomial."""
     S = WIDTH
     last = work.counts[N_APPROACH]
     best = 0.0
@@ -125,7 +125,7 @@ def _resting_place(problem: Problem, s: float) -> float:
 
 @merged
 def _depth_left(scheme: Scheme, work: Work, depth: float) -> float:
-    """Depth at the end of the stored rebound from that of the turning point."""
+    """Return the depth at the end of the stored rebound from that of the turning point."""
     for element in range(work.counts[N_REBOUND] + 1):
         speed = read8(work.slopes, element, 0) * read8(work.rebound, element, V_, 1)
         depth += work.places[BACK_LENGTH, element] * total(read8(scheme.A, WIDTH - 1, 0) * speed)
@@ -134,7 +134,7 @@ def _depth_left(scheme: Scheme, work: Work, depth: float) -> float:
 
 @merged
 def _enlarged(problem: Problem, e: float, depth: float, peak: float) -> float:
-    """Factor by which e enlarges relative errors of the velocity.
+    """Return the factor by which e enlarges relative errors of the velocity.
 
     The work of a constant force makes the velocity in between larger than e. A target that moves takes energy that
     the foundation has at the turning point.
@@ -147,7 +147,7 @@ def _enlarged(problem: Problem, e: float, depth: float, peak: float) -> float:
 
 @merged
 def _first_tolerance(problem: Problem, tolerance: float, accept: float) -> float:
-    """Tolerance of the elements where they do not lose their order, or the lower one where they do."""
+    """Return the tolerance of the elements where they do not lose their order, or the lower one where they do."""
     finer = tolerance * (_WITH_TABLE if problem.path.exponent == TABLE else 1.0)
     modes = problem.moduli.shape[0]
     if modes > 0 and problem.viscosity > 0.0:

@@ -163,7 +163,7 @@ def _load_since_turning(
 def _load_at(
     contact: ScaledContact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> tuple[int, float, float]:
-    """Element and instant of equal contact, and q, at time t in segment i under the prescribed force."""
+    """Return the element and instant of equal contact, and q, at time t in segment i under the prescribed force."""
     force = prescribed(contact, i, t)[0] if t < past.end else 0.0
     return _load_since_turning(contact, past, work, t, force, e, t1)
 
@@ -172,7 +172,7 @@ def _load_at(
 def _creep(
     contact: ScaledContact, past: Past, recovery: Recovery, work: Scratch, r: int, t: float
 ) -> tuple[float, float]:
-    """Depth by creep alone at time t in element r of the recovery, and its rate."""
+    """Return the depth by creep alone at time t in element r of the recovery, and its rate."""
     elapsed = t - recovery.starts[r]
     legendre_values(2.0 * elapsed / recovery.lengths[r] - 1.0, work.basis)
     legendre_slopes(recovery.lengths[r], work.basis, work.slopes)
@@ -478,7 +478,7 @@ def _write_history(
 
 @inlined
 def _evolved(contact: ScaledContact, room: Room, rtol: float) -> tuple[Past, int]:
-    """Growing contact with its memory and the end of contact; and SEPARATED, or why there is no result."""
+    """Return the growing contact with its memory and the end of contact; and SEPARATED, or why there is no result."""
     rates, work, past = contact.rates, room.work, room.past
     depth = Memory(rates, past.depth.begin, past.depth.polynomial, past.depth.transient)
     integral = Memory(rates, past.integral.begin, past.integral.polynomial, past.integral.transient)

@@ -38,7 +38,7 @@ def kink_effect(problem: Problem, glass: float, kink: int, v: float, z: float, h
 def next_kink(
     problem: Problem, glass: float, first: int, s: float, v: float, slope: float, h: float, allowed: float
 ) -> int:
-    """First kink, from `first` on, that matters to an element of length h from s; -1 if there is none."""
+    """Return the first kink, from `first` on, that matters to an element of length h from s; -1 if there is none."""
     kinks = problem.path.kinks
     reach = h * v + max(_MEAN * slope, 0.0) * h * h
     # A body that slows down does not reach further than its turning point.
@@ -55,7 +55,7 @@ def next_kink(
 
 @inlined
 def length_beyond(problem: Problem, glass: float, kink: int, v: float, h: float, allowed: float) -> float:
-    """Length, at most h, of an element that begins at a kink, such that its tail is about `allowed`."""
+    """Return the length, at most h, of an element that begins at a kink, such that its tail is about `allowed`."""
     tail = _TAIL * kink_effect(problem, glass, kink, v, h * v, h)
     p = problem.path.power
     power = 1.0 / (p + 1.0) if problem.viscosity > 0.0 or problem.admittance > 0.0 else 1.0 / (p + 2.0)
@@ -64,7 +64,7 @@ def length_beyond(problem: Problem, glass: float, kink: int, v: float, h: float,
 
 @inlined
 def passed(kinks: Any, first: int, s: float) -> int:
-    """First kink beyond s, from `first` on."""
+    """Return the first kink beyond s, from `first` on."""
     kink = first
     while kink < kinks.shape[0] and kinks[kink] <= s:
         kink += 1
@@ -101,7 +101,7 @@ def length_correction(
 
 @inlined
 def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float) -> float:
-    """Errors of the integral of a rate over the two parts of an element, less the noise of the table."""
+    """Return the errors of the integral of a rate over the two parts of an element, less the noise of the table."""
     early, late = read8(scheme.missed, 0, 0) * at_nodes, read8(scheme.missed, 1, 0) * between
     last = total(read8(scheme.c, 1) * early + read8(scheme.between, 0) * late)
     missed = abs(last) + abs(total(early + late) - last)
@@ -110,7 +110,7 @@ def _missed(scheme: Scheme, h: float, at_nodes: Any, between: Any, noise: float)
 
 @compiled
 def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h: float, noise: float) -> float:
-    """Error of the velocity in an element of the approach due to a rough a(s), less the noise of the table.
+    """Return the error of the velocity in an element of the approach due to a rough a(s), less the noise of the table.
 
     Modes that relax within the element act as a dashpot.
     """
@@ -134,7 +134,7 @@ def missed_approach(problem: Problem, scheme: Scheme, work: Work, table: Any, h:
 def missed_rebound(
     problem: Problem, scheme: Scheme, work: Work, table: Any, left: float, h: float, hint: int, noise: float
 ) -> float:
-    """The same error in an element of the rebound, which starts at the place `left` of the approach."""
+    """Return the same error in an element of the rebound, which starts at the place `left` of the approach."""
     if cells_between(problem.path, table[S_, WIDTH], table[S_, 0]) <= _FEW_CELLS:
         return 0.0
     phi = problem.equilibrium

@@ -40,7 +40,7 @@ class _LanesModel(models.PrimitiveModel):
 
 
 def constant(value: float) -> Any:
-    """Eight times a constant, in LLVM."""
+    """Return eight times a constant, in LLVM."""
     return ir.Constant(_VECTOR, [value] * WIDTH)
 
 
@@ -61,13 +61,13 @@ def repeated(builder: Any, number: Any) -> Any:
 
 
 def address(context: Any, builder: Any, array_type: Any, array: Any, offset: Any) -> Any:
-    """Address of eight numbers of a contiguous array, `offset` numbers after its start, in LLVM."""
+    """Return the address of eight numbers of a contiguous array, `offset` numbers after its start, in LLVM."""
     data = cgutils.create_struct_proxy(array_type)(context, builder, array).data
     return builder.bitcast(builder.gep(data, [offset], inbounds=True), _VECTOR.as_pointer())
 
 
 def _place(context: Any, builder: Any, kinds: Any, array: Any, indices: Any) -> Any:
-    """Address of eight numbers from the element with these indices on, in LLVM."""
+    """Return the address of eight numbers from the element with these indices on, in LLVM."""
     shape = cgutils.unpack_tuple(builder, cgutils.create_struct_proxy(kinds[0])(context, builder, array).shape)
     numbers = [context.cast(builder, i, kind, types.intp) for i, kind in zip(indices, kinds[1:], strict=True)]
     offset = numbers[0]
@@ -171,7 +171,7 @@ for _dimensions in (2, 1, 3):
 
 
 def broadcast(number: float) -> Any:
-    """Eight times a number."""
+    """Return eight times a number."""
     return np.full(WIDTH, number)
 
 
@@ -181,7 +181,7 @@ def _broadcast(context: Any, builder: Any, signature: Any, arguments: Any) -> An
 
 
 def absolute(x: Any) -> Any:
-    """Absolute values."""
+    """Return the absolute values."""
     return np.abs(x)
 
 
@@ -193,7 +193,7 @@ def _absolute(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
 
 
 def at_least(x: Any, least: float) -> Any:
-    """Values, replaced by `least` where they are smaller or NaN."""
+    """Return the values, replaced by `least` where they are smaller or NaN."""
     return np.where(x > least, x, least)
 
 
@@ -204,7 +204,7 @@ def _at_least(context: Any, builder: Any, signature: Any, arguments: Any) -> Any
 
 
 def root(x: Any) -> Any:
-    """Square roots."""
+    """Return the square roots."""
     return np.sqrt(x)
 
 
@@ -215,7 +215,7 @@ def _root(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 def where_positive(condition: Any, x: Any) -> Any:
-    """Values where a condition is positive, and zero elsewhere."""
+    """Return the values where a condition is positive, and zero elsewhere."""
     return np.where(condition > 0.0, x, 0.0)
 
 
@@ -226,7 +226,7 @@ def _where_positive(context: Any, builder: Any, signature: Any, arguments: Any) 
 
 
 def from_lane(lane: int, x: Any, before: Any) -> Any:
-    """Values of x from a lane on, and those of `before` in the lanes before it."""
+    """Return the values of x from a lane on, and those of `before` in the lanes before it."""
     return np.where(np.arange(WIDTH) >= lane, x, before)
 
 
@@ -248,12 +248,12 @@ def _total(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 def largest(x: Any) -> float:
-    """Largest lane; NaN where one is not finite."""
+    """Return the largest lane; NaN where one is not finite."""
     return np.max(x) + 0.0 * np.sum(x)
 
 
 def smallest(x: Any) -> float:
-    """Smallest lane; NaN where one is not finite."""
+    """Return the smallest lane; NaN where one is not finite."""
     return np.min(x) + 0.0 * np.sum(x)
 
 
@@ -273,7 +273,7 @@ _extreme(smallest, "<")
 
 
 def _polynomial(builder: Any, x: Any, coefficients: list[float]) -> Any:
-    """Polynomial, highest power first."""
+    """Return the polynomial, highest power first."""
     value = constant(coefficients[0])
     for coefficient in coefficients[1:]:
         value = builder.fadd(builder.fmul(value, x), constant(coefficient))
@@ -284,7 +284,7 @@ _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 
 
 def exp(x: Any) -> Any:
-    """Exponentials of x in [-700, 700]."""
+    """Return the exponentials of x in [-700, 700]."""
     return np.exp(x)
 
 
@@ -303,7 +303,7 @@ def _exp(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 
 def log(x: Any) -> Any:
-    """Natural logarithms of positive normal numbers."""
+    """Return the natural logarithms of positive normal numbers."""
     return np.log(x)
 
 

@@ -61,7 +61,7 @@ class Memory(NamedTuple):
 
 
 def allocate(rates: Array, elements: int) -> Memory:
-    """Arrays for the memory of modes with these rates over a number of elements."""
+    """Return the arrays for the memory of modes with these rates over a number of elements."""
     K = rates.size
     return Memory(rates, np.zeros((elements + 1, K)), np.empty((elements, K, TERMS)), np.empty((elements, K)))
 
@@ -186,7 +186,7 @@ def recall(memory: Memory, e: int, k: int, elapsed: float, basis: Any) -> float:
 
 @inlined
 def recall_rate(memory: Memory, e: int, k: int, elapsed: float, slopes: Any) -> float:
-    """Rate of the memory of mode k: f - r_k M, but without cancellation in fast modes."""
+    """Return the rate of the memory of mode k: f - r_k M, but without cancellation in fast modes."""
     rate = 0.0
     for n in range(TERMS):
         rate += slopes[n] * memory.polynomial[e, k, n]
@@ -229,7 +229,7 @@ class Scratch(NamedTuple):
 
 @inlined
 def prescribed(contact: ScaledContact, i: int, t: float) -> tuple[float, float, float]:
-    """Prescribed quantity and its first two derivatives in segment i at time t; behind a jump."""
+    """Return the prescribed quantity and its first two derivatives in segment i at time t; behind a jump."""
     h = contact.knots[i + 1] - contact.knots[i]
     u = 1.0 if h == 0.0 else (t - contact.knots[i]) / h
     value, rate, curvature = 0.0, 0.0, 0.0
@@ -290,7 +290,7 @@ def truncation_error(coefficients: Any) -> float:
 
 @inlined
 def variation(values: Any) -> float:
-    """Difference of the largest and the smallest of the values at the nodes of an element."""
+    """Return the difference of the largest and the smallest of the values at the nodes of an element."""
     least, most = values[0], values[0]
     for n in range(1, TERMS):
         least = min(least, values[n])

@@ -118,7 +118,7 @@ def polynomials(z: float, basis: Any, slopes: Any) -> None:
 
 @inlined
 def value_of(row: Any, basis: Any) -> float:
-    """Value of a polynomial."""
+    """Return the value of a polynomial."""
     value = 0.0
     for n in range(NODES):
         value += row[n] * basis[n]
@@ -154,7 +154,7 @@ def load(
 def gap(
     solid: Solid, panels: Stack, p: int, z: float, t: float, depth: float, basis: Any, slopes: Any
 ) -> tuple[float, float, float, float]:
-    """Gap y^2 + W - d, its slope over z, and the same of y, at z of a free panel."""
+    """Return the gap y^2 + W - d, its slope over z, and the same of y, at z of a free panel."""
     polynomials(z, basis, slopes)
     row = panels.coefficients[p]
     y, rise = value_of(row[0], basis), value_of(row[0], slopes)
@@ -223,7 +223,7 @@ def touch(solid: Solid, parts: Any, loads: Any) -> None:
 def front_value(
     solid: Solid, panels: Stack, p: int, follows: bool, z: float, t: float, drive: float, basis: Any, slopes: Any
 ) -> tuple[float, float, float, float]:
-    """What vanishes at the front, the load or the gap; see `load` and `gap`."""
+    """Return what vanishes at the front, the load or the gap; see `load` and `gap`."""
     if follows:
         return load(solid, panels, p, z, t, drive, basis, slopes)
     return gap(solid, panels, p, z, t, drive, basis, slopes)
@@ -234,7 +234,7 @@ def locate(
     solid: Solid, panels: Stack, count: int, follows: bool, t: float, drive: float, p: int, z: float, basis: Any,
     slopes: Any,
 ) -> tuple[int, float, float, float]:  # fmt: skip
-    """Panel, z and y at which the load (`follows`) or the gap is zero, and its slope over y.
+    """Return the panel, z and y at which the load (`follows`) or the gap is zero, and its slope over y.
 
     Both fall towards the top. `drive` is the shared load, or the depth. The search starts at z of panel p. Below the
     lowest panel: panel -1. Above the top: the top, since next to a smooth turning a second root lies behind it.

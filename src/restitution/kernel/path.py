@@ -93,7 +93,7 @@ path_inside: Any = inlined(single_path)
 
 @inlined
 def _cell(path: Path, s: float) -> int:
-    """Cell of the table that contains s."""
+    """Return the cell of the table that contains s."""
     bins = path.finder.shape[0] - 1
     place = int(min(max(0.0, s * (bins / path.end)), bins - 1.0))
     cell = path.finder[place]
@@ -110,7 +110,7 @@ def _cell(path: Path, s: float) -> int:
 
 @compiled
 def cells_between(path: Path, low: float, high: float) -> int:
-    """Number of ends of cells from one s to a larger one."""
+    """Return the number of ends of cells from one s to a larger one."""
     return _cell(path, high) - _cell(path, low)
 
 
@@ -122,7 +122,7 @@ def _table(path: Path, s: float) -> tuple[float, float, float]:
 
 @inlined
 def _cell_values(path: Path, cell: int, s: float) -> tuple[float, float, float]:
-    """Contact radius a, Pi and da/ds at s in a given cell."""
+    """Return the contact radius a, Pi and da/ds at s in a given cell."""
     origin, low, width = path.cells[cell, 0], path.cells[cell, 1], path.cells[cell, 2]
     rho = max(s, 0.0)
     steepness = 1.0
@@ -144,7 +144,7 @@ def _cell_values(path: Path, cell: int, s: float) -> tuple[float, float, float]:
 
 @inlined
 def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
-    """Contact radius a and Pi at s."""
+    """Return the contact radius a and Pi at s."""
     p = path.exponent
     # The common case, without a power.
     if p == 1.0:
@@ -158,7 +158,7 @@ def radius_and_integral(path: Path, s: float) -> tuple[float, float]:
 
 @inlined
 def radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
-    """Contact radii a and Pi at eight s; `scratch` has two rows."""
+    """Return the contact radii a and Pi at eight s; `scratch` has two rows."""
     p = path.exponent
     if p == 1.0:
         a = s
@@ -202,7 +202,7 @@ def table_radii_and_integrals(path: Path, s: Any, scratch: Any) -> Any:
 
 @inlined
 def radius_slope(path: Path, s: float, a: float) -> float:
-    """Slope da/ds at s > 0, where the radius is a."""
+    """Return the slope da/ds at s > 0, where the radius is a."""
     if path.exponent >= 0.0:
         return path.exponent * a / s
     return _table(path, s)[2]

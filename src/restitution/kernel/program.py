@@ -99,7 +99,7 @@ def end_of_way(room: Room, phase: int) -> tuple[Stack, int]:
 
 @compiled
 def next_corner(path: Path, y: float) -> float:
-    """Next corner of the profile beyond y; -1 if there is none."""
+    """Return the next corner of the profile beyond y; -1 if there is none."""
     best = -1.0
     for n in range(path.kinks.shape[0]):
         corner = path.kinks[n]
@@ -150,7 +150,7 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
 
 @compiled
 def crossing(rule: Scheme, room: Room, deadband: float) -> float:
-    """Smallest z in (0, 1] at which the event passes zero upwards; 2 if it does not."""
+    """Return the smallest z in (0, 1] at which the event passes zero upwards; 2 if it does not."""
     values, row = room.nodes[EVENT], room.vectors[6]
     first = 0
     for i in range(NODES - 1, 0, -1):
@@ -182,7 +182,7 @@ def crossing(rule: Scheme, room: Room, deadband: float) -> float:
 def first_event(
     problem: Problem, room: Room, phase: int, passing: int, length: float, settled: bool
 ) -> tuple[int, float]:
-    """First event of a solved step and its z; (NOTHING, 2) if there is none."""
+    """Return the first event of a solved step and its z; (NOTHING, 2) if there is none."""
     event, first = NOTHING, 2.0
     _, p = end_of_way(room, phase)
     for candidate in (TURNS, JOINT, TOUCHES, BENDS):
@@ -231,14 +231,14 @@ def event_ahead(problem: Problem, room: Room, phase: int, kind: int) -> tuple[in
 
 @inlined
 def tail(rule: Scheme, values: Any, row: Any) -> float:
-    """Size of the last two coefficients of a polynomial."""
+    """Return the size of the last two coefficients of a polynomial."""
     to_coefficients(rule, values, row)
     return abs(row[NODES - 1]) + abs(row[NODES - 2])
 
 
 @compiled
 def step_error(problem: Problem, room: Room, phase: int) -> float:
-    """Error of depth, force, shared load and front over their scales.
+    """Return the error of depth, force, shared load and front over their scales.
 
     The front does not count where loads do not feel its scatter: where they have decayed nearly to zero, or the tip
     meets an imprint of nearly its own shape.
@@ -425,7 +425,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
 
 @compiled
 def rate_behind_knot(problem: Problem, room: Room, piece: int, span: float) -> float:
-    """Rate of the depth behind a knot of what is prescribed; without a time span the size of the jump."""
+    """Return the rate of the depth behind a knot of what is prescribed; without a time span the size of the jump."""
     driver, solid = problem.driver, problem.solid
     if span == 0.0:
         return given(driver, piece, 1.0, 0.0)[0] - given(driver, piece, 0.0, 0.0)[0]
@@ -445,7 +445,7 @@ def rate_behind_knot(problem: Problem, room: Room, piece: int, span: float) -> f
 
 @compiled
 def phase_behind_knot(problem: Problem, room: Room, phase: int, rate: float) -> int:
-    """Whether the contact grows or shrinks at this rate: whether the body is faster than the free surface.
+    """Return whether the contact grows or shrinks at this rate: whether the body is faster than the free surface.
 
     With a dashpot the load at the front jumps with the rate; the front then has to jump from where it vanishes.
     """
@@ -462,7 +462,7 @@ def phase_behind_knot(problem: Problem, room: Room, phase: int, rate: float) -> 
 
 @inlined
 def factor_of(tolerance: float, error: float, least: float, most: float) -> float:
-    """Factor for the length of the next step after one with this error."""
+    """Return the factor for the length of the next step after one with this error."""
     return min(max(0.8 * (tolerance / max(error, 1e-30)) ** (1.0 / STAGES), least), most)
 
 

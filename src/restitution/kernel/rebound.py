@@ -238,7 +238,7 @@ def rebound_element(
 
 @compiled
 def first_layer(problem: Problem, least: float) -> float:
-    """Shortest relaxation time of a mode that delays the edge of contact by more than `least`.
+    """Return the shortest relaxation time of a mode that delays the edge of contact by more than `least`.
 
     At this time all faster modes have relaxed, so a mode delays the edge by its viscosity over the springs that are
     left: the slower modes and its own. Over all springs, a strong faster mode would hide it.
@@ -277,7 +277,7 @@ def first_length(problem: Problem, work: Work, accept: float, counts: float) -> 
 
 @compiled
 def turning_slope(scheme: Scheme, work: Work) -> float:
-    """Rate of the velocity over -sigma at the turning point."""
+    """Return the rate of the velocity over -sigma at the turning point."""
     last = work.counts[N_APPROACH]
     length, v = work.places[LENGTH, last], work.approach[last, V_]
     slopes = work.vectors[VALUES]

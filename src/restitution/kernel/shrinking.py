@@ -108,7 +108,7 @@ def equal_contact(
 
 @compiled
 def _equal_in_jump(contact: ScaledContact, past: Past, t: float, target: float, e: int) -> tuple[int, Equal]:
-    """Side of the jump e on which t1 lies, or 0 within it; equal contact in the jump."""
+    """Return the side of the jump e on which t1 lies, or 0 within it; equal contact in the jump."""
     elements = past.elements
     by_depth = contact.control == DEPTH
     memory = past.depth if by_depth else past.integral
@@ -138,7 +138,7 @@ def _equal_in_jump(contact: ScaledContact, past: Past, t: float, target: float, 
 def _equal_in_element(
     contact: ScaledContact, past: Past, work: Scratch, t: float, target: float, e: int, t1: float
 ) -> tuple[int, Equal]:
-    """Side of element e on which t1 lies, or 0 within it; equal contact in the element.
+    """Return the side of element e on which t1 lies, or 0 within it; equal contact in the element.
 
     Newton's method from t1, kept inside a bracket.
     """
@@ -202,7 +202,7 @@ def _equal_in_element(
 def remaining(
     contact: ScaledContact, past: Past, work: Scratch, memory: Memory, t: float, e: int, t1: float, step: float
 ) -> tuple[float, float]:
-    """Part of the load of the modes at t1, in element e, that has not relaxed by t; and its rate of decay.
+    """Return the part of the load of the modes at t1, in element e, that has not relaxed by t; and its rate of decay.
 
     If the element is a jump, `step` is the part of the jump up to t1 in the quantity of `memory`.
     """
@@ -259,7 +259,7 @@ def write_depth_memory(contact: ScaledContact, past: Past, work: Scratch, i: int
 def shrinking_contact(
     contact: ScaledContact, past: Past, work: Scratch, i: int, t: float, e: int, t1: float
 ) -> Shrunk:
-    """Shrinking contact at time t in segment i; the search begins at t1 in element e."""
+    """Return the shrinking contact at time t in segment i; the search begins at t1 in element e."""
     value, rate, _ = prescribed(contact, i, t)
     # Depth prescribed: the equation of the displacement gives t1. Force prescribed: that of the force (see above).
     if contact.control == DEPTH:
@@ -312,7 +312,7 @@ def check_points(contact: ScaledContact, past: Past, checks: Checks) -> int:
 
 @entry_point
 def load_rounding(contact: ScaledContact, past: Past) -> float:
-    """Rounding of the rate of the load while the contact shrinks, with the rounding of times in fast modes."""
+    """Return the rounding of the rate of the load while the contact shrinks; times are rounded in fast modes."""
     fastest, moduli = 0.0, contact.equilibrium
     for k in range(contact.rates.shape[0]):
         fastest = max(fastest, contact.rates[k])
@@ -366,7 +366,7 @@ def end_of_contact(contact: ScaledContact, past: Past, work: Scratch, checks: Ch
 def regrowth(
     contact: ScaledContact, past: Past, work: Scratch, checks: Checks, tolerance: float, rounding: float
 ) -> int:
-    """Index of the first check at which the shrinking contact grows again, or -1.
+    """Return the index of the first check at which the shrinking contact grows again, or -1.
 
     `tolerance` is a harmless growth of the depth at equal contact, `rounding` the rounding of the rate of the load.
     """
@@ -393,7 +393,7 @@ def regrowth(
 def innermost_load_rises(
     contact: ScaledContact, past: Past, work: Scratch, checks: Checks, tolerance: float, rounding: float
 ) -> bool:
-    """Whether the innermost element would be loaded again after the contact if it stuck to the indenter.
+    """Return whether the innermost element would be loaded again after the contact if it stuck to the indenter.
 
     If not, the surface cannot reach the indenter again. It cannot reach an indenter above the undeformed surface
     either.

@@ -152,7 +152,7 @@ def room(solid: Solid, panels: int, records: int) -> Room:
 
 @inlined
 def ahead(room: Room, phase: int) -> tuple[Stack, int]:
-    """Stack which the front goes through, and the place of its size."""
+    """Return the stack which the front goes through, and the place of its size."""
     if phase == GROWS:
         return room.free, FREE_PANELS
     return room.following, FOLLOWING
@@ -160,7 +160,7 @@ def ahead(room: Room, phase: int) -> tuple[Stack, int]:
 
 @inlined
 def given(driver: Driver, piece: int, x: float, t: float) -> tuple[float, float, float]:
-    """Value of f at share x of a piece and time t, its slope over x, and the rate of the cosine."""
+    """Return the value of f at share x of a piece and time t, its slope over x, and the rate of the cosine."""
     value, slope = 0.0, 0.0
     for n in range(driver.values.shape[1] - 1, -1, -1):
         slope = slope * x + value
@@ -448,7 +448,7 @@ def apply_correction(driver: Driver, rule: Scheme, room: Room, amount: float) ->
 
 @compiled
 def surface_at_axis(solid: Solid, room: Room, t: float) -> float:
-    """Depth of the free surface at the axis."""
+    """Return the depth of the free surface at the axis."""
     p = room.places[FREE_PANELS] - 1
     if p < 0:
         return 0.0

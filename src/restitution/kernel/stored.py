@@ -82,7 +82,7 @@ class Ledger(NamedTuple):
 
 
 def allocate_ledger(N: int, elements: int) -> Ledger:
-    """Room for the energy budget."""
+    """Return room for the energy budget."""
     rows = 3 * (N + 1)
     return Ledger(
         np.zeros((elements, rows + 2, WIDTH + 1)),
@@ -102,7 +102,7 @@ def _decay_matrix(scheme: Any, work: Any, pace: Any, rate: float, h: float) -> N
 
 @inlined
 def _propagated(scheme: Any, work: Any, source: Any, h: float, start: float) -> Any:
-    """Solution at the nodes from `start`, with the matrix of `_decay_matrix`."""
+    """Return the solution at the nodes from `start`, with the matrix of `_decay_matrix`."""
     return matvec(work.matrices[COUPLING], start + h * matvec(scheme.columns, source))
 
 
@@ -162,7 +162,7 @@ def _radiate(problem: Problem, scheme: Scheme, radiated: Any, F: Any, pace: Any,
 def _last_element(
     problem: Problem, scheme: Scheme, work: Work, ledger: Ledger, sigma: float, h: float
 ) -> tuple[float, float]:
-    """Energy dissipated and stored in the last element, which begins at `sigma`.
+    """Return the energy dissipated and stored in the last element, which begins at `sigma`.
 
     At its end a(s) of a blunt tip has an infinite slope, and panels shrink towards it. H_k, X_k, the velocity and the
     density are smooth and are interpolated from the nodes; the contact radius is evaluated at each place.
@@ -200,7 +200,7 @@ def _last_element(
 
 @inlined
 def _squares(past: Any, k: int, a: Any, H: Any, X: Any) -> Any:
-    """Integral of w_k^2 over the elements in contact."""
+    """Return the integral of w_k^2 over the elements in contact."""
     left = H - X * read8(past, 3 * k, 0)
     return a * (left * left) + X * (2.0 * (H * read8(past, 3 * k + 1, 0)) - X * read8(past, 3 * k + 2, 0))
 
@@ -353,7 +353,7 @@ def _pressure(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: fl
 
 @compiled
 def _over_ages(problem: Problem, scheme: Scheme, work: Work, rule: Rule, time: float, window: Any) -> float:
-    """Largest pressure at a time over a window of ages, by golden-section search."""
+    """Return the largest pressure at a time over a window of ages, by golden-section search."""
     low, high = window
     left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     of_left = _pressure(problem, scheme, work, rule, min(time, 0.0), left)

@@ -93,7 +93,7 @@ def aligned(*shape: int, room: Any = np.zeros) -> Any:
 
 
 def allocate(N: int, elements: int) -> Work:
-    """Scratch space for N modes and a number of stored elements in each half."""
+    """Return scratch space for N modes and a number of stored elements in each half."""
     S, rows = WIDTH, MODES_ + 2 * N
     return Work(
         aligned(N_VECTORS, 2 * S),

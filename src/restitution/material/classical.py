@@ -40,7 +40,7 @@ def standard_solid(
     density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
-    """Standard solid in shear, G(t) = G_inf + G_1 exp(-G_1 t/eta), elastic in bulk.
+    """Return the standard solid in shear, G(t) = G_inf + G_1 exp(-G_1 t/eta), elastic in bulk.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def elastic(
     density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
-    """Elastic material, from a modulus and one more constant; G = E/(2(1 + nu)) = 3KE/(9K - E).
+    """Return the elastic material, from a modulus and one more constant; G = E/(2(1 + nu)) = 3KE/(9K - E).
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def generalised_maxwell(
     density: models.Density | None = None,
     name: str | None = None,
 ) -> Material:
-    """Generalised Maxwell material in shear, G(t) = G_inf + sum G_k exp(-t/tau_k), elastic in bulk.
+    """Return the generalised Maxwell material in shear, G(t) = G_inf + sum G_k exp(-t/tau_k), elastic in bulk.
 
     Parameters
     ----------

@@ -388,7 +388,7 @@ def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, F
 
 @_fractional_model
 def springpot(coefficient: models.Coefficient, exponent: models.Exponent) -> FractionalModel:
-    """Springpot (power law), G(t) = V t^-alpha/Gamma(1 - alpha); V [Pa s^alpha].
+    """Return the springpot (power law), G(t) = V t^-alpha/Gamma(1 - alpha); V [Pa s^alpha].
 
     Examples
     --------
@@ -402,7 +402,7 @@ def springpot(coefficient: models.Coefficient, exponent: models.Exponent) -> Fra
 def fractional_kelvin_voigt(
     equilibrium_modulus: models.EndModulus, coefficient: models.Coefficient, exponent: models.Exponent
 ) -> FractionalModel:
-    """Fractional Kelvin-Voigt solid: a spring G_inf [Pa] and a springpot V [Pa s^alpha] in parallel.
+    """Return the fractional Kelvin-Voigt solid: a spring G_inf [Pa] and a springpot V [Pa s^alpha] in parallel.
 
     Examples
     --------
@@ -416,7 +416,7 @@ def fractional_kelvin_voigt(
 def fractional_maxwell(
     branch_modulus: models.BranchModulus, relaxation_time: models.Time, exponent: models.Exponent
 ) -> FractionalModel:
-    """Fractional Maxwell liquid G(t) = G_1 E_alpha(-(t/tau)^alpha); G_1 [Pa], tau [s].
+    """Return the fractional Maxwell liquid G(t) = G_1 E_alpha(-(t/tau)^alpha); G_1 [Pa], tau [s].
 
     Examples
     --------
@@ -433,7 +433,7 @@ def fractional_zener(
     relaxation_time: models.Time,
     exponent: models.Exponent,
 ) -> FractionalModel:
-    """Fractional Zener solid G(t) = G_inf + G_1 E_alpha(-(t/tau)^alpha); G_inf, G_1 [Pa], tau [s].
+    """Return the fractional Zener solid G(t) = G_inf + G_1 E_alpha(-(t/tau)^alpha); G_inf, G_1 [Pa], tau [s].
 
     Examples
     --------

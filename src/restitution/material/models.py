@@ -113,7 +113,7 @@ def constants_of(function: Callable[..., Any]) -> dict[str, Constant]:
 def checked(
     function: Callable[_P, _T], one_of: Sequence[tuple[str, ...]] = (), *, single: bool = False
 ) -> Callable[_P, _T]:
-    """Function that converts its arguments to SI and checks their ranges before the call.
+    """Return the function that converts its arguments to SI and checks their ranges before the call.
 
     Arrays must broadcast against each other; with `single`, only lists of numbers may be arrays.
     """

@@ -92,7 +92,7 @@ class Averages:
         return x, np.where(first, t / np.where(x > 0.0, x, 1.0), 2.0 * t)
 
     def __call__(self, radius: Array) -> Array:
-        """Means sigma and tau at radii of any shape."""
+        """Return the means sigma and tau at radii of any shape."""
         flat = radius.ravel()
         moments = self.moments(flat, self.punches.terms(float(np.max(flat, initial=0.0))))
         return self.punches.means(flat, moments).reshape(2, *radius.shape)
@@ -171,7 +171,7 @@ class PowerMeans:
         self._sigma, self._tau = power_law_series(punches, exponent)
 
     def __call__(self, radius: Array) -> tuple[Array, Array]:
-        """Means at radii over the thickness of any shape."""
+        """Return the means at radii over the thickness of any shape."""
         return over_panels(self._sigma, radius), over_panels(self._tau, radius)
 
 

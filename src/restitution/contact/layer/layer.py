@@ -648,7 +648,7 @@ class Layer(Geometry):
         return stored_punches(self._ratio).radius(as_array(stiffness_radius) / self.thickness) * self.thickness
 
     def curve(self, depth: float) -> Callable[[Array], tuple[Array, Array]]:
-        """Function from y^2 in [0, 1], the share of the depth on a half-space, to depths [m] and stiffness radii."""
+        """Return a function from y^2 in [0, 1], the share of the half-space's depth, to depths and stiffness radii."""
         deepest, unit, size = self._half_space_depth(depth), self.similar.depth, self.similar.radius
 
         def at(share: Array) -> tuple[Array, Array]:
