@@ -11,7 +11,7 @@ import restitution as rs
 from element_follower import Follower
 from restitution import PronySeries
 from restitution.indentation.solid import solid_of
-from restitution.kernel.panels import BACKWARD, leave, scheme, touch
+from restitution.kernel.panels import leave, scheme, touch
 from restitution.kernel.path import Path, power_path
 from restitution.kernel.program import DONE, ENDS, TOUCHES, run, touch_surface
 from restitution.kernel.stepper import (
@@ -70,7 +70,7 @@ class Run(NamedTuple):
             n = np.searchsorted(records.start[:size], t, side="right") - 1
             passed = min(max((t - records.start[n]) / records.length[n], 0.0), 1.0)
             kind = records.kind[n]
-            z = 1.0 - math.sqrt(1.0 - passed) if kind == BACKWARD else passed ** (1.0 / kind)
+            z = 1.0 - (1.0 - passed) ** (-1.0 / kind) if kind < 0 else passed ** (1.0 / kind)
             values.append(chebyshev.chebval(2.0 * z - 1.0, records.columns[n, column]))
         return np.array(values)
 
@@ -90,6 +90,26 @@ def run_depth(
     state = room(solid, 2000, MOST_STEPS)
     problem = Problem(solid, path, by_depth(*points), scheme(), scales, power)
     return Run(run(problem, state, np.zeros(3), MOST_STEPS), state)
+
+
+@pytest.mark.parametrize("series", [PronySeries(1.0), STANDARD], ids=["elastic", "standard solid"])
+def test_a_force_that_rises_and_falls_to_zero(series):
+    """Creep and recovery as in `rs.indent`; a few steps, as the depth is smooth over z up to the end."""
+    times, force = np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 0.0])
+    expected = rs.indent(
+        rs.Material(series.scaled(0.25), math.inf), rs.Parabola(1.0), force=2.0 * force, time=times, rtol=1e-11
+    )
+    deepest = expected.max_indentation_depth
+    lines = np.column_stack([force[:-1], np.diff(force)])
+    driver = Driver(False, times, lines, np.zeros(3, dtype=bool), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    solid = solid_of(series)
+    state = room(solid, 500, MOST_STEPS)
+    problem = Problem(solid, PARABOLA, driver, scheme(), Scales(deepest, 1.0, 1.0 / math.sqrt(deepest), 1e-9), 3)
+    assert run(problem, state, np.zeros(3), MOST_STEPS) == DONE
+    moments = np.linspace(0.011, 1.999, 41)
+    depths = Run(DONE, state).sample(moments, 0)
+    assert np.abs(depths - expected.sample(moments).indentation_depth.values).max() <= 1e-9 * deepest
+    assert state.places[RECORDS] <= 30
 
 
 @pytest.mark.parametrize("viscosity", [0.0, 0.3], ids=["none", "dashpot"])

@@ -35,7 +35,7 @@ NODES = STAGES + 1
 # How a panel joins the next lower one: smoothly, at a kink, at a smooth turning (where dy/dz = 0), at a kink of the
 # profile.
 SMOOTH, KINK, FLAT, CORNER = range(4)
-# Maps from z to the share of a step: z^n for n > 0, nothing passes for 0, 1 - (1 - z)^2 for BACKWARD.
+# Maps from z to the share of a step: z^n for n > 0, nothing passes for 0, 1 - (1 - z)^-n for n < 0.
 FROZEN, BACKWARD = 0, -2
 # exp of less is zero.
 _FORGOTTEN = -700.0
@@ -99,8 +99,9 @@ def share(kind: int, z: float) -> tuple[float, float]:
         return z, 1.0
     if kind == FROZEN:
         return 0.0, 0.0
-    if kind == BACKWARD:
-        return z * (2.0 - z), 2.0 - 2.0 * z
+    if kind < 0:
+        power = (1.0 - z) ** (-kind - 1)
+        return 1.0 - power * (1.0 - z), -kind * power
     power = z ** (kind - 1)
     return power * z, kind * power
 

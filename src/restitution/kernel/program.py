@@ -68,6 +68,7 @@ from restitution.kernel.stepper import (
     at_nodes,
     differentiate,
     given,
+    is_force,
     shared_load,
     solve_step,
     surface_at_axis,
@@ -124,9 +125,8 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
     for i in range(1, NODES):
         t = room.times[i]
         if event == TOUCHES:
-            driver = problem.driver
-            free_body = driver.by_depth or driver.mass > 0.0 or driver.stiffness > 0.0
-            E[i] = nodes[D, i] - surface_at_axis(solid, room, t) if free_body else nodes[GIVEN, i]
+            by_force = is_force(problem.driver)
+            E[i] = nodes[GIVEN, i] if by_force else nodes[D, i] - surface_at_axis(solid, room, t)
         elif event == BENDS:
             E[i] = nodes[D, i] - corner * corner
         elif event == TURNS and phase == GROWS:
@@ -141,6 +141,8 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
             for k in range(solid.rates.shape[0]):
                 E[i] -= solid.rates[k] * room.loads[k, i]
             E[i] /= solid.glass
+        elif event == ENDS and is_force(problem.driver):
+            E[i] = -nodes[GIVEN, i]
         elif phase == GROWS:
             E[i] = -gap(solid, panels, p, 0.0, t, nodes[D, i], basis, slopes)[0]
         else:
@@ -185,14 +187,14 @@ def first_event(
     """Return the first event of a solved step and its z; (NOTHING, 2) if there is none."""
     event, first = NOTHING, 2.0
     _, p = end_of_way(room, phase)
-    for candidate in (TURNS, JOINT, TOUCHES, BENDS):
+    for candidate in (TURNS, ENDS if p == 0 and phase == SHRINKS else JOINT, TOUCHES, BENDS):
         deadband = 0.0
         if candidate == TURNS:
             if phase == FREE or passing != TIME_PASSES or settled:
                 continue
             # A body that stands still turns by rounding.
             deadband = 1e-13 * problem.scales.depth / length
-        elif candidate == JOINT:
+        elif candidate in (JOINT, ENDS):
             if phase == FREE or p < 0:
                 continue
         elif candidate == TOUCHES:
@@ -204,8 +206,6 @@ def first_event(
         z = crossing(problem.rule, room, deadband)
         if z < first:
             event, first = candidate, z
-    if event == JOINT and p == 0 and phase == SHRINKS:
-        event = ENDS
     return event, first
 
 
@@ -532,7 +532,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 hunted, instant = event, max(grain, 1e-13 * length)
                 last_length, last_value = 0.0, -math.inf
                 length *= passed
-                kind = BACKWARD if backward else kind
+                if backward:
+                    # Under a force that falls to zero the end is like the touch, else like a root of the time left.
+                    kind = BACKWARD if event == JOINT or not is_force(driver) else -problem.power
                 if length < instant:
                     break
                 continue

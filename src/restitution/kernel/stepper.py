@@ -159,6 +159,12 @@ def ahead(room: Room, phase: int) -> tuple[Stack, int]:
 
 
 @inlined
+def is_force(driver: Driver) -> bool:
+    """Return whether a force is prescribed: a driver without mass and stiffness."""
+    return not (driver.by_depth or driver.mass > 0.0 or driver.stiffness > 0.0)
+
+
+@inlined
 def given(driver: Driver, piece: int, x: float, t: float) -> tuple[float, float, float]:
     """Return the value of f at share x of a piece and time t, its slope over x, and the rate of the cosine."""
     value, slope = 0.0, 0.0
@@ -543,7 +549,7 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     if driver.by_depth or step.passing == RATE_JUMPS:
         write_forces(solid, path, rule, room, phase)
         return True
-    if phase == FREE and not (driver.mass > 0.0 or driver.stiffness > 0.0):
+    if phase == FREE and is_force(driver):
         # Without a force the body lies on the surface.
         for i in range(1, NODES):
             nodes[D, i] = surface_at_axis(solid, room, room.times[i])
