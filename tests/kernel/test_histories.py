@@ -30,6 +30,8 @@ from restitution.kernel.stepper import (
 STANDARD = PronySeries(1.0, [4.0], [1.0])
 PARABOLA = power_path(1.0)
 MOST_STEPS = 20000
+# Share of a tolerance for a step, as errors of steps add up.
+STEP_SHARE = 0.1
 # Rows of the design page on cycles, computed by panels of two orders and by a follower of single elements.
 D1 = ([0.0, 1.0, 1.3, 1.6, 2.0, 3.0, 4.2], [0.0, 1.0, 0.7, 0.9, 0.6, 1.2, 0.0])
 D1_TIMES = [1.3, 1.5, 1.8, 2.0, 2.2, 2.6, 3.0, 3.4]
@@ -92,9 +94,9 @@ def run_depth(
     return Run(run(problem, state, np.zeros(3), MOST_STEPS), state)
 
 
-@pytest.mark.parametrize("series", [PronySeries(1.0), STANDARD], ids=["elastic", "standard solid"])
-def test_a_force_that_rises_and_falls_to_zero(series):
-    """Creep and recovery as in `rs.indent`; a few steps, as the depth is smooth over z up to the end."""
+def test_a_force_that_rises_and_falls_to_zero():
+    """An elastic body, against `rs.indent`; a few steps, as the depth is smooth over z up to the end."""
+    series = PronySeries(1.0)
     times, force = np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 0.0])
     expected = rs.indent(
         rs.Material(series.scaled(0.25), math.inf), rs.Parabola(1.0), force=2.0 * force, time=times, rtol=1e-11
@@ -216,28 +218,28 @@ def test_an_oscillation_about_a_hold():
 
 @pytest.mark.slow
 def test_tapping_becomes_periodic():
-    """Row T1 of the same page: m = k = 1, Q = 10, drive cos(t)/10, distance 0.8; the 100th tap."""
+    """Row T1 of the same page: m = k = 1, Q = 10, drive cos(t)/10, distance 0.8; the transient leaves exp(-40 pi/Q)."""
     solid, period = solid_of(STANDARD), 2.0 * math.pi
     state = room(solid, 1000, 60000)
     state.state[DEPTH] = -1.7
     # m d'' + c d' + k d = -k D - drive - F, in half units of force.
     driver = Driver(
-        False, np.array([0.0, 100.0 * period]), np.array([[-0.4]]), np.zeros(2, dtype=bool), 0.5, 0.05, 0.5, -0.05,
+        False, np.array([0.0, 40.0 * period]), np.array([[-0.4]]), np.zeros(2, dtype=bool), 0.5, 0.05, 0.5, -0.05,
         1.0, 0.0,
     )  # fmt: skip
-    problem = Problem(solid, PARABOLA, driver, scheme(), Scales(0.15, 0.1, 1.0, 1e-9), 2)
+    problem = Problem(solid, PARABOLA, driver, scheme(), Scales(0.15, 0.1, 1.0, 1e-8), 2)
     assert run(problem, state, np.zeros(3), 60000) == DONE
     records, places, weights = state.records, *legendre.leggauss(24)
     harmonic = 0j
     for n in range(state.places[RECORDS]):
-        start, stop = max(records.start[n], 99.0 * period), records.start[n] + records.length[n]
+        start, stop = max(records.start[n], 39.0 * period), records.start[n] + records.length[n]
         if stop <= start:
             continue
         times = 0.5 * (start + stop) + 0.5 * (stop - start) * places
         z = -(Run(DONE, state).sample(times, 0) + 0.8)
         harmonic += 0.5 * (stop - start) * weights @ (z * np.exp(-1j * times)) / math.pi
-    assert abs(harmonic) == pytest.approx(0.925092312856, abs=1e-8)
-    assert math.degrees(np.angle(harmonic)) == pytest.approx(-70.32667892693, abs=1e-6)
+    assert abs(harmonic) == pytest.approx(0.925092312856, abs=1e-5)
+    assert math.degrees(np.angle(harmonic)) == pytest.approx(-70.32667892693, abs=1e-3)
 
 
 def followed_force(result: Run, follower: Follower, time: float) -> float:
@@ -273,18 +275,18 @@ def random_program(rng: np.random.Generator) -> tuple[PronySeries, Any, Any]:
     return series, times, depths
 
 
-def check_random_program(seed: int, tolerance: float) -> None:
+def check_random_program(seed: int, rtol: float) -> None:
     series, times, depths = random_program(np.random.default_rng(seed))
     duration = times[-1]
     typical = series.equilibrium_modulus + series.branch_moduli @ np.minimum(1.0, series.relaxation_times / duration)
-    result = run_depth(series, (times, depths), tolerance, float(typical))
+    result = run_depth(series, (times, depths), STEP_SHARE * rtol, float(typical))
     assert result.outcome == DONE
     records, size = result.room.records, result.room.places[RECORDS]
     largest = np.abs(records.columns[:size, 2]).sum(axis=1).max()
     follower = Follower(series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, times, depths)
     expected = followed_force(result, follower, duration)
     # Gauss quadrature over few panels of a loose run is exact to some 1e-10.
-    assert abs(result.room.state[FORCE] - expected) <= (10.0 * tolerance + 1e-10) * largest
+    assert abs(result.room.state[FORCE] - expected) <= (10.0 * rtol + 1e-10) * largest
     assert result.room.state[WORK] >= -1e-12
 
 

@@ -402,6 +402,10 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
         room.state[WORK] += rule.A[STAGES - 1, i - 1] * nodes[F, i] * slopes[i]
+    if event == JOINT:
+        panels, p = end_of_way(room, phase)
+        polynomials(0.0, room.basis[0], room.basis[1])
+        nodes[Y, last] = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
         panels, place = ahead(room, phase)

@@ -29,9 +29,11 @@ from restitution.kernel.panels import (
     Stack,
     gap,
     locate,
+    polynomials,
     share,
     stack,
     touch,
+    value_of,
     write_displacements,
     write_loads,
 )
@@ -70,7 +72,7 @@ class Scales(NamedTuple):
     depth: float
     force: float
     stress: float
-    tolerance: float
+    tolerance: float  # Of a step; errors of steps add up
 
 
 class Problem(NamedTuple):
@@ -498,12 +500,16 @@ def write_start(solid: Solid, path: Path, room: Room, phase: int) -> None:
     nodes, state, places = room.nodes, room.state, room.places
     basis, slopes = room.basis[0], room.basis[1]
     nodes[D, 0], nodes[V, 0], nodes[Y, 0], nodes[F, 0] = state[DEPTH], state[RATE], state[FRONT], state[FORCE]
-    nodes[A, 0], nodes[PI, 0] = radius_and_integral(path, nodes[Y, 0])
     for k in range(solid.rates.shape[0]):
         room.h[k, 0], room.L[k, 0] = room.memory[k], room.sums[k]
     panels, place = ahead(room, phase)
     p = places[place] - 1
     z = panels.end[max(p, 0)]
+    if p >= 0 and phase != FREE:
+        # Where the front is fast, its place at a joint is known less well than the joint.
+        polynomials(z, basis, slopes)
+        nodes[Y, 0] = max(value_of(panels.coefficients[p, 0], basis), 0.0)
+    nodes[A, 0], nodes[PI, 0] = radius_and_integral(path, nodes[Y, 0])
     places[NO_FRONT_YET] = 1
     for i in range(NODES):
         room.at[i], room.z[i] = p, z
