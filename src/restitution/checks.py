@@ -94,7 +94,7 @@ def _rule(low: float, high: float, unit: str, is_open: bool, infinite: bool) -> 
 
 
 def refuse(name: str, values: Array, bad: NDArray[np.bool_], rule: str, unit: str = "") -> None:
-    """Refuse values of which some are bad; the error has the first of these and its index."""
+    """Refuse bad values; the error has the first of them and its index."""
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         raise InputError(name, float(values[index]), rule, unit, index=index)
