@@ -237,6 +237,18 @@ def tail(rule: Scheme, values: Any, row: Any) -> float:
 
 
 @compiled
+def memory_error(problem: Problem, room: Room) -> float:
+    """Return the error of the sums of loads that a growing contact leaves to its panel."""
+    solid, scales, nodes = problem.solid, problem.scales, room.nodes
+    values, row, worst = room.vectors[5], room.vectors[6], 0.0
+    for k in range(solid.rates.shape[0]):
+        for i in range(NODES):
+            values[i] = room.L[k, i] - solid.moduli[k] * room.h[k, i] * nodes[A, i]
+        worst = max(worst, tail(problem.rule, values, row) / scales.force)
+    return worst
+
+
+@compiled
 def step_error(problem: Problem, room: Room, phase: int) -> float:
     """Return the error of depth, force, shared load and front over their scales.
 
@@ -252,6 +264,10 @@ def step_error(problem: Problem, room: Room, phase: int) -> float:
     worst = tail(rule, values, row) / scales.stress
     for part in (tail(rule, nodes[D], row) / scales.depth, tail(rule, nodes[F], row) / scales.force):
         # Comparisons with NaN are false.
+        if not part <= worst:
+            worst = part
+    if phase == GROWS:
+        part = memory_error(problem, room)
         if not part <= worst:
             worst = part
     for i in range(NODES):
@@ -406,6 +422,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         panels, p = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])
         nodes[Y, last] = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
+    elif event == ENDS:
+        # A root of rounding else, with which the next touch would not be smooth.
+        nodes[Y, last] = 0.0
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
         panels, place = ahead(room, phase)
@@ -516,6 +535,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 if error < _COARSE:
                     event, z = first_event(problem, room, phase, passing, length, switches > 4)
                 passed = share(kind, z)[0]
+                if event != NOTHING and z < rule.c[1] and error > tolerance and length > 64.0 * moment:
+                    # Whether an event before the first node is at the start only a shorter step can decide.
+                    length *= 0.25
+                    continue
                 if event == NOTHING and tolerance < error < _COARSE and aimed > length and phase != FREE:
                     event, passed = event_ahead(problem, room, phase, kind)
                     if event != NOTHING:
@@ -571,7 +594,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     end_contact(problem, room)
         else:
             switches = 0
-            size = max(room.places[FOLLOWING], room.places[FREE_PANELS]) + _MOST_JUMPS
+            size = room.places[FOLLOWING] + room.places[FREE_PANELS] + _MOST_JUMPS
             if room.places[RECORDS] >= min(most, room.records.start.shape[0]) or size >= room.free.start.shape[0]:
                 return NO_ROOM
             done = span if left - length <= max(4.0 * grain, 1e-15 * span) else done + length
@@ -609,6 +632,32 @@ def touch_surface(problem: Problem, room: Room, time: float, rate: float) -> Non
     begin_contact(problem, room)
 
 
+@compiled
+def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any, most: int) -> int:
+    """Let a body in contact pass a knot of what is prescribed, at which its rate may jump; return the outcome."""
+    driver, state, places = problem.driver, room.state, room.places
+    rate = rate_behind_knot(problem, room, piece, span)
+    if span == 0.0:
+        places[PHASE] = GROWS if rate >= 0.0 else SHRINKS
+        return DONE
+    phase = places[PHASE]
+    places[PHASE] = phase_behind_knot(problem, room, phase, rate)
+    if problem.solid.viscosity > 0.0 and driver.by_depth:
+        # The load of the dashpot jumps: at once where the contact grows, else from where the front is.
+        jumps = places[PHASE] == SHRINKS
+        behind = state[RATE_BEFORE] if jumps else rate
+        state[FORCE] += problem.solid.viscosity * room.nodes[A, 0] * (behind - state[RATE])
+        if jumps:
+            outcome = follow(problem, room, piece, RATE_JUMPS, start, most)
+            if outcome != DONE:
+                return outcome
+        elif phase == SHRINKS:
+            # Free elements begin to part from the body at its own rate: their gap is quadratic near the edge.
+            start[0] = 2
+    state[RATE] = rate
+    return DONE
+
+
 @entry_point
 def run(problem: Problem, room: Room, start: Any, most: int) -> int:
     """Follow the body through all that is prescribed; return the outcome. `start` are three numbers of room."""
@@ -620,21 +669,12 @@ def run(problem: Problem, room: Room, start: Any, most: int) -> int:
         if not driver.smooth[piece]:
             start[1] = KINK
             if places[PHASE] != FREE and places[FOLLOWING] > 0:
-                rate = rate_behind_knot(problem, room, piece, span)
-                if span == 0.0:
-                    places[PHASE] = GROWS if rate >= 0.0 else SHRINKS
-                else:
-                    places[PHASE] = phase_behind_knot(problem, room, places[PHASE], rate)
-                    if problem.solid.viscosity > 0.0 and driver.by_depth:
-                        # The load of the dashpot jumps: at once where the contact grows, else from where the front is.
-                        jumps = places[PHASE] == SHRINKS
-                        behind = state[RATE_BEFORE] if jumps else rate
-                        state[FORCE] += problem.solid.viscosity * room.nodes[A, 0] * (behind - state[RATE])
-                        if jumps:
-                            outcome = follow(problem, room, piece, RATE_JUMPS, start, most)
-                            if outcome != DONE:
-                                return outcome
-                    state[RATE] = rate
+                outcome = pass_kink(problem, room, piece, span, start, most)
+                if outcome != DONE:
+                    return outcome
+            elif driver.by_depth and span > 0.0:
+                # A flat face feels the dashpot from the touch on.
+                state[RATE] = rate_behind_knot(problem, room, piece, span)
         outcome = follow(problem, room, piece, VALUE_JUMPS if span == 0.0 else TIME_PASSES, start, most)
         if outcome != DONE:
             return outcome
