@@ -20,7 +20,7 @@ from restitution.indentation.surface import Elements, Imprint, Surface, read_imp
 from restitution.kernel.indentation import LARGEST, SMALLEST
 from restitution.kernel.panels import NODES, scheme
 from restitution.kernel.path import Path, power_path, table_path
-from restitution.kernel.program import DONE, ENDS, NO_ROOM, TOO_STEEP, TOUCHES, run
+from restitution.kernel.program import APART, DONE, ENDS, NO_ROOM, TOO_STEEP, TOUCHES, run, touch_surface
 from restitution.kernel.stepper import (
     DEPTH,
     FOLLOWING,
@@ -71,6 +71,9 @@ class Drive(NamedTuple):
     touch: float = 2.0  # the contact radius over the depth grows like t^(1/touch)
     depth: float = 0.0  # at the start
     velocity: float = 0.0
+    touches: bool = False  # whether the body touches the surface at the start, with the velocity
+    once: bool = False  # whether only the first contact counts
+    first: float = math.inf  # length of the first step to try [s]
 
     @property
     def first_depth(self) -> float:
@@ -132,13 +135,15 @@ class PanelSolution:
                 work.places[FREE_PANELS] = imprint.end.size
             work.state[DEPTH] = drive.first_depth / self.units.length
             work.state[RATE] = drive.velocity * self.units.time / self.units.length
-            outcome = run(self._problem, work, np.zeros(3), _MOST_STEPS)
+            if drive.touches:
+                touch_surface(self._problem, work, 0.0, float(work.state[RATE]))
+            outcome = run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), _MOST_STEPS)
             if outcome != NO_ROOM:
                 break
             panels, steps = 4 * panels, 4 * steps
             if steps > _MOST_STEPS:
                 raise InputError("history", rule=f"needs over {_MOST_STEPS} steps; smooth or thin it, or loosen rtol")
-        if outcome != DONE:
+        if outcome not in (DONE, APART):
             moment = self.units.touch + self.units.time * float(work.state[0])
             rule = "leads to a contact that could not be solved there"
             if outcome == TOO_STEEP:
@@ -186,6 +191,11 @@ class PanelSolution:
         """Times [s] between which depth and force are smooth."""
         starts, lengths, _, _ = self._records
         return np.unique(self._time(np.append(starts, starts[-1] + lengths[-1])))
+
+    @property
+    def stop(self) -> float:
+        """Time [s] at which the run ended."""
+        return float(self._time(float(self._room.state[TIME])))
 
     @property
     def end_time(self) -> float:
@@ -252,6 +262,20 @@ class PanelSolution:
     # Energy and surface at the end.
 
     @property
+    def max_force(self) -> float:
+        """Largest force [N]: of the polynomials of all steps."""
+        columns = self._room.records.columns[self._records[3], 2]
+        basis = chebyshev.chebvander(np.linspace(-1.0, 1.0, 8 * NODES), NODES - 1)
+        values = columns @ basis.T
+        best = 0.0
+        # The largest node and its neighbours give the vertex.
+        for n in np.argsort(values.max(axis=1))[-3:]:
+            extremes = chebyshev.chebroots(chebyshev.chebder(columns[n]))
+            inner = extremes.real[(np.abs(extremes.imag) < 1e-9) & (np.abs(extremes.real) <= 1.0)]
+            best = max(best, float(np.max(chebyshev.chebval(np.append(inner, [-1.0, 1.0]), columns[n]))))
+        return best * self.units.force
+
+    @property
     def work(self) -> float:
         """Work [J] that the body did on the surface until the end of the history."""
         return float(self._room.state[WORK]) * self.units.force * self.units.length
@@ -300,7 +324,7 @@ def _driver(drive: Drive, units: Units) -> Driver:
     return Driver(
         drive.by_depth, knots, drive.history.coefficients / size, np.zeros(knots.size, dtype=np.bool_),
         drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
-        drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch,
+        drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
     )  # fmt: skip
 
 
@@ -329,7 +353,7 @@ def solve_by_panels(
         else:
             pull = History(history.knots, history.coefficients * stiffness)
             drive = Drive(pull, False, min(peak, deepest), stiffness=stiffness)
-    solution = PanelSolution(profile, series, drive, rtol, None if surface is None else surface._imprint)
+    solution = PanelSolution(profile, series, drive, rtol, None if surface is None else surface.marks)
     if solution.max_depth > deepest:
         raise InputError(field, rule=f"must not press the tip deeper than {deepest:g} m, {profile.end}")
     return solution

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
+from numpy.polynomial import chebyshev, polynomial
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array, nonnegative, single_nonnegative
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 # Gauss quadrature over [0, 1].
 _ROOTS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(16))
 _PLACES = _ROOTS + 0.5
+# Values at the Gauss nodes to slopes there.
+_SLOPES = polynomial.polyvander(_ROOTS, _ROOTS.size - 2) * np.arange(1, _ROOTS.size)
+_SLOPES = _SLOPES @ np.linalg.inv(polynomial.polyvander(_ROOTS, _ROOTS.size - 1))[1:]
 
 
 class Panel(NamedTuple):
@@ -146,8 +149,7 @@ class Elements:
 
     def _growth(self, y: Array) -> Array:
         """Return the slope of the stiffness radius over the Gauss nodes."""
-        fit = chebyshev.chebfit(2.0 * _PLACES - 1.0, self._radius(y), _PLACES.size - 1)
-        return chebyshev.chebval(2.0 * _PLACES - 1.0, chebyshev.chebder(fit, scl=2.0))
+        return _SLOPES @ self._radius(y)
 
     def _radius(self, y: Array) -> Array:
         return np.asarray(self._profile.stiffness_radius(y * y * self._length)) / self._unit
@@ -231,17 +233,17 @@ class Surface:
     contact: Contact
     time: float
     _series: PronySeries = field(repr=False)
-    _imprint: Imprint = field(repr=False)
+    marks: Imprint = field(repr=False)
 
     def after(self, time: float) -> Surface:
         """Return the surface a further time [s] later."""
         passed = single_nonnegative("time", time, "s")
-        imprint = self._imprint._replace(start=self._imprint.start - passed)
+        imprint = self.marks._replace(start=self.marks.start - passed)
         return Surface(self.contact, self.time + passed, self._series, imprint)
 
     @cached_property
     def _elements(self) -> Elements:
-        mark = self._imprint
+        mark = self.marks
         panels = [
             Panel(mark.coefficients[p], mark.start[p], mark.length[p], int(mark.kind[p]), mark.end[p], False)
             for p in range(mark.end.size)

@@ -76,16 +76,20 @@ from restitution.kernel.stepper import (
 )
 
 NOTHING, TURNS, JOINT, ENDS, TOUCHES, BENDS = range(6)
-DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP = range(4)
+DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
+# Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
+# accepted leaves its error to the fronts that pass it.
+_FRONT_SHARE = 0.1
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
 _MOST_TRIES = 200
 # Breaks without a step between them.
 _MOST_SWITCHES = 60
 _MOST_JUMPS = 20
+_MOST_CHASES = 8
 
 
 @inlined
@@ -273,7 +277,8 @@ def step_error(problem: Problem, room: Room, phase: int) -> float:
     for i in range(NODES):
         values[i] = nodes[Y, i] * nodes[Y, i]
     # On virgin surface y^2 = d may be a polynomial where y is not.
-    front = max(tail(rule, values, row), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y], row)) / scales.depth
+    front = max(tail(rule, values, row), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y], row))
+    front *= _FRONT_SHARE / scales.depth
     if front > scales.tolerance:
         steepest = 0.0
         for i in range(1, NODES):
@@ -484,6 +489,18 @@ def phase_behind_knot(problem: Problem, room: Room, phase: int, rate: float) -> 
 
 
 @inlined
+def kind_behind_joint(room: Room, phase: int) -> int:
+    """Return the map of the step that enters the panel below a joint.
+
+    A panel that ends like a root of the time holds loads, or displacements, that are functions of the root of the
+    distance from its end.
+    """
+    panels, place = ahead(room, phase)
+    p = room.places[place] - 1
+    return 2 if p >= 0 and panels.kind[p] < 0 and panels.end[p] == 1.0 else 1
+
+
+@inlined
 def factor_of(tolerance: float, error: float, least: float, most: float) -> float:
     """Return the factor for the length of the next step after one with this error."""
     return min(max(0.8 * (tolerance / max(error, 1e-30)) ** (1.0 / STAGES), least), most)
@@ -511,7 +528,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         instant, jumps = grain, 0
         speed = max(abs(room.state[RATE]), scales.depth / duration)
         moment = max(grain, 0.05 * tolerance * scales.stress / (problem.solid.glass * speed))
-        kind, hunted, tries, aimed = first_kind, NOTHING, 0, math.inf
+        kind, hunted, tries, chases, aimed = first_kind, NOTHING, 0, 0, math.inf
         last_length, last_value, error = 0.0, -math.inf, math.inf
         while True:
             tries += 1
@@ -566,6 +583,16 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     break
                 continue
             if not error <= tolerance:
+                if error < _COARSE and kind < 0 and chases < _MOST_CHASES:
+                    # The front is not smooth while its way ends elsewhere, but where it ends becomes clearer.
+                    chases += 1
+                    last, before = NODES - 1, NODES - 5
+                    value = write_event(problem, room, phase, hunted)
+                    slope = (value - room.nodes[EVENT, before]) / (room.times[last] - room.times[before])
+                    change = -value / slope if slope > 0.0 else 0.0
+                    if 1e-4 * length < abs(change) < 0.3 * length and length + change <= left:
+                        length += change
+                        continue
                 hunted, kind = NOTHING, first_kind
                 length *= factor_of(tolerance, error, 0.1, 0.7) if error < math.inf else 0.25
                 continue
@@ -613,10 +640,12 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         elif hunted == ENDS:
             phase, guess = FREE, math.inf
         elif hunted == JOINT:
-            joint = KINK
+            joint, first_kind = KINK, kind_behind_joint(room, phase)
         elif hunted == BENDS:
             joint, first_kind = CORNER, 2
         room.places[PHASE] = phase
+        if hunted == ENDS and driver.once:
+            return APART
     start[0], start[1] = first_kind, joint
     if passing == TIME_PASSES:
         start[2] = guess
@@ -660,10 +689,13 @@ def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any,
 
 @entry_point
 def run(problem: Problem, room: Room, start: Any, most: int) -> int:
-    """Follow the body through all that is prescribed; return the outcome. `start` are three numbers of room."""
+    """Follow the body through all that is prescribed; return the outcome.
+
+    `start` are three numbers of room; the last is the length of the first step to try.
+    """
     driver, state, places = problem.driver, room.state, room.places
     begins = places[PHASE] == GROWS and places[FOLLOWING] == 0
-    start[0], start[1], start[2] = (problem.power if begins else 1), KINK, math.inf
+    start[0], start[1] = (problem.power if begins else 1), KINK
     for piece in range(driver.knots.shape[0] - 1):
         span = driver.knots[piece + 1] - driver.knots[piece]
         if not driver.smooth[piece]:
