@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -211,55 +211,19 @@ def bounces(
     >>> print(flight.ended, flight.n_bounces, flight.height[:3].round(4))
     captured 29 [0.3141 0.2002 0.1293]
     """
-    if not isinstance(impact, Impact):
-        raise InputTypeError("impact", impact, "must be an Impact")
-    if impact.shape:
-        raise InputError("impact", rule=f"must be a single impact, not an array of shape {impact.shape}")
     whole("max_bounces", max_bounces)
     if stop is not None:
         function("stop", stop, "must be a function without arguments", 0)
-    if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
-        rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
-        raise InputError("with_weight", with_weight, rule)
     g = check_single("gravity", gravity)
-    if height is None:
-        velocity = float(impact.velocity)
-        start = velocity * velocity / (2.0 * g)
-        if not math.isfinite(start):
-            raise InputError("velocity", velocity, "must be that of a fall from a finite height", VELOCITY.unit)
-    else:
-        start = check_single("drop_height", height, "height")
-        velocity = float(fall_velocity(start, g))
+    first, start = _first_impact(impact, height, g, with_weight)
     least = 1e-6 * start if min_height is None else min_height
     floor = single("min_height", nonnegative("min_height", least, "m"), "m")
-    first = replace(impact, velocity=velocity, external_force=float(impact.mass) * g if with_weight else 0.0)
-
-    results: list[ImpactResult] = []
-    heights: list[float] = []
-    while True:
-        result = solve_exact(replace(first, velocity=velocity), rtol)
-        results.append(result)
-        away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
-        depth += float(impact.mass) * (velocity + away) / float(impact.impedance)
-        rise = away**2 / (2.0 * g) - depth if result.status is Status.SEPARATED else 0.0
-        heights.append(rise)
-        holds = {
-            Ending.CAPTURED: result.status == Status.CAPTURED,
-            Ending.SUNK: result.status == Status.SINKS_IN,
-            Ending.BELOW_SURFACE: rise <= 0.0,
-            Ending.LOW: rise < floor,
-            Ending.MAX_BOUNCES: len(results) == max_bounces,
-            Ending.STOPPED: stop is not None and stop(),
-        }
-        if (ending := next((end for end, is_reached in holds.items() if is_reached), None)) is not None:
-            break
-        velocity = float(fall_velocity(rise, g))
-    columns = {
-        name: np.array([getattr(result, name) for result in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)
-    }
-    flights = (columns["rebound_velocity"][:-1] + columns["velocity"][1:]) / g
-    columns["touch_time"] = np.cumsum(np.append(columns["velocity"][0] / g, columns["contact_time"][:-1] + flights))
-    columns["height"] = np.array(heights)
+    series, touches, ending = _series(first, g, rtol), list[_Touch](), None
+    while ending is None:
+        touches.append(next(series))
+        stopped = stop is not None and stop()
+        ending = _ending(touches[-1], floor, len(touches) == max_bounces, stopped)
+    columns, flights = _columns(touches, g)
     bodies = {"mass": impact.mass, "impedance": impact.impedance}
     report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
     return Bounces(
@@ -267,6 +231,78 @@ def bounces(
         drop_height=start, gravity=g, ended=ending, impact=first, validity=report,
         notes=tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
     )  # fmt: skip
+
+
+class _Touch(NamedTuple):
+    """An impact of the series, and the rise after it."""
+
+    result: ImpactResult
+    height: float  # greatest height [m] over the undeformed surface, 0 where the body stays
+
+
+def _first_impact(impact: Impact, height: float | None, gravity: float, with_weight: bool) -> tuple[Impact, float]:
+    """Return the first impact of the series and the height [m] of the release."""
+    if not isinstance(impact, Impact):
+        raise InputTypeError("impact", impact, "must be an Impact")
+    if impact.shape:
+        raise InputError("impact", rule=f"must be a single impact, not an array of shape {impact.shape}")
+    if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
+        rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
+        raise InputError("with_weight", with_weight, rule)
+    if height is None:
+        velocity = float(impact.velocity)
+        start = velocity * velocity / (2.0 * gravity)
+        if not math.isfinite(start):
+            raise InputError("velocity", velocity, "must be that of a fall from a finite height", VELOCITY.unit)
+    else:
+        start = check_single("drop_height", height, "height")
+        velocity = float(fall_velocity(start, gravity))
+    weight = float(impact.mass) * gravity if with_weight else 0.0
+    return replace(impact, velocity=velocity, external_force=weight), start
+
+
+def _series(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
+    """Yield one impact after another of a body that falls back from each rise. The caller ends the series."""
+    impact = first
+    while True:
+        result = solve_exact(impact, rtol)
+        height = _rise(result, impact, gravity)
+        yield _Touch(result, height)
+        impact = replace(first, velocity=float(fall_velocity(height, gravity)))
+
+
+def _rise(result: ImpactResult, impact: Impact, gravity: float) -> float:
+    """Return the greatest height [m] over the undeformed surface after an impact; 0 where the body stays."""
+    if result.status is not Status.SEPARATED:
+        return 0.0
+    away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
+    # By the change of momentum m (v0 + v1) the target has moved this change over its impedance.
+    depth += float(impact.mass) * (float(impact.velocity) + away) / float(impact.impedance)
+    return away**2 / (2.0 * gravity) - depth
+
+
+def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> Ending | None:
+    """Return why the series ends after a touch, or None if it goes on; `floor` is the least height [m] of a rise."""
+    reasons = {
+        Ending.CAPTURED: touch.result.status == Status.CAPTURED,
+        Ending.SUNK: touch.result.status == Status.SINKS_IN,
+        Ending.BELOW_SURFACE: touch.height <= 0.0,
+        Ending.LOW: touch.height < floor,
+        Ending.MAX_BOUNCES: is_last,
+        Ending.STOPPED: is_stopped,
+    }
+    return next((ending for ending, holds in reasons.items() if holds), None)
+
+
+def _columns(touches: list[_Touch], gravity: float) -> tuple[dict[str, Array], Array]:
+    """Return the columns of the table and of its validity, and the durations [s] of the flights between touches."""
+    names = (*COLUMNS, "velocity", *_OUTPUTS)
+    columns = {name: np.array([getattr(touch.result, name) for touch in touches]) for name in names}
+    columns["height"] = np.array([touch.height for touch in touches])
+    flights = (columns["rebound_velocity"][:-1] + columns["velocity"][1:]) / gravity
+    durations = np.append(columns["velocity"][0] / gravity, columns["contact_time"][:-1] + flights)
+    columns["touch_time"] = np.cumsum(durations)
+    return columns, flights
 
 
 def _recovery(series: PronySeries, flight: float) -> list[str]:
