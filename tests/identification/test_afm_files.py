@@ -295,6 +295,43 @@ def test_a_map_keeps_the_line_of_a_refused_curve(monkeypatch):
     np.testing.assert_allclose(found["shear_modulus"].values[[0, 2]], 300.0, rtol=1e-3)
 
 
+@pytest.mark.parametrize("dwell_rate", [0, 1])
+@pytest.mark.parametrize("seed", range(4))
+def test_segments_of_asylum_research_stand_in_the_note(monkeypatch, seed, dwell_rate):
+    """A hold may have a rate of its own; without one the points are equally spaced."""
+    rng = np.random.default_rng(seed)
+    rate, sign, hold = rng.uniform(50.0, 5000.0), rng.choice([-1.0, 1.0]), bool(rng.integers(2))
+    ends = [99, int(rng.integers(105, 150)), TIME.size - 1] if hold else [99, TIME.size - 1]
+    way = "1,0,-1" if hold else "1,-1"
+    lines = ["Version:1", f"UseDwellRate: {dwell_rate}", "DwellRate: 10", f"Indexes: 0,{','.join(map(str, ends))}"]
+    lines.append(f"Direction: NaN,{way},")
+    module = SimpleNamespace(load=lambda path: {"wave": {"note": "\r".join(lines).encode()}})
+    monkeypatch.setitem(sys.modules, "igor2.binarywave", module)
+    columns = {"force": FORCE, "segment": 0 * SEGMENT, "height (measured)": -sign * DEPTH}
+    metadata = {"spring constant": 0.5, "rate approach": rate, "rate retract": rate}
+    give(monkeypatch, Record(columns, metadata))
+    (read,) = rs.read_curves("gel.ibw", profile=TIP)
+    assert np.array_equal(read.record().segments[0], np.diff([-1, *ends]))
+    if hold and dwell_rate:
+        with pytest.raises(rs.InputError, match=r"no column time: give rate=.*each of 3 segments"):
+            read()
+        (read,) = rs.read_curves("gel.ibw", profile=TIP, rate=[rate, rate, rate])
+    curve = read()
+    np.testing.assert_allclose(curve.time, np.arange(TIME.size) / rate, rtol=1e-12)
+    assert np.array_equal(curve.depth, DEPTH)
+
+
+def test_a_note_without_segments_leaves_one(monkeypatch):
+    monkeypatch.setitem(
+        sys.modules, "igor2.binarywave", SimpleNamespace(load=lambda path: {"wave": {"note": b"Indexes: NaN\rx"}})
+    )
+    metadata = {"spring constant": 0.5, "rate approach": 100.0, "rate retract": 100.0}
+    give(monkeypatch, Record({"force": FORCE, "segment": 0 * SEGMENT, "height (measured)": -DEPTH}, metadata))
+    curve = rs.read_curves("gel.ibw", profile=TIP)[0]()
+    np.testing.assert_allclose(curve.time, np.arange(TIME.size) / 100.0, rtol=1e-12)
+    assert curve.source.endswith("1 segment")
+
+
 # Files of JPK: a substitute for the reader of afmformats, then afmformats itself with small files.
 
 STYLES = ("extend", "pause", "retract", "modulation")

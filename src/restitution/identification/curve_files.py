@@ -274,6 +274,8 @@ def _loaded(source: Path, given: _Given) -> list[tuple[int, Callable[[], Record]
             absent = [name for name in names if name not in given.metadata]
             override = dict.fromkeys(absent, 1.0) | given.metadata
             curves = list(afmformats.load_data(source, meta_override=override))
+    if source.suffix == ".ibw":
+        return [(curve.enum, partial(_igor_record, source, curve)) for curve in curves]
     return [(curve.enum, partial(_loaded_record, curve, absent)) for curve in curves]
 
 
@@ -283,6 +285,28 @@ def _loaded_record(data: Any, absent: list[str]) -> Record:
     approach = 1 if metadata.get("imaging mode") == "stress-relaxation" else 0
     several = "segment" in columns and np.ptp(columns["segment"]) > 0
     return Record(columns, metadata, approach if several else None, absent)
+
+
+def _igor_record(source: Path, data: Any) -> Record:
+    """Return a record of Asylum Research with the segments that stand in the note of the file."""
+    record = _loaded_record(data, [])
+    note: bytes = _library("igor2.binarywave").load(source)["wave"]["note"]
+    lines = dict(line.split(":", 1) for line in note.decode("utf-8", "replace").split("\r") if ":" in line)
+    # The last point of each segment, and 1 towards the surface, 0 for a hold, -1 away; the first entry is the start.
+    last = [int(index) for index in re.findall(r"\d+", lines.get("Indexes", ""))[1:]]
+    way = re.findall(r"-?\d+", lines.get("Direction", ""))
+    if not last or len(last) != len(way):
+        return record
+    numbers = np.arange(record.segments[1].size)
+    segment = np.minimum(np.searchsorted(last, numbers), len(last) - 1)
+    # A hold may have a rate of its own, whose use the note does not prove.
+    uniform = "0" not in way or float(lines.get("UseDwellRate", 0)) == 0.0
+    times = {"time": numbers / record.metadata[_RATES[0]]} if uniform else {}
+    rates = {} if uniform else dict.fromkeys(_RATES)
+    approach = way.index("1") if "1" in way else None
+    return record._replace(
+        columns=record.columns | {"segment": segment} | times, metadata=record.metadata | rates, approach=approach
+    )
 
 
 def _jpk(source: Path, given: _Given) -> list[tuple[int, Callable[[], Record]]]:
