@@ -116,6 +116,22 @@ def test_a_tip_position_follows_a_given_sensitivity(monkeypatch):
     curve = rs.read_curves("gel.h5", profile=TIP, sensitivity=given)[0]()
     np.testing.assert_allclose(curve.depth, -height - given / sensitivity * FORCE / stiffness, atol=1e-20)
     assert curve.spring_constant is None
+    give(monkeypatch, Record(columns, {"sensitivity": sensitivity}))
+    assert np.array_equal(rs.read_curves("gel.h5", profile=TIP)[0]().depth, -columns["tip position"])
+    with pytest.raises(rs.InputError, match="has no spring constant: give spring_constant="):
+        rs.read_curves("gel.h5", profile=TIP, sensitivity=given)[0]()
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_the_approach_of_a_relaxation_is_the_second_segment(monkeypatch, sign):
+    """Before it the tip rests."""
+    rest = 20
+    time = np.arange(TIME.size + rest) * TIME[1]
+    depth, force = (np.concatenate([np.full(rest, column[0]), column]) for column in (DEPTH, FORCE))
+    segment = np.repeat([0, 1, 2], [rest, 100, 100])
+    columns = {"time": time, "force": force, "height (measured)": -sign * depth, "segment": segment}
+    give(monkeypatch, Record(columns, {"spring constant": 0.5, "imaging mode": "stress-relaxation"}))
+    assert np.array_equal(rs.read_curves("gel.h5", profile=TIP)[0]().depth, depth)
 
 
 def test_a_height_of_unknown_sign_is_refused(monkeypatch):

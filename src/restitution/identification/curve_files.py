@@ -427,7 +427,8 @@ def _check_complete(record: Record, given: _Given) -> None:
     unit = "m/A" if "NT-MDT" in str(record.metadata.get("format")) else "m/V"
     remedies = {"spring constant": "spring_constant=... [N/m]", "sensitivity": f"sensitivity=... [{unit}]"}
     absent = list(record.absent)
-    if record.depth not in (None, _TIP) and "spring constant" not in {*absent, *record.metadata, *given.metadata}:
+    bends = record.depth != _TIP or "sensitivity" in {*record.metadata} & {*given.metadata}
+    if bends and "spring constant" not in {*absent, *record.metadata, *given.metadata}:
         absent.append("spring constant")
     lacks = {f"no {name}": remedies.get(name, f'metadata={{"{name}": ...}}') for name in absent}
     if given.rate is None and given.duration is None and "time" not in record.columns and not _rates(record, given):
@@ -464,7 +465,7 @@ def _depth_and_force(record: Record, given: _Given) -> tuple[Array, Array, float
         return -height, force, spring, f"{sign}{source} less force / ({spring:.6g} N/m)"
     words = f"{sign}{source}, from which the file has subtracted the deflection"
     ratio = ratios.get("sensitivity", 1.0)
-    if ratio != 1.0 and spring is not None:
+    if ratio != 1.0:
         # The deflection grows with the sensitivity.
         height, words = height + (1.0 - 1.0 / ratio) * force / spring, f"{words}, scaled by {ratio:.6g}"
     return -height, force, None, words
