@@ -299,7 +299,7 @@ def _flight(surface: Surface, result: ImpactResult, gravity: float) -> float:
     away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
 
     def gap(time: float) -> float:
-        return surface.after(time).depth - (depth - away * time + 0.5 * gravity * time * time)
+        return surface.depth_after(time) - (depth - away * time + 0.5 * gravity * time * time)
 
     longest = 2.0 * away / gravity
     # The body is back at the depth of separation, and the surface is not below it.

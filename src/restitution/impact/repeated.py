@@ -79,6 +79,6 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
         "residual_indentation_depth": float(depth[-1]),
         "status": status,
         "samples": None if not parted else Sampled(
-            Trajectory(times, depth, rate, force, radius, kinetic), solution.work - kept, kept, 0.0
+            Trajectory(times, depth, rate, force, radius, kinetic), solution.work - kept, kept, 0.0, solution
         ),
     }

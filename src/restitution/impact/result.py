@@ -343,11 +343,13 @@ class ImpactResult(Result):
 
         if self.method == "elements":
             raise InputError("method", self.method, "must be 'exact' for the surface that an impact leaves")
-        self._single("the surface is that")
-        impact = self.impact
+        solution, impact = self._single("the surface is that"), self.impact
         assert not isinstance(impact, list)
-        deepest, rtol = float(np.asarray(self.max_indentation_depth)), max(self.rtol or 0.0, 1e-11)
-        left = panels_of_impact(impact, self.began_on, deepest, rtol).surface(impact.contact)
+        panels = solution.panels if isinstance(solution, Sampled) else None
+        if panels is None:
+            deepest, rtol = float(np.asarray(self.max_indentation_depth)), max(self.rtol or 0.0, 1e-11)
+            panels = panels_of_impact(impact, None, deepest, rtol)
+        left = panels.surface(impact.contact)
         return left.after(checks.single_nonnegative("after", after, "s"))
 
     @cached_property

@@ -26,6 +26,7 @@ from restitution.kernel.outcome import OUTCOME, STATUS
 from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
+    from restitution.indentation.panels import PanelSolution
     from restitution.kernel.collocation import Scheme
     from restitution.kernel.path import Path
     from restitution.kernel.stored import Ledger
@@ -533,6 +534,7 @@ class Sampled(NamedTuple):
     dissipated: float = math.nan
     stored: float = math.nan
     radiated: float = math.nan
+    panels: PanelSolution | None = None  # with the surface at the end
 
     def at(self, times: ArrayLike | None) -> Trajectory:
         """Return the samples, or linear interpolants at the given times [s]."""

@@ -16,7 +16,7 @@ from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
 from restitution.indentation.history import History, contact_part
 from restitution.indentation.solid import solid_of
-from restitution.indentation.surface import Elements, Imprint, Surface, read_imprint, stack_of, write_imprint
+from restitution.indentation.surface import Elements, Imprint, Surface, panels_of, read_imprint, write_imprint
 from restitution.kernel.indentation import LARGEST, SMALLEST
 from restitution.kernel.panels import NODES, scheme
 from restitution.kernel.path import Path, power_path, table_path
@@ -284,10 +284,10 @@ class PanelSolution:
     def elements(self) -> Elements:
         """All elements at the end of the history."""
         work, units = self._room, self.units
-        following = stack_of(work.following, int(work.places[FOLLOWING]), True)
-        free = stack_of(work.free, int(work.places[FREE_PANELS]), False)
+        following = panels_of(work.following, int(work.places[FOLLOWING]), True)
+        free = panels_of(work.free, int(work.places[FREE_PANELS]), False)
         return Elements(
-            self._profile, self._solid, [*following, *free], units.length, units.radius,
+            self._profile, self._solid, following, free, units.length, units.radius,
             units.force * units.length, float(work.state[TIME]), float(work.state[DEPTH]), work.memory,
         )  # fmt: skip
 

@@ -29,31 +29,43 @@ _SLOPES = polynomial.polyvander(_ROOTS, _ROOTS.size - 2) * np.arange(1, _ROOTS.s
 _SLOPES = _SLOPES @ np.linalg.inv(polynomial.polyvander(_ROOTS, _ROOTS.size - 1))[1:]
 
 
-class Panel(NamedTuple):
-    """Elements that changed state in one step; see `restitution.kernel.panels`."""
+class Panels(NamedTuple):
+    """Elements that changed state in the steps of a run, arrays over P panels; see `restitution.kernel.panels`."""
 
-    coefficients: Array  # (Q, N): Chebyshev coefficients over z
-    start: float
-    length: float
-    kind: int
-    end: float
+    coefficients: Array  # (P, Q, N): Chebyshev coefficients over z
+    start: Array  # (P,)
+    length: Array  # (P,)
+    kind: NDArray[np.int64]  # (P,)
+    end: Array  # (P,)
     follows: bool
 
     @property
+    def count(self) -> int:
+        """Number of panels."""
+        return self.end.size
+
+    @property
     def sign(self) -> float:
-        """1 if its elements run outwards, -1 inwards."""
+        """1 if their elements run outwards, -1 inwards."""
         return 1.0 if self.follows else -1.0
 
+    def part(self, p: int) -> Panels:
+        """Return panel p alone."""
+        return self.some(slice(p, p + 1))
 
-def stack_of(panels: Stack, count: int, follows: bool) -> list[Panel]:
-    """Return the panels of a stack of the kernel."""
-    return [
-        Panel(
-            panels.coefficients[p], float(panels.start[p]), float(panels.length[p]), int(panels.kind[p]),
-            float(panels.end[p]), follows,
+    def some(self, rows: slice) -> Panels:
+        """Return some of the panels."""
+        return Panels(
+            self.coefficients[rows], self.start[rows], self.length[rows], self.kind[rows], self.end[rows], self.follows
         )
-        for p in range(count)
-    ]  # fmt: skip
+
+
+def panels_of(stack: Stack, count: int, follows: bool) -> Panels:
+    """Return the panels of a stack of the kernel."""
+    return Panels(
+        stack.coefficients[:count], stack.start[:count], stack.length[:count], stack.kind[:count], stack.end[:count],
+        follows,
+    )  # fmt: skip
 
 
 class Elements:
@@ -65,8 +77,8 @@ class Elements:
         Profile of the body.
     solid : Solid
         Modulus of the material.
-    panels : list of Panel
-        Those of the contact from the axis outwards, then the free ones from the outermost inwards.
+    following, free : Panels
+        Those of the contact from the axis outwards, and the free ones from the outermost inwards.
     length, radius, energy : float
         Units of the numbers in panels: depth [m], stiffness radius [m], and energy over `int (stress depth) da` [J].
     time, depth : float
@@ -76,10 +88,10 @@ class Elements:
     """
 
     def __init__(
-        self, profile: Geometry, solid: Solid, panels: list[Panel], length: float, radius: float, energy: float,
-        time: float, depth: float, memory: Array,
+        self, profile: Geometry, solid: Solid, following: Panels, free: Panels, length: float, radius: float,
+        energy: float, time: float, depth: float, memory: Array,
     ) -> None:  # fmt: skip
-        self._profile, self._solid, self._panels = profile, solid, panels
+        self._profile, self._solid, self._following, self._free = profile, solid, following, free
         self._length, self._unit, self._energy = length, radius, energy
         self._time, self._depth, self._memory = time, depth, memory
 
@@ -87,12 +99,13 @@ class Elements:
     def stored(self) -> float:
         """Energy [J] in the springs of the material, `2 int [Einf u^2/2 + sum l_k^2/(2 E_k)] da`."""
         total = 0.0
-        for panel in self._panels:
-            y, _, density = self._at(panel, panel.end * _PLACES)
-            total += panel.sign * float(_WEIGHTS @ (density * self._growth(y)))
+        for panels in (self._following, self._free):
+            if panels.count:
+                y, _, density = self._at(panels, panels.end[:, None] * _PLACES)
+                total += panels.sign * float(np.sum((density * (self._radius(y) @ _SLOPES.T)) @ _WEIGHTS))
         if self._axis is not None:
             # A flat face.
-            total += float(self._radius(np.zeros(1))[0]) * float(self._at(*self._axis)[2][0])
+            total += float(self._radius(np.zeros(1))[0]) * float(self._at(*self._axis)[2][0, 0])
         return total * self._energy
 
     def displacement(self, radius: Array) -> Array:
@@ -105,9 +118,13 @@ class Elements:
         r = np.asarray(radius, dtype=np.float64) / self._unit
         total = np.zeros(r.shape)
         for place in np.ndindex(r.shape):
-            total[place] = sum(panel.sign * self._part_within(panel, float(r[place])) for panel in self._panels)
+            total[place] = sum(
+                panels.sign * self._part_within(panels.part(p), float(r[place]))
+                for panels in (self._following, self._free)
+                for p in range(panels.count)
+            )
         if self._axis is not None:
-            y, displacement, _ = self._at(*self._axis)
+            y, displacement, _ = (values[0] for values in self._at(*self._axis))
             # A flat face, and what rounding leaves of the axis.
             share = np.minimum(self._radius(y)[0] / np.maximum(r, 1e-300), 1.0)
             total += np.where(r > 0.0, np.arcsin(share), 0.5 * math.pi) * displacement[0]
@@ -116,58 +133,64 @@ class Elements:
     @property
     def axis_depth(self) -> float:
         """Displacement [m] of the element at the axis."""
-        return 0.0 if self._axis is None else float(self._at(*self._axis)[1][0]) * self._length
+        return self.axis_depth_at(self._time)
+
+    def axis_depth_at(self, time: float) -> float:
+        """Return the displacement [m] of the element at the axis at a time, while it is free."""
+        if self._axis is None:
+            return 0.0
+        panel, place = self._axis
+        return float(self._at(panel._replace(start=panel.start - (time - self._time)), place)[1][0, 0]) * self._length
 
     @property
-    def _axis(self) -> tuple[Panel, Array] | None:
+    def _axis(self) -> tuple[Panels, Array] | None:
         """The panel at the axis, and the place of the axis in it; None on virgin surface."""
-        if not self._panels:
-            return None
-        first, last = self._panels[0], self._panels[-1]
-        return (first, np.zeros(1)) if first.follows else (last, np.array([last.end]))
+        if self._following.count:
+            return self._following.part(0), np.zeros((1, 1))
+        last = self._free.count - 1
+        return (self._free.part(last), self._free.end[last:, None]) if last >= 0 else None
 
-    def _part_within(self, panel: Panel, r: float) -> float:
-        """Return `int W dx/sqrt(r^2 - x^2)` over the elements of a panel within a radius."""
-        ends = self._radius(self._at(panel, np.array([0.0, panel.end]))[0])
-        inner, outer = (0.0, panel.end) if panel.follows else (panel.end, 0.0)
+    def _part_within(self, panel: Panels, r: float) -> float:
+        """Return `int W dx/sqrt(r^2 - x^2)` over the elements of one panel within a radius."""
+        end = float(panel.end[0])
+        ends = self._radius(self._at(panel, np.array([[0.0, end]]))[0][0])
+        inner, outer = (0.0, end) if panel.follows else (end, 0.0)
         if r <= ends.min():
             return 0.0
         if r < ends.max():
             low, high = inner, outer
             for _ in range(60):
                 middle = 0.5 * (low + high)
-                if self._radius(self._at(panel, np.array([middle]))[0])[0] < r:
+                if self._radius(self._at(panel, np.array([[middle]]))[0][0])[0] < r:
                     low = middle
                 else:
                     high = middle
             outer = low
         # The root at x = r is smooth over the distance from there to the power 1/2.
-        y, displacement, _ = self._at(panel, outer + (inner - outer) * _PLACES**2)
+        y, displacement, _ = (values[0] for values in self._at(panel, outer + (inner - outer) * _PLACES[None] ** 2))
         x = self._radius(y)
         root = np.sqrt(np.maximum(r * r - x * x, 1e-300))
-        return -panel.sign * float(_WEIGHTS @ (displacement * self._growth(y) / root))
-
-    def _growth(self, y: Array) -> Array:
-        """Return the slope of the stiffness radius over the Gauss nodes."""
-        return _SLOPES @ self._radius(y)
+        return -panel.sign * float(_WEIGHTS @ (displacement * (_SLOPES @ x) / root))
 
     def _radius(self, y: Array) -> Array:
         return np.asarray(self._profile.stiffness_radius(y * y * self._length)) / self._unit
 
-    def _at(self, panel: Panel, z: Array) -> tuple[Array, Array, Array]:
-        """Return y, displacement and stored energy over da of elements at places z of a panel."""
+    def _at(self, panels: Panels, z: Array) -> tuple[Array, Array, Array]:
+        """Return y, displacement and stored energy over da of elements at places z, shape (P, n), of panels."""
         solid = self._solid
-        rates = solid.rates if panel.follows else solid.recoveries
-        row = chebyshev.chebval(2.0 * z - 1.0, panel.coefficients.T)
-        y, kind = np.maximum(row[0], 0.0), panel.kind
-        passed = 0.0 if kind == FROZEN else z**kind if kind > 0 else 1.0 - (1.0 - z) ** -kind
-        elapsed = self._time - panel.start - panel.length * passed
-        parts = row[1 : 1 + rates.size] * np.exp(-rates[:, None] * elapsed)
-        if panel.follows:
-            loads, displacement = parts + (solid.moduli * self._memory)[:, None], self._depth - y * y
+        rates = solid.rates if panels.follows else solid.recoveries
+        basis = chebyshev.chebvander(2.0 * z - 1.0, panels.coefficients.shape[-1] - 1)
+        row = np.einsum("pqk,pnk->qpn", panels.coefficients[:, : 1 + rates.size], basis)
+        y, kind = np.maximum(row[0], 0.0), panels.kind[:, None]
+        passed = np.where(kind > 0, z ** np.maximum(kind, 1), 1.0 - (1.0 - z) ** np.maximum(-kind, 1))
+        passed[panels.kind == FROZEN] = 0.0
+        elapsed = self._time - panels.start[:, None] - panels.length[:, None] * passed
+        parts = row[1:] * np.exp(-rates[:, None, None] * elapsed)
+        if panels.follows:
+            loads, displacement = parts + (solid.moduli * self._memory)[:, None, None], self._depth - y * y
         else:
-            loads, displacement = solid.moduli_of @ parts, parts.sum(axis=0)
-        springs = np.sum(loads**2 / solid.moduli[:, None], axis=0)
+            loads, displacement = np.tensordot(solid.moduli_of, parts, 1), parts.sum(axis=0)
+        springs = np.sum(loads**2 / solid.moduli[:, None, None], axis=0)
         return y, displacement, 0.5 * (solid.equilibrium * displacement**2 + springs)
 
 
@@ -243,13 +266,15 @@ class Surface:
 
     @cached_property
     def _elements(self) -> Elements:
-        mark = self.marks
-        panels = [
-            Panel(mark.coefficients[p], mark.start[p], mark.length[p], int(mark.kind[p]), mark.end[p], False)
-            for p in range(mark.end.size)
-        ]
-        none = np.empty(0)
-        return Elements(self.contact.profile, solid_of(self._series), panels, 1.0, 1.0, 2.0, 0.0, 0.0, none)
+        free = Panels(*self.marks[:5], False)
+        none, profile = np.empty(0), self.contact.profile
+        return Elements(
+            profile, solid_of(self._series), free.some(slice(0, 0)), free, 1.0, 1.0, 2.0, 0.0, 0.0, none,
+        )  # fmt: skip
+
+    def depth_after(self, time: float) -> float:
+        """Return the depth [m] of the surface at the axis a time [s] later."""
+        return self._elements.axis_depth_at(time)
 
     @property
     def depth(self) -> float:

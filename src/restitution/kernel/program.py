@@ -80,6 +80,8 @@ DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
+# Depth up to which an element, over the depth of the run, lies at the axis.
+_AT_AXIS = 1e-10
 # Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
 # accepted leaves its error to the fronts that pass it.
 _FRONT_SHARE = 0.1
@@ -97,7 +99,15 @@ def end_of_way(room: Room, phase: int) -> tuple[Stack, int]:
     """Stack which the front goes through, and the panel at whose lower end it meets the next joint; -1 without one."""
     panels, place = ahead(room, phase)
     p = room.places[place] - 1
-    while p > 0 and panels.joint[p] == SMOOTH:
+    while p > 0:
+        if panels.joint[p] != SMOOTH:
+            y, sign = 0.0, 1.0
+            for n in range(NODES):
+                y += sign * panels.coefficients[p, 0, n]
+                sign = -sign
+            # Next to the axis elements are too few to be felt.
+            if y * y > _AT_AXIS:
+                break
         p -= 1
     return panels, p
 
@@ -632,7 +642,11 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             guess = max(length, 0.5 * guess)
             if hunted == NOTHING:
                 guess = length * factor_of(tolerance, error, 0.3, 4.0)
-        joint, first_kind = SMOOTH, 1
+        if hunted != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
+            # The innermost elements left within rounding.
+            hunted = ENDS
+            end_contact(problem, room)
+        began, joint, first_kind = first_kind, SMOOTH, 1
         if hunted == TURNS:
             phase, joint = (SHRINKS if phase == GROWS else GROWS), FLAT
         elif hunted == TOUCHES:
@@ -641,6 +655,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             phase, guess = FREE, math.inf
         elif hunted == JOINT:
             joint, first_kind = KINK, kind_behind_joint(room, phase)
+            if switches > 0 and room.state[FRONT] * room.state[FRONT] < _AT_AXIS:
+                # A contact that has just begun grows on like a root.
+                first_kind = began
         elif hunted == BENDS:
             joint, first_kind = CORNER, 2
         room.places[PHASE] = phase
