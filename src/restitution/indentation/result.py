@@ -18,7 +18,7 @@ from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY, INDENTATION, dataset
 from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
-from restitution.units import in_words
+from restitution.units import LENGTH, in_words
 from restitution.validity import Validity, validity
 
 if TYPE_CHECKING:
@@ -221,7 +221,7 @@ class IndentationResult(Result):
         InputError
             If the time is outside of the history, or the body is not axisymmetric.
         """
-        moment, r = single("time", finite("time", time, "s"), "s"), np.asarray(nonnegative("radius", radius, "m"))
+        moment, r = single("time", finite("time", time, "s"), "s"), np.asarray(nonnegative("radius", radius, LENGTH.unit))
         return self._panels.until(moment).elements.displacement(r)[()]
 
     def surface(self, *, after: float = 0.0) -> Surface:
@@ -239,6 +239,7 @@ class IndentationResult(Result):
         >>> first = rs.indent(gel, rs.Parabola(2.5e-6), depth=rs.triangle(1e-6, 1.0))
         >>> again = rs.indent(gel, rs.Parabola(2.5e-6), depth=rs.triangle(1e-6, 1.0), surface=first.surface(after=0.1))
         >>> print(f"{first.max_force:.4e} N, then {again.max_force:.4e} N")
+        4.1563e-09 N, then 3.9099e-09 N
         """
         return self._panels.surface(self.contact).after(single_nonnegative("after", after, "s"))
 

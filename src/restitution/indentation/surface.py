@@ -16,6 +16,7 @@ from restitution.contact.profiles import Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.indentation.solid import solid_of
 from restitution.kernel.panels import FROZEN, Solid, Stack
+from restitution.units import LENGTH
 
 if TYPE_CHECKING:
     from restitution.contact.geometry import Contact, Geometry
@@ -250,7 +251,7 @@ class Surface:
     >>> first = rs.indent(gel, rs.Parabola(2.5e-6), depth=rs.triangle(1e-6, 1.0))
     >>> surface = first.surface(after=0.5)
     >>> print(f"{surface.depth:.3e} m deep at the axis")
-    1.178e-07 m deep at the axis
+    2.757e-07 m deep at the axis
     """
 
     contact: Contact
@@ -294,7 +295,7 @@ class Surface:
         InputError
             If the body is not axisymmetric, or a radius is negative.
         """
-        return self._elements.displacement(np.asarray(nonnegative("radius", radius, "m")))[()]
+        return self._elements.displacement(np.asarray(nonnegative("radius", radius, LENGTH.unit)))[()]
 
 
 def check_surface(surface: Surface, contact: Contact) -> None:
