@@ -93,9 +93,9 @@ class IndentationResult(Result):
     """
 
     _numbers = (
-        "contact_end_time", "turning_time", "max_force", "max_indentation_depth", "max_contact_radius",
-        "residual_indentation_depth", "work", "dissipated", "stored", "status", "prescribed", "rtol", "error", "warnings",
-        "validity",
+        "contact_end_time", "turning_time", "contact_intervals", "turning_times", "max_force", "max_indentation_depth",
+        "max_contact_radius", "residual_indentation_depth", "work", "dissipated", "stored", "status", "prescribed", "rtol",
+        "error", "warnings", "validity",
     )  # fmt: skip
     _picture = "history.overview"
 
