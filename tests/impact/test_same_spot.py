@@ -137,6 +137,8 @@ def test_a_slow_body_on_a_fresh_imprint_may_gain_energy():
     assert result.restitution_coefficient.max() > 1.0
     energy = 0.5 * float(impact.mass) * result.rebound_velocity**2
     assert np.all(np.diff(energy) < 0.0)
+    # The picture shows all of them.
+    assert result.plot().axes[1].get_ylim()[1] > result.restitution_coefficient.max()
 
 
 # Errors
