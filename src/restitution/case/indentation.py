@@ -17,9 +17,9 @@ from restitution.case.quantity import LIST, named_columns, nonnegative, positive
 from restitution.case.section import IN_FILE, Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.geometry import Geometry
 from restitution.impact.problem import window_around
-from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
+from restitution.indentation.history import History, cycles, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
-from restitution.quantities import FORCE, LENGTH, TIME
+from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 from restitution.units import STIFFNESS
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ _ANY = (-1e300, 1e300)
 # Start of the window of a fractional material over the shortest piece of the history, and how much earlier than by
 # the duration it may be: still faster terms take minutes.
 _SHARE, _EARLIER = 0.1, 1e-2
+_VALLEY = "lowest value between two cycles over the largest one; the default is 0"
 _SPRING = "stiffness of a spring, such as a cantilever, that holds the indenter; `depth` is then that of its base"
 _BASE = "goes with depth, that of the base of the spring; leave it out"
 _N_POINTS = "number of equally spaced times of the table that `--history` writes"
@@ -53,8 +54,8 @@ Force = Annotated[
 ]
 
 # Functions that make the shapes. Their parameters after the first are keys of the section.
-_SHAPES = {shape.__name__: shape for shape in (triangle, ramp, hold, sine_arch)}
-_SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "duration", "rise_time")
+_SHAPES = {shape.__name__: shape for shape in (triangle, cycles, ramp, hold, sine_arch)}
+_SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "count", "valley", "duration", "rise_time")
 
 
 class IndentationSection(Section):
@@ -62,10 +63,12 @@ class IndentationSection(Section):
 
     depth: Depth | None = None
     force: Force | None = None
-    shape: Literal["triangle", "ramp", "hold", "sine_arch"] | None = None
+    shape: Literal["triangle", "cycles", "ramp", "hold", "sine_arch"] | None = None
     loading_time: Duration | None = None
     unloading_time: Duration | None = None
     hold_time: Annotated[float, nonnegative(TIME)] | None = None
+    count: Annotated[StrictInt, Field(ge=1, le=MOST_POINTS // 2, description="number of cycles")] | None = None
+    valley: Annotated[float, within(NUMBER, 0.0, 1.0, _VALLEY)] | None = None
     duration: Duration | None = None
     rise_time: Annotated[float, nonnegative(TIME)] | None = None
     time: Annotated[list[Annotated[float, within(TIME, *_ANY)]], LIST] | None = None

@@ -296,7 +296,7 @@ def indent(
         Profile of the indenter, or another geometry, with scalar parameters.
     depth : History, array, callable or float
         Depth d of the tip below the undeformed surface [m], negative before touch: a `History` (`ramp`, `triangle`,
-        `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth
+        `cycles`, `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth
         function that maps times to depths, or one number, which is held from the first time on.
     force : History, array, callable or float
         Normal force F >= 0 [N] instead of the depth.
