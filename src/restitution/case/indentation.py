@@ -67,7 +67,7 @@ class IndentationSection(Section):
     loading_time: Duration | None = None
     unloading_time: Duration | None = None
     hold_time: Annotated[float, nonnegative(TIME)] | None = None
-    count: Annotated[StrictInt, Field(ge=1, le=MOST_POINTS // 2, description="number of cycles")] | None = None
+    count: Annotated[StrictInt | None, Field(ge=1, le=MOST_POINTS // 2, description="number of cycles")] = None
     valley: Annotated[float, within(NUMBER, 0.0, 1.0, _VALLEY)] | None = None
     duration: Duration | None = None
     rise_time: Annotated[float, nonnegative(TIME)] | None = None

@@ -44,8 +44,8 @@ class IndentationStatus(Outcome):
     NO_TOUCH = outcome.NO_TOUCH, "the bodies do not touch"
     TOUCHES_AT_START = outcome.TOUCHES_AT_START, "the bodies touch at the start already"
     BEYOND_PROFILE = outcome.BEYOND_PROFILE, "the indentation is deeper than the profile"
-    GROWS_AGAIN = outcome.GROWS_AGAIN, "the contact grows again before it has ended, which is outside the theory"
-    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN, "the surface may reach the indenter again after the contact"
+    GROWS_AGAIN = outcome.GROWS_AGAIN, "the contact grows again before it has ended, which a fit does not follow"
+    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN, "the surface may reach the indenter again after the contact, which a fit does not follow"
     NOT_RESOLVED = (
         outcome.NOT_RESOLVED,
         "the history has too many kinks, or rises too fast for the digits of its times",
