@@ -113,8 +113,7 @@ def test_remains_of_a_crash_are_reported_and_repaired(
         with warns("unfinished"):
             rs.open_sweep(out).load()
     else:
-        with pytest.raises(InputError, match=r"result\.zarr: [^\n]+ is (damaged|absent); [^\n]+$"):
-            rs.open_sweep(out).load()
+        assert in_one_line(lambda: rs.open_sweep(out).load()).where == str(out)
     run(out)
     assert computed == ([] if name == "velocity" else [(7, 0)])
     assert tree(out) == tree(intact_store)
