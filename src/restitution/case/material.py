@@ -279,7 +279,10 @@ class ModelSection(MaterialSection):
             self.one_of(*group)
 
     def isothermal(self, window: Window | None) -> Material:
-        material: Any = self.entry.build(**self.values(self.entry.constants))
+        constants = self.values(self.entry.constants)
+        # Arrays pass the checks of the model at once.
+        constants |= {name: np.asarray(value) for name, value in constants.items() if isinstance(value, list)}
+        material: Any = self.entry.build(**constants)
         return material if window is None or not self.needs_window else material.within(window)
 
 
