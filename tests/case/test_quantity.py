@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from refusals import named, refusal
 from restitution import units
 from restitution.case.identification import DesignFile, IdentificationFile
 from restitution.case.impact import CaseFile, read_case
@@ -110,8 +111,7 @@ def test_the_table_of_common_units_agrees_with_pint() -> None:
     ],
 )
 def test_invalid_quantities_are_refused_in_one_line(text: str, kind: Dimension, message: str) -> None:
-    with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
-        to_si(text, kind)
+    assert str(refusal(lambda: to_si(text, kind))) == message
 
 
 @pytest.mark.parametrize("text", ["1 m^9^9^9^9", "1 m**(9**9**9**9)", "9**9**9**9 m", "1 m^99999999"])
@@ -166,5 +166,4 @@ def test_a_case_names_the_modulus_that_is_in_millipascal(tmp_path: Path) -> None
         '[body]\nradius = "10 mm"\nmass = "5 g"\n[impact]\nvelocity = "1 m/s"\n'
         '[material]\nmodel = "elastic"\nshear_modulus = "1 mPa"\npoisson_ratio = 0.3\n'
     )
-    with pytest.raises(InputError, match=r'material\.shear_modulus = "1 mPa": must not be in mPa'):
-        read_case(case)
+    assert named(lambda: read_case(case)) == ("material.shear_modulus", "1 mPa")

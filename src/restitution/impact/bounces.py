@@ -15,7 +15,7 @@ from restitution.checks import Array, function, nonnegative, single, truth, whol
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
-from restitution.impact.solve import solve_exact
+from restitution.impact.solve import solve, solve_exact
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.quantities import BOUNCES, CONTACT_TANGENT, INPUTS, NUMBER, OUTPUTS, Quantity, check_single, dataset
@@ -25,6 +25,8 @@ from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:
     import xarray
+
+    from restitution.indentation.surface import Surface
 
 
 # Share of an imprint that may be left at the next touch without a warning.
@@ -159,6 +161,7 @@ def bounces(
     with_weight: bool = True,
     max_bounces: int = 1000,
     min_height: float | None = None,
+    same_spot: bool = False,
     stop: Callable[[], bool] | None = None,
     rtol: float = 1e-9,
 ) -> Bounces:
@@ -180,6 +183,9 @@ def bounces(
         Largest number of bounces, >= 1.
     min_height : float, optional
         Height [m], >= 0, below which a rise ends the series; by default a millionth of the first height.
+    same_spot : bool
+        Whether each touch finds the imprint that earlier ones have left, as it is then; a fresh surface by default.
+        The series then also goes on below the undeformed surface.
     stop : callable, optional
         Called without arguments after each bounce; the series ends where it returns True.
     rtol : float
@@ -199,8 +205,9 @@ def bounces(
 
     Notes
     -----
-    The surface is taken to have recovered, and a target with an impedance to have come back, before each touch. The
-    flights are free, from the depth at separation to the undeformed surface, without air resistance.
+    The surface is taken to have recovered before each touch, unless they are on the same spot, and a target with an
+    impedance to have come back. The flights are free, without air resistance, from the depth at separation to the
+    undeformed surface, or to the imprint on the axis as it then is.
 
     Examples
     --------
@@ -218,7 +225,9 @@ def bounces(
     first, start = _first_impact(impact, height, g, with_weight)
     least = 1e-6 * start if min_height is None else min_height
     floor = single("min_height", nonnegative("min_height", least, "m"), "m")
-    series, touches, ending = _series(first, g, rtol), list[_Touch](), None
+    truth("same_spot", same_spot)
+    series = _series_on_one_spot(first, g, rtol) if same_spot else _series(first, g, rtol)
+    touches, ending = list[_Touch](), None
     while ending is None:
         touches.append(next(series))
         stopped = stop is not None and stop()
@@ -229,7 +238,7 @@ def bounces(
     return Bounces(
         **{name: columns[name] for name in _COLUMNS},
         drop_height=start, gravity=g, ended=ending, impact=first, validity=report,
-        notes=tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
+        notes=() if same_spot else tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
     )  # fmt: skip
 
 
@@ -238,6 +247,7 @@ class _Touch(NamedTuple):
 
     result: ImpactResult
     height: float  # greatest height [m] over the undeformed surface, 0 where the body stays
+    in_imprint: bool = False  # whether the body may go on below the undeformed surface
 
 
 def _first_impact(impact: Impact, height: float | None, gravity: float, with_weight: bool) -> tuple[Impact, float]:
@@ -271,6 +281,39 @@ def _series(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
         impact = replace(first, velocity=float(fall_velocity(height, gravity)))
 
 
+def _series_on_one_spot(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
+    """Yield one impact after another on the imprint of the earlier ones."""
+    impact, result = first, solve_exact(first, rtol)
+    while True:
+        yield _Touch(result, _rise(result, impact, gravity), True)
+        left = result.surface()
+        flight = _flight(left, result, gravity)
+        impact = replace(first, velocity=gravity * flight - float(result.rebound_velocity))
+        result = solve(impact, rtol=max(rtol, 1e-11), surface=left.after(flight))
+
+
+def _flight(surface: Surface, result: ImpactResult, gravity: float) -> float:
+    """Return the time [s] from separation until the body meets the recovering surface again."""
+    from scipy.optimize import brentq
+
+    away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
+
+    def gap(time: float) -> float:
+        return surface.after(time).depth - (depth - away * time + 0.5 * gravity * time * time)
+
+    longest = 2.0 * away / gravity
+    # The body is back at the depth of separation, and the surface is not below it.
+    low, high = 1e-6 * longest, longest
+    for share in np.geomspace(1e-6, 1.0, 49)[1:]:
+        if gap(share * longest) <= 0.0:
+            high = share * longest
+            break
+        low = share * longest
+    if gap(low) <= 0.0:
+        return low
+    return float(brentq(gap, low, high, xtol=1e-15 * longest, rtol=1e-14)) if gap(high) < 0.0 else high
+
+
 def _rise(result: ImpactResult, impact: Impact, gravity: float) -> float:
     """Return the greatest height [m] over the undeformed surface after an impact; 0 where the body stays."""
     if result.status is not Status.SEPARATED:
@@ -283,11 +326,13 @@ def _rise(result: ImpactResult, impact: Impact, gravity: float) -> float:
 
 def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> Ending | None:
     """Return why the series ends after a touch, or None if it goes on; `floor` is the least height [m] of a rise."""
+    # In an imprint the rise counts from the separation.
+    depth = float(touch.result.residual_indentation_depth)
     reasons = {
         Ending.CAPTURED: touch.result.status == Status.CAPTURED,
         Ending.SUNK: touch.result.status == Status.SINKS_IN,
-        Ending.BELOW_SURFACE: touch.height <= 0.0,
-        Ending.LOW: touch.height < floor,
+        Ending.BELOW_SURFACE: touch.height <= 0.0 and not touch.in_imprint,
+        Ending.LOW: touch.height + max(depth, 0.0) * touch.in_imprint < floor,
         Ending.MAX_BOUNCES: is_last,
         Ending.STOPPED: is_stopped,
     }
