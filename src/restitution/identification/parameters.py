@@ -155,11 +155,6 @@ class Parameters:
         return result
 
     @cached_property
-    def _unchecked(self) -> Any:
-        """The model without the checks of its arguments."""
-        return inspect.unwrap(self.model)
-
-    @cached_property
     def _places(self) -> dict[str, tuple[list[int], list[int] | None]]:
         """Columns of the unknowns of each argument, and their entries if the argument is a list."""
         places: dict[str, tuple[list[int], list[int] | None]] = {}
@@ -208,7 +203,7 @@ class Parameters:
         arguments, m = self.arguments(coordinates), len(coordinates)
         if self.entry is not None and not self.entry.needs_window:
             # Fixed numbers are checked, and coordinates lie in the ranges of the quantities: no check in each call.
-            materials = self._unchecked(**self._of_model(arguments))
+            materials = self.entry.build_checked(**self._of_model(arguments))
         else:
             materials = column([self.model(**self.constants(arguments, row)) for row in range(m)], window)
         law = self.shift
