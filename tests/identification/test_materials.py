@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from refusals import named
+from refusals import in_one_line, named
 from restitution.identification.parameters import column, parameters, rows_of
 from restitution.material.fractional import FractionalMaterial
 
@@ -74,3 +74,12 @@ def test_refused_rows_are_nan_and_others_are_as_alone():
     assert np.isnan(result[:, 0]).tolist() == [False, True, False, True, True]
     assert result[[0, 2], 0].tolist() == [moduli(slice(n, n + 1))[0, 0] for n in (0, 2)]
     assert np.isnan(rows_of(lambda rows: moduli(slice(3, 5)), 2)).tolist() == [[True], [True]]
+
+
+@pytest.mark.parametrize("name", ["branch_moduli[2]", "branch_moduli[x]", "relaxation_times[-1]", "bulk_modulus[0]"])
+@pytest.mark.parametrize("part", ["fixed", "bounds", "start", "prior"])
+def test_entries_that_the_model_does_not_have_are_refused(part, name):
+    """A model of two terms has the entries 0 and 1 of its lists; a number of another one would have no effect."""
+    error = in_one_line(lambda: parameters(rs.generalised_maxwell, **{part: {name: 1.0}}))
+    assert error.field == name
+    assert parameters(rs.generalised_maxwell, fixed={"branch_moduli[1]": 3.0}).fixed["branch_moduli"][1] == 3.0

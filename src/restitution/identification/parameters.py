@@ -398,8 +398,7 @@ def parameters(
         if temperature is None:
             raise InputError("shift", rule="needs data with a temperature")
         fixed["reference_temperature"] = temperature
-    values = {name: fixed[name] for name in ("density", "name") if name in fixed}
-    free: list[Parameter] = []
+    values, free, entries = dict[str, Any](), list[Parameter](), list[str]()
     chosen = _chosen(entry, arguments, stated)
     for name, argument in arguments.items():
         if name not in chosen:
@@ -411,6 +410,7 @@ def parameters(
             fixed[name] = np.atleast_1d(np.asarray(argument.quantity.check(fixed[name], f"fixed.{name}")))
         count = _length(name, (fixed, start, bounds, prior), terms)
         places = [f"{name}[{k}]" for k in range(count)] if argument.is_list else [name]
+        entries += places
         numbers = np.full(len(places), math.nan)
         for k, place in enumerate(places):
             if (number := _of_list(fixed, *_split(place))) is None:
@@ -419,6 +419,9 @@ def parameters(
                 numbers[k] = checks.single(place, argument.quantity.check(number, f"fixed.{place}"))
         if argument.is_list or not np.isnan(numbers[0]):
             values[name] = numbers if argument.is_list else float(numbers[0])
+    for name in (name for part in (fixed, bounds, start, prior) for name in part if name not in arguments):
+        if name not in entries:
+            raise InputError(name, rule=f"is no parameter of {build.__name__}; {advice(name, entries)}")
     if not free:
         raise InputError("fixed", rule="must leave at least one parameter unknown")
     starts, priors = (
