@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import restitution as rs
 from cases import FAST, case_file
+from commands import done
 from restitution import RelaxationTable, RestitutionWarning
-from restitution.cli.main import app
 from restitution.identification.map import MapStatus
 from restitution.impact.bounces import Ending
 from restitution.result import Summary, Table, nullable, of_values, plain
@@ -76,7 +75,7 @@ class Tags(HTMLParser):
 def test_print_shows_the_table_of_the_command_line_and_its_warnings(tmp_path: Path):
     material = f'{FAST}density = "1100 kg/m3"'
     case_file(tmp_path / "ball.toml", body='mass = "5 kg"\nradius = "10 mm"', material=material)
-    answer = CliRunner().invoke(app, ["solve", str(tmp_path / "ball.toml")])
+    answer = done("solve", str(tmp_path / "ball.toml"))
     lines = str(rs.solve(HEAVY)).splitlines()
     printed = answer.stdout.splitlines()
     # The title is that of the file, and the last line describes the bodies of the file.

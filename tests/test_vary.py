@@ -126,6 +126,19 @@ def test_an_incompressible_row_stands_beside_a_bulk_that_relaxes():
         ("poisson_ratio", {"poisson_ratio": 0.6}),
         ("material", {"material": 1e6}),
         ("axes", {"branch_moduli[3]": 1e6}),
+        *(
+            ("numbers", {name: 1e6})
+            for name in (
+                "branch_moduli",
+                "branch_moduli[x]",
+                "branch_moduli[-1]",
+                "branch_moduli[00]",
+                "relaxation_times[0",
+                "viscosity[0]",
+            )
+        ),
+        ("numbers", {"branch_modulus": 1e6, "branch_moduli[0]": 2e6}),
+        ("numbers", {"viscosity": 1e3, "relaxation_times[0]": 1e-3}),
         ("numbers", 3.0),
     ],
 )

@@ -25,11 +25,16 @@ HeldElastic = Literal["bulk_modulus", "poisson_ratio"]
 MATERIALS = ("material", "counter_material")
 _OF_ONE_BRANCH = ("branch_modulus", "viscosity", "relaxation_time", "p2")
 _OF_MATERIAL = ("equilibrium_modulus", *_OF_ONE_BRANCH, "poisson_ratio", "bulk_modulus", "p3")
-MATERIAL_NAMES = (*MATERIALS, *_OF_MATERIAL, "temperature", "branch_moduli", "relaxation_times")
+_LISTS = ("branch_moduli", "relaxation_times")
+MATERIAL_NAMES = (*MATERIALS, *_OF_MATERIAL, "temperature", *_LISTS)
 """Names of the numbers of a material; the last two have the number of the branch, as in `relaxation_times[0]`."""
 
-_RIVALS = (("branch_modulus", "p2"), ("viscosity", "relaxation_time", "p3"), ("poisson_ratio", "bulk_modulus"))
-_PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(\d+)\]")
+_RIVALS = (
+    ("branch_modulus", "branch_moduli[0]", "p2"),
+    ("viscosity", "relaxation_time", "relaxation_times[0]", "p3"),
+    ("poisson_ratio", "bulk_modulus"),
+)
+_PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(0|[1-9]\d*)\]")
 
 
 def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bulk_modulus") -> Impact:
@@ -89,9 +94,10 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
 
 def check_names(impact: Impact, names: Iterable[str], field: str = "axes") -> None:
     """Refuse names that are no numbers of the impact, or that set the same one."""
-    choices = (*BODY, *numbers_of(impact), *MATERIAL_NAMES)
+    entries = (f"{name}[0]" for name in _LISTS)
+    choices = *BODY, *numbers_of(impact), *MATERIALS, *_OF_MATERIAL, "temperature", *entries
     for name in names:
-        if name not in choices and name.partition("[")[0] not in MATERIAL_NAMES:
+        if name not in choices and not _PLACE.fullmatch(name):
             close = get_close_matches(name, choices, 1)
             advice = f"did you mean {close[0]}?" if close else f"known are {', '.join(choices)}"
             raise InputError(field, rule=f"the impact has no {name!r}; {advice}")

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from cases import case_file
 from refusals import named, refusal
 from restitution import units
 from restitution.case.identification import DesignFile, IdentificationFile
@@ -162,8 +163,5 @@ def test_soft_moduli_and_viscosities_in_millipascal_seconds_are_read() -> None:
 
 def test_a_case_names_the_modulus_that_is_in_millipascal(tmp_path: Path) -> None:
     case = tmp_path / "case.toml"
-    case.write_text(
-        '[body]\nradius = "10 mm"\nmass = "5 g"\n[impact]\nvelocity = "1 m/s"\n'
-        '[material]\nmodel = "elastic"\nshear_modulus = "1 mPa"\npoisson_ratio = 0.3\n'
-    )
+    case_file(case, material='model = "elastic"\nshear_modulus = "1 mPa"\npoisson_ratio = 0.3')
     assert named(lambda: read_case(case)) == ("material.shear_modulus", "1 mPa")

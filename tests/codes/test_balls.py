@@ -5,23 +5,21 @@ import shutil
 import subprocess
 
 import pytest
-from typer.testing import CliRunner
 
 from checkout import EXAMPLES
-from restitution.cli.main import app
+from commands import done
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a compiler of C")
 @pytest.mark.parametrize("options", [[], ["-DMEMORYLESS"]])
 def test_beads_come_to_rest_and_never_gain_energy(tmp_path, options):
     header = tmp_path / "contact_law.h"
-    answer = CliRunner().invoke(app, ["export", str(EXAMPLES / "two_beads.toml"), "--to", str(header)])
-    assert answer.exit_code == 0
+    done("export", str(EXAMPLES / "two_beads.toml"), "--to", str(header))
     program = tmp_path / "balls"
     strict = ["-O2", "-std=c99", "-Wall", "-Wextra", "-Werror", *options, f"-I{tmp_path}"]
     subprocess.run(["cc", *strict, "-o", str(program), str(EXAMPLES / "dem" / "balls.c"), "-lm"], check=True)
-    done = subprocess.run([str(program), "27", "0.3"], capture_output=True, text=True, check=True)
-    highest, work, kinetic = map(float, re.findall(r"= (\S+) of the first", done.stdout))
+    beads = subprocess.run([str(program), "27", "0.3"], capture_output=True, text=True, check=True)
+    highest, work, kinetic = map(float, re.findall(r"= (\S+) of the first", beads.stdout))
     assert highest < 1e-12
     # A contact returns no more than it got, but for the error of the trapezoidal rule.
     assert work > -1e-6

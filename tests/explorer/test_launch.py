@@ -9,11 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 import restitution as rs
+from commands import done, refused
 from refusals import named
-from restitution.cli.main import app
 from restitution.explorer import answers, launch
 from restitution.explorer.downloads import download
 from restitution.paper import claims, reproduction
@@ -68,26 +67,20 @@ def test_the_case_of_an_indentation_opens_in_its_tab(tmp_path, monkeypatch):
 
 def test_missing_libraries_are_one_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "uvicorn", None)
-    result = CliRunner().invoke(app, ["explore", "--no-browser"])
-    assert result.exit_code == 2
-    assert result.stderr.splitlines() == [
-        'error: the explorer needs starlette and uvicorn: pip install "restitution[web]"'
-    ]
+    message = 'the explorer needs starlette and uvicorn: pip install "restitution[web]"'
+    assert refused("explore", "--no-browser") == message
 
 
 def test_a_bad_case_is_one_line(tmp_path):
     path = tmp_path / "ball.toml"
     path.write_text(TEXT + "\n[counter_material]\nlibrary = 'steel'\n")
-    result = CliRunner().invoke(app, ["explore", str(path), "--no-browser", "--port", "0"])
-    assert result.exit_code == 2
-    assert result.stderr.startswith("error: counter_material: is not shown by the explorer")
+    assert refused("explore", str(path), "--no-browser", "--port", "0").startswith("counter_material: ")
 
 
 def test_the_static_build_is_whole(tmp_path, monkeypatch):
     monkeypatch.setattr(answers, "paper", lambda: {"claims": []})
-    result = CliRunner().invoke(app, ["explore", "--static", str(tmp_path / "site")])
-    assert result.exit_code == 0, result.output
     site = tmp_path / "site"
+    done("explore", "--static", str(site))
     index = (site / "index.html").read_text()
     assert '<meta name="restitution" content="static">' in index
     for name in re.findall(r'(?:src|href)="(static/[^"]+)"', index):
@@ -100,9 +93,7 @@ def test_the_static_build_is_whole(tmp_path, monkeypatch):
 
 
 def test_the_static_build_takes_no_case(tmp_path):
-    result = CliRunner().invoke(app, ["explore", "a.toml", "--static", str(tmp_path)])
-    assert result.exit_code == 2
-    assert "leave a.toml out" in result.stderr
+    assert "leave a.toml out" in refused("explore", "a.toml", "--static", str(tmp_path))
 
 
 @pytest.mark.slow

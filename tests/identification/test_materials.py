@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from refusals import named
+from refusals import in_one_line, named
 from restitution.identification.parameters import column, parameters, rows_of
 from restitution.material.fractional import FractionalMaterial
 
@@ -74,3 +74,42 @@ def test_refused_rows_are_nan_and_others_are_as_alone():
     assert np.isnan(result[:, 0]).tolist() == [False, True, False, True, True]
     assert result[[0, 2], 0].tolist() == [moduli(slice(n, n + 1))[0, 0] for n in (0, 2)]
     assert np.isnan(rows_of(lambda rows: moduli(slice(3, 5)), 2)).tolist() == [[True], [True]]
+
+
+@pytest.mark.parametrize("name", ["branch_moduli[2]", "branch_moduli[x]", "relaxation_times[-1]", "bulk_modulus[0]"])
+@pytest.mark.parametrize("part", ["fixed", "bounds", "start", "prior"])
+def test_entries_that_the_model_does_not_have_are_refused(part, name):
+    """A model of two terms has the entries 0 and 1 of its lists; a number of another one would have no effect."""
+    error = in_one_line(lambda: parameters(rs.generalised_maxwell, **{part: {name: 1.0}}))
+    assert error.field == f"{part}.{name}"
+    assert parameters(rs.generalised_maxwell, fixed={"branch_moduli[1]": 3.0}).fixed["branch_moduli"][1] == 3.0
+
+
+@pytest.mark.parametrize(
+    ("field", "arguments"),
+    [
+        (
+            "start.branch_moduli",
+            {"start": {"branch_moduli": [1e6] * 3}, "bounds": {"branch_moduli": [(1.0, 2e9)] * 2}},
+        ),
+        ("prior.branch_moduli", {"fixed": {"branch_moduli": [1e6] * 2}, "prior": {"branch_moduli": [None]}}),
+        ("start.branch_moduli[0]", {"start": {"branch_moduli": ["soft", "hard"]}}),
+        ("bounds.branch_moduli[1]", {"bounds": {"branch_moduli": [(1e3, 1e9), (1.0, 2.0, 3.0)]}}),
+    ],
+)
+def test_lists_that_do_not_fit_each_other_are_refused(field, arguments):
+    assert in_one_line(lambda: parameters(rs.generalised_maxwell, **arguments)).field == field
+
+
+def test_values_of_lists_and_of_their_entries():
+    """A pair of bounds is that of all entries; a value of one entry counts before that of the list."""
+    space = parameters(
+        rs.generalised_maxwell, bounds={"relaxation_times": (1e-4, 1e2), "branch_moduli": [(1e3, 1e8), (1e4, 1e9)]},
+        start={"branch_moduli[1]": 3e6, "branch_moduli": 2e6}, fixed={"bulk_modulus": 1e9},
+    )  # fmt: skip
+    ends = {each.name: (each.low, each.high) for each in space.free if each.bounded}
+    assert ends == {
+        "branch_moduli[0]": (1e3, 1e8), "branch_moduli[1]": (1e4, 1e9),
+        "relaxation_times[0]": (1e-4, 1e2), "relaxation_times[1]": (1e-4, 1e2),
+    }  # fmt: skip
+    assert space.start == {"branch_moduli[0]": 2e6, "branch_moduli[1]": 3e6}

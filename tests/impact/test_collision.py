@@ -14,6 +14,7 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1200.0)
 STEEL = Material(8e10, 1.6e11, density=7800.0)
 SOFT = Material(PronySeries(2e5, [1e6, 3e6], [1e-4, 1e-2]), 1e9)
+WALL = Body(None)
 
 
 def test_full_sphere_of_known_density():
@@ -87,19 +88,13 @@ def test_sizes_and_velocities_broadcast():
     [
         (lambda: Body(SOFT, radius=0.1), "mass: must be given for a ball whose material has no density"),
         (lambda: Body(RUBBER, radius=[0.1, math.inf]), "mass: must be given where some of the bodies are walls"),
-        (
-            lambda: collision(Body(RUBBER, mass=1.0), Body(None), 1.0),
-            "radius = inf m: both bodies are flat, but one must be curved",
-        ),
-        (lambda: collision(Body(RUBBER, 0.1, math.inf), Body(None), 1.0), "mass = inf kg: both bodies are immovable"),
-        (
-            lambda: collision(Body(None, 0.1, 1.0), Body(None), 1.0),
-            "material: both bodies are rigid, but one must deform",
-        ),
+        (lambda: collision(Body(RUBBER, mass=1.0), WALL, 1.0), "radius = inf m: both bodies are flat, but one must be curved"),
+        (lambda: collision(Body(RUBBER, 0.1, math.inf), WALL, 1.0), "mass = inf kg: both bodies are immovable"),
+        (lambda: collision(Body(None, 0.1, 1.0), WALL, 1.0), "material: both bodies are rigid, but one must deform"),
         (lambda: Body("rubber"), "material = 'rubber': must be a Material, or None for a rigid body"),
         (lambda: collision(Body(RUBBER, radius=0.01), None, 1.0), "body_2 = None: must be a Body"),
     ],
-)
+)  # fmt: skip
 def test_invalid_pairs_are_refused(make, message):
     assert str(refusal(make)) == message
 

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from scipy.special import beta
 
 import restitution as rs
+from cases import FAST, case_file
 from refusals import in_one_line
 from restitution.case.sweep import read_sweep
 from restitution.impact.batch import Batch
@@ -299,14 +300,7 @@ def test_refusals():
 
 @pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
 def test_case_file_and_axis(tmp_path):
-    text = """
-body = { mass = "5 g", radius = "10 mm" }
-material = { model = "standard_solid", equilibrium_modulus = "1 MPa", branch_modulus = "10 MPa", viscosity = "1 kPa s",
-             poisson_ratio = 0.45 }
-[impact]
-velocity = "1 m/s"
-""".replace(",\n            ", ",")
-    path = tmp_path / "ball.toml"
+    text, path = case_file(material=FAST), tmp_path / "ball.toml"
     path.write_text(text + 'impedance = "20 N s/m"\n')
     case = rs.read_case(path)
     assert case.impact.impedance == 20.0

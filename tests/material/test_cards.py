@@ -166,9 +166,9 @@ def test_cards_of_shifts(tmp_path):
         ("a.txt", "TOFFST,273.15\n{}TB,SHIFT,1,,,wlf\nTBDATA,1,20,17.4,51.6\n", rs.WLF(293.15, 17.4, 51.6)),
         ("a.txt", "{}TB,SHIFT,1,1,2,100\nTBDATA,1,20,17.4\n", None),
         ("a.inp", "{}*TRS\n-20., 17.4, 51.6\n", "line 6: reference_temperature = -20 K"),
-        ("a.inp", "{}*TRS\n300., -17.4, 51.6\n", "line 6: c1 = -17.4: must be finite and > 0"),
+        ("a.inp", "{}*TRS\n300., -17.4, 51.6\n", "line 6: c1 = -17.4"),
         ("a.inp", "{}*TRS\n", "line 6: 0 constants of the shift: must be 3"),
-        ("a.inp", "*PHYSICAL CONSTANTS, ABSOLUTE ZERO=x\n{}", "line 1: 'x': must be a number"),
+        ("a.inp", "*PHYSICAL CONSTANTS, ABSOLUTE ZERO=x\n{}", "line 1: 'x'"),
         ("a.txt", "{}TB,SHIFT,1,1,3,WLF\nTBDATA,1,300,17.4\n", "line 5: 2 constants of the shift: must be 3"),
     ],
 )

@@ -167,3 +167,10 @@ def test_constants_carry_units():
 def test_constants_are_numbers_or_lists():
     constants = constants_of(material_models()["generalised_maxwell"].build)
     assert [constant.is_list for constant in constants.values()][:3] == [False, True, True]
+
+
+@pytest.mark.parametrize(
+    ("moduli", "times"), [([2.0, 3.0], [0.1]), (np.ones((3, 2)), np.ones((2, 2))), (np.ones(5000), np.ones(5000))]
+)
+def test_branches_that_do_not_fit_each_other_are_refused(moduli, times):
+    assert "branch_moduli" in in_one_line(lambda: generalised_maxwell(1.0, moduli, times, bulk_modulus=1e9)).field

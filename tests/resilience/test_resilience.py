@@ -62,8 +62,7 @@ def test_a_bonded_pad_is_left_out_where_it_does_not_hold():
     pad = rs.resilience(foam, "ISO 8307")
     assert pad.base == ("frictionless", "half-space")
     assert any("bonded" in warning and "Poisson ratio" in warning for warning in pad.warnings)
-    with pytest.raises(rs.InputError, match=r"^material: "):
-        rs.resilience(foam, "ISO 8307", base="bonded")
+    assert named(lambda: rs.resilience(foam, "ISO 8307", base="bonded")) == ("material",)
 
 
 @pytest.mark.parametrize("name", STANDARDS)

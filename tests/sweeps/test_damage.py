@@ -5,6 +5,7 @@ import multiprocessing
 import random
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 import restitution as rs
 from cases import BALL, RUBBER
 from checkout import tree
-from refusals import warns
+from refusals import in_one_line, warns
 from restitution.errors import InputError
 from restitution.sweeps import plan
 from restitution.sweeps.store import _is_intact
@@ -112,8 +113,7 @@ def test_remains_of_a_crash_are_reported_and_repaired(
         with warns("unfinished"):
             rs.open_sweep(out).load()
     else:
-        with pytest.raises(InputError, match=r"result\.zarr: [^\n]+ is (damaged|absent); [^\n]+$"):
-            rs.open_sweep(out).load()
+        assert in_one_line(lambda: rs.open_sweep(out).load()).where == str(out)
     run(out)
     assert computed == ([] if name == "velocity" else [(7, 0)])
     assert tree(out) == tree(intact_store)
@@ -122,8 +122,7 @@ def test_remains_of_a_crash_are_reported_and_repaired(
 @pytest.mark.parametrize("name", ["restitution_coefficient", "status", "velocity", "material"])
 def test_a_missing_folder_of_a_variable_is_restored(intact_store: Path, out: Path, name: str) -> None:
     shutil.rmtree(out / name)
-    with pytest.raises(InputError):
-        rs.open_sweep(out).load()
+    assert in_one_line(lambda: rs.open_sweep(out).load()).where == str(out)
     run(out)
     assert tree(out) == tree(intact_store)
 
@@ -144,8 +143,7 @@ def test_edited_metadata_are_reported_and_repaired(
     text = (out / file).read_text()
     assert old.replace('\\"', '\\"') in text
     (out / file).write_text(text.replace(old, new, 1))
-    with pytest.raises(InputError, match="damaged"):
-        rs.open_sweep(out)
+    assert in_one_line(lambda: rs.open_sweep(out)).where == str(out)
     run(out)
     assert tree(out) == tree(intact_store)
     assert computed == []
@@ -156,8 +154,7 @@ def test_a_folder_that_is_no_store_is_not_changed(out: Path, content: bytes) -> 
     (out / "zarr.json").write_bytes(content)
     before = tree(out)
     for attempt in (run, rs.open_sweep):
-        with pytest.raises(InputError, match="holds no sweep"):
-            attempt(out)
+        assert in_one_line(partial(attempt, out)).where == str(out)
     assert tree(out) == before
 
 
@@ -167,8 +164,7 @@ def test_an_invalid_description_is_refused_in_one_line(out: Path, value: Any) ->
     content["attributes"] |= {"sweep": value, "hash": "0" * 64}
     (out / "zarr.json").write_text(json.dumps(content))
     for attempt in (run, rs.open_sweep):
-        with pytest.raises(InputError, match="damaged"):
-            attempt(out)
+        assert in_one_line(partial(attempt, out)).where == str(out)
 
 
 def test_other_files_among_the_chunks_are_ignored(intact_store: Path, out: Path, computed: list[Any]) -> None:
@@ -242,8 +238,7 @@ def test_chunks_exchanged_with_their_records_are_noticed(intact_store: Path, out
     for name in (*OUTPUTS, "status"):
         shutil.copyfile(intact_store / name / "c" / str(j) / "0", out / name / "c" / str(i) / "0")
     shutil.copyfile(intact_store / "validity" / f"c-{j}-0", out / "validity" / f"c-{i}-0")
-    with pytest.raises(InputError, match="damaged"):
-        rs.open_sweep(out).load()
+    assert in_one_line(lambda: rs.open_sweep(out).load()).where == str(out)
     run(out)
     assert tree(out) == tree(intact_store)
 

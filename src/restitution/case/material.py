@@ -279,7 +279,9 @@ class ModelSection(MaterialSection):
             self.one_of(*group)
 
     def isothermal(self, window: Window | None) -> Material:
-        material: Any = self.entry.build(**self.values(self.entry.constants))
+        # The fields are checked as the arguments of the model would be.
+        build = self.entry.build if self.needs_window else self.entry.build_checked
+        material: Any = build(**self.values(self.entry.constants))
         return material if window is None or not self.needs_window else material.within(window)
 
 

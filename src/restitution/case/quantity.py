@@ -23,31 +23,9 @@ from restitution.units import ANGLE, Dimension, to_si
 _LIST = re.compile(r"\s*\[([^\]]*)\]([^\]]*)")
 
 
-def read(value: Any, quantity: Quantity) -> float:
-    """Return a number, or a text with a unit, in SI; refuse values outside the range of the quantity."""
-    dimension = quantity.dimension
-    if quantity.infinite and value == "incompressible":
-        return math.inf
-    if isinstance(value, str):
-        number = to_si(value, dimension)
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-    else:
-        raise InputError("", rule=f"must be {dimension.article}; {dimension.advice}")
-    try:
-        return float(quantity.check(number))
-    except InputError as error:
-        degrees = dimension is ANGLE and not isinstance(value, str) and 1.0 < number <= 180.0
-        hint = f'; write "{value:g} deg" for degrees' if degrees else ""
-        raise InputError("", rule=error.rule + hint) from None
-
-
 @dataclass(frozen=True)
 class Reader:
-    """Annotation of a field that holds a quantity in SI."""
+    """Annotation of a field that holds a quantity in SI: a number, or a text with a unit."""
 
     quantity: Quantity
 
@@ -55,8 +33,26 @@ class Reader:
         return core_schema.no_info_wrap_validator_function(self._read, handler(source))
 
     def _read(self, value: Any, number: Callable[[Any], Any]) -> Any:
-        # The axes of a sweep put arrays in SI into a case.
-        return self.quantity.check(value) if isinstance(value, np.ndarray) else number(read(value, self.quantity))
+        dimension, plain = self.quantity.dimension, value
+        if isinstance(value, np.ndarray):  # the axes of a sweep put arrays in SI into a case
+            return self.quantity.check(value)
+        if self.quantity.infinite and value == "incompressible":
+            return math.inf
+        if isinstance(value, str):
+            plain = to_si(value, dimension)
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            try:
+                plain = float(value)
+            except OverflowError:
+                plain = math.inf
+        else:
+            raise InputError("", rule=f"must be {dimension.article}; {dimension.advice}")
+        try:
+            return number(self.quantity.check(plain))
+        except InputError as error:
+            degrees = dimension is ANGLE and not isinstance(value, str) and 1.0 < plain <= 180.0
+            hint = f'; write "{value:g} deg" for degrees' if degrees else ""
+            raise InputError("", rule=error.rule + hint) from None
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: Any) -> Any:
         return handler(schema) | {"unit": self.quantity.unit}

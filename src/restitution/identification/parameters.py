@@ -155,11 +155,6 @@ class Parameters:
         return result
 
     @cached_property
-    def _unchecked(self) -> Any:
-        """The model without the checks of its arguments."""
-        return inspect.unwrap(self.model)
-
-    @cached_property
     def _places(self) -> dict[str, tuple[list[int], list[int] | None]]:
         """Columns of the unknowns of each argument, and their entries if the argument is a list."""
         places: dict[str, tuple[list[int], list[int] | None]] = {}
@@ -208,7 +203,7 @@ class Parameters:
         arguments, m = self.arguments(coordinates), len(coordinates)
         if self.entry is not None and not self.entry.needs_window:
             # Fixed numbers are checked, and coordinates lie in the ranges of the quantities: no check in each call.
-            materials = self._unchecked(**self._of_model(arguments))
+            materials = self.entry.build_checked(**self._of_model(arguments))
         else:
             materials = column([self.model(**self.constants(arguments, row)) for row in range(m)], window)
         law = self.shift
@@ -403,8 +398,12 @@ def parameters(
         if temperature is None:
             raise InputError("shift", rule="needs data with a temperature")
         fixed["reference_temperature"] = temperature
-    values = {name: fixed[name] for name in ("density", "name") if name in fixed}
-    free: list[Parameter] = []
+    for name in (name for name, argument in arguments.items() if argument.is_list and name in fixed):
+        fixed[name] = np.atleast_1d(np.asarray(arguments[name].quantity.check(fixed[name], f"fixed.{name}")))
+    parts = {"fixed": fixed, "bounds": bounds, "start": start, "prior": prior}
+    entries = _entries(arguments, parts, terms)
+    fixed, bounds, start, prior = (_by_entry(key, part, entries) for key, part in parts.items())
+    values, free = dict[str, Any](), list[Parameter]()
     chosen = _chosen(entry, arguments, stated)
     for name, argument in arguments.items():
         if name not in chosen:
@@ -412,27 +411,24 @@ def parameters(
             if isinstance(argument.default, int | float) and not isinstance(argument.default, bool):
                 values[name] = argument.default
             continue
-        if argument.is_list and name in fixed:
-            fixed[name] = np.atleast_1d(np.asarray(argument.quantity.check(fixed[name], f"fixed.{name}")))
-        count = _length(name, (fixed, start, bounds, prior), terms)
-        places = [f"{name}[{k}]" for k in range(count)] if argument.is_list else [name]
-        numbers = np.full(len(places), math.nan)
-        for k, place in enumerate(places):
-            if (number := _of_list(fixed, *_split(place))) is None:
-                free.append(_parameter(place, argument.quantity, bounds, start, prior))
-            else:
-                numbers[k] = checks.single(place, argument.quantity.check(number, f"fixed.{place}"))
+        numbers = np.full(len(entries[name]), math.nan)
+        for k, place in enumerate(entries[name]):
+            if fixed.get(place) is not None:
+                numbers[k] = checks.single(place, argument.quantity.check(fixed[place], f"fixed.{place}"))
+                continue
+            if start.get(place) is not None:
+                start[place] = checks.single(
+                    place, checks.finite(f"start.{place}", start[place], argument.quantity.unit)
+                )
+            free.append(_parameter(place, argument.quantity, bounds, start, prior))
         if argument.is_list or not np.isnan(numbers[0]):
             values[name] = numbers if argument.is_list else float(numbers[0])
     if not free:
         raise InputError("fixed", rule="must leave at least one parameter unknown")
     starts, priors = (
-        {each.name: value for each in free if (value := _of_list(part, *_split(each.name))) is not None}
-        for part in (start, prior)
+        {each.name: part[each.name] for each in free if part.get(each.name) is not None} for part in (start, prior)
     )
-    return Parameters(
-        build, tuple(free), values, {name: float(value) for name, value in starts.items()}, priors, shift
-    )
+    return Parameters(build, tuple(free), values, starts, priors, shift)
 
 
 def _chosen(
@@ -512,11 +508,11 @@ def _parameter(
     low, high = quantity.low, quantity.high
     kind: Kind = "linear" if low == -math.inf else "logit" if high < math.inf else "log" if low >= 0.0 else "linear"
     parameter = Parameter(name, quantity, kind, low, high)
-    if (ends := _of_list(bounds, *_split(name))) is not None:
+    if (ends := bounds.get(name)) is not None:
         parameter = parameter._replace(bounded=True, **_ends(parameter, ends))
-    if (begin := _of_list(start, *_split(name))) is not None and not parameter.low < begin < parameter.high:
+    if (begin := start.get(name)) is not None and not parameter.low < begin < parameter.high:
         raise InputError(f"start.{name}", begin, f"must be in ({parameter.low:g}, {parameter.high:g})")
-    distribution = _of_list(prior, *_split(name))
+    distribution = prior.get(name)
     if not isinstance(distribution, Normal | LogNormal | Uniform | LogUniform | None):
         raise InputTypeError(f"prior.{name}", distribution, "must be Normal, LogNormal, Uniform or LogUniform")
     if isinstance(distribution, Uniform | LogUniform):
@@ -548,20 +544,38 @@ def _split(name: str) -> tuple[str, int | None]:
     return argument, int(place.rstrip("]")) if place else None
 
 
-def _of_list(values: Mapping[str, Any], name: str, place: int | None) -> Any:
-    """Return the value given for one entry of a list, by the name of the entry or of the list."""
-    if place is None:
-        return values.get(name)
-    if f"{name}[{place}]" in values:
-        return values[f"{name}[{place}]"]
-    whole = values.get(name)
-    pair = isinstance(whole, tuple) and len(whole) == 2 and not np.ndim(whole[0])
-    return whole[place] if isinstance(whole, Sequence | np.ndarray) and not pair else whole
+def _entries(
+    arguments: Mapping[str, _Argument], parts: Mapping[str, Mapping[str, Any]], terms: int
+) -> dict[str, list[str]]:
+    """Return the names of the entries of each argument, of which a list has several: as many as a value has."""
+    entries: dict[str, list[str]] = {}
+    for name, argument in arguments.items():
+        lists = (part[name] for key, part in parts.items() if _is_listed(key, part.get(name)))
+        count = len(next(lists, [None] * terms))
+        entries[name] = [f"{name}[{k}]" for k in range(count)] if argument.is_list else [name]
+    return entries
 
 
-def _length(name: str, stated: tuple[Mapping[str, Any], ...], terms: int) -> int:
-    """Return the length of a list: that of a list of the user."""
-    for values in stated:
-        if isinstance(values.get(name), list | np.ndarray):
-            return len(values[name])
-    return terms
+def _is_listed(part: str, value: Any) -> bool:
+    """Return whether an argument has a value for each entry of a list, and not one, or a pair of bounds, for all."""
+    if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str):
+        return False
+    return part != "bounds" or len(value) == 0 or np.ndim(value[0]) > 0
+
+
+def _by_entry(part: str, values: Mapping[str, Any], entries: Mapping[str, list[str]]) -> dict[str, Any]:
+    """Return values by the names of entries; a value for a list is that of all entries, or a list of their values."""
+    every = [entry for names in entries.values() for entry in names]
+    result: dict[str, Any] = {}
+    for name, value in values.items():
+        names = entries.get(name, [name])
+        if names == [name]:
+            if name not in every:
+                raise InputError(f"{part}.{name}", rule=f"is no parameter; {advice(name, every)}")
+            result[name] = value
+            continue
+        each = value if _is_listed(part, value) else [value] * len(names)
+        if len(each) != len(names):
+            raise InputError(f"{part}.{name}", rule=f"must have {len(names)} entries, not {len(each)}")
+        result = dict(zip(names, each, strict=True)) | result
+    return result

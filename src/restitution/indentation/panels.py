@@ -48,6 +48,9 @@ _FIRST_PANELS, _FIRST_STEPS = 64, 256
 _MOST_STEPS = 1 << 20
 # Largest power of the map of time after a touch.
 _MOST_POWER = 12
+# Gauss quadrature over [0, 1].
+_ROOTS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(16))
+_PLACES = _ROOTS + 0.5
 # Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
 # to about 1e-14.
 _SAME_TIME = 1e-12
@@ -74,6 +77,7 @@ class Drive(NamedTuple):
     touches: bool = False  # whether the body touches the surface at the start, with the velocity
     once: bool = False  # whether only the first contact counts
     first: float = math.inf  # length of the first step to try [s]
+    scale: float = 1.0  # depth over the peak, with which errors are compared
 
     @property
     def first_depth(self) -> float:
@@ -117,7 +121,9 @@ class PanelSolution:
         units = self.units
         self._path = path_of(profile, units.length)[0]
         exponent = self._path.exponent if self._path.exponent >= 0.0 else 1.0
-        scales = Scales(1.0, 1.0, 1.0, _STEP_SHARE * rtol)
+        size = drive.scale
+        area = float(np.asarray(profile.stiffness_radius(size * units.length))) / units.radius
+        scales = Scales(size, size * area, size, _STEP_SHARE * rtol)
         power = _touch_power(drive.touch, exponent)
         self._problem = Problem(self._solid, self._path, _driver(drive, units), scheme(), scales, power)
         self._room = self._run(drive, imprint)
@@ -258,6 +264,21 @@ class PanelSolution:
         basis = chebyshev.chebvander(2.0 * z - 1.0, NODES - 1)
         values = np.einsum("nqk,nk->qn", records.columns[places[n]], basis)
         return values, records.phase[places[n]] != FREE
+
+    def quadrature(self) -> tuple[Array, Array, Array]:
+        """Return times [s], weights [s], and depth [m], rate [m/s], force [N], shape (3, n), for integrals over time."""
+        starts, lengths, kinds, places = self._records
+        kind, z = kinds[:, None], _PLACES[None]
+        power = np.abs(kind)
+        passed = np.where(kind > 0, z**power, 1.0 - (1.0 - z) ** power)
+        pace = power * np.where(kind > 0, z ** (power - 1), (1.0 - z) ** (power - 1))
+        basis = chebyshev.chebvander(2.0 * _PLACES - 1.0, NODES - 1)
+        units = self.units
+        sizes = np.array([units.length, units.length / units.time, units.force])
+        columns = self._room.records.columns[places, :3] @ basis.T * sizes[:, None]
+        times = units.touch + units.time * (starts[:, None] + lengths[:, None] * passed)
+        weights = units.time * lengths[:, None] * pace * _WEIGHTS
+        return times.ravel(), weights.ravel(), np.moveaxis(columns, 1, 0).reshape(3, -1)
 
     # Energy and surface at the end.
 

@@ -346,17 +346,8 @@ def indent(
     >>> print(f"{result.max_force:.9g} N, contact ends at {result.contact_end_time:.6f} s")
     1.38541713e-09 N, contact ends at 1.407006 s
     """
-    # The store of contacts takes hashable arguments only.
-    of_type("material", material, Material)
-    of_type("profile", profile, Geometry)
-    single_material("material", material)
-    if counter_material is not None:
-        of_type("counter_material", counter_material, Material)
-        single_material("counter_material", counter_material)
-    contact = _contact(material, profile, counter_material)
+    contact = contact_of(material, profile, counter_material)
     profile = contact.profile
-    if np.ndim(profile.stiffness_radius(0.0)):
-        raise InputError("profile", rule="must have single numbers as parameters: an indentation has one profile")
     if (depth is None) == (force is None):
         raise InputError("depth, force", rule="exactly one of the two must be given: depth= or force=")
     rtol = single("rtol", within("rtol", rtol, 1e-11, 1e-2))
@@ -401,6 +392,21 @@ def _solved(
         except Reloading:
             pass
     return solve_by_panels(contact.profile, series, history, name, rtol, stiffness, surface)
+
+
+def contact_of(material: Material, profile: Geometry, counter_material: Material | None) -> Contact:
+    """Return the contact of single materials with one profile; refuse others."""
+    # The store of contacts takes hashable arguments only.
+    of_type("material", material, Material)
+    of_type("profile", profile, Geometry)
+    single_material("material", material)
+    if counter_material is not None:
+        of_type("counter_material", counter_material, Material)
+        single_material("counter_material", counter_material)
+    contact = _contact(material, profile, counter_material)
+    if np.ndim(contact.profile.stiffness_radius(0.0)):
+        raise InputError("profile", rule="must have single numbers as parameters: an indentation has one profile")
+    return contact
 
 
 # A user indents one material many times, and its reduced modulus takes longer than one indentation.

@@ -608,11 +608,15 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 continue
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
+            if abs(value) >= abs(last_value):
+                # The event has only rounding left; the step before was the best.
+                length, last_value = last_length, math.inf
+                continue
             slope = (value - room.nodes[EVENT, NODES - 2]) / (length * (1.0 - before))
-            if last_value > -math.inf:
+            if last_value > -math.inf and last_value < math.inf:
                 slope = (value - last_value) / (length - last_length)
             change = -value / slope if slope > 0.0 else 0.0
-            if abs(change) <= grain or tries > 40 or abs(value) >= abs(last_value):
+            if abs(change) <= grain or tries > 40 or last_value == math.inf:
                 break
             last_length, last_value = length, value
             length = min(max(length + change, 0.5 * length), min(1.5 * length, left))

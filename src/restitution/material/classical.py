@@ -243,6 +243,7 @@ def generalised_maxwell(
     >>> generalised_maxwell(1.0, [2.0, 3.0], [0.1, 10.0], poisson_ratio=0.3).shear.n_branches
     2
     """
-    shear = PronySeries(equilibrium_modulus, branch_moduli, relaxation_times)
+    branches = np.atleast_1d(branch_moduli), np.atleast_1d(relaxation_times)
+    shear = PronySeries.of_positive(equilibrium_modulus, *branches)
     bulk = static_bulk_modulus(shear.equilibrium_modulus, poisson_ratio, bulk_modulus)
     return Material(shear, bulk, density=density, name=name)

@@ -58,6 +58,11 @@ class MaterialModel(NamedTuple):
     one_of: tuple[tuple[str, ...], ...] = ()  # from each group of constants exactly one must be given
     needs_window: bool = False  # whether `build` returns a `FractionalMaterial`, which needs `within(window)`
 
+    @property
+    def build_checked(self) -> Callable[..., Any]:
+        """`build` for constants that are already checked, each by its quantity; of a model without a window."""
+        return inspect.unwrap(self.build)
+
 
 _MODELS: dict[str, MaterialModel] = {}
 

@@ -148,6 +148,11 @@ class PronySeries:
         dashpot = check("parallel_viscosity", parallel_viscosity)
         moduli = np.atleast_1d(check("branch_moduli", branch_moduli))
         times = np.atleast_1d(check("relaxation_times", relaxation_times))
+        self._fill_within_range(equilibrium, moduli, times, dashpot)
+        named(self, axes)
+
+    def _fill_within_range(self, equilibrium: Numeric, moduli: Array, times: Array, viscosity: Numeric) -> None:
+        """Broadcast numbers >= 0, refusing shapes that do not fit, and numbers whose products would overflow."""
         names, shapes = "branch_moduli, relaxation_times", f"shapes {moduli.shape} and {times.shape}"
         if moduli.shape[-1] != times.shape[-1]:
             raise InputError(names, shapes, "must be of equal length along the last axis, that of the branches")
@@ -155,17 +160,12 @@ class PronySeries:
         if count > MAX_BRANCHES:
             raise InputError("branch_moduli", count, f"must be at most {MAX_BRANCHES} branches")
         try:
-            shape = np.broadcast_shapes(np.shape(equilibrium), np.shape(dashpot), moduli.shape[:-1], times.shape[:-1])
+            shape = np.broadcast_shapes(
+                np.shape(equilibrium), np.shape(viscosity), moduli.shape[:-1], times.shape[:-1]
+            )
         except ValueError:
-            shapes += f", equilibrium_modulus {np.shape(equilibrium)}, parallel_viscosity {np.shape(dashpot)}"
+            shapes += f", equilibrium_modulus {np.shape(equilibrium)}, parallel_viscosity {np.shape(viscosity)}"
             raise InputError(names, shapes, "must broadcast against each other but for the last axis") from None
-        self._fill_within_range(shape, equilibrium, moduli, times, dashpot)
-        named(self, axes)
-
-    def _fill_within_range(
-        self, shape: tuple[int, ...], equilibrium: Numeric, moduli: Array, times: Array, viscosity: Numeric
-    ) -> None:
-        """Broadcast numbers >= 0, refusing those whose products would overflow."""
         with np.errstate(over="ignore"):
             glass = equilibrium + moduli.sum(axis=-1)
         in_range("equilibrium_modulus + sum of branch_moduli", glass, "Pa")
@@ -173,7 +173,7 @@ class PronySeries:
             in_range("parallel_viscosity", viscosity, "Pa s", EXTREME**2)
         in_range("relaxation_times", times, "s")
         if shape:
-            branches = *shape, moduli.shape[-1]
+            branches = *shape, count
             equilibrium, viscosity = _view(equilibrium, shape), _view(viscosity, shape)
             moduli, times = _view(moduli, branches), _view(times, branches)
         self._fill(equilibrium, moduli, times, viscosity)
@@ -199,8 +199,7 @@ class PronySeries:
     def of_positive(cls, equilibrium: Numeric, moduli: Array, times: Array, viscosity: Any = 0.0) -> PronySeries:
         """Return series of numbers > 0, or >= 0 of the ends; only those whose products would overflow are refused."""
         series = object.__new__(cls)
-        shape = np.broadcast_shapes(np.shape(equilibrium), np.shape(viscosity), moduli.shape[:-1], times.shape[:-1])
-        series._fill_within_range(shape, equilibrium, moduli, times, viscosity)
+        series._fill_within_range(equilibrium, moduli, times, viscosity)
         return series
 
     @classmethod
@@ -489,13 +488,9 @@ class PronySeries:
             times = self.relaxation_times * np.asarray(stretch)[..., None]
         viscosity = self.parallel_viscosity * modulus * stretch
         # An infinite spring stands for an incompressible material among others.
-        equilibrium = self.equilibrium_modulus * modulus
-        if np.isinf(self.equilibrium_modulus).any():
-            series = PronySeries.from_checked(equilibrium, moduli, times, viscosity)
-        else:
-            series = object.__new__(PronySeries)
-            shape = np.broadcast_shapes(np.shape(viscosity), times.shape[:-1])
-            series._fill_within_range(shape, equilibrium, moduli, times, viscosity)
+        is_rigid = np.isinf(self.equilibrium_modulus).any()
+        build = PronySeries.from_checked if is_rigid else PronySeries.of_positive
+        series = build(self.equilibrium_modulus * modulus, moduli, times, viscosity)
         if self.window is None:
             return series
         return series.known_within((self.window[0] * stretch, self.window[1] * stretch))

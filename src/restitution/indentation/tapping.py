@@ -1,0 +1,380 @@
+"""Tapping of a cantilever on a viscoelastic surface: amplitude, phase, forces and loss over the distance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.checks import Array, finite, function, single_positive, whole, within
+from restitution.contact.geometry import Contact, Geometry
+from restitution.errors import InputError
+from restitution.indentation.history import History
+from restitution.indentation.panels import Drive, PanelSolution
+from restitution.indentation.solve import contact_of
+from restitution.indentation.surface import Surface
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+from restitution.quantities import NUMBER, Quantity, dataset
+from restitution.result import Outcome, Result, Summary, Table
+from restitution.units import ANGLE, ENERGY, FORCE, LENGTH, in_words
+
+if TYPE_CHECKING:
+    import xarray
+
+# Change of amplitude from tap to tap over the free amplitude, at which taps are periodic: of rtol.
+_PERIODIC = 0.1
+_CONFIRMED = 3
+# Past taps from which the next start is extrapolated, and growth of the change at which it is not.
+_MEMORY, _GROWTH = 5, 3.0
+_LEAST_SCALE = 1e-3
+
+COLUMNS = {
+    "distance": Quantity("distance", LENGTH, "distance of the resting tip", "$D$"),
+    "amplitude": Quantity("amplitude", LENGTH, "amplitude", "$A$"),
+    "phase": Quantity("phase", ANGLE, "phase to the drive", r"$\phi$"),
+    "contact_share": Quantity("contact_share", NUMBER, "share of the period in contact", ""),
+    "max_force": Quantity("max_force", FORCE, "largest force", r"$F_\mathrm{max}$"),
+    "mean_force": Quantity("mean_force", FORCE, "mean force", r"$\bar F$"),
+    "max_indentation_depth": Quantity("max_indentation_depth", LENGTH, "largest indentation", r"$d_\mathrm{max}$"),
+    "dissipated": Quantity("dissipated", ENERGY, "energy into the surface per tap", r"$E_\mathrm{tap}$"),
+}
+
+
+class TappingStatus(Outcome):
+    """How the taps at one distance ended, with a `message` for each member."""
+
+    PERIODIC = 0, "one tap is like the other"
+    FREE = 1, "the tip does not reach the surface"
+    NOT_PERIODIC = 2, "the taps had not become periodic; the numbers are those of the last one"
+    NOT_SOLVED = 3, "a tap could not be solved; the numbers are NaN"
+
+    @property
+    def failed(self) -> bool:
+        """Whether there are no numbers."""
+        return self is TappingStatus.NOT_SOLVED
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tapping(Result):
+    """Tapping over the distance, arrays of shape (n,), in SI.
+
+    `plot` shows amplitude, phase, force and loss over the distance.
+
+    Attributes
+    ----------
+    distance : array
+        Distance D [m] of the resting tip from the undeformed surface.
+    amplitude : array
+        Amplitude A [m] of the first harmonic of the tip, `z = A cos(w t + phase)` with the drive `cos(w t)`.
+    phase : array
+        [rad]; -pi/2 for free oscillation in resonance.
+    contact_share : array
+        Share of the period in contact [-].
+    max_force, mean_force : array
+        Largest and mean contact force [N].
+    max_indentation_depth : array
+        Largest depth of the tip below the undeformed surface [m].
+    dissipated : array
+        Work [J] that the tip does on the surface in a period.
+    status : array of int
+        `TappingStatus` of each distance.
+    taps : array of int
+        Number of taps that were computed.
+    free_amplitude : float
+        Amplitude [m] without a surface.
+    contact : Contact
+        Materials and profile.
+    """
+
+    _numbers = (*COLUMNS, "status", "taps", "free_amplitude")
+    _picture = "tapping.overview"
+
+    distance: Array
+    amplitude: Array
+    phase: Array
+    contact_share: Array
+    max_force: Array
+    mean_force: Array
+    max_indentation_depth: Array
+    dissipated: Array
+    status: NDArray[np.int64]
+    taps: NDArray[np.int64]
+    free_amplitude: float
+    contact: Contact
+
+    def to_dataset(self) -> xarray.Dataset:
+        """Return all columns over `distance`, with units."""
+        columns = {name: (getattr(self, name), quantity) for name, quantity in COLUMNS.items()}
+        return dataset("distance", columns, {"free_amplitude": self.free_amplitude})
+
+    def summary(self, title: str = "") -> Summary:
+        """Return the table of the distances, which `print` and notebooks show."""
+        rows = [
+            (
+                in_words(self.distance[n], LENGTH.unit), in_words(self.amplitude[n], LENGTH.unit),
+                f"{math.degrees(self.phase[n]):.3f}", f"{self.contact_share[n]:.4f}",
+                in_words(self.max_force[n], FORCE.unit), in_words(self.dissipated[n], ENERGY.unit),
+                TappingStatus(int(self.status[n])).name,
+            )
+            for n in range(self.distance.size)
+        ]  # fmt: skip
+        heads = ("distance", "amplitude", "phase [deg]", "in contact", "largest force", "loss per tap", "status")
+        return Summary(title or "Tapping", Table(heads, rows), (f"free amplitude {self.free_amplitude:.6g} m",))
+
+    @property
+    def _short(self) -> str:
+        return f"{self.distance.size} distances, free amplitude {in_words(self.free_amplitude, 'm')}"
+
+
+class _Cantilever(NamedTuple):
+    """Oscillator `m z'' + c z' + k z = P cos(w t) + F`, with the height z of the tip over its rest."""
+
+    mass: float
+    damping: float
+    stiffness: float
+    push: float  # P
+    omega: float
+
+    @property
+    def response(self) -> complex:
+        """Complex amplitude of the free oscillation."""
+        w = self.omega
+        return self.push / complex(self.stiffness - self.mass * w * w, self.damping * w)
+
+
+class _Start(NamedTuple):
+    """State at the beginning of a period: depth, velocity, and the surface."""
+
+    depth: float
+    velocity: float
+    surface: Surface | None
+
+
+class _Tapper:
+    """Taps of one cantilever on one material."""
+
+    def __init__(self, contact: Contact, series: PronySeries, lever: _Cantilever, rtol: float) -> None:
+        self.contact, self.series, self.lever, self.rtol = contact, series, lever, rtol
+        free = lever.response
+        self.amplitude, self.phase = abs(free), math.atan2(free.imag, free.real)
+        self.period = 2.0 * math.pi / lever.omega
+        self.count = 0
+
+    def run(self, distance: float, start: _Start, periods: int = 1) -> PanelSolution:
+        """Return the motion over a number of periods, which begin where a free tip is highest."""
+        lever, profile = self.lever, self.contact.profile
+        time = self.period * periods
+        history = History(np.array([0.0, time]), np.array([[-lever.stiffness * distance, 0.0]]))
+        peak = min(self.amplitude, float(profile.max_depth))
+        reach = max(self.amplitude - distance, 0.1 * self.amplitude)
+        self.count += periods
+        drive = Drive(
+            history, False, peak, mass=lever.mass, damping=lever.damping, stiffness=lever.stiffness,
+            amplitude=-lever.push, frequency=lever.omega, phase=-self.phase, depth=start.depth,
+            velocity=start.velocity, first=0.1 * self.period, scale=min(max(reach / peak, _LEAST_SCALE), 1.0),
+        )  # fmt: skip
+        marks = None if start.surface is None else start.surface.marks
+        return PanelSolution(profile, self.series, drive, self.rtol, marks)
+
+    def free(self, distance: float) -> _Start:
+        """Return the start of a free oscillation."""
+        return _Start(-distance - self.amplitude, 0.0, None)
+
+    def end(self, solution: PanelSolution) -> _Start:
+        """Return the state at the end."""
+        depth, rate, _, _ = solution.at(solution.history.stop)
+        return _Start(float(depth[0]), float(rate[0]), solution.surface(self.contact))
+
+    def steady(self, distance: float, start: _Start, most: int) -> tuple[PanelSolution, _Start, TappingStatus]:
+        """Return the last tap, its end, and whether taps have become periodic.
+
+        The start of the next tap is extrapolated from the changes in the last ones (Anderson's method), while the
+        surface relaxes; plain taps confirm.
+        """
+        scale = np.array([self.amplitude, self.amplitude * self.lever.omega])
+        tolerance, first = _PERIODIC * self.rtol, self.count
+        starts: list[Array] = []
+        changes: list[Array] = []
+        confirmed, best = 0, math.inf
+        while True:
+            solution = self.run(distance, start)
+            after = self.end(solution)
+            x, y = np.array([start.depth, start.velocity]) / scale, np.array([after.depth, after.velocity]) / scale
+            change = float(np.abs(y - x).max())
+            confirmed = confirmed + 1 if change <= tolerance else 0
+            if confirmed >= _CONFIRMED:
+                return solution, after, TappingStatus.PERIODIC
+            if self.count - first >= most:
+                return solution, after, TappingStatus.NOT_PERIODIC
+            if change > _GROWTH * best:
+                starts, changes = [], []
+            best = min(best, change)
+            starts, changes = [*starts, x][-_MEMORY:], [*changes, y - x][-_MEMORY:]
+            start = after
+            if len(changes) > 2 and confirmed == 0:
+                x = _extrapolated(np.array(starts), np.array(changes))
+                start = _Start(float(x[0] * scale[0]), float(x[1] * scale[1]), after.surface)
+
+
+def _extrapolated(starts: Array, changes: Array) -> Array:
+    """Return the start whose change vanishes by the differences of the last ones."""
+    steps, slopes = np.diff(starts, axis=0), np.diff(changes, axis=0)
+    weights, *_ = np.linalg.lstsq(slopes.T, changes[-1], rcond=1e-10)
+    target = starts[-1] + changes[-1] - weights @ (steps + slopes)
+    # At most a tenth of the amplitude at once.
+    return starts[-1] + np.clip(target - starts[-1], -0.1, 0.1)
+
+
+def tap(
+    material: Material,
+    profile: Geometry,
+    distance: ArrayLike,
+    *,
+    spring_constant: float,
+    quality_factor: float,
+    frequency: float,
+    free_amplitude: float | None = None,
+    drive: float | None = None,
+    resonance_frequency: float | None = None,
+    counter_material: Material | None = None,
+    max_taps: int = 1000,
+    progress: Callable[[int, int], None] | None = None,
+    rtol: float = 1e-8,
+) -> Tapping:
+    """Return the steady tapping of a cantilever on a viscoelastic surface over the distance.
+
+    Parameters
+    ----------
+    material : Material
+        Material of the surface.
+    profile : Geometry
+        Profile of the tip, with scalar parameters.
+    distance : float or array
+        Distances D [m] of the resting tip from the undeformed surface; each begins with the motion and the surface of
+        the one before, as in an approach.
+    spring_constant : float
+        Spring constant k of the cantilever [N/m], > 0.
+    quality_factor : float
+        Quality factor Q [-], > 0.5.
+    frequency : float
+        Frequency of the drive [Hz], > 0.
+    free_amplitude, drive : float
+        Amplitude [m] without a surface, or the force [N] of the drive; exactly one of the two.
+    resonance_frequency : float, optional
+        Undamped resonance of the cantilever [Hz]; that of the drive by default.
+    counter_material : Material, optional
+        Material of the tip; rigid by default.
+    max_taps : int
+        Largest number of taps at a distance.
+    progress : callable, optional
+        Called with (distances done, all distances).
+    rtol : float
+        Error of a tap over its largest depth and force; in [1e-11, 1e-2]. Taps are periodic where the motion changes
+        by less than rtol/10 of the free amplitude.
+
+    Returns
+    -------
+    Tapping
+        Amplitude, phase, contact share, forces and loss, with a status for each distance.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of its range or of another type.
+
+    Notes
+    -----
+    `m z'' + (m w0/Q) z' + k z = P cos(w t) + F(d)` with the depth d = -(D + z) of the tip, m = k/w0^2, and the exact
+    contact force of `indent` with all that the surface keeps from the taps before. One mode of the cantilever, and no
+    forces outside of the contact.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> solid = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=math.inf)
+    >>> curve = rs.tap(
+    ...     solid, rs.Parabola(1.0), 0.8, spring_constant=1.0, quality_factor=10.0, frequency=0.5 / math.pi,
+    ...     free_amplitude=1.0,
+    ... )
+    >>> print(f"{curve.amplitude[0]:.6f} m, {math.degrees(curve.phase[0]):.4f} deg")
+    0.925092 m, -70.3267 deg
+    """
+    contact = contact_of(material, profile, counter_material)
+    if not contact.profile.separable:
+        raise InputError("profile", profile, "must have the reduced modulus of the material, for all contact sizes")
+    places = np.atleast_1d(np.asarray(finite("distance", distance, "m"), dtype=np.float64)).ravel()
+    if (free_amplitude is None) == (drive is None):
+        raise InputError("free_amplitude, drive", rule="exactly one of the two must be given")
+    within("rtol", rtol, 1e-11, 1e-2)
+    most = whole("max_taps", max_taps, 4)
+    if progress is not None:
+        function("progress", progress, "must be callable with (distances done, all distances)", 2)
+    lever = _lever(spring_constant, quality_factor, frequency, resonance_frequency, free_amplitude, drive)
+    tapper = _Tapper(contact, contact.reduced_modulus, lever, rtol)
+    columns = {name: np.full(places.size, np.nan) for name in COLUMNS if name != "distance"}
+    status, taps = np.zeros(places.size, dtype=np.int64), np.zeros(places.size, dtype=np.int64)
+    start: _Start | None = None
+    for n, place in enumerate(places):
+        before = tapper.count
+        if place >= tapper.amplitude:
+            status[n], start = TappingStatus.FREE, None
+            numbers = dict.fromkeys(columns, 0.0) | {"amplitude": tapper.amplitude, "phase": tapper.phase}
+            numbers["max_indentation_depth"] = tapper.amplitude - place
+        else:
+            numbers, start, status[n] = _at_distance(tapper, float(place), start, most)
+        for name, value in numbers.items():
+            columns[name][n] = value
+        taps[n] = tapper.count - before
+        if progress is not None:
+            progress(n + 1, places.size)
+    return Tapping(places, **columns, status=status, taps=taps, free_amplitude=tapper.amplitude, contact=contact)
+
+
+def _lever(
+    spring_constant: float, quality_factor: float, frequency: float, resonance_frequency: float | None,
+    free_amplitude: float | None, drive: float | None,
+) -> _Cantilever:  # fmt: skip
+    k, rate = single_positive("spring_constant", spring_constant, "N/m"), single_positive("frequency", frequency, "Hz")
+    own = rate if resonance_frequency is None else single_positive("resonance_frequency", resonance_frequency, "Hz")
+    quality = single_positive("quality_factor", quality_factor)
+    if quality <= 0.5:
+        raise InputError("quality_factor", quality, "must be > 0.5, an oscillator")
+    omega = 2.0 * math.pi * own
+    mass = k / omega**2
+    lever = _Cantilever(mass, mass * omega / quality, k, 1.0, 2.0 * math.pi * rate)
+    if drive is not None:
+        return lever._replace(push=single_positive("drive", drive, "N"))
+    amplitude = single_positive("free_amplitude", 1.0 if free_amplitude is None else free_amplitude, "m")
+    return lever._replace(push=amplitude / abs(lever.response))
+
+
+def _at_distance(
+    tapper: _Tapper, distance: float, start: _Start | None, most: int
+) -> tuple[dict[str, float], _Start | None, TappingStatus]:
+    """Return the numbers at a distance, the state for the next one, and the status."""
+    begin = tapper.free(distance) if start is None else start
+    try:
+        solution, after, status = tapper.steady(distance, begin, most)
+    except InputError:
+        return {}, None, TappingStatus.NOT_SOLVED
+    times, weights, (depth, _, force) = solution.quadrature()
+    height, omega = -(depth + distance), tapper.lever.omega
+    # The drive is cos(w t - free phase) here.
+    harmonic = 2.0 / tapper.period * np.sum(weights * height * np.exp(-1j * omega * times))
+    harmonic *= np.exp(1j * tapper.phase)
+    intervals = np.minimum(solution.contact_intervals, solution.history.stop)
+    numbers = {
+        "amplitude": abs(harmonic),
+        "phase": math.atan2(harmonic.imag, harmonic.real),
+        "contact_share": float(np.sum(intervals[:, 1] - intervals[:, 0])) / tapper.period,
+        "max_force": solution.max_force,
+        "mean_force": float(np.sum(weights * force)) / tapper.period,
+        "max_indentation_depth": float(depth.max()),
+        "dissipated": solution.work,
+    }
+    return numbers, after, status
