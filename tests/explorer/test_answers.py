@@ -224,9 +224,10 @@ def test_bounces_on_one_spot_are_those_of_the_package():
     expected = rs.bounces(impact, max_bounces=count, min_height=0.0, same_spot=True)
     found = answer["curves"]["bounces"]["restitution_coefficient"][:count]
     np.testing.assert_allclose(found, expected.restitution_coefficient, rtol=1e-4)
-    assert answer["curves"]["bounces"]["restitution_coefficient"][1] != answers.bounces(
-        state | {"bounces.spot": "fresh"}
-    )["curves"]["bounces"]["restitution_coefficient"][1]
+    assert (
+        answer["curves"]["bounces"]["restitution_coefficient"][1]
+        != answers.bounces(state | {"bounces.spot": "fresh"})["curves"]["bounces"]["restitution_coefficient"][1]
+    )
 
 
 @pytest.mark.parametrize("prescribed", ["depth", "force"])

@@ -4,6 +4,7 @@ The rows D1 and D2 have been computed by panels of two orders and by single elem
 """
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -101,7 +102,7 @@ def followed_force(result, series, time):
     edges = np.unique(np.append(radii[(radii > 0.0) & (radii < last)].round(11), [0.0, last]))
     places, weights = legendre.leggauss(20)
     z, total = 0.5 * (1.0 + places), 0.0
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         if high - low > 1e-7:
             y, slope = low + (high - low) * (3.0 - 2.0 * z) * z * z, (high - low) * 6.0 * z * (1.0 - z)
             loads = np.array([follower.load(s, time) for s in y * y])
@@ -293,6 +294,20 @@ def refused(field, call, value=None):
         assert caught.value.value == value
 
 
+@pytest.mark.parametrize(
+    ("force", "time", "zero"),
+    [
+        ([0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 2.0, 3.0], 2),
+        ([-0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0], [0.0, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0], 2),
+        ([0.0, 1.0, 0.0, 0.0, 0.5, 0.5], [0.0, 1.0, 1.0, 2.0, 2.0, 3.0], 1),
+    ],
+)
+def test_a_force_that_returns_from_zero_is_refused(force, time, zero):
+    refused("force", lambda: indent(SOLID, TIP, force=force, time=time))
+    with pytest.raises(InputError, match=f"zero at time = {zero} s"):
+        indent(SOLID, TIP, force=force, time=time)
+
+
 def test_bad_springs_are_refused():
     for bad in (0.0, -1.0, math.nan):
         refused("spring_constant", lambda bad=bad: indent(SOLID, TIP, spring_constant=bad, **D1))
@@ -314,6 +329,7 @@ def test_surfaces_that_do_not_fit_are_refused():
     refused("depth", lambda: indent(SOLID, TIP, surface=surface, **deep), surface.depth + 0.1)
     shallow = {"depth": [0.0, 0.5 * surface.depth], "time": [0.0, 1.0]}
     refused("depth", lambda: indent(SOLID, TIP, surface=surface, **shallow))
+    refused("force", lambda: indent(SOLID, TIP, surface=surface, force=[0.0, 1.0], time=[0.0, 1.0]))
     refused("after", lambda: first.surface(after=-1.0), -1.0)
 
 

@@ -162,7 +162,7 @@ class IndentationCase:
     options: dict[str, Any]  # keyword arguments of `indent`
 
     def solve(self) -> IndentationResult:
-        """Solve the indentation with the options of the file; a `CaseError` refuses a start in contact, for example."""
+        """Solve the indentation with the options of the file; a `CaseError` refuses a start in contact, and others."""
         # The solver takes a while to import, which a faulty file need not wait for.
         from restitution.indentation.solve import indent
 

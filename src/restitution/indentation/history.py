@@ -328,7 +328,7 @@ def triangle(
 def cycles(
     peak: float, loading_time: float, count: int, *, unloading_time: float | None = None, valley: float = 0.0
 ) -> History:
-    """Return `count` loadings to `peak` [m or N], each but the last with a partial unloading, the last with a full one.
+    """Return `count` loadings to `peak` [m or N], with partial unloadings between them and a full one at the end.
 
     Parameters
     ----------

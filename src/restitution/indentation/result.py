@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -44,8 +43,8 @@ class IndentationStatus(Outcome):
     NO_TOUCH = outcome.NO_TOUCH, "the bodies do not touch"
     TOUCHES_AT_START = outcome.TOUCHES_AT_START, "the bodies touch at the start already"
     BEYOND_PROFILE = outcome.BEYOND_PROFILE, "the indentation is deeper than the profile"
-    GROWS_AGAIN = outcome.GROWS_AGAIN, "the contact grows again before it has ended, which a fit does not follow"
-    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN, "the surface may reach the indenter again after the contact, which a fit does not follow"
+    GROWS_AGAIN = outcome.GROWS_AGAIN, "the contact grows again before it ends, which a fit does not follow"
+    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN, "the surface may reach the indenter again, which a fit does not follow"
     NOT_RESOLVED = (
         outcome.NOT_RESOLVED,
         "the history has too many kinks, or rises too fast for the digits of its times",
@@ -94,8 +93,8 @@ class IndentationResult(Result):
 
     _numbers = (
         "contact_end_time", "turning_time", "contact_intervals", "turning_times", "max_force", "max_indentation_depth",
-        "max_contact_radius", "residual_indentation_depth", "work", "dissipated", "stored", "status", "prescribed", "rtol",
-        "error", "warnings", "validity",
+        "max_contact_radius", "residual_indentation_depth", "work", "dissipated", "stored", "status", "prescribed",
+        "rtol", "error", "warnings", "validity",
     )  # fmt: skip
     _picture = "history.overview"
 
@@ -221,7 +220,8 @@ class IndentationResult(Result):
         InputError
             If the time is outside of the history, or the body is not axisymmetric.
         """
-        moment, r = single("time", finite("time", time, "s"), "s"), np.asarray(nonnegative("radius", radius, LENGTH.unit))
+        moment = single("time", finite("time", time, "s"), "s")
+        r = np.asarray(nonnegative("radius", radius, LENGTH.unit))
         return self._panels.until(moment).elements.displacement(r)[()]
 
     def surface(self, *, after: float = 0.0) -> Surface:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from functools import lru_cache
 from threading import local
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -58,7 +58,7 @@ from restitution.kernel.memory import (
     quadrature,
     remember,
 )
-from restitution.kernel.path import Path, power_path, table_path
+from restitution.kernel.path import power_path, table_path
 from restitution.kernel.shrinking import (
     Checks,
     check_points,
@@ -296,8 +296,8 @@ def indent(
         Profile of the indenter, or another geometry, with scalar parameters.
     depth : History, array, callable or float
         Depth d of the tip below the undeformed surface [m], negative before touch: a `History` (`ramp`, `triangle`,
-        `cycles`, `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth
-        function that maps times to depths, or one number, which is held from the first time on.
+        `cycles`, `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a
+        smooth function that maps times to depths, or one number, which is held from the first time on.
     force : History, array, callable or float
         Normal force F >= 0 [N] instead of the depth.
     spring_constant : float, optional
@@ -357,7 +357,8 @@ def indent(
     if spring_constant is not None:
         stiffness = single_positive("spring_constant", spring_constant, "N/m")
         if name == "force":
-            raise InputError("force", rule="does not go with spring_constant; give the depth of the base of the spring")
+            rule = "does not go with spring_constant; give the depth of the base of the spring"
+            raise InputError("force", rule=rule)
     if surface is not None:
         check_surface(surface, contact)
     solution = _solved(contact, None, prescribed, name, rtol, stiffness, surface)

@@ -315,9 +315,9 @@ def contact_law(
 
     The force converges to that of `restitution.solve` and, for any history of the depth, to that of
     `restitution.indent`, at second order in the time step. At 50 steps per contact the error of the restitution
-    coefficient is about 0.0001, and at most 0.002 in the paper's plane. Each element of the foundation is on its own, as
-    in the paper of Willert et al., but the body may touch it again: such elements are the exact solution on a virgin
-    surface whose modulus never rises, under a profile whose transform g rises outwards.
+    coefficient is about 0.0001, and at most 0.002 in the paper's plane. Each element of the foundation is on its own,
+    as in the paper of Willert et al., but the body may touch it again: such elements are the exact solution on a
+    virgin surface whose modulus never rises, under a profile whose transform g rises outwards.
 
     The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
     modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step
