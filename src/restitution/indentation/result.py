@@ -289,7 +289,7 @@ class IndentationResult(Result):
         return history
 
 
-def _largest(solution: Solution, column: int) -> float:
+def _largest(solution: Solution | PanelSolution, column: int) -> float:
     """Return the largest value of a column of `Solution.at` up to the end of contact."""
     breaks = solution.breaks
     low, high = breaks[:-1, None], breaks[1:, None]

@@ -41,7 +41,7 @@ class Panels(NamedTuple):
     follows: bool
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """Number of panels."""
         return self.end.size
 
@@ -101,7 +101,7 @@ class Elements:
         """Energy [J] in the springs of the material, `2 int [Einf u^2/2 + sum l_k^2/(2 E_k)] da`."""
         total = 0.0
         for panels in (self._following, self._free):
-            if panels.count:
+            if panels.size:
                 y, _, density = self._at(panels, panels.end[:, None] * _PLACES)
                 total += panels.sign * float(np.sum((density * (self._radius(y) @ _SLOPES.T)) @ _WEIGHTS))
         if self._axis is not None:
@@ -122,7 +122,7 @@ class Elements:
             total[place] = sum(
                 panels.sign * self._part_within(panels.part(p), float(r[place]))
                 for panels in (self._following, self._free)
-                for p in range(panels.count)
+                for p in range(panels.size)
             )
         if self._axis is not None:
             y, displacement, _ = (values[0] for values in self._at(*self._axis))
@@ -146,9 +146,9 @@ class Elements:
     @property
     def _axis(self) -> tuple[Panels, Array] | None:
         """The panel at the axis, and the place of the axis in it; None on virgin surface."""
-        if self._following.count:
+        if self._following.size:
             return self._following.part(0), np.zeros((1, 1))
-        last = self._free.count - 1
+        last = self._free.size - 1
         return (self._free.part(last), self._free.end[last:, None]) if last >= 0 else None
 
     def _part_within(self, panel: Panels, r: float) -> float:
