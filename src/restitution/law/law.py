@@ -243,8 +243,8 @@ class ContactLaw:
             f"Profile: {self.impact.profile!r}.",
             *dict.fromkeys(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
             f"Reduced relaxation modulus: {self.modulus!r}, with an error of e of {self.restitution_error:.2g}.",
-            "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Loading again before separation "
-            "is an MDR approximation. Beyond the largest depth the force is NaN.",
+            "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Any history on one spot. "
+            "Beyond the largest depth the force is NaN.",
         ]
         values, meanings = self.constants.tolist(), labels(len(self._branches))
         meanings += ["table of the profile"] * (len(values) - len(meanings))
