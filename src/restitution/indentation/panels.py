@@ -15,6 +15,7 @@ from restitution.checks import Array, finite
 from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE, History, contact_part
+from restitution.indentation.merging import merged
 from restitution.indentation.solid import solid_of
 from restitution.indentation.surface import Elements, Imprint, Surface, panels_of, read_imprint, write_imprint
 from restitution.kernel.indentation import LARGEST, SMALLEST
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 
 # Errors of steps add up.
 _STEP_SHARE = 0.1
+# Error of panels that are merged, of rtol: above that of a step, which they keep.
+_MERGE_SHARE = 0.1
 _FIRST_PANELS, _FIRST_STEPS = 64, 256
 _MOST_STEPS = 1 << 20
 # Largest power of the map of time after a touch.
@@ -319,7 +322,9 @@ class PanelSolution:
             rule = "must end without contact for a surface; let the body retract, or prescribe a force of zero"
             raise InputError("history", rule=rule)
         now, count = float(work.state[TIME]), int(work.places[FREE_PANELS])
-        return Surface(contact, 0.0, self._series, read_imprint(work.free, count, now, units.length, units.time))
+        marks = read_imprint(work.free, count, now, units.length, units.time)
+        tolerance = _MERGE_SHARE * self._rtol * self._drive.scale * units.length
+        return Surface(contact, 0.0, self._series, merged(marks, self._solid.recoveries / units.time, tolerance))
 
     def until(self, time: float) -> PanelSolution:
         """Return the solution of the same history up to a time [s]."""
