@@ -61,6 +61,7 @@ from .indentation.history import triangle as triangle
 from .indentation.result import IndentationResult as IndentationResult
 from .indentation.result import IndentationStatus as IndentationStatus
 from .indentation.solve import indent as indent
+from .indentation.surface import Surface as Surface
 from .law.law import ContactLaw as ContactLaw
 from .law.law import contact_law as contact_law
 from .material import library as library
