@@ -268,9 +268,7 @@ def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, ra
     radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost * mean, mean + swing))
     # The contact is lost where no element follows for ever.
     least = radii[0] if steady.innermost > 0.0 else 0.0
-    return _result(
-        contact, series, depths, forces, rate, (least, radii[1]), steady.share, OscillationStatus.STEADY
-    )
+    return _result(contact, series, depths, forces, rate, (least, radii[1]), steady.share, OscillationStatus.STEADY)
 
 
 def _cycles(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from functools import lru_cache
 from threading import local
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -58,7 +58,7 @@ from restitution.kernel.memory import (
     quadrature,
     remember,
 )
-from restitution.kernel.path import Path, power_path, table_path
+from restitution.kernel.path import power_path, table_path
 from restitution.kernel.shrinking import (
     Checks,
     check_points,
@@ -357,7 +357,9 @@ def indent(
     if spring_constant is not None:
         stiffness = single_positive("spring_constant", spring_constant, "N/m")
         if name == "force":
-            raise InputError("force", rule="does not go with spring_constant; give the depth of the base of the spring")
+            raise InputError(
+                "force", rule="does not go with spring_constant; give the depth of the base of the spring"
+            )
     if surface is not None:
         check_surface(surface, contact)
     solution = _solved(contact, None, prescribed, name, rtol, stiffness, surface)

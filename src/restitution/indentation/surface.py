@@ -197,7 +197,9 @@ class Elements:
 class Imprint(NamedTuple):
     """Free panels of a surface without load, the innermost on top; in SI."""
 
-    coefficients: Array  # (P, 1 + J, N): Chebyshev coefficients of y [m^(1/2)] and of the parts of the displacement [m]
+    coefficients: (
+        Array  # (P, 1 + J, N): Chebyshev coefficients of y [m^(1/2)] and of the parts of the displacement [m]
+    )
     start: Array  # (P,): time [s] since the instant of the surface, negative
     length: Array  # (P,): [s]
     kind: NDArray[np.int64]  # (P,)

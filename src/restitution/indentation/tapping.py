@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -92,7 +92,7 @@ class Tapping(Result):
     """
 
     _numbers = (*COLUMNS, "status", "taps", "free_amplitude")
-    _picture = "tapping.overview"
+    _picture = "oscillation.tapping_curves"
 
     distance: Array
     amplitude: Array

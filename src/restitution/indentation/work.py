@@ -18,7 +18,6 @@ _MOST_PANELS = 4000
 
 def loop_work(solution: Solution) -> float:
     """Work int F dd [J] until the end of contact or of the history; steps are integrated separately."""
-
     rtol = solution.rtol
 
     def power(times: Array) -> Array:
