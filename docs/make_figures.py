@@ -24,7 +24,7 @@ ARROW = {"arrowstyle": "-|>", "color": "black", "linewidth": 1.1, "shrinkA": 0.0
 
 
 def main() -> None:
-    """Draw the figures of the paper and the two schemes; write the claims."""
+    """Draw the figures of the paper, the two schemes and pictures of pages; write the claims."""
     FOLDER.mkdir(exist_ok=True)
     with TemporaryDirectory() as folder:
         made = reproduce(folder)
@@ -34,7 +34,10 @@ def main() -> None:
         (FOLDER / "claims.md").write_bytes((made.folder / "claims.md").read_bytes())
         # The explorer shows the same record.
         RECORD.write_bytes((made.folder / "claims.json").read_bytes())
-        _shrunk(style.save_figure(superposition(folder), Path(folder, "superposition.png")))
+        curve = of_page("materials.md", "curve", folder)["figure"]
+        program = of_page("indentation.md", "program", folder)["program"].plot()
+        for name, figure in (("superposition.png", curve), ("any_history.png", program)):
+            _shrunk(style.save_figure(figure, Path(folder, name)))
     with style.context():
         style.save_figure(scheme(), FOLDER / "figure_1.svg")
         style.save_figure(element(), FOLDER / "figure_2.svg")
@@ -47,16 +50,16 @@ def _shrunk(path):
         small.quantize(200).save(FOLDER / path.name, optimize=True)
 
 
-def superposition(folder):
-    """Figure of the page about materials, made by its own code."""
-    page = (FOLDER.parent / "materials.md").read_text(encoding="utf-8")
+def of_page(page, name, folder):
+    """Names that the code of a page has made, up to the block with this name."""
+    text = (FOLDER.parent / page).read_text(encoding="utf-8")
     names = {}
     with chdir(folder):
-        for block in re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE):
-            exec(compile(block, "materials.md", "exec"), names)
-            if "curve" in names:
-                return names["figure"]
-    raise RuntimeError("the page has no master curve")
+        for block in re.findall(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE):
+            exec(compile(block, page, "exec"), names)
+            if name in names:
+                return names
+    raise RuntimeError(f"{page} makes no {name}")
 
 
 def _blank(width, height, across, up):

@@ -1,8 +1,8 @@
 """Independent elements under a prescribed depth, which the body may touch again: what the contact law converges to.
 
 An element that would pull is free: its surface creeps back without load, and the body may touch it again. It then has
-the memory of all that it went through. This is an MDR approximation: in a half-space the elements are not independent
-once the contact grows again.
+the memory of all that it went through. Independent elements are exact for every history of a rigid tip whose shape
+rises outwards, on a half-space whose modulus never rises.
 """
 
 from __future__ import annotations

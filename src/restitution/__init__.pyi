@@ -53,6 +53,7 @@ from .impact.solve import standard_solid_restitution as standard_solid_restituti
 from .impact.status import SolverError as SolverError
 from .impact.status import Status as Status
 from .indentation.history import History as History
+from .indentation.history import cycles as cycles
 from .indentation.history import hold as hold
 from .indentation.history import ramp as ramp
 from .indentation.history import sine_arch as sine_arch

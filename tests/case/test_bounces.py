@@ -53,6 +53,14 @@ def test_a_punch_has_one_restitution() -> None:
     assert (series.drop_height, series.gravity, series.ended) == (2.0, 10.0, "max bounces")
 
 
+def test_a_file_may_keep_the_spot() -> None:
+    series = read(SOFT + "[bounces]\nmax_bounces = 3\nsame_spot = true\n").bounces()
+    case = read(SOFT)
+    expected = bounces(case.impact, gravity=9.80665, max_bounces=3, same_spot=True)
+    assert series.restitution_coefficient == pytest.approx(expected.restitution_coefficient, rel=1e-12)
+    assert series.restitution_coefficient[1] != case.bounces().restitution_coefficient[1]
+
+
 def test_a_file_equals_the_same_call_in_python() -> None:
     case = read(SOFT + "[bounces]\nmin_height = '1 mm'\n[solver]\nrtol = 1e-7\n")
     series = case.bounces()
@@ -87,6 +95,7 @@ def test_a_fractional_ball_is_accurate_for_its_longest_contact() -> None:
         (SOFT + "[solver]\nrtol = 1.0\n", "case.toml: solver.rtol = 1: must be in [1e-12, 0.01]"),
         (SOFT + "[bounces]\nmax_bounces = 0\n", "case.toml: bounces.max_bounces = 0: must be >= 1"),
         (SOFT + '[bounces]\nmin_height = "1 s"\n', 'case.toml: bounces.min_height = "1 s": is a time, not a length'),
+        (SOFT + "[bounces]\nsame_spot = 1\n", "case.toml: bounces.same_spot = 1: must be true or false"),
         (SOFT + "[bounces]\nheight = 1\n", "case.toml: bounces.height = 1: unknown key; did you mean min_height?"),
     ],
 )

@@ -87,11 +87,11 @@ def test_a_picture_is_written() -> None:
 
 
 def test_bad_input_ends_with_one_line_and_code_2() -> None:
-    gel("again.toml", 'depth = "[0, 3, 2.7, 3] um"\ntime = [0, 1, 1.1, 2]')
+    gel("pressed.toml", 'depth = "[1, 3] um"\ntime = [0, 1]')
     for arguments, message in (
         (("gel.toml", "--plot", "g.txt"), "--plot g.txt: "),
         (("gel.toml", "--history", "g.txt"), "--history g.txt: must end in .csv or .nc"),
         (("other.toml",), "other.toml: "),
-        (("again.toml",), "again.toml: indentation.time = 1.1 s: "),
+        (("pressed.toml",), "pressed.toml: indentation.depth = 1e-06 m: "),
     ):
         assert refused("indent", *arguments).startswith(message)

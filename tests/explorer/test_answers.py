@@ -216,6 +216,20 @@ def test_bounces_are_those_of_the_package():
     np.testing.assert_allclose(flights, expected.height[: flights.size], rtol=1e-2)
 
 
+def test_bounces_on_one_spot_are_those_of_the_package():
+    state = {"material.viscosity": 300.0, "bounces.spot": "same"}
+    answer = answers.bounces(state)
+    impact = answers.case_of(state).impact
+    count = min(answer["numbers"]["n_bounces"], 5)
+    expected = rs.bounces(impact, max_bounces=count, min_height=0.0, same_spot=True)
+    found = answer["curves"]["bounces"]["restitution_coefficient"][:count]
+    np.testing.assert_allclose(found, expected.restitution_coefficient, rtol=1e-4)
+    assert (
+        answer["curves"]["bounces"]["restitution_coefficient"][1]
+        != answers.bounces(state | {"bounces.spot": "fresh"})["curves"]["bounces"]["restitution_coefficient"][1]
+    )
+
+
 @pytest.mark.parametrize("prescribed", ["depth", "force"])
 @pytest.mark.parametrize("shape", [option.value for option in inputs()["indentation.shape"].options])
 def test_indentations_are_those_of_the_package(prescribed, shape, tmp_path):

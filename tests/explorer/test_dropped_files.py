@@ -268,7 +268,8 @@ def test_a_constant_poisson_ratio_is_stated():
 @pytest.mark.parametrize(
     "state",
     [{}, {"material.model": "fractional_zener"}, {"profile.type": "cone", "prescribed": "force"},
-     {"material.model": "library"}, {"indentation.shape": "hold"}, {"indentation.shape": "sine_arch"}],
+     {"material.model": "library"}, {"indentation.shape": "hold"}, {"indentation.shape": "sine_arch"},
+     {"indentation.shape": "cycles", "indentation.count": 4.0, "indentation.valley": 0.3}],
 )  # fmt: skip
 def test_the_case_of_an_indentation_opens_again(state):
     text = download({"what": "indentation", "state": state})["text"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from restitution.errors import ABSENT, InputError
-from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
+from restitution.indentation.history import History, cycles, hold, ramp, sine_arch, triangle
 
 pytestmark = pytest.mark.plain
 
@@ -61,6 +61,10 @@ def test_constructors_of_histories():
     assert triangle(4.0, 0.5, unloading_time=1.0, hold_time=0.5)(t) == pytest.approx(
         np.interp(t, [0.0, 0.5, 1.0, 2.0], [0.0, 4.0, 4.0, 0.0])
     )
+    partial = cycles(4.0, 0.4, 3, unloading_time=0.2, valley=0.25)
+    points = [0.0, 0.4, 0.6, 1.0, 1.2, 1.6, 1.8], [0.0, 4.0, 1.0, 4.0, 1.0, 4.0, 0.0]
+    assert partial(t[:8]) == pytest.approx(np.interp(t[:8], *points))
+    assert cycles(4.0, 1.0, 1).stop == 2.0
     assert sine_arch(4.0, 2.0)(t) == pytest.approx(4.0 * np.sin(0.5 * math.pi * t), abs=1e-11)
 
 
@@ -90,6 +94,8 @@ def test_knots_at_changes_of_sign_and_at_turning_points():
         (lambda: History([0.0, 1.0, 2.0], [[0.0, 1.0]]), "knots, coefficients", ABSENT),
         (lambda: ramp(-1.0, 1.0), "value", -1.0),
         (lambda: triangle(1.0, 0.0), "loading_time", 0.0),
+        (lambda: cycles(1.0, 1.0, 2, valley=1.5), "valley", 1.5),
+        (lambda: cycles(1.0, 1.0, 0), "count", 0),
         (lambda: hold(1.0, 1.0, rise_time=-1.0), "rise_time", -1.0),
         (lambda: ramp(1.0, 1.0)(2.0), "time", 2.0),
     ],

@@ -109,7 +109,9 @@ def test_work_is_the_area_of_the_loop(history, rtol):
                 (width[:, None] * weights).ravel() * sample.force.values * sample.indentation_velocity.values
             )
     assert result.work == pytest.approx(total, abs=10 * rtol * result.max_force * result.max_indentation_depth)
-    assert result.dissipated_work == result.work > 0.0
+    if "depth" in history:
+        assert 0.0 < result.stored < result.work
+        assert result.dissipated == result.work - result.stored
 
 
 def test_work_of_steps():
@@ -200,6 +202,17 @@ def test_pictures_show_the_whole_loop():
         filled = bool(figure.axes[3].patches)
         assert filled == (result.prescribed == "depth")
         assert f"prescribed {result.prescribed}" in figure.get_suptitle()
+
+
+def test_pictures_show_the_ends_of_all_contacts():
+    depth = [0.0, 8e-8, 2e-8, 9e-8, 0.0, 0.0, 8e-8, 0.0]
+    result = indent(GEL, TIP, depth=depth, time=[0.0, 1.0, 1.5, 2.5, 3.0, 4.0, 5.0, 6.0])
+    assert len(result.contact_intervals) == 3
+    figure = result.plot()
+    dashed = [line.get_xdata()[0] for line in figure.axes[1].get_lines() if line.get_linestyle() == "--"]
+    assert dashed == pytest.approx(result.contact_intervals[:, 1], rel=1e-12)
+    # The area of several loops is not the energy lost.
+    assert not figure.axes[3].patches
 
 
 def test_rounding_of_the_last_time_is_harmless():

@@ -64,7 +64,8 @@ def test_elastic_bodies_follow_hertz_both_ways(profile, history):
     force = 2.0 * ELASTIC_MODULUS * profile.force_integral_at_depth(np.maximum(result.indentation_depth, 0.0))
     assert result.force == pytest.approx(force, abs=1e-13 * force.max())
     assert result.contact_end_time == pytest.approx(history.stop, rel=1e-12)
-    assert abs(result.dissipated_work) <= 1e-8 * force.max() * 0.5
+    assert abs(result.dissipated) <= 1e-8 * force.max() * 0.5
+    assert abs(result.stored) <= 1e-8 * force.max() * 0.5
     # The inverse: the depth under this force.
     peak = float(force.max())
     expected = indent(ELASTIC, profile, force=triangle(peak, 1.0), time=[0.25, 1.0, 1.6])
@@ -85,7 +86,11 @@ def test_a_held_depth_relaxes(profile):
     )
     assert result.status == IndentationStatus.IN_CONTACT
     assert math.isinf(result.contact_end_time)
-    assert math.isnan(result.dissipated_work)
+    # The work of the step is elastic, and the springs of the branches relax with the rates 2/tau_k.
+    elastic = result.work / series.instantaneous_modulus
+    left = series.equilibrium_modulus + float(series.branch_moduli @ np.exp(-2.0 * 5.0 / series.relaxation_times))
+    assert result.stored == pytest.approx(elastic * left, rel=1e-8)
+    assert result.dissipated == pytest.approx(elastic * (series.instantaneous_modulus - left), rel=1e-8)
     assert math.isnan(result.residual_indentation_depth)
     assert result.max_force == pytest.approx(result.force[0], rel=1e-14)
 
@@ -266,12 +271,11 @@ def test_no_force_before_touch():
 
 
 @pytest.mark.plain
-def test_contact_with_the_recovering_surface_is_refused():
+def test_the_recovering_surface_reaches_a_tip_that_waits():
     """After the contact the gel recovers as exp(-t/tau'), tau' = 1.5 s, and its surface touches a slow tip again."""
     # The tip moves back fast to a hundredth of the depth and stays there.
     fast = 0.02
-    with pytest.raises(InputError, match="recovering surface") as caught:
-        indent(GEL, TIP, depth=[0.0, 1e-6, 1e-8, 1e-8], time=[0.0, 1.0, 1.0 + fast, 30.0])
+    result = indent(GEL, TIP, depth=[0.0, 1e-6, 1e-8, 1e-8], time=[0.0, 1.0, 1.0 + fast, 30.0])
     speed = (1e-6 - 1e-8) / fast
 
     def load(t):
@@ -283,38 +287,22 @@ def test_contact_with_the_recovering_surface_is_refused():
     end = brentq(load, 1.0, 1.0 + fast, xtol=1e-16)
     left = 1e-6 - speed * (end - 1.0)
     met = end + 1.5 * math.log(left / 1e-8)
-    assert (caught.value.field, caught.value.unit) == ("time", "s")
-    assert caught.value.value == pytest.approx(met, rel=1e-3)
+    assert result.contact_intervals == pytest.approx(np.array([[0.0, end], [met, math.inf]]), rel=1e-8)
+    assert result.status == IndentationStatus.IN_CONTACT
 
 
 @pytest.mark.plain
-def test_contact_with_the_recovering_surface_after_a_step_is_refused():
+def test_the_recovering_surface_reaches_a_tip_after_a_step():
     """After a step out of contact from the load L, the surface springs back by L/E0 and then recovers slowly."""
-    with pytest.raises(InputError, match="recovering surface") as caught:
-        indent(GEL, TIP, depth=[0.0, 1e-6, 9e-7, 1e-7, 1e-7], time=[0.0, 1.0, 1.2, 1.2, 9.0])
+    result = indent(GEL, TIP, depth=[0.0, 1e-6, 9e-7, 1e-7, 1e-7], time=[0.0, 1.0, 1.2, 1.2, 9.0])
     lag = 1e-6 * 0.3 * (1.0 - math.exp(-1.0 / 0.3)) * math.exp(-0.2 / 0.3) - 5e-7 * 0.3 * (1.0 - math.exp(-0.2 / 0.3))
     left = 9e-7 - (200.0 * 9e-7 + 800.0 * lag) / 1000.0
     met = 1.2 + 1.5 * math.log(left / 1e-7)
-    assert caught.value.value == pytest.approx(met, rel=1e-3)
+    assert result.contact_intervals == pytest.approx(np.array([[0.0, 1.2], [met, math.inf]]), rel=1e-8)
     # A tip beyond the undeformed surface does not touch again.
     assert indent(GEL, TIP, depth=[0, 1e-6, 9e-7, 0, 0], time=[0, 1, 1.2, 1.2, 9]).contact_end_time == pytest.approx(
         1.2
     )
-
-
-@pytest.mark.plain
-def test_a_second_loading_is_refused_with_its_time():
-    cases = {
-        1.2: {"depth": [0.0, 1e-6, 8e-7, 1e-6], "time": [0.0, 1.0, 1.2, 2.0]},
-        2.0: {"force": [0.0, 1e-9, 5e-10, 5e-10], "time": [0.0, 1.0, 2.0, 3.0]},
-        2.5: {"force": [0.0, 1e-9, 0.0, 0.0, 1e-9], "time": [0.0, 1.0, 2.0, 2.5, 3.0]},
-    }
-    for when, history in cases.items():
-        with pytest.raises(InputError, match="the contact") as caught:
-            indent(GEL, TIP, **history)
-        assert "\n" not in str(caught.value)
-        assert caught.value.field == "time"
-        assert caught.value.value == pytest.approx(when, abs=2e-3)
 
 
 @pytest.mark.plain
@@ -377,11 +365,6 @@ def test_a_force_that_jumps_over_a_hundred_decades_is_refused_at_once():
 def test_a_depth_that_starts_below_the_surface_is_refused():
     with pytest.raises(InputError, match="contact point"):
         indent(GEL, TIP, depth=[5e-9, 1e-6, 0.0], time=[0.0, 1.0, 2.0])
-    rng = np.random.default_rng(1)
-    t = np.linspace(0.0, 2.0, 200)
-    noisy = 1e-6 * (1.0 - np.abs(t - 1.0)) + rng.normal(0.0, 3e-9, t.size)
-    with pytest.raises(InputError, match="smooth"):
-        indent(GEL, TIP, depth=noisy - noisy[0], time=t)
 
 
 def test_functions_that_return_no_numbers():

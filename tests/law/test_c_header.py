@@ -69,7 +69,7 @@ def test_the_header_names_units_and_sources(tmp_path):
     assert "contact_law_step" in text
     assert "lab" in text
     assert "[Pa]" in text
-    assert "MDR approximation" in text
+    assert "Any history on one spot" in text
     assert "a */ b" not in text
 
 

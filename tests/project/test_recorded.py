@@ -119,7 +119,7 @@ def test_public_names_are_those_of_the_list():
 @pytest.mark.parametrize(
     "line",
     [
-        "solve(impact, method='exact', *, rtol=1e-09, errors=None, workers=None, progress=None, n_elements=None,"
+        "solve(impact, method='exact', *, rtol=1e-09, surface=None, errors=None, workers=None, progress=None, n_elements=None,"
         " time_step=None)",
         "    max_pressure",
         "    storage_modulus(self, angular_frequency)",

@@ -49,7 +49,8 @@ def of_indentation(result: Any, random: Random) -> dict[str, Any]:
     low, high = result.time[0], result.time[-1]
     moments = np.sort(random.uniform(low, high, 7))
     names = ("max_force", "max_indentation_depth", "max_contact_radius", "residual_indentation_depth", "turning_time",
-             "contact_end_time", "work", "dissipated_work", "status")  # fmt: skip
+             "contact_end_time", "work", "status")  # fmt: skip
+    names += ("dissipated", "stored") if result.prescribed == "depth" else ()
     columns = ("time", "indentation_depth", "indentation_velocity", "force", "contact_radius")
     return {name: getattr(result, name) for name in names} | {
         "columns": {name: getattr(result, name) for name in columns},

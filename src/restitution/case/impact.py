@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from restitution.impact.result import ImpactResult
 
 MOST_BOUNCES = 1_000_000
+_SAME_SPOT = "whether each touch finds the imprint of the earlier ones, as it is then; a fresh surface otherwise"
 
 
 class BodySection(Section):
@@ -86,12 +87,13 @@ class ImpactSection(Section):
 
 
 class BouncesSection(Section):
-    """End of a series of bounces."""
+    """Surface and end of a series of bounces."""
 
     max_bounces: Annotated[
         StrictInt, Field(ge=1, le=MOST_BOUNCES, description="bounces after which the series ends")
     ] = 1000
     min_height: Annotated[float, nonnegative(LENGTH, "height below which a rise ends the series")] | None = None
+    same_spot: Annotated[StrictBool, Field(description=_SAME_SPOT)] = False
 
 
 class AccuracySection(Section):
@@ -295,6 +297,7 @@ class Case:
                 with_weight=motion.weight is not False,
                 max_bounces=sections.bounces.max_bounces,
                 min_height=sections.bounces.min_height,
+                same_spot=sections.bounces.same_spot,
                 **options,
             )
 

@@ -17,9 +17,10 @@ from restitution.case.quantity import LIST, named_columns, nonnegative, positive
 from restitution.case.section import IN_FILE, Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.geometry import Geometry
 from restitution.impact.problem import window_around
-from restitution.indentation.history import History, hold, ramp, sine_arch, triangle
+from restitution.indentation.history import History, cycles, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
-from restitution.quantities import FORCE, LENGTH, TIME
+from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
+from restitution.units import STIFFNESS
 
 if TYPE_CHECKING:
     from restitution.indentation.result import IndentationResult
@@ -30,6 +31,9 @@ _ANY = (-1e300, 1e300)
 # Start of the window of a fractional material over the shortest piece of the history, and how much earlier than by
 # the duration it may be: still faster terms take minutes.
 _SHARE, _EARLIER = 0.1, 1e-2
+_VALLEY = "lowest value between two cycles over the largest one; the default is 0"
+_SPRING = "stiffness of a spring, such as a cantilever, that holds the indenter; `depth` is then that of its base"
+_BASE = "goes with depth, that of the base of the spring; leave it out"
 _N_POINTS = "number of equally spaced times of the table that `--history` writes"
 
 
@@ -50,8 +54,8 @@ Force = Annotated[
 ]
 
 # Functions that make the shapes. Their parameters after the first are keys of the section.
-_SHAPES = {shape.__name__: shape for shape in (triangle, ramp, hold, sine_arch)}
-_SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "duration", "rise_time")
+_SHAPES = {shape.__name__: shape for shape in (triangle, cycles, ramp, hold, sine_arch)}
+_SHAPE_KEYS = ("loading_time", "unloading_time", "hold_time", "count", "valley", "duration", "rise_time")
 
 
 class IndentationSection(Section):
@@ -59,14 +63,17 @@ class IndentationSection(Section):
 
     depth: Depth | None = None
     force: Force | None = None
-    shape: Literal["triangle", "ramp", "hold", "sine_arch"] | None = None
+    shape: Literal["triangle", "cycles", "ramp", "hold", "sine_arch"] | None = None
     loading_time: Duration | None = None
     unloading_time: Duration | None = None
     hold_time: Annotated[float, nonnegative(TIME)] | None = None
+    count: Annotated[StrictInt | None, Field(ge=1, le=MOST_POINTS // 2, description="number of cycles")] = None
+    valley: Annotated[float, within(NUMBER, 0.0, 1.0, _VALLEY)] | None = None
     duration: Duration | None = None
     rise_time: Annotated[float, nonnegative(TIME)] | None = None
     time: Annotated[list[Annotated[float, within(TIME, *_ANY)]], LIST] | None = None
     file: str | None = None
+    spring_constant: Annotated[float, positive(STIFFNESS, _SPRING)] | None = None
     n_points: Annotated[StrictInt, Field(ge=2, le=MOST_POINTS, description=_N_POINTS)] = 401
 
     @model_validator(mode="after")
@@ -75,6 +82,8 @@ class IndentationSection(Section):
             self.refuse_present(IN_FILE, "depth", "force", "time", "shape", *_SHAPE_KEYS)
             return self
         name = self.one_of("depth", "force")
+        if name == "force":
+            self.refuse_present(_BASE, "spring_constant")
         if not isinstance(getattr(self, name), list):
             self._check_shape(name)
             return self
@@ -104,6 +113,8 @@ class IndentationSection(Section):
             if {"depth", "force"} <= set(names):
                 refuse("has columns of depth and of force: one of the two is prescribed; leave the other out")
             name = "force" if "force" in names else "depth"
+            if name == "force" and self.spring_constant is not None:
+                refuse("has a column of force; spring_constant goes with depth, that of the base of the spring")
             dimensions = {"time": TIME, name: LENGTH if name == "depth" else FORCE}
             columns = read_columns(folder, self.file, dimensions)
             return name, History.from_points(columns["time"], columns[name], name=name)
@@ -151,7 +162,7 @@ class IndentationCase:
     options: dict[str, Any]  # keyword arguments of `indent`
 
     def solve(self) -> IndentationResult:
-        """Solve the indentation with the options of the file; a `CaseError` refuses a second loading, for example."""
+        """Solve the indentation with the options of the file; a `CaseError` refuses a start in contact, and others."""
         # The solver takes a while to import, which a faulty file need not wait for.
         from restitution.indentation.solve import indent
 
@@ -203,5 +214,5 @@ def read_indentation(path: str | Path) -> IndentationCase:
     with in_file(path):
         counter = None if case.counter_material is None else case.counter_material.build(window)
         material, profile = case.material.build(window), case.profile.build(None)
-    options = case.solver.options
+    options = case.solver.options | section.values(("spring_constant",))
     return IndentationCase(path, case.title, material, profile, counter, name, history, section.n_points, options)

@@ -99,7 +99,8 @@ def bounce(
     """Let a body fall and bounce until it rests: time, height and restitution of each bounce.
 
     The case file gives the drop height or the velocity of the first impact. The weight acts during contact too,
-    unless the file has weight = false. Example: restitution bounce examples/dropped_ball.toml
+    unless the file has weight = false. Each touch is on a fresh surface, unless it has same_spot = true.
+    Example: restitution bounce examples/dropped_ball.toml
     """
     from restitution.impact.window import require_known
 
@@ -121,9 +122,9 @@ def indent(
     history: cli.History = None,
     extrapolate: cli.Extrapolate = False,
 ) -> None:
-    """Press an indenter in and pull it back: force under a prescribed depth, or depth under a prescribed force.
+    """Move an indenter over any history: force under a prescribed depth, or depth under a prescribed force.
 
-    The case file has the sections profile, material and indentation. A second loading in contact is refused.
+    The case file has the sections profile, material and indentation. The contact may end and begin again.
     Example: restitution indent examples/afm_indent.toml --plot curve.png
     """
     from restitution.case.indentation import read_indentation

@@ -234,10 +234,12 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     """Return the bounces until the body rests, and its height over time."""
     late = _clock(0.5)
     state = {key: value for key, value in state.items() if key != "impact.external_force"}
-    motion = case_of(state).sections.impact
+    sections = case_of(state).sections
+    motion = sections.impact
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
     result = rs.bounces(
         problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=_RTOL,
+        same_spot=sections.bounces.same_spot,
         min_height=_LEAST_RISE * motion.impact_velocity**2 / (2.0 * motion.gravity),
     )  # fmt: skip
     table = result.to_dataset()

@@ -42,6 +42,8 @@ When = Mapping[str, Sequence[str]]
 State = dict[str, Any]
 
 _ALWAYS: Mapping[str, Any] = MappingProxyType({})
+_CYCLES, _SPOT, _SAME = "indentation.count", "bounces.spot", "same"
+_MOST_CYCLES = 50.0
 
 _OF_IMPACTS = ("impact", "paper", "bounce")
 _TABS_OF = {
@@ -304,14 +306,16 @@ def _body_inputs() -> Iterator[Input]:
     # It decides which one of the two radiates waves; the impact is the same.
     yield _choice("impact.material_of", "what deforms", {"target": "the target", "body": "the body"})
     yield _number("impact.gravity", INPUTS["gravity"])
+    yield _choice(_SPOT, "each bounce", {"fresh": "on a fresh surface", _SAME: "on the same spot"})
     yield from _indentation_inputs(of_round)
 
 
 def _indentation_inputs(of_round: When) -> Iterator[Input]:
     yield _number("indentation.radius", INPUTS["radius"], of_round, "radius of the indenter")
-    shapes = ("triangle", "hold", "ramp", "sine_arch")
-    yield _choice("indentation.shape", "course over time", {shape: _readable(shape) for shape in shapes})
+    shapes = ("triangle", "cycles", "hold", "ramp", "sine_arch")
     yield _choice("prescribed", "prescribed", {"depth": "depth", "force": "force"})
+    words = {shape: _readable(shape) for shape in shapes}
+    yield _choice("indentation.shape", "course over time", words, only={"cycles": {"prescribed": ["depth"]}})
 
     def number(name: str, dimension: Dimension, words: str, when: When, *, positive: bool = True) -> Input:
         return _number(f"indentation.{name}", Quantity(name, dimension, words, low=0.0, open=positive), when)
@@ -319,9 +323,13 @@ def _indentation_inputs(of_round: When) -> Iterator[Input]:
     yield number("depth", units.LENGTH, "largest depth", {"prescribed": ["depth"]})
     yield number("force", units.FORCE, "largest force", {"prescribed": ["force"]})
     triangle, lasting = {"indentation.shape": ["triangle"]}, {"indentation.shape": ["hold", "ramp", "sine_arch"]}
-    yield number("loading_time", units.TIME, "time of loading", triangle)
+    cyclic, both = {"indentation.shape": ["cycles"]}, {"indentation.shape": ["triangle", "cycles"]}
+    yield number("loading_time", units.TIME, "time of loading", both)
     yield number("hold_time", units.TIME, "time at the largest value", triangle, positive=False)
-    yield number("unloading_time", units.TIME, "time of unloading", triangle)
+    yield number("unloading_time", units.TIME, "time of unloading", both)
+    yield _number(_CYCLES, Quantity("count", units.NUMBER, "number of cycles", low=1.0, high=_MOST_CYCLES), cyclic)
+    valley = Quantity("valley", units.NUMBER, "lowest over largest value between cycles", low=0.0, high=1.0)
+    yield _number("indentation.valley", valley, cyclic)
     yield number("duration", units.TIME, "duration", lasting)
     yield number("rise_time", units.TIME, "time of the rise", {"indentation.shape": ["hold"]}, positive=False)
 
@@ -396,7 +404,7 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
         table = content
         for section in sections:
             table = table.setdefault(section, {})
-        table[name] = int(value) if key == _SIDES else value
+        table[name] = int(value) if key in (_SIDES, _CYCLES) else value
     return content
 
 
@@ -417,6 +425,8 @@ def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
             content["impact"].pop(key, None)
     if content["impact"]["material_of"] == _SOFT:
         del content["impact"]["material_of"]
+    if values[_SPOT] == _SAME:
+        content["bounces"] = {"same_spot": True}
     return content | {"material": _material(values)}
 
 
@@ -484,13 +494,18 @@ def of_case(case: rs.Case) -> State:
     values["impact.external_force"] = float(case.impact.external_force)
     values["impact.body_size"] = float(case.impact.body_size or 0.0)
     values["impact.material_of"] = sections.impact.material_of or _SOFT
+    values[_SPOT] = _SAME if sections.bounces.same_spot else "fresh"
     return values | _of_section(written["material"], lambda: case.impact.material)
 
 
 def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
     """Return the state of the case file of an indentation; refuse one that the page cannot show."""
     indentation = sections.indentation
-    _refuse({"counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer})
+    spring = sections.indentation.spring_constant is not None
+    _refuse({
+        "counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer,
+        "indentation.spring_constant": spring,
+    })  # fmt: skip
     if indentation.shape is None:
         raise InputError("indentation", rule="must have a shape over time: the page shows no list of points")
     written: dict[str, Any] = sections.model_dump(include={"profile", "material", "indentation"}, exclude_none=True)
@@ -501,6 +516,8 @@ def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
         values["indentation.radius"] = values.pop("profile.radius")
     if indentation.shape == "triangle":
         values = {"indentation.unloading_time": course["loading_time"], "indentation.hold_time": 0.0} | values
+    if indentation.shape == "cycles":
+        values = {"indentation.unloading_time": course["loading_time"], "indentation.valley": 0.0} | values
     if indentation.shape == "hold":
         values.setdefault("indentation.rise_time", 0.0)
     values["prescribed"] = case.prescribed

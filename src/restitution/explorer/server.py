@@ -149,7 +149,7 @@ def schema(state: State | None = None, title: str | None = None) -> str:
 _FURTHER = (
     Quantity("turning_time", TIME, "time of the largest depth", "t_m"),
     Quantity("contact_end_time", TIME, "end of the contact", "t_end"),
-    INDENTATION["work"],
+    *(INDENTATION[name] for name in ("work", "dissipated", "stored")),
     Quantity("relaxation_modulus", MODULUS, "reduced relaxation modulus", "E*(t)"),
     Quantity("shear_modulus", MODULUS, "relaxation modulus in shear", "G(t)"),
     INPUTS["poisson_ratio"]._replace(name="nu"),

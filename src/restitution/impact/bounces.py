@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -311,7 +311,10 @@ def _flight(surface: Surface, result: ImpactResult, gravity: float) -> float:
         low = share * longest
     if gap(low) <= 0.0:
         return low
-    return float(brentq(gap, low, high, xtol=1e-15 * longest, rtol=1e-14)) if gap(high) < 0.0 else high
+    if gap(high) >= 0.0:
+        return high
+    touch: Any = brentq(gap, low, high, xtol=1e-15 * longest)
+    return float(touch)
 
 
 def _rise(result: ImpactResult, impact: Impact, gravity: float) -> float:

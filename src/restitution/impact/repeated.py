@@ -50,7 +50,7 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
             once=True,
             depth=level,
             first=_FIRST_STEP * reach / velocity,
-        )
+        )  # fmt: skip
         solution = PanelSolution(
             impact.contact.profile, impact.reduced_modulus, drive, rtol, None if surface is None else surface.marks
         )

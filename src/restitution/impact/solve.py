@@ -287,7 +287,7 @@ def _solve_on(
     one_of("method", method, ("exact",), "an imprint takes the exact method")
     within("rtol", rtol, 1e-11, 1e-2)
     fresh = solve_exact(impact, max(rtol, 1e-6), errors)
-    fields = solve_on_surface(impact, surface, fresh.max_indentation_depth, rtol)
+    fields = solve_on_surface(impact, surface, float(np.asarray(fresh.max_indentation_depth)), rtol)
     samples = fields.pop("samples")
     if progress is not None:
         progress(1, 1)

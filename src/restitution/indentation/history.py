@@ -13,7 +13,7 @@ from numpy.polynomial.polynomial import polyder, polyroots, polyval, polyvander
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import checks
-from restitution.checks import Array, finite, single_nonnegative, single_positive
+from restitution.checks import Array, finite, single, single_nonnegative, single_positive, whole, within
 from restitution.errors import InputError
 from restitution.quantities import HISTORY
 
@@ -323,6 +323,36 @@ def triangle(
     if rest == 0.0:
         return History.from_points([0.0, up, up + down], [0.0, top, 0.0])
     return History.from_points([0.0, up, up + rest, up + rest + down], [0.0, top, top, 0.0])
+
+
+def cycles(
+    peak: float, loading_time: float, count: int, *, unloading_time: float | None = None, valley: float = 0.0
+) -> History:
+    """Return `count` loadings to `peak` [m or N], with partial unloadings between them and a full one at the end.
+
+    Parameters
+    ----------
+    peak : float
+        Largest value, > 0.
+    loading_time : float
+        Time [s] of each loading, > 0.
+    count : int
+        Number of loadings, >= 1.
+    unloading_time : float, optional
+        Time [s] of each unloading, > 0; equal to the loading time by default.
+    valley : float
+        Lowest value between two loadings over the peak [-], in [0, 1].
+
+    Examples
+    --------
+    >>> print(cycles(1e-6, 1.0, 2, valley=0.6)([0.5, 1.0, 2.0, 3.0, 4.0]))
+    [5.e-07 1.e-06 6.e-07 1.e-06 0.e+00]
+    """
+    top, up = single_positive("peak", peak), single_positive("loading_time", loading_time, "s")
+    down = up if unloading_time is None else single_positive("unloading_time", unloading_time, "s")
+    low, number = single("valley", within("valley", valley, 0.0, 1.0)) * top, whole("count", count)
+    times = np.cumsum([0.0, *(up, down) * number])
+    return History.from_points(times, [0.0, top, *(low, top) * (number - 1), 0.0])
 
 
 def sine_arch(peak: float, duration: float) -> History:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import Array, finite
 from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
-from restitution.indentation.history import History, contact_part
+from restitution.indentation.history import NO_FORCE, History, contact_part
 from restitution.indentation.merging import merged
 from restitution.indentation.solid import solid_of
 from restitution.indentation.surface import Elements, Imprint, Surface, panels_of, read_imprint, write_imprint
@@ -226,7 +226,7 @@ class PanelSolution:
     @property
     def max_depth(self) -> float:
         """Largest depth [m] in contact at the end of a step."""
-        starts, _, _, places = self._records
+        places = self._records[3]
         ends = self._room.records.columns[places, 0] @ np.ones(NODES)
         touches = self._room.records.phase[places] != FREE
         return float(np.max(ends, initial=0.0, where=touches)) * self.units.length
@@ -269,7 +269,7 @@ class PanelSolution:
         return values, records.phase[places[n]] != FREE
 
     def quadrature(self) -> tuple[Array, Array, Array]:
-        """Return times [s], weights [s], and depth [m], rate [m/s], force [N], shape (3, n), for integrals over time."""
+        """Return times [s], weights [s], and depth [m], rate [m/s], force [N], shape (3, n), for integrals."""
         starts, lengths, kinds, places = self._records
         kind, z = kinds[:, None], _PLACES[None]
         power = np.abs(kind)
@@ -364,6 +364,7 @@ def solve_by_panels(
     level = 0.0 if surface is None else surface.depth
     if name == "force":
         contact_part(history, name)
+        _check_force(history, surface)
         bound = largest_depth(series, profile, peak, history.stop - history.start) + level
         drive = Drive(history, False, bound, touch=path_power(profile, bound)[0] + 2.0)
     else:
@@ -383,6 +384,21 @@ def solve_by_panels(
     if solution.max_depth > deepest:
         raise InputError(field, rule=f"must not press the tip deeper than {deepest:g} m, {profile.end}")
     return solution
+
+
+def _check_force(history: History, surface: Surface | None) -> None:
+    """Refuse a force on an imprint, or one that returns from zero: a tip without load and inertia has no depth."""
+    advice = "prescribe a depth, or the base of a spring"
+    if surface is not None:
+        raise InputError("force", rule=f"does not begin on a surface with an imprint; {advice}")
+    most = NO_FORCE * float(history.coefficients.sum(axis=1).max())
+    values = np.column_stack([history.coefficients[:, 0], history.coefficients.sum(axis=1)]).ravel()
+    loaded = values > most
+    # A zero between two loads; the first values are those before the touch.
+    places = np.flatnonzero(~loaded & (np.cumsum(loaded) > 0))
+    if places.size and loaded[places[0] :].any():
+        time = float(np.repeat(history.knots, 2)[1:-1][places[0]])
+        raise InputError("force", rule=f"is zero at time = {time:g} s and must not return from there; {advice}")
 
 
 def check_depth(part: History, profile: Geometry, dashpot: float) -> None:

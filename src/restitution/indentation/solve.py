@@ -80,8 +80,8 @@ from restitution.parallel import on_threads
 MOST_ELEMENTS = ContextVar("most_elements", default=1 << 20)
 
 
-class Reloading(InputError):
-    """The contact grows again, which the theory excludes; `value` is the time, in units of the duration or in s."""
+class Reloading(Exception):
+    """The contact grows again, which panels solve."""
 
 
 def scratch(modes: int) -> Scratch:
@@ -144,67 +144,42 @@ def end_of_force(contact: ScaledContact) -> float:
     if not zero.size:
         return math.inf
     n = int(zero[0])
-    later = np.flatnonzero(ends[n + 1 :] > NO_FORCE * ends.max())
-    if later.size:
-        rule = "the contact is over and is loaded again, which is outside the theory"
-        raise Reloading("time", float(contact.knots[n + 1 + later[0]]), rule)
+    if np.any(ends[n + 1 :] > NO_FORCE * ends.max()):
+        raise Reloading
     return float(contact.knots[n + 1])
 
 
 def shrink_contact(contact: ScaledContact, past: Past, work: Scratch, tolerance: float) -> tuple[Past, Checks]:
-    """Return the contact with its end, and its checks; refuse a contact that grows again before."""
+    """Return the contact with its end, and its checks; raise `Reloading` if it grows again before."""
     checks = checks_of(contact, past)
     if contact.control == DEPTH:
         past = past._replace(end=end_of_contact(contact, past, work, checks))
     else:
         past = past._replace(end=end_of_force(contact))
     if contact.path.exponent != 0.0 and checks.times.size:
-        rounding_allowance = load_rounding(contact, past)
         tolerance += 10.0 * depth_rounding(past)[0]
-        n = regrowth(contact, past, work, checks, tolerance, rounding_allowance)
-        if n >= 0:
-            low, high = float(checks.times[max(n - 1, 0)]), float(checks.times[n])
-            for _ in range(3):
-                finer = Checks(np.full(33, checks.segments[n]), np.linspace(low, high, 33))
-                place = regrowth(contact, past, work, finer, 0.1 * tolerance, rounding_allowance)
-                if place < 0:
-                    break
-                low, high = float(finer.times[max(place - 1, 0)]), float(finer.times[place])
-            rule = "the contact grows again before it has ended; the theory holds for one loading and one unloading. "
-            raise Reloading("time", high, rule + "Fit a smooth curve to measured data first")
+        if regrowth(contact, past, work, checks, tolerance, load_rounding(contact, past)) >= 0:
+            raise Reloading
     return past, checks
 
 
 def check_recontact(
     contact: ScaledContact, past: Past, work: Scratch, checks: Checks, tolerance: float, creep: Retardation
 ) -> None:
-    """Refuse a depth at which the recovering surface reaches the indenter again after the contact."""
+    """Raise `Reloading` if the recovering surface reaches the indenter again after the contact."""
     if not innermost_load_rises(contact, past, work, checks, tolerance, load_rounding(contact, past)):
         return
     # The rounding of the times moves a steep history.
     rounding_allowance = tolerance + 1e-15 * largest_rate(contact, past)
-
-    def caught(segments: NDArray[np.int64], moments: Array) -> NDArray[np.intp]:
-        surface = recovering_surface(contact, past, work, creep, moments)
-        return np.flatnonzero(_prescribed(contact, segments, moments) > surface + rounding_allowance)
-
     share = np.linspace(0.0, 1.0, 65)
     for i in range(past.first, contact.values.shape[0]):
         low, high = max(float(contact.knots[i]), past.end), float(contact.knots[i + 1])
         if high <= low:
             continue
         moments = low + (high - low) * share
-        places = caught(np.full(share.size, i), moments)
-        if not places.size:
-            continue
-        for _ in range(3):
-            n = int(places[0])
-            if n == 0:
-                break
-            moments = moments[n - 1] + (moments[n] - moments[n - 1]) * share
-            places = caught(np.full(share.size, i), moments)
-        rule = "the contact is over and the recovering surface reaches the indenter again, which is outside the theory"
-        raise Reloading("time", float(moments[places[0]]), rule)
+        surface = recovering_surface(contact, past, work, creep, moments)
+        if np.any(_prescribed(contact, np.full(share.size, i), moments) > surface + rounding_allowance):
+            raise Reloading
 
 
 def _prescribed(contact: ScaledContact, places: NDArray[np.int64], times: Array) -> Array:
@@ -296,8 +271,8 @@ def indent(
         Profile of the indenter, or another geometry, with scalar parameters.
     depth : History, array, callable or float
         Depth d of the tip below the undeformed surface [m], negative before touch: a `History` (`ramp`, `triangle`,
-        `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a smooth
-        function that maps times to depths, or one number, which is held from the first time on.
+        `cycles`, `hold`, `sine_arch`), values at `time` joined by straight lines (the same time twice is a step), a
+        smooth function that maps times to depths, or one number, which is held from the first time on.
     force : History, array, callable or float
         Normal force F >= 0 [N] instead of the depth.
     spring_constant : float, optional
@@ -357,9 +332,8 @@ def indent(
     if spring_constant is not None:
         stiffness = single_positive("spring_constant", spring_constant, "N/m")
         if name == "force":
-            raise InputError(
-                "force", rule="does not go with spring_constant; give the depth of the base of the spring"
-            )
+            rule = "does not go with spring_constant; give the depth of the base of the spring"
+            raise InputError("force", rule=rule)
     if surface is not None:
         check_surface(surface, contact)
     solution = _solved(contact, None, prescribed, name, rtol, stiffness, surface)
@@ -458,13 +432,10 @@ class Solution:
             rule = f"the {name} rises too fast there for the digits of its times at rtol = {rtol:g}; "
             rule += "make it a step, two points at the same time"
             raise InputError("time", self._time(moment), rule, "s")
-        try:
-            past, checks = shrink_contact(self._contact, past, work, rtol)
-            if self.by_depth and past.end < 1.0:
-                creep = _scaled_retardation(series, self.units)
-                check_recontact(self._contact, past, work, checks, rtol, creep)
-        except Reloading as error:
-            raise Reloading("time", float(self._time(error.value)), error.rule, "s") from None
+        past, checks = shrink_contact(self._contact, past, work, rtol)
+        if self.by_depth and past.end < 1.0:
+            creep = _scaled_retardation(series, self.units)
+            check_recontact(self._contact, past, work, checks, rtol, creep)
         self._past = past
         self._recovery = recover_depth(self._contact, past, work, tolerance)
         self._first_rate = None if self.by_depth else _rate_at_touch(self._contact, contact.profile, part, self.units)

@@ -16,6 +16,7 @@ from restitution.contact.profiles import Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.indentation.solid import solid_of
 from restitution.kernel.panels import FROZEN, Solid, Stack
+from restitution.units import LENGTH
 
 if TYPE_CHECKING:
     from restitution.contact.geometry import Contact, Geometry
@@ -40,7 +41,7 @@ class Panels(NamedTuple):
     follows: bool
 
     @property
-    def count(self) -> int:
+    def size(self) -> int:
         """Number of panels."""
         return self.end.size
 
@@ -100,7 +101,7 @@ class Elements:
         """Energy [J] in the springs of the material, `2 int [Einf u^2/2 + sum l_k^2/(2 E_k)] da`."""
         total = 0.0
         for panels in (self._following, self._free):
-            if panels.count:
+            if panels.size:
                 y, _, density = self._at(panels, panels.end[:, None] * _PLACES)
                 total += panels.sign * float(np.sum((density * (self._radius(y) @ _SLOPES.T)) @ _WEIGHTS))
         if self._axis is not None:
@@ -121,7 +122,7 @@ class Elements:
             total[place] = sum(
                 panels.sign * self._part_within(panels.part(p), float(r[place]))
                 for panels in (self._following, self._free)
-                for p in range(panels.count)
+                for p in range(panels.size)
             )
         if self._axis is not None:
             y, displacement, _ = (values[0] for values in self._at(*self._axis))
@@ -145,9 +146,9 @@ class Elements:
     @property
     def _axis(self) -> tuple[Panels, Array] | None:
         """The panel at the axis, and the place of the axis in it; None on virgin surface."""
-        if self._following.count:
+        if self._following.size:
             return self._following.part(0), np.zeros((1, 1))
-        last = self._free.count - 1
+        last = self._free.size - 1
         return (self._free.part(last), self._free.end[last:, None]) if last >= 0 else None
 
     def _part_within(self, panel: Panels, r: float) -> float:
@@ -197,9 +198,7 @@ class Elements:
 class Imprint(NamedTuple):
     """Free panels of a surface without load, the innermost on top; in SI."""
 
-    coefficients: (
-        Array  # (P, 1 + J, N): Chebyshev coefficients of y [m^(1/2)] and of the parts of the displacement [m]
-    )
+    coefficients: Array  # (P, 1 + J, N): Chebyshev coefficients of y [m^(1/2)] and parts of the displacement [m]
     start: Array  # (P,): time [s] since the instant of the surface, negative
     length: Array  # (P,): [s]
     kind: NDArray[np.int64]  # (P,)
@@ -252,7 +251,7 @@ class Surface:
     >>> first = rs.indent(gel, rs.Parabola(2.5e-6), depth=rs.triangle(1e-6, 1.0))
     >>> surface = first.surface(after=0.5)
     >>> print(f"{surface.depth:.3e} m deep at the axis")
-    1.178e-07 m deep at the axis
+    2.757e-07 m deep at the axis
     """
 
     contact: Contact
@@ -296,7 +295,7 @@ class Surface:
         InputError
             If the body is not axisymmetric, or a radius is negative.
         """
-        return self._elements.displacement(np.asarray(nonnegative("radius", radius, "m")))[()]
+        return self._elements.displacement(np.asarray(nonnegative("radius", radius, LENGTH.unit)))[()]
 
 
 def check_surface(surface: Surface, contact: Contact) -> None:

@@ -41,7 +41,7 @@ COLUMNS = {
     "max_force": Quantity("max_force", FORCE, "largest force", r"$F_\mathrm{max}$"),
     "mean_force": Quantity("mean_force", FORCE, "mean force", r"$\bar F$"),
     "max_indentation_depth": Quantity("max_indentation_depth", LENGTH, "largest indentation", r"$d_\mathrm{max}$"),
-    "dissipated": Quantity("dissipated", ENERGY, "energy into the surface per tap", r"$E_\mathrm{tap}$"),
+    "dissipated": Quantity("dissipated", ENERGY, "loss per tap", r"$E_\mathrm{tap}$"),
 }
 
 

@@ -243,8 +243,8 @@ class ContactLaw:
             f"Profile: {self.impact.profile!r}.",
             *dict.fromkeys(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
             f"Reduced relaxation modulus: {self.modulus!r}, with an error of e of {self.restitution_error:.2g}.",
-            "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Loading again before separation "
-            "is an MDR approximation. Beyond the largest depth the force is NaN.",
+            "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Any history on one spot. "
+            "Beyond the largest depth the force is NaN.",
         ]
         values, meanings = self.constants.tolist(), labels(len(self._branches))
         meanings += ["table of the profile"] * (len(values) - len(meanings))
@@ -313,10 +313,11 @@ def contact_law(
     and the body may touch it again. Over one step the velocity changes linearly, as in the Verlet scheme. The page
     Contact law of the theory derives the step.
 
-    For one approach and one rebound the force converges to that of `restitution.solve`, at second order in the time
-    step. At 50 steps per contact the error of the restitution coefficient is about 0.0001, and at most 0.002 in the
-    paper's plane. Loading again before separation is an MDR approximation: each element of the foundation is on its
-    own, as in the paper of Willert et al., but the body may touch it again.
+    The force converges to that of `restitution.solve` and, for any history of the depth, to that of
+    `restitution.indent`, at second order in the time step. At 50 steps per contact the error of the restitution
+    coefficient is about 0.0001, and at most 0.002 in the paper's plane. Each element of the foundation is on its own,
+    as in the paper of Willert et al., but the body may touch it again: such elements are the exact solution on a
+    virgin surface whose modulus never rises, under a profile whose transform g rises outwards.
 
     The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
     modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from restitution.impact.result import EnergyBudget
     from restitution.indentation.result import IndentationResult
 
+# Even times for each loop of force and depth, and loops for which the number of times grows.
+_POINTS, _MOST_LOOPS = 401, 20
+# A turning and a contact.
+_ONE_LOOP = 2
 _COLORS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE)
 # From the bottom of the stack to its top.
 _PARTS = {
@@ -150,7 +154,8 @@ def curve(result: IndentationResult) -> xr.Dataset:
 
     knots = np.unique(result.history_given.knots)
     # Sorting keeps the order of points at the same time.
-    return xr.concat([result.sample(knots, before=True), result.sample()], "time").sortby("time")
+    count = _POINTS * min(1 + result.turning_times.size // 2, _MOST_LOOPS)
+    return xr.concat([result.sample(knots, before=True), result.sample(n_points=count)], "time").sortby("time")
 
 
 def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figure:
@@ -161,17 +166,21 @@ def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figu
         f"largest force {in_words(result.max_force, FORCE.unit)}",
         f"largest depth {in_words(result.max_indentation_depth, LENGTH.unit)}",
     ]
+    ends = result.contact_intervals[:, 1]
+    ends = ends[np.isfinite(ends)]
     if math.isfinite(result.contact_end_time):
-        words.append(f"contact ends at {in_words(result.contact_end_time, TIME.unit)} (dashed)")
+        which = "last contact" if ends.size > 1 else "contact"
+        words.append(f"{which} ends at {in_words(result.contact_end_time, TIME.unit)} (dashed)")
     with style.page("AB;CD", height=5.0, figure=figure, title=", ".join(words)) as (page, panels):
         for draw, ax in zip((depth_time, force_time, contact_radius_time), panels, strict=False):
             draw(ax, history)
             # A prescribed history may begin before the touch.
             ax.set_xlabel(ax.get_xlabel().replace(HISTORY["time"].words, "time"))
-            if math.isfinite(result.contact_end_time):
-                end = result.contact_end_time * scaled_unit(history["time"].values, TIME.unit).factor
+            for end in ends * scaled_unit(history["time"].values, TIME.unit).factor:
                 ax.axvline(end, color=style.GREY, linewidth=0.8, linestyle="--")
-        # The area is the lost energy if the contact ends and the history has no step.
+        # The area is the lost energy if there is one loop, the contact ends and the history has no step.
         steps = np.any(np.diff(result.history_given.knots) == 0.0)
-        force_indentation(panels[3], history, area=result.status == IndentationStatus.SEPARATED and not steps)
+        loops = result.turning_times.size + len(result.contact_intervals) > _ONE_LOOP
+        closed = result.status == IndentationStatus.SEPARATED and not steps
+        force_indentation(panels[3], history, area=closed and not loops)
     return page

@@ -205,7 +205,8 @@ def height_time(ax: Axes, bounces: Bounces) -> Axes:
 def restitution_velocity(ax: Axes, bounces: Bounces) -> Axes:
     """Draw the restitution coefficient e of each bounce over its impact velocity [m/s]."""
     velocity, e = (INPUTS["velocity"], bounces.velocity), (OUTPUTS[RESTITUTION], bounces.restitution_coefficient)
-    ax.set(xscale="log", ylim=(0.0, 1.0))
+    # The imprint of earlier bounces may push a slow body off.
+    ax.set(xscale="log", ylim=(0.0, max(1.0, 1.05 * float(np.max(bounces.restitution_coefficient)))))
     return style.draw(ax, velocity, e, "o", color=style.VERMILION, markersize=4, clip_on=False)
 
 

@@ -33,7 +33,7 @@ def overview(result: Oscillation, *, figure: Figure | None = None) -> Figure:
     3
     """
     words = f"E' reads {100 * result.storage_error:+.2g} %, E'' {100 * result.loss_error:+.2g} % off"
-    with style.page("AC;BC", height=4.2, figure=figure, title=words) as (page, panels):
+    with style.page("AB;CC", height=5.4, figure=figure, title=words) as (page, panels):
         history = result.history
         for draw, ax in zip((curves.depth_time, curves.force_time), panels, strict=False):
             draw(ax, history)

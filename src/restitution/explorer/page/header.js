@@ -86,7 +86,7 @@ function bindFiles(app) {
     app.backend.ask("download", { what, state: state.case() });
   };
   on("copy-python", "click", () => {
-    const further = app.tab === "bounce" ? `print(rs.bounces(impact, gravity=${state.get("impact.gravity")}))\n` : "";
+    const further = app.tab === "bounce" ? `print(rs.bounces(impact, gravity=${state.get("impact.gravity")}${state.get("bounces.spot") === "same" ? ", same_spot=True" : ""}))\n` : "";
     fetched(app.tab === "indentation" ? "indentation python" : "python", ({ text }) => copy("copy-python", text + further));
   });
   on("download-case", "click", () =>

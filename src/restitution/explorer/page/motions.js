@@ -46,15 +46,17 @@ export class BounceTab extends MotionTab {
     const series = dotted("restitution_coefficient", { words: "e" });
     // A bounce that ends the series by capture is a dot, and no part of the curve.
     for (const curve of series.curves) if (curve.y.at(-1) === 0) curve.y = curve.y.with(-1, null);
-    this.panels.bounces.show({ ...series, ranges: { x, y: [0, 1] } });
+    // The imprint of earlier bounces may push a slow ball off.
+    const top = Math.max(1, ...series.curves.flatMap(({ y }) => y));
+    this.panels.bounces.show({ ...series, ranges: { x, y: [0, top] } });
     this.panels.heights.show(dotted("height", { yLog: true, words: "height" }));
   }
 }
 
-// A triangle or a hold, as an atomic force microscope makes it.
+// A triangle, cycles or a hold, as an atomic force microscope makes it.
 export class IndentationTab extends MotionTab {
   constructor(root, app) {
-    super(root, app, ["max_force", "max_indentation_depth", "max_contact_radius", "residual_indentation_depth", "contact_end_time", "work"],
+    super(root, app, ["max_force", "max_indentation_depth", "max_contact_radius", "residual_indentation_depth", "contact_end_time", "work", "dissipated"],
       { "force-depth": "Force over depth", "force-time": "Force over time", "depth-time": "Depth over time", "radius-time": "Contact radius over time" });
   }
 

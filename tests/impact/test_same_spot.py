@@ -1,0 +1,174 @@
+"""Impacts on the spot that earlier ones have hit: a reference row, energies, and series of bounces."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from restitution import Body, Impact, InputError, Material, Parabola, PronySeries, bounces, drop, solve
+
+# E*(t) = 1 + 4 exp(-t).
+SOLID = Material(PronySeries(0.25, [1.0], [1.0]), math.inf)
+IMPACT = Impact(SOLID, Parabola(1.0), mass=1.0, velocity=1.0)
+# e, duration, depth at separation, largest force and depth of four impacts, each half a unit of time after the
+# separation before; by panels of two orders.
+ROW_I1 = [
+    (0.628798624830, 1.49786438792, 0.249903891283, 1.9866188382, 0.5435801867),
+    (0.69607026067, 1.3461228716, 0.38805568029, 2.2589409254, 0.6923966103),
+    (0.73383345137, 1.2882875774, 0.47508028710, 2.4058202673, 0.7885142388),
+    (0.75816696328, 1.2626413373, 0.53355907131, 2.4953261313, 0.8547575737),
+]
+
+
+def series_of_impacts(count, rtol=1e-9):
+    """Results of impacts on one spot."""
+    results = [solve(IMPACT, rtol=rtol)]
+    while len(results) < count:
+        results.append(solve(IMPACT, rtol=rtol, surface=results[-1].surface(after=0.5)))
+    return results
+
+
+def test_four_impacts_on_one_spot():
+    """Row I1."""
+    for result, (e, duration, depth, force, deepest) in zip(series_of_impacts(4), ROW_I1, strict=True):
+        assert result.restitution_coefficient == pytest.approx(e, abs=1e-9)
+        assert result.contact_time == pytest.approx(duration, abs=4e-9)
+        assert result.residual_indentation_depth == pytest.approx(depth, abs=2e-9)
+        assert result.max_force == pytest.approx(force, abs=4e-9)
+        assert result.max_indentation_depth == pytest.approx(deepest, abs=2e-7)
+
+
+def test_energies_of_a_second_impact_balance():
+    """The surface brings stored energy with it, which relaxes while the next contact lasts."""
+    first, second = series_of_impacts(2)
+    assert second.began_on is not None
+    assert second.began_on.time == 0.5
+    energy, e = second.energy, float(second.restitution_coefficient)
+    assert energy.kinetic_in == 0.5
+    assert energy.kinetic_out == pytest.approx(0.5 * e * e, rel=1e-12)
+    assert energy.kinetic_out + energy.dissipated + energy.stored == pytest.approx(0.5, abs=1e-8)
+    # What is stored at the end is the change since the surface before.
+    after = second.surface()
+    assert energy.stored == pytest.approx(after.stored - second.began_on.stored, abs=1e-8)
+    assert first.surface().stored > second.began_on.stored > 0.0
+
+
+def test_a_surface_that_has_recovered_is_a_fresh_one():
+    again = solve(IMPACT, surface=solve(IMPACT).surface(after=200.0))
+    # The retardation time is 5: exp(-40) of the imprint is left.
+    assert again.restitution_coefficient == pytest.approx(ROW_I1[0][0], abs=2e-9)
+    assert again.contact_time == pytest.approx(ROW_I1[0][1], abs=1e-8)
+
+
+def test_an_elastic_body_has_no_imprint():
+    impact = replace(IMPACT, material=Material(1.0, 2.0))
+    result = solve(impact)
+    for _ in range(3):
+        surface = result.surface()
+        assert abs(surface.depth) <= 1e-8
+        result = solve(impact, surface=surface)
+        assert result.restitution_coefficient == pytest.approx(1.0, abs=1e-9)
+
+
+def test_samples_of_a_second_impact():
+    """m v' = -F, and the surface lies at the depth at which the contact begins."""
+    second = series_of_impacts(2)[1]
+    surface = second.began_on
+    history = second.sample(np.linspace(0.0, float(second.contact_time), 2001))
+    assert history.indentation_depth[0] == pytest.approx(surface.depth, rel=1e-9)
+    assert history.indentation_velocity[0] == pytest.approx(1.0, rel=1e-9)
+    change = np.trapezoid(history.force, history.time)
+    assert change == pytest.approx(1.0 + float(second.restitution_coefficient), rel=1e-5)
+
+
+# Bounces
+
+
+def thrown(material, height, radius=0.01):
+    return drop(Body(material, radius=radius), Body(None), height=height)
+
+
+def test_a_surface_that_recovers_within_the_flight_makes_the_bounces_of_fresh_spots():
+    """A retardation time of 0.2 ms and flights of 0.1 s."""
+    impact = thrown(rs.standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.45, density=1200.0), 0.05)
+    fresh, same = bounces(impact, max_bounces=4), bounces(impact, max_bounces=4, same_spot=True)
+    for name in ("restitution_coefficient", "contact_time", "height", "touch_time"):
+        assert getattr(same, name) == pytest.approx(getattr(fresh, name), rel=1e-7), name
+    assert same.ended == fresh.ended == "max bounces"
+
+
+@pytest.mark.parametrize("with_weight", [True, False])
+def test_each_bounce_on_one_spot_is_an_impact_on_the_surface_before(with_weight):
+    """The flight from separation to the imprint, as it then is, follows from both ends."""
+    gravity = 0.5
+    result = bounces(IMPACT, gravity=gravity, with_weight=with_weight, max_bounces=4, same_spot=True)
+    weight = gravity if with_weight else 0.0
+    impact = replace(IMPACT, external_force=weight)
+    alone = solve(impact)
+    assert result.restitution_coefficient[0] == pytest.approx(alone.restitution_coefficient, abs=1e-9)
+    for n in range(1, result.n_bounces):
+        flight = result.touch_time[n] - result.touch_time[n - 1] - result.contact_time[n - 1]
+        away, depth = float(alone.rebound_velocity), float(alone.residual_indentation_depth)
+        surface = alone.surface(after=flight)
+        assert depth - away * flight + 0.5 * gravity * flight**2 == pytest.approx(surface.depth, abs=1e-8)
+        assert result.velocity[n] == pytest.approx(gravity * flight - away, rel=1e-8)
+        alone = solve(replace(impact, velocity=result.velocity[n]), surface=surface)
+        assert result.restitution_coefficient[n] == pytest.approx(alone.restitution_coefficient, abs=1e-7)
+    assert not any("recovery" in warning for warning in result.warnings)
+
+
+def test_a_body_comes_to_rest_in_its_imprint():
+    """Its static depth is that of Hertz under its weight, whatever came before."""
+    impact = thrown(rs.standard_solid(1e6, 1e6, 1e3, poisson_ratio=0.45, density=1200.0), 0.05)
+    result = bounces(impact, same_spot=True)
+    assert result.ended == "captured"
+    assert math.isinf(result.contact_time[-1])
+    modulus, weight = 2.0 * 1e6 / (1.0 - 0.45), float(impact.external_force)
+    hertz = (0.75 * weight / (modulus * math.sqrt(0.01))) ** (2.0 / 3.0)
+    assert result.residual_indentation_depth[-1] == pytest.approx(hertz, rel=1e-4)
+
+
+def test_a_slow_body_on_a_fresh_imprint_may_gain_energy():
+    """The surface rises towards it, and returns energy of the impacts before; all of it is theirs."""
+    impact = thrown(rs.standard_solid(1e6, 1e6, 1e3, poisson_ratio=0.45, density=1200.0), 0.05)
+    result = bounces(impact, same_spot=True, with_weight=False, max_bounces=18)
+    assert result.restitution_coefficient.max() > 1.0
+    energy = 0.5 * float(impact.mass) * result.rebound_velocity**2
+    assert np.all(np.diff(energy) < 0.0)
+    # The picture shows all of them.
+    assert result.plot().axes[1].get_ylim()[1] > result.restitution_coefficient.max()
+
+
+# Errors
+
+
+def test_impacts_that_have_no_surface_are_refused():
+    surface = solve(IMPACT).surface()
+    calls = {
+        "surface": [
+            lambda: solve(replace(IMPACT, velocity=[1.0, 2.0]), surface=surface),
+            lambda: solve([IMPACT, IMPACT], surface=surface),
+            lambda: solve(replace(IMPACT, profile=Parabola(2.0)), surface=surface),
+            lambda: solve(replace(IMPACT, material=Material(1.0, 2.0)), surface=surface),
+        ],
+        "method": [lambda: solve(IMPACT, "elements", surface=surface), lambda: solve(IMPACT, "elements").surface()],
+        "impedance": [
+            lambda: solve(replace(IMPACT, impedance=3.0), surface=surface),
+            lambda: solve(replace(IMPACT, impedance=3.0)).surface(),
+        ],
+        "rtol": [lambda: solve(IMPACT, surface=surface, rtol=1e-12)],
+        "after": [lambda: solve(IMPACT).surface(after=-1.0)],
+        "contact_time": [lambda: solve(replace(IMPACT, velocity=0.01, external_force=1.0)).surface()],
+    }
+    for field, several in calls.items():
+        for call in several:
+            with pytest.raises(InputError) as caught:
+                call()
+            assert caught.value.field == field
+            assert "\n" not in str(caught.value)
+    with pytest.raises(TypeError, match="surface"):
+        solve(IMPACT, surface=3)
+    with pytest.raises(TypeError, match="same_spot"):
+        bounces(IMPACT, same_spot="yes")

@@ -1,0 +1,342 @@
+"""Contacts over any history, as users call them: reference rows, elements followed alone, closed forms, and errors.
+
+The rows D1 and D2 have been computed by panels of two orders and by single elements followed alone.
+"""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.polynomial import legendre
+
+import restitution as rs
+from element_follower import Follower
+from restitution import InputError, Material, PronySeries, indent
+from restitution.contact.profiles import Cone, FlatPunch, Parabola
+
+# E*(t) = 1 + 4 exp(-t).
+STANDARD = PronySeries(1.0, [4.0], [1.0])
+TIP = Parabola(1.0)
+D1 = {"time": [0.0, 1.0, 1.3, 1.6, 2.0, 3.0, 4.2], "depth": [0.0, 1.0, 0.7, 0.9, 0.6, 1.2, 0.0]}
+D2 = {"time": [0.0, 1.0, 1.5, 2.5, 3.0, 4.0, 4.5], "depth": [0.0, 1.0, 0.0, 1.0, 0.0, 1.2, 0.0]}
+THREE, LIQUID = PronySeries(0.5, [1.0, 2.0, 4.0], [0.05, 0.5, 5.0]), PronySeries(0.0, [4.0, 1.0], [1.0, 0.2])
+DAMPED = PronySeries(1.0, [4.0], [1.0], parallel_viscosity=0.3)
+CONE, PUNCH = Cone(1.1), FlatPunch(0.4)
+
+
+def half_space(series):
+    """Incompressible half-space whose reduced modulus E* = 4 G is this series."""
+    return Material(series.scaled(0.25), math.inf)
+
+
+SOLID = half_space(STANDARD)
+
+
+def program(rng, size, lowest=-0.3):
+    """Random straight lines of the depth with holds, from the surface on."""
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, size))])
+    depths = np.concatenate([[0.0, rng.uniform(0.5, 1.0)], rng.uniform(lowest, 1.0, size - 1)])
+    for n in 2 + np.flatnonzero(rng.random(size - 2) < 0.2):
+        depths[n] = depths[n - 1]
+    return times, depths
+
+
+def test_a_program_that_grows_again_before_the_end():
+    """Row D1."""
+    result = indent(SOLID, TIP, rtol=1e-11, **D1)
+    sample = result.sample([1.3, 1.5, 1.8, 2.0, 2.2, 2.6, 3.0, 3.4])
+    forces = [1.662349638581, 2.548321650863, 1.429672940494, 0.361749342104, 1.164867465837, 2.912040537415,
+              4.513766313114, 0.401520510647]  # fmt: skip
+    radii = [0.7832003593, 0.9004289789, 0.8120874077, 0.5478348904, 0.7830276320, 0.9793145298, 1.0954451150,
+             0.6346392368]  # fmt: skip
+    assert sample.force.values == pytest.approx(forces, abs=4e-11)
+    assert sample.contact_radius.values == pytest.approx(radii, abs=7e-11)
+    assert result.contact_intervals == pytest.approx(np.array([[0.0, 3.505019696093]]), abs=4e-11)
+    assert result.contact_end_time == result.contact_intervals[-1, 1]
+    assert result.work == pytest.approx(1.790625017907, abs=2e-11)
+    assert result.stored == pytest.approx(0.233964282558, abs=2e-11)
+    assert result.dissipated == pytest.approx(1.790625017907 - 0.233964282558, abs=4e-11)
+    # The contact turns where the depth does, or later where the material creeps.
+    assert result.turning_times[:5] == pytest.approx([1.0, 1.3, 1.6, 2.0, 3.0], abs=1e-10)
+
+
+def test_a_program_that_loses_contact_and_finds_it_again():
+    """Row D2."""
+    result = indent(SOLID, TIP, rtol=1e-11, **D2)
+    forces = [1.158364205738, 0.211658202454, 1.982448536156, 4.120125626621, 0.506682810243, 0.168258636108,
+              1.645754205936, 5.400711141634, 2.671475572478]  # fmt: skip
+    sampled = result.sample([1.2, 1.9, 2.2, 2.5, 2.7, 3.4, 3.6, 4.0, 4.1]).force.values
+    assert sampled == pytest.approx(forces, abs=6e-11)
+    intervals = [[0.0, 1.320544140396], [1.824499921590, 2.763744683366], [3.350181414693, 4.258027894026]]
+    assert result.contact_intervals == pytest.approx(np.array(intervals), abs=4e-11)
+    assert result.work == pytest.approx(1.752994883462, abs=2e-11)
+    assert result.max_force == pytest.approx(5.400711141634, abs=6e-11)
+    # Between the contacts there is no force and no radius.
+    between = result.sample([1.4, 1.7, 3.0, 4.4])
+    assert np.all(between.force.values == 0.0)
+    assert np.all(between.contact_radius.values == 0.0)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_errors_follow_the_tolerance(rtol):
+    result = indent(SOLID, TIP, rtol=rtol, **D2)
+    sampled = result.sample([1.2, 2.2, 3.6, 4.0]).force.values
+    expected = np.array([1.158364205738, 1.982448536156, 1.645754205936, 5.400711141634])
+    assert np.abs(sampled - expected).max() <= rtol * 5.400711141634
+
+
+def followed_force(result, series, time):
+    """Force by Gauss quadrature over elements followed alone.
+
+    Between the radii of the contact at turnings and knots the load is smooth but for square roots at the ends, which
+    y = low + (high - low) (3 z^2 - 2 z^3) removes.
+    """
+    knots = result.history_given.knots
+    knots = np.append(knots[knots < time], time)
+    follower = Follower(series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, knots,
+                        result.history_given(knots))  # fmt: skip
+    moments = np.concatenate([knots, result.turning_times[result.turning_times < time]])
+    radii = np.concatenate([result.sample(moments, before=before).contact_radius.values for before in (True, False)])
+    last = float(result.sample([time]).contact_radius[0])
+    edges = np.unique(np.append(radii[(radii > 0.0) & (radii < last)].round(11), [0.0, last]))
+    places, weights = legendre.leggauss(20)
+    z, total = 0.5 * (1.0 + places), 0.0
+    for low, high in pairwise(edges):
+        if high - low > 1e-7:
+            y, slope = low + (high - low) * (3.0 - 2.0 * z) * z * z, (high - low) * 6.0 * z * (1.0 - z)
+            loads = np.array([follower.load(s, time) for s in y * y])
+            total += float(0.5 * weights @ (loads * slope))
+    return 2.0 * total
+
+
+def check_program(seed):
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 4))
+    series = PronySeries(
+        float(rng.random() < 0.7), 10.0 ** rng.uniform(-1.0, 1.0, count), 10.0 ** rng.uniform(-1.0, 1.0, count)
+    )
+    times, depths = program(rng, int(rng.integers(4, 9)))
+    result = indent(half_space(series), TIP, depth=depths, time=times)
+    begin, end = result.contact_intervals[rng.integers(len(result.contact_intervals))]
+    moment = float(rng.uniform(begin, min(end, times[-1])))
+    force = float(result.sample([moment]).force[0])
+    assert abs(force - followed_force(result, series, moment)) <= 10.0 * result.rtol * result.max_force
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_programs_against_elements_followed_alone(seed):
+    check_program(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4, 44))
+def test_more_random_programs_against_elements_followed_alone(seed):
+    check_program(seed)
+
+
+@pytest.mark.parametrize(
+    ("series", "profile"),
+    [
+        *((series, profile) for series in (STANDARD, THREE, LIQUID) for profile in (TIP, CONE, PUNCH)),
+        *((DAMPED, profile) for profile in (TIP, CONE)),
+    ],
+)
+def test_a_history_may_be_cut_where_the_body_is_free(series, profile):
+    """The surface carries all that the uncut history left."""
+    material, rtol = half_space(series), 1e-9
+    times, depths = np.array(D2["time"]), np.array(D2["depth"]) - 0.1
+    whole = indent(material, profile, depth=depths, time=times, rtol=rtol)
+    first_end, second_begin = whole.contact_intervals[0, 1], whole.contact_intervals[1, 0]
+    for share, wait in ((0.1, 0.0), (0.6, 0.2)):
+        cut = first_end + share * (second_begin - first_end)
+        on = cut + wait * (second_begin - cut)
+        early, late = times < cut, times > on
+        first = indent(
+            material, profile, time=np.append(times[early], cut), rtol=rtol,
+            depth=np.append(depths[early], np.interp(cut, times, depths)),
+        )  # fmt: skip
+        surface = first.surface(after=on - cut)
+        second = indent(
+            material, profile, time=np.append(on, times[late]), rtol=rtol, surface=surface,
+            depth=np.append(np.interp(on, times, depths), depths[late]),
+        )  # fmt: skip
+        moments = np.linspace(on, times[-1], 101)
+        expected = whole.sample(moments)
+        allowed = 10.0 * rtol * whole.max_force
+        assert np.abs(second.sample(moments).force.values - expected.force.values).max() <= allowed
+        assert second.contact_intervals == pytest.approx(whole.contact_intervals[1:], rel=1e-7)
+        assert first.work + second.work == pytest.approx(whole.work, rel=1e-7)
+        assert second.stored == pytest.approx(whole.stored, rel=1e-7, abs=1e-9 * whole.work)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("series", [STANDARD, THREE, LIQUID], ids=["one term", "three terms", "liquid"])
+def test_a_body_never_stores_more_than_the_work_done_on_it(series, seed):
+    """Work and stored energy at the end of ever longer parts of a program: what is dissipated only grows."""
+    times, depths = program(np.random.default_rng(seed), 8)
+    material, last = half_space(series), 0.0
+    for size in range(3, times.size + 1):
+        result = indent(material, TIP, depth=depths[:size], time=times[:size])
+        assert result.stored >= 0.0
+        assert result.dissipated >= last - 1e-8 * result.work
+        last = result.dissipated
+
+
+def test_an_elastic_body_forgets_every_history():
+    rng = np.random.default_rng(3)
+    for _ in range(10):
+        times, depths = program(rng, 9)
+        result = indent(half_space(PronySeries(1.5)), TIP, depth=depths, time=times)
+        moments = np.linspace(0.0, times[-1], 201)
+        hertz = 4.0 / 3.0 * 1.5 * np.maximum(np.interp(moments, times, depths), 0.0) ** 1.5
+        assert result.sample(moments).force.values == pytest.approx(hertz, abs=1e-8 * hertz.max())
+        assert abs(result.dissipated) <= 1e-7 * result.max_force
+
+
+# Force and spring
+
+
+def test_a_force_on_an_elastic_body_that_rises_again():
+    rng = np.random.default_rng(5)
+    for _ in range(10):
+        times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, 7))])
+        forces = np.append(0.0, rng.uniform(0.1, 1.0, 7))
+        result = indent(half_space(PronySeries(1.5)), TIP, force=forces, time=times)
+        moments = np.linspace(0.0, times[-1], 101)
+        hertz = (0.75 * np.interp(moments, times, forces) / 1.5) ** (2.0 / 3.0)
+        assert result.sample(moments).indentation_depth.values == pytest.approx(hertz, abs=1e-8 * hertz.max())
+
+
+def test_a_force_that_rises_again_is_that_under_the_computed_depth():
+    """Straight lines through the computed depth miss it by their width squared."""
+    forces, times = [0.0, 1.0, 0.4, 0.9, 0.2, 0.7], [0.0, 1.0, 1.5, 2.5, 3.0, 4.0]
+    result = indent(SOLID, TIP, force=forces, time=times, rtol=1e-10)
+    moments = np.linspace(0.05, 3.95, 79)
+    differences = []
+    for count in (501, 1001):
+        knots = np.union1d(4.0 * np.linspace(0.0, 1.0, count) ** 2, [*times, *result.turning_times])
+        depth = np.append(0.0, result.sample(knots[1:]).indentation_depth.values)
+        again = indent(SOLID, TIP, depth=depth, time=knots).sample(moments).force.values
+        differences.append(np.abs(again - np.interp(moments, times, forces)).max())
+    assert differences[1] < 0.4 * differences[0]
+    assert differences[1] <= 1e-4
+
+
+def test_a_spring_moves_the_tip():
+    """F = k (z - d), and the depth alone gives the same force."""
+    k, times, base = 2.0, np.array(D1["time"]), 2.0 * np.array(D1["depth"])
+    result = indent(SOLID, TIP, depth=base, time=times, spring_constant=k, rtol=1e-10)
+    assert result.prescribed == "base"
+    moments = np.linspace(0.0, times[-1], 401)
+    sample = result.sample(moments)
+    depth, force = sample.indentation_depth.values, sample.force.values
+    assert force == pytest.approx(k * (np.interp(moments, times, base) - depth), abs=1e-9 * result.max_force)
+    knots = np.union1d(np.linspace(0.0, times[-1], 2001), [*times, *result.turning_times])
+    alone = indent(SOLID, TIP, depth=result.sample(knots).indentation_depth.values, time=knots)
+    assert alone.sample(moments).force.values == pytest.approx(force, abs=2e-4 * result.max_force)
+    # A hard spring is a prescribed depth.
+    hard = indent(SOLID, TIP, spring_constant=1e7, **D1).sample(moments).force.values
+    stiff = indent(SOLID, TIP, **D1).sample(moments).force.values
+    assert hard == pytest.approx(stiff, abs=1e-5)
+
+
+# Surface
+
+
+def test_the_surface_around_an_elastic_contact_is_that_of_hertz():
+    radius, depth = 2.0, 0.3
+    result = indent(Material(1.0, 2.0), Parabola(radius), depth=rs.ramp(depth, 1.0))
+    a = math.sqrt(radius * depth)
+    inside, outside = np.linspace(0.0, a, 9), a * np.geomspace(1.0 + 1e-9, 50.0, 12)
+    assert result.imprint(1.0, inside) == pytest.approx(depth - inside**2 / (2.0 * radius), abs=1e-8 * depth)
+    # Johnson, Contact Mechanics (1985), eq. 3.42a.
+    expected = (2.0 * a**2 - outside**2) * np.arcsin(a / outside) + a * np.sqrt(outside**2 - a**2)
+    assert result.imprint(1.0, outside) == pytest.approx(expected / (math.pi * radius), abs=1e-8 * depth)
+
+
+def test_an_imprint_decays_with_the_retardation_time():
+    """E*(t) = 1 + 4 exp(-t) has one retardation time, 5."""
+    result = indent(
+        SOLID, TIP, rtol=1e-10, depth=[0.0, 1.0, 0.7, 0.9, -0.5, -0.5], time=[0.0, 1.0, 1.3, 1.6, 2.5, 8.0]
+    )
+    end = result.contact_end_time
+    assert result.imprint(end, 0.0) == pytest.approx(result.residual_indentation_depth, rel=1e-8)
+    radii = np.array([0.0, 0.3, 0.8, 1.5, 4.0])
+    for time in (3.0, 6.5, 8.0):
+        decayed = result.imprint(2.6, radii) * math.exp(-(time - 2.6) / 5.0)
+        assert result.imprint(time, radii) == pytest.approx(decayed, rel=1e-7)
+    surface = result.surface(after=2.0)
+    assert surface.imprint(radii) == pytest.approx(result.imprint(8.0, radii) * math.exp(-2.0 / 5.0), rel=1e-7)
+    assert surface.depth == pytest.approx(surface.imprint(0.0), rel=1e-9)
+    assert surface.time == 2.0
+    # Elastic energy of a displacement that decays as a whole.
+    assert surface.stored == pytest.approx(result.stored * math.exp(-2.0 * 2.0 / 5.0), rel=1e-7)
+
+
+def test_a_liquid_keeps_its_imprint():
+    maxwell = half_space(PronySeries(0.0, [4.0], [1.0]))
+    result = indent(maxwell, TIP, depth=[0.0, 1.0, 0.2, 0.6, -0.5, -0.5], time=[0.0, 1.0, 1.4, 2.0, 3.0, 9.0])
+    radii = np.array([0.0, 0.4, 1.2])
+    assert result.imprint(9.0, radii) == pytest.approx(result.imprint(3.0, radii), rel=1e-8)
+    assert result.surface(after=100.0).depth == pytest.approx(float(result.imprint(9.0, 0.0)), rel=1e-8)
+
+
+# Errors
+
+
+def refused(field, call, value=None):
+    with pytest.raises(InputError) as caught:
+        call()
+    assert caught.value.field == field
+    assert "\n" not in str(caught.value)
+    if value is not None:
+        assert caught.value.value == value
+
+
+@pytest.mark.parametrize(
+    ("force", "time", "zero"),
+    [
+        ([0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 2.0, 3.0], 2),
+        ([-0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0], [0.0, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0], 2),
+        ([0.0, 1.0, 0.0, 0.0, 0.5, 0.5], [0.0, 1.0, 1.0, 2.0, 2.0, 3.0], 1),
+    ],
+)
+def test_a_force_that_returns_from_zero_is_refused(force, time, zero):
+    refused("force", lambda: indent(SOLID, TIP, force=force, time=time))
+    with pytest.raises(InputError, match=f"zero at time = {zero} s"):
+        indent(SOLID, TIP, force=force, time=time)
+
+
+def test_bad_springs_are_refused():
+    for bad in (0.0, -1.0, math.nan):
+        refused("spring_constant", lambda bad=bad: indent(SOLID, TIP, spring_constant=bad, **D1))
+    pulled = {"force": [0.0, 1.0], "time": [0.0, 1.0]}
+    refused("force", lambda: indent(SOLID, TIP, spring_constant=1.0, **pulled))
+
+
+def test_surfaces_that_do_not_fit_are_refused():
+    first = indent(SOLID, TIP, **D1)
+    surface = first.surface()
+    assert surface.depth > 0.0
+    refused("surface", lambda: indent(half_space(THREE), TIP, surface=surface, **D1))
+    refused("surface", lambda: indent(SOLID, Parabola(1.1), surface=surface, **D1))
+    refused("surface", lambda: indent(SOLID, TIP, counter_material=SOLID, surface=surface, **D1))
+    with pytest.raises(TypeError, match="surface"):
+        indent(SOLID, TIP, surface=first, **D1)
+    # A history begins without contact, and reaches the surface.
+    deep = {"depth": [surface.depth + 0.1, 1.0], "time": [0.0, 1.0]}
+    refused("depth", lambda: indent(SOLID, TIP, surface=surface, **deep), surface.depth + 0.1)
+    shallow = {"depth": [0.0, 0.5 * surface.depth], "time": [0.0, 1.0]}
+    refused("depth", lambda: indent(SOLID, TIP, surface=surface, **shallow))
+    refused("force", lambda: indent(SOLID, TIP, surface=surface, force=[0.0, 1.0], time=[0.0, 1.0]))
+    refused("after", lambda: first.surface(after=-1.0), -1.0)
+
+
+def test_a_contact_has_no_free_surface():
+    pressed = indent(SOLID, TIP, depth=rs.ramp(1.0, 1.0))
+    refused("history", pressed.surface)
+    refused("time", lambda: pressed.imprint(2.0, 0.0), 2.0)
+    refused("radius", lambda: pressed.imprint(1.0, -0.1), -0.1)
+    pyramid = indent(SOLID, rs.Pyramid(1.2, 4), depth=rs.ramp(1.0, 1.0))
+    refused("profile", lambda: pyramid.imprint(1.0, 0.1))
