@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from restitution import checks
 from restitution.checks import Array, Places, whole
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
-from restitution.identification.curves import RTOL, IndentationCurve, curves_block
+from restitution.identification.curves import IndentationCurve, curves_block, weights_of, without_baseline
 from restitution.identification.fit import Estimation, estimate
 from restitution.identification.observations import modulus
 from restitution.identification.parameters import Parameters, parameters, penalties, rows_of
@@ -62,28 +62,32 @@ class Descent:
         self.unit = np.array([curve.nuisances[0].step for curve in curves])
         most = max(curve.size for curve in curves)
         # After the last point of a shorter curve all weights are zero.
-        self.measured, self.weights = np.zeros((2, len(curves), most))
-        self.basis = np.zeros((len(curves), most, 2))
+        self.measured, self.depths, self.time = np.zeros((3, len(curves), most))
+        self.deviations = np.full((len(curves), most), np.inf)
         for n, curve in enumerate(curves):
-            self.measured[n, : curve.size], self.weights[n, : curve.size] = curve.force, 1.0 / curve.deviations
-            self.basis[n, : curve.size] = curve.basis
+            part = slice(curve.size)
+            self.measured[n, part], self.time[n, part] = curve.force, curve.time - curve.time[0]
+            self.deviations[n, part], self.depths[n, part] = curve.deviations, curve.depth_deviations
 
     def residuals(self, points: Array, places: Places) -> Array:
         """Return residuals of k points of the curves at `places`, shape (s, k, n); NaN where there are none."""
         s, k, q = points.shape
         flat, rows = points.reshape(s * k, q), np.repeat(places, k)
-        forces = rows_of(lambda part: self._forces(flat[part], rows[part]), s * k)
-        forces = np.where(self.weights[rows] > 0.0, forces, 0.0).reshape(s, k, -1)
-        off = (forces - self.measured[places, None]) * self.weights[places, None]
-        off -= (off @ self.basis[places]) @ self.basis[places].swapaxes(1, 2)
+        off = rows_of(lambda part: self.fitted(flat[part], rows[part])[0], s * k).reshape(s, k, -1)
         prior = penalties(self.space, flat[:, :-1]).reshape(s, k, -1)
         return np.concatenate([off, prior], axis=2)
 
-    def _forces(self, points: Array, places: Places) -> Array:
-        """Return forces of curves at some places, shape (m, n); NaN where the solver fails."""
+    def fitted(self, points: Array, places: Places) -> tuple[Array, Array]:
+        """Return residuals of curves at some places, shape (m, n), and their baselines with slopes, shape (m, 2)."""
         materials = self.space.materials(points[:, :-1], self.seed.problem.window)
         series, touches = modulus(materials, self.curves[0].temperature), points[:, -1] * self.unit[places]
-        return self.block.forces(series, touches, places.astype(np.int64), rtol=RTOL)[0]
+        forces, slopes = self.block.forces(series, touches, places.astype(np.int64))
+        beyond = np.isinf(self.deviations[places])
+        forces, slopes = np.where(beyond, 0.0, forces), np.where(beyond, 0.0, slopes)
+        weights = weights_of(self.deviations[places], slopes, self.depths[places])
+        columns = np.stack([weights, self.time[places] * weights], axis=2)
+        off, factors = without_baseline((forces - self.measured[places]) * weights, columns)
+        return off, -factors
 
     @property
     def steps(self) -> Array:
@@ -99,10 +103,12 @@ class Descent:
         )
         points = np.column_stack([np.tile(best[:p], (s, 1)), touch[:, 0] / self.unit])
         everywhere = np.arange(s)
-        weighted = self.measured * self.weights
-        weighted -= np.einsum("sj,snj->sn", np.einsum("sn,snj->sj", weighted, self.basis), self.basis)
-        fitted = self.residuals(points[:, None], everywhere)[:, 0, : weighted.shape[1]] + weighted
-        share, size = np.einsum("sn,sn->s", fitted, weighted), np.einsum("sn,sn->s", fitted, fitted)
+        weights = 1.0 / self.deviations
+        columns = np.stack([weights, self.time * weights], axis=2)
+        measured = without_baseline(self.measured * weights, columns)[0]
+        n_data = measured.shape[1]
+        fitted = self.residuals(points[:, None], everywhere)[:, 0, :n_data] + measured
+        share, size = np.einsum("sn,sn->s", fitted, measured), np.einsum("sn,sn->s", fitted, fitted)
         with np.errstate(invalid="ignore", divide="ignore"):
             factor = np.log(np.where(share > 0.0, share / size, 1.0))
         moduli = [
