@@ -233,10 +233,10 @@ class IndentationCurve(ForceRecord):
             self.spring_constant = checks.single_positive("spring_constant", spring_constant, "N/m")
         self.temperature = number_or_none("temperature", temperature)
         self.time, self.depth, self.force = _columns(time, depth, force)
-        _check_force(self.depth, self.force)
         if segment is not None:
             checks.one_of("segment", segment, ("approach",))
             self._keep_approach()
+        _check_force(self.depth, self.force)
         touch = self._touch()
         self._set_nuisance(touch.depth, touch.noise)
         self._set_noise(noise, touch)
@@ -277,8 +277,8 @@ class IndentationCurve(ForceRecord):
         low, high = touch - 0.95 * (touch - first), peak - 0.05 * (peak - touch)
         end = float(np.min(self.profile.max_depth))
         if peak - touch > end and self.spring_constant is None:
-            rule = f"goes {peak - touch:.3g} m deep, and {end:.3g} m is {self.profile.end}"
-            raise InputError("depth", rule=rule)
+            rule = f"from first touch on must be <= {end:g} m, {self.profile.end}"
+            raise InputError("depth", peak - touch, rule, "m")
         if self.spring_constant is None:
             low = max(low, peak - end)
         # Mean slope of the force over the depth in the approach.
@@ -455,7 +455,7 @@ def _check_force(depth: Array, force: Array) -> None:
     jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
     if jumps.size:
         n = int(jumps[0]) + 1
-        rule = "jumps from the point before, which is impossible without adhesion"
+        rule = 'jumps from the point before, as with adhesion; segment="approach" fits the approach alone'
         raise InputError("force", float(force[n]), rule, "N", index=(n,))
     largest = np.flatnonzero(force == force.max())
     if largest.size >= _EQUAL and np.ptp(depth[largest]) > _MOVED * np.ptp(depth):

@@ -8,8 +8,8 @@ has what it had when it changed state, and the instant; what it has later follow
 
     following:  l_k(t) = exp(-rho_k (t - t_i)) g_k + E_k h_k(t)         free:  w_j(t) = exp(-r_j (t - t_i)) w_j
 
-A step moves the edge to a place where the load or the gap is zero at its end. It erases the elements that it sweeps
-and adds one, at the edge. The load falls from the axis to zero at the edge, so that by parts
+A step moves the edge to a place where the load or the gap is zero at its end. It adds one element there, and erases
+those that it sweeps, unless they are far apart. The load falls from the axis to zero at the edge, so that by parts
 
     F/2 = int q da = Einf Pi(s) + sum_k L_k,    L_k = -int a dl_k,    Pi(s) = int a ds
 
@@ -34,10 +34,13 @@ LARGEST = 1e150
 # How a record ended: solved, in contact at its start, deeper than the profile, or with a number that is not finite.
 SOLVED, TOUCHES_AT_START, BEYOND_PROFILE, NOT_FINITE = range(4)
 FOLLOWING, FREE = 0, 1
-# State between two steps: time, depth, and the part of F/2 by the fast modes of the newest element.
-TIME, DEPTH, FAST = range(3)
+# State between two steps: time, depth, and the part of F/2 by the fast modes of the newest element. Of the elements
+# that a step sweeps, some are kept that are this far apart.
+TIME, DEPTH, FAST, GRAIN = range(4)
 # Turnings, touches and separations of one step, at most.
 _EVENTS = 12
+# Grain, over the largest depth.
+_GRAIN = 0.01
 # Iterations for an instant at which a quantity is zero, and for the depth of a tip on a spring.
 _ROOT, _SPRING = 60, 8
 # A rate below this share of its terms is rounding.
@@ -93,12 +96,13 @@ class Room(NamedTuple):
     following: Stack
     free: Stack
     counts: Any  # (2,): numbers of elements in the stacks
-    state: Any  # (3,)
+    state: Any  # (4,)
     shared: Any  # (K,): h_k
     before: Any  # (K,): h_k at the start of the step
     loads: Any  # (K,)
     lower: Any  # (J,): w_j of the inner one
     upper: Any  # (J,)
+    touched: Any  # (J,)
 
 
 def room(samples: int, K: int, J: int) -> Room:
@@ -111,8 +115,8 @@ def room(samples: int, K: int, J: int) -> Room:
         )  # fmt: skip
 
     return Room(
-        stack(K), stack(J), np.zeros(2, dtype=np.int64), np.zeros(3), np.zeros(K), np.empty(K), np.empty(K),
-        np.empty(J), np.empty(J),
+        stack(K), stack(J), np.zeros(2, dtype=np.int64), np.zeros(4), np.zeros(K), np.empty(K), np.empty(K),
+        np.empty(J), np.empty(J), np.empty(J),
     )  # fmt: skip
 
 
@@ -205,16 +209,47 @@ def _mean_place(x: float) -> float:
     return 1.0 / -math.expm1(-x) - 1.0 / x - 0.5 if x < 700.0 else 0.5 - 1.0 / x
 
 
+@inlined
+def _follow(solid: Solid, tip: Tip, work: Room, s: float, t: float) -> int:
+    """Add an element that follows from now on with the loads `work.loads`, and return its place."""
+    stack = work.following
+    i = _push(tip, stack, work.counts, FOLLOWING, s, t)
+    mean, passed = _mean_radius(i - 1, i, stack), t - stack.time[i - 1]
+    for k in range(solid.rates.shape[0]):
+        fading, own = _faded(solid.rates[k], passed), work.loads[k] - solid.moduli[k] * work.shared[k]
+        stack.sums[i, k] = fading * stack.sums[i - 1, k] + (fading * stack.parts[i - 1, k] - own) * mean
+        stack.parts[i, k] = own
+    return i
+
+
 @compiled
-def grow(solid: Solid, tip: Tip, work: Room, t: float, elapsed: float, depth: float) -> None:
-    """Move the edge outwards to the place where the gap is zero."""
+def caught(solid: Solid, tip: Tip, work: Room, i: int, begin: float, end: float, depth: float, rate: float) -> None:
+    """Let a free element follow from the instant at which its gap vanishes; `depth` is that at the start of a step."""
+    low, high, passed = 0.0, end - begin, end - begin
+    for _ in range(_ROOT):
+        passed = 0.5 * (low + high)
+        if gap(solid, work, i, begin + passed, depth + rate * passed, work.touched) > 0.0:
+            low = passed
+        else:
+            high = passed
+    touch(solid, work.touched, work.loads)
+    rest = end - begin - passed
+    for k in range(solid.rates.shape[0]):
+        x = solid.rates[k] * rest
+        work.loads[k] = math.exp(-x) * work.loads[k] + solid.moduli[k] * rate * rest * _mean(x)
+    _follow(solid, tip, work, work.free.s[i], end)
+
+
+@compiled
+def grow(solid: Solid, tip: Tip, work: Room, begin: float, t: float, depth: float, rate: float) -> None:
+    """Move the edge outwards to the place where the gap is zero at the end of a step."""
     free, stack, counts = work.free, work.following, work.counts
     top = counts[FREE] - 1
     inner = gap(solid, work, top, t, depth, work.lower)
     if inner >= 0.0:
         return
-    J, K, s = solid.recoveries.shape[0], solid.rates.shape[0], free.s[top]
-    share, further, top = 1.0, depth, top - 1
+    J, s, elapsed = solid.recoveries.shape[0], free.s[top], t - begin
+    share, further, kept, top = 1.0, depth, s, top - 1
     while top >= 0:
         outer = gap(solid, work, top, t, depth, work.upper)
         if outer >= 0.0:
@@ -223,6 +258,9 @@ def grow(solid: Solid, tip: Tip, work: Room, t: float, elapsed: float, depth: fl
         inner, s = outer, free.s[top]
         for j in range(J):
             work.lower[j] = work.upper[j]
+        if s - kept > work.state[GRAIN]:
+            caught(solid, tip, work, top, begin, t, depth - rate * elapsed, rate)
+            kept = s
         top -= 1
     counts[FREE] = top + 1
     if top < 0:
@@ -236,56 +274,11 @@ def grow(solid: Solid, tip: Tip, work: Room, t: float, elapsed: float, depth: fl
     for j in range(J):
         free.parts[i, j] = work.lower[j]
     touch(solid, work.lower, work.loads)
-    i = _push(tip, stack, counts, FOLLOWING, s, t)
-    mean, width, passed = _mean_radius(i - 1, i, stack), stack.radius[i] - stack.radius[i - 1], t - stack.time[i - 1]
-    for k in range(K):
-        fading, common = _faded(solid.rates[k], passed), solid.moduli[k] * work.shared[k]
-        stack.parts[i, k] = work.loads[k] - common
-        less = fading * stack.parts[i - 1, k] - stack.parts[i, k]
-        stack.sums[i, k] = fading * stack.sums[i - 1, k] + less * mean
+    i = _follow(solid, tip, work, s, t)
+    width = stack.radius[i] - stack.radius[i - 1]
+    for k in range(solid.rates.shape[0]):
+        less = _faded(solid.rates[k], t - stack.time[i - 1]) * stack.parts[i - 1, k] - stack.parts[i, k]
         work.state[FAST] += less * width * _mean_place(solid.rates[k] * elapsed)
-
-
-@compiled
-def retreat(solid: Solid, tip: Tip, work: Room, t: float, depth: float, rate: float, leaves: bool) -> bool:
-    """Move the edge inwards to the place where the load is zero; return whether there is one.
-
-    Elements that are swept leave now if `leaves`, or are forgotten.
-    """
-    stack, counts = work.following, work.counts
-    K, inner = solid.rates.shape[0], 0.0
-    i = counts[FOLLOWING] - 1
-    outer = load(solid, work, i, t, depth, rate)
-    if outer >= 0.0:
-        return True
-    while i > 0:
-        inner = load(solid, work, i - 1, t, depth, rate)
-        for k in range(K):
-            work.loads[k] = (
-                _faded(solid.rates[k], t - stack.time[i]) * stack.parts[i, k] + solid.moduli[k] * work.shared[k]
-            )
-        if leaves and i < counts[FOLLOWING] - 1:
-            _free(solid, tip, work, stack.s[i], t, depth)
-        if inner >= 0.0:
-            break
-        outer = inner
-        i -= 1
-    counts[FOLLOWING] = i
-    if i == 0:
-        return False
-    share = inner / (inner - outer)
-    s = stack.s[i - 1] + share * (stack.s[i] - stack.s[i - 1])
-    fresh = _push(tip, stack, counts, FOLLOWING, s, t)
-    mean, passed = _mean_radius(fresh - 1, fresh, stack), t - stack.time[fresh - 1]
-    for k in range(K):
-        fading, common = _faded(solid.rates[k], passed), solid.moduli[k] * work.shared[k]
-        own = fading * stack.parts[fresh - 1, k]
-        less = share * (own + common - work.loads[k])
-        work.loads[k] = own + common - less
-        stack.parts[fresh, k] = own - less
-        stack.sums[fresh, k] = fading * stack.sums[fresh - 1, k] + less * mean
-    _free(solid, tip, work, s, t, depth)
-    return True
 
 
 @inlined
@@ -296,26 +289,65 @@ def _free(solid: Solid, tip: Tip, work: Room, s: float, t: float, depth: float) 
 
 
 @compiled
-def separate(solid: Solid, tip: Tip, work: Room, begin: float, end: float, depth: float, rate: float) -> float:
-    """Let the axis leave when its load vanishes, and return this instant; `depth` is that at the start of the step."""
+def leaving(
+    solid: Solid, tip: Tip, work: Room, i: int, begin: float, end: float, depth: float, rate: float
+) -> float:  # fmt: skip
+    """Free an element when its load vanishes, and return this instant; `depth` is that at the start of a step."""
     stack, K = work.following, solid.rates.shape[0]
     low, high, passed = 0.0, end - begin, end - begin
     for _ in range(_ROOT):
         passed = 0.5 * (low + high)
-        q = solid.equilibrium * (depth + rate * passed) + solid.viscosity * rate
+        q = solid.equilibrium * (depth + rate * passed - stack.s[i]) + solid.viscosity * rate
         for k in range(K):
             x = solid.rates[k] * passed
             common = math.exp(-x) * work.before[k] + rate * passed * _mean(x)
-            fading = _faded(solid.rates[k], begin + passed - stack.time[0])
-            work.loads[k] = fading * stack.parts[0, k] + solid.moduli[k] * common
+            fading = _faded(solid.rates[k], begin + passed - stack.time[i])
+            work.loads[k] = fading * stack.parts[i, k] + solid.moduli[k] * common
             q += work.loads[k]
         if q >= 0.0:
             low = passed
         else:
             high = passed
-    _free(solid, tip, work, 0.0, begin + passed, depth + rate * passed)
-    work.counts[FOLLOWING] = 0
+    _free(solid, tip, work, stack.s[i], begin + passed, depth + rate * passed)
     return begin + passed
+
+
+@compiled
+def retreat(solid: Solid, tip: Tip, work: Room, begin: float, t: float, depth: float, rate: float) -> bool:
+    """Move the edge inwards to the place where the load is zero at the end of a step; return whether there is one.
+
+    In a step of no length, where the rate jumps, all elements are kept that are swept.
+    """
+    stack, counts = work.following, work.counts
+    K, inner, share = solid.rates.shape[0], 0.0, 0.0
+    i = last = counts[FOLLOWING] - 1
+    outer, kept = load(solid, work, i, t, depth, rate), stack.s[i]
+    grain = work.state[GRAIN] if t > begin else -1.0
+    if outer >= 0.0:
+        return True
+    while i > 0:
+        inner = load(solid, work, i - 1, t, depth, rate)
+        if i < last and kept - stack.s[i] > grain:
+            leaving(solid, tip, work, i, begin, t, depth - rate * (t - begin), rate)
+            kept = stack.s[i]
+        if inner >= 0.0:
+            break
+        outer = inner
+        i -= 1
+    counts[FOLLOWING] = i
+    if i == 0:
+        return False
+    share = inner / (inner - outer)
+    for k in range(K):
+        low, high = (
+            _faded(solid.rates[k], t - stack.time[i - 1]) * stack.parts[i - 1, k],
+            _faded(solid.rates[k], t - stack.time[i]) * stack.parts[i, k],
+        )
+        work.loads[k] = low + share * (high - low) + solid.moduli[k] * work.shared[k]
+    s = stack.s[i - 1] + share * (stack.s[i] - stack.s[i - 1])
+    _follow(solid, tip, work, s, t)
+    _free(solid, tip, work, s, t, depth)
+    return True
 
 
 @compiled
@@ -372,9 +404,12 @@ def advance(solid: Solid, tip: Tip, work: Room, end: float, depth: float) -> Non
                 stop = touch_axis(solid, tip, work, begin, end, start, rate)
         else:
             # A rate that jumps takes the load by a dashpot with it.
-            if solid.viscosity > 0.0 and not retreat(solid, tip, work, begin, start, rate, True):
-                separate(solid, tip, work, begin, begin, start, rate)
-                continue
+            if solid.viscosity > 0.0:
+                pass_time(solid, work, 0.0, rate)
+                if not retreat(solid, tip, work, begin, begin, start, rate):
+                    leaving(solid, tip, work, 0, begin, begin, start, rate)
+                    counts[FOLLOWING] = 0
+                    continue
             first, size = closing(solid, work, begin, rate)
             last = closing(solid, work, end, rate)[0]
             if first * last < 0.0 and abs(first) > _ROUNDING * size:
@@ -383,9 +418,10 @@ def advance(solid: Solid, tip: Tip, work: Room, end: float, depth: float) -> Non
             there = depth if stop == end else start + rate * (stop - begin)
             pass_time(solid, work, stop - begin, rate)
             if last > 0.0:
-                grow(solid, tip, work, stop, stop - begin, there)
-            elif not retreat(solid, tip, work, stop, there, rate, False):
-                stop = separate(solid, tip, work, begin, stop, start, rate)
+                grow(solid, tip, work, begin, stop, there, rate)
+            elif not retreat(solid, tip, work, begin, stop, there, rate):
+                stop = leaving(solid, tip, work, 0, begin, stop, start, rate)
+                counts[FOLLOWING] = 0
         state[DEPTH] = depth if stop == end else start + rate * (stop - begin)
         state[TIME] = stop
 
@@ -472,6 +508,10 @@ def follow(
     work.state[TIME], work.state[DEPTH] = records.times[first], records.depths[first] - contact_point
     if work.state[DEPTH] > 0.0:
         return TOUCHES_AT_START
+    deepest = 0.0
+    for n in range(first, last):
+        deepest = max(deepest, records.depths[n] - contact_point)
+    work.state[GRAIN] = _GRAIN * deepest
     forces[0], slopes[0] = 0.0, 0.0
     for n in range(first + 1, last):
         begin, start = records.times[n - 1], records.depths[n - 1] - contact_point
