@@ -9,6 +9,7 @@ import restitution as rs
 from kernel.test_histories import run_depth
 from restitution.identification.curves import baseline, first_approach, first_touch, white_noise
 from restitution.identification.parameters import column
+from restitution.indentation.records import Record, rates_of
 from restitution.kernel.program import DONE
 from restitution.material.prony import PronySeries
 
@@ -406,3 +407,32 @@ def test_a_coarse_record_is_doubted():
     assert 0.5 * true.max() < stated.max() < 2.0 * true.max()
     assert "too far apart" in data.doubts(materials, place)[0]
     assert rs.IndentationCurve(time, depth, force, profile=TIP, noise=NOISE).doubts(materials, place) == []
+
+
+@pytest.mark.parametrize("depth_noise", [0.3e-9, 3e-9])
+def test_a_dashpot_does_not_feel_the_noise_of_the_depth(depth_noise):
+    """Its rate would be as large as that of the motion, 5 um/s; kinks of the motion are kept."""
+    solid = rs.kelvin_voigt(300.0, 10.0, **FIXED)
+    time = np.arange(0.0, 1.58, 1.0 / 2000.0)
+    depth = 1e-6 * np.interp(time, *PROGRAMS["hold"])
+    force = rs.indent(solid, TIP, depth=depth, time=time).force
+    rng = np.random.default_rng(12)
+    measured = depth + depth_noise * rng.normal(size=time.size)
+    data = rs.IndentationCurve(time, measured, force + 2e-11 * rng.normal(size=time.size), profile=TIP)
+    fit = rs.identify(data, rs.kelvin_voigt, fixed=FIXED, profiles=False).parameters
+    assert fit["shear_modulus"].value == pytest.approx(300.0, rel=0.005)
+    assert fit["viscosity"].value == pytest.approx(10.0, rel=0.015)
+
+
+def test_rates_are_those_of_the_motion():
+    time = np.linspace(0.0, 1.0, 2000)
+    depth = 1e-6 * np.interp(time, [0.0, 0.4, 0.7, 1.0], [0.0, 2.0, 2.0, 0.0])
+    exact, gains = rates_of(Record(time, depth))
+    assert exact[1:] == pytest.approx(np.diff(depth) / np.diff(time))
+    # A force between two rates has half of the noise of their difference.
+    assert gains[1:] == pytest.approx(math.sqrt(0.5) * 1999.0)
+    noise = 2e-9 * np.random.default_rng(13).normal(size=time.size)
+    rates, gains = rates_of(Record(time, depth + noise, 0.0, 2e-9))
+    off, beside = rates - exact, np.abs(time[:, None] - [0.0, 0.4, 0.7, 1.0]).min(axis=1) > 0.004
+    assert np.std(off[beside]) == pytest.approx(2e-9 * np.median(gains), rel=0.4)
+    assert np.std(off[beside]) < 0.04 * exact.max()

@@ -422,7 +422,7 @@ def curves_block(curves: list[IndentationCurve], *, rigid: bool = False) -> Reco
     deepest = max(float(curve.depth.max() - curve.nuisances[0].low) for curve in curves)
     records = [
         Record(curve.time, curve.depth, 1.0 / curve.spring_constant) if curve.spring_constant and not rigid
-        else Record(curve.time, curve.tip)
+        else Record(curve.time, curve.tip, 0.0, float(curve.depth_deviations.mean()))
         for curve in curves
     ]  # fmt: skip
     return RecordBlock(curves[0].profile, records, 1.001 * deepest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from threading import local
 from typing import Any, NamedTuple
@@ -18,6 +19,8 @@ from restitution.kernel.record import SOLVED, Records, Solids, Tip, record_force
 from restitution.material.prony import PronySeries
 from restitution.parallel import on_threads
 
+# Noise of a rate over the speed, and the ratio of misfits of lines from which a kink is in one of them.
+_QUIET, _KINK = 0.03, 1.5
 # Rows in a task of a thread.
 _CHUNK = 64
 # A step moves the tip by at most this share of the range of the depth, and lasts at most this share of the record.
@@ -30,6 +33,7 @@ class Record(NamedTuple):
     time: Array  # [s], ascending
     depth: Array  # [m], joined by straight lines
     compliance: float = 0.0  # of the spring [m/N] if the depth is that of its base
+    noise: float = 0.0  # standard deviation of the depth [m]
 
 
 class RecordBlock:
@@ -58,9 +62,11 @@ class RecordBlock:
         parts = [_parts(record) * refinement for record in records]
         self.n_samples = sizes
         self._steps = max(int(part.sum()) for part in parts)
+        rates, gains = zip(*(rates_of(record) for record in records), strict=True)
         self._records = Records(
             np.concatenate([[0], np.cumsum(sizes)]), np.concatenate([record.time for record in records]),
-            np.concatenate([record.depth for record in records]), np.concatenate(parts),
+            np.concatenate([record.depth for record in records]), np.concatenate(parts), np.concatenate(rates),
+            np.concatenate(gains),
             np.array([record.compliance for record in records]),
         )  # fmt: skip
         end = float(np.min(profile.max_depth))
@@ -136,3 +142,33 @@ def _parts(record: Record) -> NDArray[np.int64]:
     lasts = np.diff(record.time) / ((record.time[-1] - record.time[0]) * _LAST)
     parts = np.ceil(np.maximum(moves, lasts) - 1e-9).astype(np.int64)
     return np.concatenate([[0], np.maximum(parts, 1)])
+
+
+def rates_of(record: Record) -> tuple[Array, Array]:
+    """Return rates of the depth from the sample before to each sample, and their noise over that of the depth.
+
+    A dashpot in parallel feels the rate, in which noise of the depth would be as large as the motion. So the rate is
+    that of a line through so many samples that its noise is a few per cent of the speed. Of the samples before, around
+    and behind, those are taken that are closest to a line, as a kink is no noise.
+    """
+    time, depth = record.time, record.depth
+    rates, gains = np.diff(depth) / np.diff(time), math.sqrt(0.5) / np.diff(time)
+    apart = max(time.size // 50, 1)
+    speed = float(np.quantile(np.abs((depth[apart:] - depth[:-apart]) / (time[apart:] - time[:-apart])), 0.9))
+    step = float(np.median(np.diff(time)))
+    count = math.ceil((math.sqrt(12.0) * record.noise / max(_QUIET * speed * step, 1e-300)) ** (2.0 / 3.0)) + 1
+    count = min(count, time.size // 8)
+    if count > 2:
+        t = np.lib.stride_tricks.sliding_window_view(time, count)
+        d = np.lib.stride_tricks.sliding_window_view(depth, count)
+        t, d = t - t.mean(axis=1, keepdims=True), d - d.mean(axis=1, keepdims=True)
+        spread = np.einsum("ij,ij->i", t, t)
+        slopes = np.einsum("ij,ij->i", t, d) / spread
+        misfit = ((d - slopes[:, None] * t) ** 2).sum(axis=1)
+        # The first sample of the lines before, around and behind each step.
+        place = np.arange(rates.size)
+        choices = np.clip(np.stack([place - count // 2 + 1, place - count + 2, place]), 0, slopes.size - 1)
+        misfits = misfit[choices] * np.array([[1.0], [_KINK], [_KINK]])
+        best = choices[np.argmin(misfits, axis=0), place]
+        rates, gains = slopes[best], 1.0 / np.sqrt(spread[best])
+    return np.concatenate([[0.0], rates]), np.concatenate([[0.0], gains])

@@ -34,9 +34,9 @@ LARGEST = 1e150
 # How a record ended: solved, in contact at its start, deeper than the profile, or with a number that is not finite.
 SOLVED, TOUCHES_AT_START, BEYOND_PROFILE, NOT_FINITE = range(4)
 FOLLOWING, FREE = 0, 1
-# State between two steps: time, depth, and the part of F/2 by the fast modes of the newest element. Of the elements
-# that a step sweeps, some are kept that are this far apart.
-TIME, DEPTH, FAST, GRAIN = range(4)
+# State between two steps: time, depth, rate that a dashpot in parallel feels, and the part of F/2 by the fast modes of
+# the newest element. Of the elements that a step sweeps, some are kept that are this far apart.
+TIME, DEPTH, DRAG, FAST, GRAIN = range(5)
 # Turnings, touches and separations of one step, at most.
 _EVENTS = 12
 # Grain, over the largest depth.
@@ -76,6 +76,8 @@ class Records(NamedTuple):
     times: Any  # (P,)
     depths: Any  # of the tip, or of the base of its spring
     parts: Any  # (P,): number of equal steps from the sample before
+    rates: Any  # (P,): rate of the depth from the sample before, without its noise
+    gains: Any  # (P,): noise of this rate over that of the depth
     compliances: Any  # (c,): of the spring; 0 without one
 
 
@@ -96,7 +98,7 @@ class Room(NamedTuple):
     following: Stack
     free: Stack
     counts: Any  # (2,): numbers of elements in the stacks
-    state: Any  # (4,)
+    state: Any  # (5,)
     shared: Any  # (K,): h_k
     before: Any  # (K,): h_k at the start of the step
     loads: Any  # (K,)
@@ -115,7 +117,7 @@ def room(samples: int, K: int, J: int) -> Room:
         )  # fmt: skip
 
     return Room(
-        stack(K), stack(J), np.zeros(2, dtype=np.int64), np.zeros(4), np.zeros(K), np.empty(K), np.empty(K),
+        stack(K), stack(J), np.zeros(2, dtype=np.int64), np.zeros(5), np.zeros(K), np.empty(K), np.empty(K),
         np.empty(J), np.empty(J), np.empty(J),
     )  # fmt: skip
 
@@ -133,10 +135,10 @@ def _faded(rate: float, elapsed: float) -> float:
 
 
 @compiled
-def load(solid: Solid, work: Room, i: int, t: float, depth: float, rate: float) -> float:
+def load(solid: Solid, work: Room, i: int, t: float, depth: float) -> float:
     """Line load of a following element; `shared` is that of this time."""
     stack = work.following
-    q = solid.equilibrium * (depth - stack.s[i]) + solid.viscosity * rate
+    q = solid.equilibrium * (depth - stack.s[i]) + solid.viscosity * work.state[DRAG]
     for k in range(solid.rates.shape[0]):
         q += _faded(solid.rates[k], t - stack.time[i]) * stack.parts[i, k] + solid.moduli[k] * work.shared[k]
     return q
@@ -297,7 +299,7 @@ def leaving(
     low, high, passed = 0.0, end - begin, end - begin
     for _ in range(_ROOT):
         passed = 0.5 * (low + high)
-        q = solid.equilibrium * (depth + rate * passed - stack.s[i]) + solid.viscosity * rate
+        q = solid.equilibrium * (depth + rate * passed - stack.s[i]) + solid.viscosity * work.state[DRAG]
         for k in range(K):
             x = solid.rates[k] * passed
             common = math.exp(-x) * work.before[k] + rate * passed * _mean(x)
@@ -321,12 +323,12 @@ def retreat(solid: Solid, tip: Tip, work: Room, begin: float, t: float, depth: f
     stack, counts = work.following, work.counts
     K, inner, share = solid.rates.shape[0], 0.0, 0.0
     i = last = counts[FOLLOWING] - 1
-    outer, kept = load(solid, work, i, t, depth, rate), stack.s[i]
+    outer, kept = load(solid, work, i, t, depth), stack.s[i]
     grain = work.state[GRAIN] if t > begin else -1.0
     if outer >= 0.0:
         return True
     while i > 0:
-        inner = load(solid, work, i - 1, t, depth, rate)
+        inner = load(solid, work, i - 1, t, depth)
         if i < last and kept - stack.s[i] > grain:
             leaving(solid, tip, work, i, begin, t, depth - rate * (t - begin), rate)
             kept = stack.s[i]
@@ -427,7 +429,7 @@ def advance(solid: Solid, tip: Tip, work: Room, end: float, depth: float) -> Non
 
 
 @compiled
-def half_force(solid: Solid, work: Room, rate: float) -> float:
+def half_force(solid: Solid, work: Room) -> float:
     """Return F/2 now."""
     i = work.counts[FOLLOWING] - 1
     if i < 0:
@@ -437,9 +439,9 @@ def half_force(solid: Solid, work: Room, rate: float) -> float:
     for k in range(solid.rates.shape[0]):
         value += _faded(solid.rates[k], t - stack.time[i]) * stack.sums[i, k]
     if solid.viscosity > 0.0:
-        # A growing contact with a dashpot has a load at its edge.
-        value += max(load(solid, work, i, t, work.state[DEPTH], rate), 0.0) * stack.radius[i]
-    return value
+        # A growing contact with a dashpot has a load at its edge, and so has one whose rate changes.
+        value += load(solid, work, i, t, work.state[DEPTH]) * stack.radius[i]
+    return max(value, 0.0)
 
 
 @compiled
@@ -474,15 +476,15 @@ def on_a_spring(solid: Solid, tip: Tip, work: Room, end: float, base: float, com
 
 
 @compiled
-def stiffness(solid: Solid, work: Room, elapsed: float) -> float:
+def stiffness(solid: Solid, work: Room, elapsed: float, gain: float) -> float:
     """Change of the force over a change of the depth at the end of a step of this length."""
     i = work.counts[FOLLOWING] - 1
     if i < 0:
         return 0.0
-    value = solid.equilibrium + solid.viscosity / elapsed
+    value, drag = solid.equilibrium, solid.viscosity * gain
     for k in range(solid.rates.shape[0]):
         value += solid.moduli[k] * _mean(solid.rates[k] * elapsed)
-    return 2.0 * value * work.following.radius[i]
+    return 2.0 * math.sqrt(value * value + drag * drag) * work.following.radius[i]
 
 
 @inlined
@@ -516,24 +518,25 @@ def follow(
     for n in range(first + 1, last):
         begin, start = records.times[n - 1], records.depths[n - 1] - contact_point
         elapsed, moved = records.times[n] - begin, records.depths[n] - contact_point - start
-        rate = 0.0
         for part in range(records.parts[n]):
             share = (part + 1.0) / records.parts[n]
             end = records.times[n] if part + 1 == records.parts[n] else begin + share * elapsed
-            depth = start + share * moved
+            depth, work.state[DRAG] = start + share * moved, records.rates[n]
             if compliance > 0.0:
                 depth = on_a_spring(solid, tip, work, end, depth, compliance)
+                work.state[DRAG] = (depth - work.state[DEPTH]) / (end - work.state[TIME])
             if depth > tip.deepest:
                 return BEYOND_PROFILE
-            rate = (depth - work.state[DEPTH]) / (end - work.state[TIME])
             advance(solid, tip, work, end, depth)
             # After an abundance of events: the line is left early.
             work.state[TIME], work.state[DEPTH] = end, depth
-        force = 2.0 * half_force(solid, work, rate)
+        if n + 1 < last and compliance == 0.0:
+            work.state[DRAG] = 0.5 * (records.rates[n] + records.rates[n + 1])
+        force = 2.0 * half_force(solid, work)
         if not force < LARGEST:
             return NOT_FINITE
-        forces[n - first] = max(force, 0.0)
-        slope = stiffness(solid, work, elapsed)
+        forces[n - first] = force
+        slope = stiffness(solid, work, elapsed, records.gains[n])
         slopes[n - first] = slope / (1.0 + compliance * slope)
     return SOLVED
 
