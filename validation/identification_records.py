@@ -1,10 +1,12 @@
-"""Coverage of the intervals of materials from whole records: approach, hold and retraction with noise of the depth.
+"""Coverage of the intervals of materials from whole records with noise of the depth.
 
 A parabolic tip of 2.5 um approaches from 1.5 um above the surface, goes 0.8 to 1.2 um deep at 3 to 8 um/s, rests there
-for 0.2 to 1 s, and returns; 2 kHz, 20 pN of noise, and noise of the depth of 0 to 3 nm. Standard solids with
+for 0.2 to 1 s, and returns; 2 kHz, 20 pN of noise, and noise of the depth of 0 to 3 nm. In half of the records it goes
+back by a random part of the depth after the hold, approaches again, and returns then. Standard solids with
 instantaneous moduli from 0.5 to 5 kPa, ratios E1/Einf from 0.3 to 5 and times from 0.05 to 0.5 s. The forces are those
-of `rs.indent`, whose kernel shares no step with that of the curves. The noise of the force is stated, or estimated in
-every fourth record; that of the depth is estimated. Contact point, baseline and its slope are unknown.
+of panels of order ten (`restitution.kernel.program`), which share no step with the elements of the curves. The noise
+of the force is stated, or estimated in every fourth record; that of the depth is estimated. Contact point, baseline
+and its slope are unknown.
 
 Usage: python validation/identification_records.py [--size 400] [--seed 1] [--workers 2] [--out FILE]
 """
@@ -18,9 +20,16 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.polynomial import chebyshev
 from rich.progress import track
 
 import restitution as rs
+from restitution.indentation.solid import solid_of
+from restitution.kernel.panels import scheme
+from restitution.kernel.path import power_path
+from restitution.kernel.program import DONE, run
+from restitution.kernel.stepper import RECORDS, Driver, Problem, Scales, room
+from restitution.material.prony import PronySeries
 
 TIP, FIXED = rs.Parabola(2.5e-6), {"poisson_ratio": 0.5}
 LEVELS = (0.0, 0.05e-9, 0.1e-9, 0.3e-9, 1e-9, 3e-9)
@@ -28,28 +37,58 @@ NAMES = ("equilibrium_modulus", "branch_modulus", "viscosity", "contact_point")
 RATE, NOISE, ABOVE = 2000.0, 2e-11, 1.5e-6
 
 
-def record(level: float, random: Any) -> tuple[Any, tuple[float, ...]]:
+def record(level: float, random: Any) -> tuple[Any, tuple[float, ...], bool]:
     """Record with noise, and the constants of the material and the contact point."""
     glass, ratio, relaxation, speed, deep, hold = np.exp(
         random.uniform(np.log([500.0, 0.3, 0.05, 3e-6, 0.8e-6, 0.2]), np.log([5e3, 5.0, 0.5, 8e-6, 1.2e-6, 1.0]))
     )
     equilibrium = glass / (1.0 + ratio) / 4.0
     truth = equilibrium, ratio * equilibrium, ratio * equilibrium * relaxation
-    arrival = (ABOVE + deep) / speed
-    times = np.arange(0.0, 2.0 * arrival + hold, 1.0 / RATE)
-    depth = np.interp(times, [0.0, arrival, arrival + hold, 2.0 * arrival + hold], [-ABOVE, deep, deep, -ABOVE])
-    force = rs.indent(rs.standard_solid(*truth, **FIXED), TIP, depth=depth, time=times).force
+    places = [-ABOVE, deep, deep, -ABOVE]
+    if random.uniform() < 0.5:
+        places[3:] = random.uniform(-0.2, 0.9) * deep, random.uniform(0.5, 1.2) * deep, -ABOVE
+    lengths = np.abs(np.diff(places)) / speed
+    lengths[1] = hold
+    knots = np.append(0.0, np.cumsum(lengths))
+    times = np.arange(0.0, knots[-1], 1.0 / RATE)
+    depth = np.interp(times, knots, places)
+    force = force_of(truth, knots, np.array(places), times)
     origin = random.uniform(1e-6, 3e-6)
     force = force + NOISE * random.standard_normal(times.size) + random.normal(0.0, 1e-10)
     stated = rs.Noise(force=NOISE) if random.uniform() > 0.25 else None
     depth = depth + origin + level * random.standard_normal(times.size)
-    return rs.IndentationCurve(times, depth, force, profile=TIP, noise=stated), (*truth, origin)
+    return rs.IndentationCurve(times, depth, force, profile=TIP, noise=stated), (*truth, origin), len(places) > 4
+
+
+def force_of(truth: tuple[float, ...], knots: Any, places: Any, times: Any) -> Any:
+    """Forces at times under straight lines of the depth, which begin above the surface, by panels."""
+    equilibrium, branch, viscosity = truth
+    touch = knots[0] - places[0] * (knots[1] - knots[0]) / (places[1] - places[0])
+    unit, length = knots[-1] - touch, float(places.max())
+    series = PronySeries(1.0, [branch / equilibrium], [viscosity / branch / unit])
+    t, d = np.append(0.0, (knots[1:] - touch) / unit), np.append(0.0, places[1:] / length)
+    lines, none = np.column_stack([d[:-1], np.diff(d)]), np.zeros(t.size, dtype=bool)
+    driver = Driver(True, t, lines, none, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    solid = solid_of(series)
+    state = room(solid, 2000, 20000)
+    scale = 1.0 + branch / equilibrium
+    problem = Problem(solid, power_path(1.0), driver, scheme(), Scales(1.0, scale, scale, 1e-8), 2)
+    assert run(problem, state, np.zeros(3), 20000) == DONE
+    records, size = state.records, state.places[RECORDS]
+    force = np.zeros(times.size)
+    for n in np.flatnonzero(times > touch):
+        moment = (times[n] - touch) / unit
+        k = np.searchsorted(records.start[:size], moment, side="right") - 1
+        passed, kind = min((moment - records.start[k]) / records.length[k], 1.0), records.kind[k]
+        z = 1.0 - (1.0 - passed) ** (-1.0 / kind) if kind < 0 else passed ** (1.0 / kind)
+        force[n] = 2.0 * chebyshev.chebval(2.0 * z - 1.0, records.columns[k, 2])
+    return 4.0 * equilibrium * length * np.sqrt(TIP.radius * length) * force
 
 
 def repetition(seed: int, number: int) -> list[dict[str, Any]]:
     """Rows of one record, an unknown each."""
     random, level = np.random.default_rng([seed, number]), LEVELS[number % len(LEVELS)]
-    data, truth = record(level, random)
+    data, truth, cycles = record(level, random)
     begin = time.process_time()
     fit = rs.identify(data, rs.standard_solid, fixed=FIXED)
     used = time.process_time() - begin
@@ -61,13 +100,16 @@ def repetition(seed: int, number: int) -> list[dict[str, Any]]:
             low, high = one.interval
             inside, z = float(low <= value <= high), (one.value - value) / one.standard_error
         about = {"chi2": fit.reduced_chi2, "time": used, "samples": data.size, "stated": not data.scaled}
-        rows.append({"number": number, "level": level, "name": name, "inside": inside, "z": z} | about)
+        rows.append(
+            {"number": number, "level": level, "cycles": cycles, "name": name, "inside": inside, "z": z} | about
+        )
     return rows
 
 
 def table(rows: pd.DataFrame) -> list[str]:
     """Coverage by noise of the depth and by unknown."""
     groups = [("all", rows), *((name, rows[rows.name == name]) for name in NAMES)]
+    groups += [(words, rows[rows.cycles == cycles]) for words, cycles in (("one approach", False), ("two", True))]
     groups += [(f"depth noise {1e9 * level:g} nm", rows[rows.level == level]) for level in LEVELS]
     lines = ["| records | intervals | hold the truth | resolved to | mean z | scatter of z | chi2/dof |"]
     lines += ["|---|---|---|---|---|---|---|"]

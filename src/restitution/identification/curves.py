@@ -41,6 +41,9 @@ _FEWEST_ROWS, _MOST, _ROUNDS, _PLACES = 12, 160, 3, 40
 _POWERS = (1.0, 0.9, 0.8, 0.65)
 # The later rounds use this share of the approach beyond touch.
 _NEAR = 0.4
+# An approach ends where its depth is below the largest one by this share of its range, and this multiple of its noise;
+# the later rounds end this share of the indentation below it.
+_REST, _NOISE, _TOP = 1e-3, 5.0, 0.02
 # A slope of the baseline counts if it exceeds this multiple of its standard error.
 _DRIFT = 4.0
 # The first approach reaches this share of the range of the force, and ends where the depth is below its largest value
@@ -72,7 +75,7 @@ def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Tou
     first, last = first_approach(depth, force)
     # The force relaxes while the depth rests at its largest value.
     part = depth[first:last]
-    last = first + int(np.argmax(part >= part.max() - 0.02 * np.ptp(part))) + 1
+    last = first + int(np.argmax(part >= part.max() - _REST * np.ptp(part) - _NOISE * white_noise(time, depth))) + 1
     points = np.arange(first, last)
     if points.size < _FEWEST_ROWS:
         raise InputError("depth", points.size, f"has too few points in the approach; it needs at least {_FEWEST_ROWS}")
@@ -87,6 +90,7 @@ def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Tou
         # Near touch the material has hardly relaxed, and the force is a power of the depth.
         size, spacing = peak - touch.depth, float(places[1] - places[0])
         near = first + np.flatnonzero(np.abs(depth[first:last] - touch.depth + 0.5 * size) < (0.5 + _NEAR) * size)
+        near = near[near <= first + np.argmax(depth[first:last] >= peak - _TOP * size)]
         points = near if near.size >= _FEWEST_ROWS else points
         low = max(lowest, touch.depth - max(0.3 * size, 1.5 * spacing))
         high = min(highest, touch.depth + max(0.2 * size, 1.5 * spacing))
