@@ -427,12 +427,12 @@ def test_a_dashpot_does_not_feel_the_noise_of_the_depth(depth_noise):
 def test_rates_are_those_of_the_motion():
     time = np.linspace(0.0, 1.0, 2000)
     depth = 1e-6 * np.interp(time, [0.0, 0.4, 0.7, 1.0], [0.0, 2.0, 2.0, 0.0])
-    exact, gains = rates_of(Record(time, depth))
+    exact, behind, gains = rates_of(Record(time, depth))
     assert exact[1:] == pytest.approx(np.diff(depth) / np.diff(time))
-    # A force between two rates has half of the noise of their difference.
-    assert gains[1:] == pytest.approx(math.sqrt(0.5) * 1999.0)
+    assert np.array_equal(behind[:-1], exact[1:])
+    assert gains[1:] == pytest.approx(math.sqrt(2.0) * 1999.0)
     noise = 2e-9 * np.random.default_rng(13).normal(size=time.size)
-    rates, gains = rates_of(Record(time, depth + noise, 0.0, 2e-9))
+    rates, _, gains = rates_of(Record(time, depth + noise, 0.0, 2e-9))
     off, beside = rates - exact, np.abs(time[:, None] - [0.0, 0.4, 0.7, 1.0]).min(axis=1) > 0.004
     assert np.std(off[beside]) == pytest.approx(2e-9 * np.median(gains), rel=0.4)
     assert np.std(off[beside]) < 0.04 * exact.max()

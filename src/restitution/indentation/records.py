@@ -62,11 +62,10 @@ class RecordBlock:
         parts = [_parts(record) * refinement for record in records]
         self.n_samples = sizes
         self._steps = max(int(part.sum()) for part in parts)
-        rates, gains = zip(*(rates_of(record) for record in records), strict=True)
+        rates = [np.concatenate(column) for column in zip(*(rates_of(record) for record in records), strict=True)]
         self._records = Records(
             np.concatenate([[0], np.cumsum(sizes)]), np.concatenate([record.time for record in records]),
-            np.concatenate([record.depth for record in records]), np.concatenate(parts), np.concatenate(rates),
-            np.concatenate(gains),
+            np.concatenate([record.depth for record in records]), np.concatenate(parts), *rates,
             np.array([record.compliance for record in records]),
         )  # fmt: skip
         end = float(np.min(profile.max_depth))
@@ -144,20 +143,22 @@ def _parts(record: Record) -> NDArray[np.int64]:
     return np.concatenate([[0], np.maximum(parts, 1)])
 
 
-def rates_of(record: Record) -> tuple[Array, Array]:
-    """Return rates of the depth from the sample before to each sample, and their noise over that of the depth.
+def rates_of(record: Record) -> tuple[Array, Array, Array]:
+    """Return rates of the depth before each sample and at each sample, and their noise over that of the depth.
 
     A dashpot in parallel feels the rate, in which noise of the depth would be as large as the motion. So the rate is
     that of a line through so many samples that its noise is a few per cent of the speed. Of the samples before, around
-    and behind, those are taken that are closest to a line, as a kink is no noise.
+    and behind, those are taken that are closest to a line, as a kink is no noise. Without noise the rate at a sample
+    is that behind it, as in `rs.indent`.
     """
     time, depth = record.time, record.depth
-    rates, gains = np.diff(depth) / np.diff(time), math.sqrt(0.5) / np.diff(time)
+    rates, gains = np.diff(depth) / np.diff(time), math.sqrt(2.0) / np.diff(time)
     apart = max(time.size // 50, 1)
     speed = float(np.quantile(np.abs((depth[apart:] - depth[:-apart]) / (time[apart:] - time[:-apart])), 0.9))
     step = float(np.median(np.diff(time)))
     count = math.ceil((math.sqrt(12.0) * record.noise / max(_QUIET * speed * step, 1e-300)) ** (2.0 / 3.0)) + 1
     count = min(count, time.size // 8)
+    at = np.append(rates[1:], rates[-1])
     if count > 2:
         t = np.lib.stride_tricks.sliding_window_view(time, count)
         d = np.lib.stride_tricks.sliding_window_view(depth, count)
@@ -171,4 +172,5 @@ def rates_of(record: Record) -> tuple[Array, Array]:
         misfits = misfit[choices] * np.array([[1.0], [_KINK], [_KINK]])
         best = choices[np.argmin(misfits, axis=0), place]
         rates, gains = slopes[best], 1.0 / np.sqrt(spread[best])
-    return np.concatenate([[0.0], rates]), np.concatenate([[0.0], gains])
+        at = 0.5 * (rates + np.append(rates[1:], rates[-1]))
+    return np.append(0.0, rates), np.append(rates[0], at), np.append(0.0, gains)

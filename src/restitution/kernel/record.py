@@ -77,6 +77,7 @@ class Records(NamedTuple):
     depths: Any  # of the tip, or of the base of its spring
     parts: Any  # (P,): number of equal steps from the sample before
     rates: Any  # (P,): rate of the depth from the sample before, without its noise
+    drags: Any  # (P,): the same at the sample
     gains: Any  # (P,): noise of this rate over that of the depth
     compliances: Any  # (c,): of the spring; 0 without one
 
@@ -390,6 +391,16 @@ def turning(solid: Solid, work: Room, begin: float, end: float, rate: float, fir
 
 
 @compiled
+def settle(solid: Solid, tip: Tip, work: Room) -> None:
+    """Let elements leave whose load a rate that jumps has taken away, as that of a dashpot in parallel."""
+    t, depth = work.state[TIME], work.state[DEPTH]
+    pass_time(solid, work, 0.0, 0.0)
+    if work.counts[FOLLOWING] > 0 and not retreat(solid, tip, work, t, t, depth, 0.0):
+        leaving(solid, tip, work, 0, t, t, depth, 0.0)
+        work.counts[FOLLOWING] = 0
+
+
+@compiled
 def advance(solid: Solid, tip: Tip, work: Room, end: float, depth: float) -> None:
     """Move along a straight line of the depth to its end."""
     state, counts = work.state, work.counts
@@ -405,12 +416,9 @@ def advance(solid: Solid, tip: Tip, work: Room, end: float, depth: float) -> Non
             if closed:
                 stop = touch_axis(solid, tip, work, begin, end, start, rate)
         else:
-            # A rate that jumps takes the load by a dashpot with it.
             if solid.viscosity > 0.0:
-                pass_time(solid, work, 0.0, rate)
-                if not retreat(solid, tip, work, begin, begin, start, rate):
-                    leaving(solid, tip, work, 0, begin, begin, start, rate)
-                    counts[FOLLOWING] = 0
+                settle(solid, tip, work)
+                if counts[FOLLOWING] == 0:
                     continue
             first, size = closing(solid, work, begin, rate)
             last = closing(solid, work, end, rate)[0]
@@ -530,8 +538,10 @@ def follow(
             advance(solid, tip, work, end, depth)
             # After an abundance of events: the line is left early.
             work.state[TIME], work.state[DEPTH] = end, depth
-        if n + 1 < last and compliance == 0.0:
-            work.state[DRAG] = 0.5 * (records.rates[n] + records.rates[n + 1])
+        if solid.viscosity > 0.0 and compliance == 0.0:
+            work.state[DRAG] = records.drags[n]
+            if n + 1 < last and records.drags[n] == records.rates[n + 1]:
+                settle(solid, tip, work)
         force = 2.0 * half_force(solid, work)
         if not force < LARGEST:
             return NOT_FINITE
