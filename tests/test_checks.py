@@ -1,8 +1,10 @@
 """Checks of input: units are converted or refused, and so is everything that is not a number."""
 
+import math
 import pickle
 import warnings
 from decimal import Decimal
+from functools import partial
 
 import numpy as np
 import pint
@@ -12,9 +14,20 @@ import xarray as xr
 from astropy import units as astropy_units
 
 import restitution as rs
+from refusals import in_one_line, named
 from restitution import checks, quantities
-from restitution.checks import between, finite, nonnegative, number, one_of, positive, whole, within
-from restitution.errors import InputError, InputTypeError
+from restitution.checks import (
+    between,
+    finite,
+    nonnegative,
+    number,
+    one_of,
+    positive,
+    positive_or_infinite,
+    whole,
+    within,
+)
+from restitution.errors import InputError
 
 ureg = pint.UnitRegistry()
 
@@ -66,15 +79,14 @@ def test_arrays_are_converted_as_a_whole(library):
     ],
 )
 def test_another_dimension_is_refused(value):
-    with pytest.raises(InputError, match="velocity") as caught:
-        positive("velocity", value, "m/s")
-    assert "m/s" in caught.value.rule
+    error = in_one_line(lambda: positive("velocity", value, "m/s"))
+    assert error.field.startswith("velocity")
+    assert "m/s" in error.rule
 
 
 def test_a_plain_number_may_only_have_a_dimensionless_unit():
     assert within("poisson_ratio", 45.0 * ureg.percent, -1.0, 0.5) == pytest.approx(0.45)
-    with pytest.raises(InputError):
-        within("poisson_ratio", 0.45 * ureg.m, -1.0, 0.5)
+    assert in_one_line(lambda: within("poisson_ratio", 0.45 * ureg.m, -1.0, 0.5)).field == "poisson_ratio"
 
 
 @pytest.mark.parametrize("unit", ["Pa s", "kg/m^3", "m/s^2", "J/mol", "K", "rad"])
@@ -96,10 +108,7 @@ def test_all_unit_libraries_support_the_units_of_the_registry(unit):
     ],
 )  # fmt: skip
 def test_values_that_are_not_numbers_are_refused(value):
-    with pytest.raises(InputTypeError) as caught:
-        number("velocity", value, "m/s")
-    assert caught.value.field == "velocity"
-    assert "\n" not in str(caught.value)
+    assert in_one_line(lambda: number("velocity", value, "m/s"), TypeError).field == "velocity"
 
 
 def test_a_masked_array_without_masked_values_is_accepted():
@@ -107,38 +116,39 @@ def test_a_masked_array_without_masked_values_is_accepted():
 
 
 def test_an_integer_beyond_float64_is_refused_in_one_short_line():
-    with pytest.raises(InputError) as caught:
-        positive("velocity", 10**400)
-    assert len(str(caught.value)) < 200
+    assert len(str(in_one_line(lambda: positive("velocity", 10**400)))) < 200
 
 
 @pytest.mark.parametrize(
-    ("check", "good", "bad"),
+    ("check", "good", "bad", "rule"),
     [
-        (finite, -1.0, np.inf),
-        (positive, 1e-300, 0.0),
-        (nonnegative, 0.0, -1e-300),
-        (lambda name, x: within(name, x, 0.0, 1.0), 1.0, 1.0000001),
-        (lambda name, x: between(name, x, 0.0, 1.0), 0.5, 1.0),
+        (finite, -1.0, math.inf, "finite"),
+        (positive, 1e-300, 0.0, "finite and > 0"),
+        (positive_or_infinite, math.inf, 0.0, "> 0"),
+        (nonnegative, 0.0, -1e-300, "finite and >= 0"),
+        (partial(within, low=0.0, high=1.0), 1.0, 1.0000001, "in [0, 1]"),
+        (partial(between, low=0.0, high=1.0), 0.5, 1.0, "> 0 and < 1"),
     ],
 )
-def test_ranges(check, good, bad):
+def test_ranges(check, good, bad, rule):
     assert check("x", good) == good
-    for value in (bad, np.nan):
-        with pytest.raises(InputError) as caught:
-            check("x", [good, value, good])
-        assert caught.value.index == (1,)
-        assert np.array_equal(caught.value.value, value, equal_nan=True)
+    for value in (bad, math.nan):
+        assert named(partial(check, "x", [good, value, good])) == ("x", 1, value)
+    assert in_one_line(lambda: check("x", bad)).rule == f"must be {rule}"
 
 
 def test_whole_numbers_and_choices():
     assert whole("n", np.int64(3)) == 3
     for bad in (0, 1.0, True, "1"):
-        with pytest.raises(InputError):
-            whole("n", bad)
+        assert named(partial(whole, "n", bad)) == ("n", bad)
+    assert in_one_line(lambda: whole("n", 0)).rule == "must be a whole number >= 1"
+    assert in_one_line(lambda: whole("n", 0, 1, 9)).rule == "must be a whole number in [1, 9]"
     assert one_of("errors", "warn", ("raise", "warn")) == "warn"
-    with pytest.raises(InputError, match="'raise' or 'warn'"):
-        one_of("errors", "stop", ("raise", "warn"))
+    assert str(in_one_line(lambda: one_of("errors", "stop", ("raise", "warn")))) == (
+        "errors = 'stop': must be 'raise' or 'warn'"
+    )
+    rule = in_one_line(lambda: checks.common_shape({"a": (2,), "b": (3,)})).rule
+    assert rule == "have shapes that do not broadcast against each other: a (2,), b (3,)"
 
 
 def test_errors_keep_their_attributes_when_pickled():
@@ -157,9 +167,7 @@ def test_every_quantity_refuses_what_lies_outside_its_range(quantity):
     outside += [quantity.low] if quantity.open else []
     outside += [] if quantity.infinite else [quantity.high + 1.0 if np.isfinite(quantity.high) else np.inf]
     for value in outside:
-        with pytest.raises(InputError) as caught:
-            quantity.check(value)
-        assert caught.value.field == quantity.name
+        assert in_one_line(partial(quantity.check, value)).field == quantity.name
 
 
 class Hostile:
@@ -197,16 +205,12 @@ class Hostile:
     ],
 )
 def test_other_types_are_refused_in_one_line(check, value):
-    with pytest.raises(InputError) as caught:
-        check(value)
-    assert caught.value.field == "x"
-    assert "\n" not in str(caught.value)
+    assert in_one_line(lambda: check(value)).field == "x"
 
 
 def test_a_function_takes_the_stated_number_of_arguments():
     assert checks.function("f", len, "must be a function", 1) is len
-    with pytest.raises(InputError):
-        checks.function("f", lambda: 1, "must be a function", 1)
+    assert in_one_line(lambda: checks.function("f", lambda: 1, "must be a function", 1)).field == "f"
 
 
 def test_a_public_name_with_a_slip_is_advised():
@@ -227,9 +231,7 @@ def test_a_public_name_with_a_slip_is_advised():
     ids=["pint", "pint array", "list of pint", "astropy", "unyt", "xarray"],
 )
 def test_a_modulus_in_millipascal_is_refused(modulus):
-    with pytest.raises(InputError, match="did you mean MPa") as error:
-        quantities.check("branch_moduli", modulus)
-    assert "\n" not in str(error.value)
+    assert in_one_line(lambda: quantities.check("branch_moduli", modulus)).field.startswith("branch_moduli")
 
 
 @pytest.mark.parametrize("modulus", [1e-3, ureg.Quantity(1e-3, "Pa"), ureg.Quantity(1e-9, "MPa")])

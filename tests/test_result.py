@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import restitution as rs
-from cases import case_file
+from cases import FAST, case_file
 from restitution import RelaxationTable, RestitutionWarning
 from restitution.cli.main import app
 from restitution.identification.map import MapStatus
@@ -24,7 +24,6 @@ RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45, density=1100.0)
 # Grams were meant: the contact is far too large.
 HEAVY = rs.Impact(RUBBER, rs.Parabola(0.01), mass=5.0, velocity=1.0)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
-SOLID = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "10 MPa"\nviscosity = "1 kPa s"\npoisson_ratio = 0.45\n'
 
 
 def results():
@@ -75,7 +74,7 @@ class Tags(HTMLParser):
 
 
 def test_print_shows_the_table_of_the_command_line_and_its_warnings(tmp_path: Path):
-    material = f'{SOLID}density = "1100 kg/m3"'
+    material = f'{FAST}density = "1100 kg/m3"'
     case_file(tmp_path / "ball.toml", body='mass = "5 kg"\nradius = "10 mm"', material=material)
     answer = CliRunner().invoke(app, ["solve", str(tmp_path / "ball.toml")])
     lines = str(rs.solve(HEAVY)).splitlines()

@@ -5,6 +5,7 @@ import math
 import pickle
 import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.contact.geometry import Contact
 from restitution.contact.radiation import radiation
 from restitution.quantities import VALIDITY
@@ -164,8 +166,8 @@ def test_a_thin_layer_keeps_its_waves():
 
 @pytest.mark.parametrize("size", [0.0, -0.01, math.nan, [0.01, 0.02]])
 def test_a_size_of_the_target_that_is_none_is_refused(size):
-    with pytest.raises(rs.InputError, match="body_size"):
-        rs.Impact(rs.Material(1e6, 1e9), rs.Parabola(0.01), 0.005, 1.0, body_size=size)
+    impact = partial(rs.Impact, RUBBER, rs.Parabola(0.01), 0.005, 1.0, body_size=size)
+    assert in_one_line(impact).field == "body_size"
 
 
 @pytest.mark.parametrize("ratio", [0.003, 0.01])
@@ -523,5 +525,5 @@ def test_waves_of_a_soft_ball_leave_a_soft_target():
 
 @pytest.mark.parametrize("diameters", [(2.0,), (0.0, 2.0), (-1.0, 2.0), (math.nan, 1.0)])
 def test_diameters_that_are_none_are_refused(diameters):
-    with pytest.raises(rs.InputError, match="diameters"):
-        rs.Impact(RUBBER, rs.Parabola(0.015), 0.1, 1.0, diameters=diameters)
+    impact = partial(rs.Impact, RUBBER, rs.Parabola(0.015), 0.1, 1.0, diameters=diameters)
+    assert in_one_line(impact).field == "diameters"

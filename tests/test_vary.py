@@ -9,11 +9,12 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from cases import RUBBER
+from refusals import in_one_line
 
 # Large velocities exceed the limits of the theory on purpose.
 pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
 RNG = np.random.default_rng()
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=0.5)
 SERIES = rs.Material(rs.PronySeries(1e6, [4e6, 3e6], [1e-4, 2e-3]), bulk=rs.PronySeries(1e8, [2e8], [1e-3]))
 # Each has a random number in its range, and makes the impact from it without `vary`.
@@ -129,7 +130,4 @@ def test_an_incompressible_row_stands_beside_a_bulk_that_relaxes():
     ],
 )
 def test_what_cannot_be_varied_is_refused(field, numbers):
-    with pytest.raises(rs.InputError) as caught:
-        rs.vary(BALL, numbers)
-    assert caught.value.field == field
-    assert "\n" not in str(caught.value)
+    assert in_one_line(lambda: rs.vary(BALL, numbers)).field == field

@@ -1,9 +1,10 @@
-"""Identification from real measurements: bouncing balls, rubber at several temperatures, a polymer, egg cells.
+"""Identification from real measurements: bouncing balls, rubber at several temperatures, a polymer, egg cells, AFM.
 
-Run as `python validation/real_data.py [POLYMER.csv] [CURVES.zip]`; prints tables and writes them to `real_data.md`
-beside this file. The first file is the relaxation master curve of the verification data of pyvisco (NREL,
-BSD-3-Clause). The second is `examples/data/10.1002_btm2.10294_fig5d-cell1.zip` of afmformats (MIT), which must be
-installed. Neither is part of this repository; a part without its file is left out. Takes half a minute.
+Run as `python validation/real_data.py [POLYMER.csv] [CURVES.zip] [FOLDER]`; prints tables and writes them to
+`real_data.md` beside this file. The first file is the relaxation master curve of the verification data of pyvisco
+(NREL, BSD-3-Clause). The second is `examples/data/10.1002_btm2.10294_fig5d-cell1.zip` of afmformats (MIT), which must
+be installed. The folder is that of `real_curves.py`. None is part of this repository; a part without its file is left
+out. Takes a minute.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from real_curves import curves_of_instruments
 
 import restitution as rs
 from restitution.identification.observations import Moduli
@@ -318,7 +320,8 @@ def main() -> None:
     parts = ["# Real measurements\n\nMade by `validation/real_data.py`.", balls(), rubber()]
     for name in sys.argv[1:]:
         file = Path(name)
-        parts.append((cells if file.suffix == ".zip" else polymer)(file))
+        part = curves_of_instruments if file.is_dir() else cells if file.suffix == ".zip" else polymer
+        parts.append(part(file))
     text = "\n\n".join(part.strip() for part in parts) + "\n"
     print(text)
     Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")

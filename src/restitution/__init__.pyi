@@ -24,8 +24,8 @@ from .errors import RestitutionWarning as RestitutionWarning
 from .explorer.launch import Explorer as Explorer
 from .explorer.launch import explore as explore
 from .files import write_table as write_table
+from .identification.curve_files import read_curves as read_curves
 from .identification.curves import IndentationCurve as IndentationCurve
-from .identification.curves import read_curves as read_curves
 from .identification.design import design as design
 from .identification.identify import identify as identify
 from .identification.impacts import Rebounds as Rebounds

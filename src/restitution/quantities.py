@@ -296,6 +296,8 @@ INDENTATION = _by_name(
     _nonnegative("contact_end_time", TIME, "contact ends at", r"$t_\mathrm{end}$"),
     OUTPUTS["residual_indentation_depth"]._replace(words="depth at the end of contact"),
     Quantity("work", ENERGY, "work of the indenter", r"$W$"),
+    Quantity("dissipated", ENERGY, "energy dissipated until the end", r"$E_\mathrm{d}$"),
+    _nonnegative("stored", ENERGY, "energy left in the material at the end", r"$E_\mathrm{s}$"),
 )
 """Outputs of an indentation."""
 

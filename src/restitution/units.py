@@ -62,6 +62,7 @@ ANGLE = Dimension("angle", "rad", "80 deg")
 TEMPERATURE = Dimension("temperature", "K", "20 degC")
 TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
 MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
+FREQUENCY = Dimension("frequency", "1/s")
 STIFFNESS = Dimension("stiffness", "N/m", "0.1 N/m", Powers(1, 0, -2))
 
 _SHOWN = (
@@ -70,7 +71,7 @@ _SHOWN = (
 )  # fmt: skip
 _WRITTEN = (
     # No key of a case file has these, but a person may write one by mistake. They precede the angular frequency.
-    Dimension("frequency", "1/s"),
+    FREQUENCY,
     Dimension("area", "m^2"),
     Dimension("volume", "m^3"),
     Dimension("power", "W"),
@@ -154,28 +155,49 @@ def celsius(kelvin: float, digits: int = 6) -> str:
 # Texts with a unit. Units that most files have need no pint, whose import and set-up take 0.4 s.
 
 
-def _prefixed(unit: str, high: int = 9, zero: int = 0) -> dict[str, int]:
-    """Return the powers of ten to SI of a unit with each prefix up to one; `zero` is that of the unit itself."""
+class Unit(NamedTuple):
+    """Unit: SI value = (value + offset) factor/divisor. One of both is 1, so that the result is rounded once."""
+
+    dimension: Dimension
+    factor: float = 1.0
+    divisor: float = 1.0
+    offset: float = 0.0
+
+    def si(self, values: Any) -> Any:
+        """Return numbers in SI."""
+        return (values + self.offset) * self.factor / self.divisor
+
+
+def _powers(dimension: Dimension, **powers: int) -> dict[str, Unit]:
+    """Return units that are powers of ten of the SI unit."""
+    return {name: Unit(dimension, 10.0 ** max(n, 0), 10.0 ** max(-n, 0)) for name, n in powers.items()}
+
+
+def _prefixed(dimension: Dimension, unit: str, high: int = 9, zero: int = 0) -> dict[str, Unit]:
+    """Return a unit with each prefix up to one; `zero` is the power of ten of the unit itself."""
     prefixes = {prefix: power for power, prefix in _PREFIXES.items()} | {"u": -6}
-    return {prefix + unit: power + zero for prefix, power in prefixes.items() if -9 <= power <= high}
+    return _powers(dimension, **{p + unit: n + zero for p, n in prefixes.items() if -9 <= n <= high})
 
 
-_PLAIN = {
-    LENGTH: _prefixed("m", high=3) | {"cm": -2},
-    MASS: _prefixed("g", high=3, zero=-3),
-    TIME: _prefixed("s", high=0),
-    FORCE: _prefixed("N"),
-    MODULUS: {name: power for name, power in _prefixed("Pa").items() if name != "mPa"},
-    VISCOSITY: _prefixed("Pa s"),
-    VELOCITY: {"m/s": 0, "mm/s": -3, "um/s": -6, "cm/s": -2},
-    DENSITY: {"kg/m^3": 0, "kg/m3": 0, "g/cm^3": 3, "g/cm3": 3},
-    ACCELERATION: {"m/s^2": 0, "m/s2": 0},
-    TEMPERATURE: {"K": 0},
-    TEMPERATURE_DIFFERENCE: {"K": 0},
-    MOLAR_ENERGY: {"J/mol": 0, "kJ/mol": 3},
-    ANGLE: {"rad": 0},
-}
-_CELSIUS = ("degC", "°C")
+_UNITS = {
+    **_prefixed(LENGTH, "m", high=3), **_powers(LENGTH, cm=-2),
+    **_prefixed(MASS, "g", high=3, zero=-3),
+    **_prefixed(TIME, "s", high=0), "min": Unit(TIME, 60.0), "h": Unit(TIME, 3600.0),
+    **_prefixed(FORCE, "N"),
+    **{name: unit for name, unit in _prefixed(MODULUS, "Pa").items() if name != "mPa"},
+    **_prefixed(VISCOSITY, "Pa s"),
+    **_powers(VELOCITY, **{"m/s": 0, "mm/s": -3, "um/s": -6, "cm/s": -2}),
+    **_powers(DENSITY, **{"kg/m^3": 0, "kg/m3": 0, "g/cm^3": 3, "g/cm3": 3}),
+    **_powers(ACCELERATION, **{"m/s^2": 0, "m/s2": 0}),
+    **_powers(FREQUENCY, Hz=0, kHz=3, MHz=6), **_powers(ANGULAR_FREQUENCY, **{"rad/s": 0}),
+    **_powers(TEMPERATURE, K=0), **dict.fromkeys(("degC", "°C"), Unit(TEMPERATURE, offset=ZERO_CELSIUS)),
+    **_powers(MOLAR_ENERGY, **{"J/mol": 0, "kJ/mol": 3}),
+    **_powers(ANGLE, rad=0),
+    **_powers(NUMBER, **{"": 0, "%": -2}),
+}  # fmt: skip
+# Spellings of instruments, which a case file must not have. Pint would take C for coulomb.
+_OF_INSTRUMENTS = {"sec": "s", "C": "degC", "ºC": "degC", "1/s": "Hz", "-": "", "1": ""}
+_OF_COLUMNS = (TIME, MODULUS, FREQUENCY, ANGULAR_FREQUENCY, TEMPERATURE, NUMBER)
 
 # The expressions below take quadratic time on some texts, which must therefore be short.
 _LONGEST = 200
@@ -186,9 +208,9 @@ _BARE_EXPONENT = re.compile(r"\b([kcdmuµμn]?m|[mu]?s|in|ft)(-?[1-4])\b")
 # A power of a power such as m^9^9^9 would keep pint's integer arithmetic busy for ever.
 _TOWER = re.compile(r"(\^|\*\*)[\s(+-]*[\d.]+[\s)]*(\^|\*\*)|\d{4}")
 # What people mean, of units that differ in case alone.
-_COMMON = frozenset(
-    ["Pa", "kPa", "MPa", "GPa", "mm", "um", "cm", "m", "kg", "g", "mg", "ms", "us", "s", "N", "mN", "kN"]
-)
+_COMMON = (
+    "Pa", "kPa", "MPa", "GPa", "mm", "um", "cm", "m", "kg", "g", "mg", "s", "ms", "us", "N", "mN", "kN",
+)  # fmt: skip
 # The names of it in texts, pint, astropy and unyt. Hardly any body is that soft, and it is one capital from MPa.
 _MILLIPASCAL = re.compile(r"mPa|millipascals?")
 
@@ -220,14 +242,9 @@ def to_si(text: str, dimension: Dimension) -> float:
     number, name = float(match[1]), match[2]
     if dimension == MODULUS:
         _refuse_millipascal("", ABSENT, name)
-    power = _PLAIN.get(dimension, {}).get(name)
-    if power is not None:
-        # Division by a power of ten rounds once; a product with its inverse twice.
-        return number * 10.0**power if power >= 0 else number / 10.0**-power
-    if name in _CELSIUS and dimension is TEMPERATURE:
-        return number + ZERO_CELSIUS
-    if name in _CELSIUS and dimension is TEMPERATURE_DIFFERENCE:
-        return number
+    plain = _UNITS.get(name)
+    if plain is not None and plain.dimension.unit == dimension.unit:
+        return number if dimension is TEMPERATURE_DIFFERENCE else plain.si(number)
     unit, registry = _pint_unit(name, dimension), unit_registry()
     si = registry.parse_units(dimension.unit)
     if unit.dimensionality != si.dimensionality or (dimension is ANGLE and not name):
@@ -249,21 +266,21 @@ def _pint_unit(text: str, dimension: Dimension) -> Any:
     try:
         return unit_registry().parse_units(_BARE_EXPONENT.sub(r"\1**\2", text))
     except Exception:  # pint's parser lets errors of many unrelated types through
-        near = _near(text, dimension) or " or ".join(get_close_matches(text, _usual(dimension), 1, 0.6))
+        near = _near(text, dimension) or " or ".join(get_close_matches(text, usual_units(dimension), 1, 0.6))
         if not near:
             raise refused from None
         raise InputError("", rule=f"unknown unit {text!r}, did you mean {near}? {dimension.advice}") from None
 
 
-def _usual(dimension: Dimension) -> list[str]:
-    """Return the units in which people give a quantity."""
-    plain = [*_PLAIN.get(dimension, {}), *(_CELSIUS if dimension is TEMPERATURE else ())]
-    return [name for name in plain if name in _COMMON] or plain
+def usual_units(*dimensions: Dimension) -> list[str]:
+    """Return the units in which people give quantities of these dimensions."""
+    plain = [name for name, unit in _UNITS.items() if name and unit.dimension in dimensions]
+    return [name for name in _COMMON if name in plain] or plain
 
 
 def _near(text: str, dimension: Dimension) -> str:
     """Return the usual units that differ from a text by capitals only."""
-    return " or ".join(name for name in _usual(dimension) if name.lower() == text.lower())
+    return " or ".join(name for name in usual_units(dimension) if name.lower() == text.lower())
 
 
 def _refuse_millipascal(name: str, value: Any, unit: str) -> None:
@@ -315,28 +332,6 @@ def without_unit(name: str, value: Any, unit: str) -> Any:
 # Units of the columns of tables of materials.
 
 
-class Unit(NamedTuple):
-    """Unit of a column: SI value = factor * (value + offset)."""
-
-    dimension: str
-    factor: float
-    offset: float = 0.0
-
-
-def _units(dimension: str, **factors: float) -> dict[str, Unit]:
-    return {name: Unit(dimension, factor) for name, factor in factors.items()}
-
-
-# Pint would take C for coulomb.
-PLAIN_UNITS = {
-    **_units("time", s=1.0, ms=1e-3, us=1e-6, µs=1e-6, sec=1.0, min=60.0, h=3600.0),
-    **_units("modulus", Pa=1.0, kPa=1e3, MPa=1e6, GPa=1e9),
-    **_units("frequency", **{"Hz": 1.0, "1/s": 1.0, "kHz": 1e3, "MHz": 1e6}),
-    **{name: Unit("temperature", 1.0, ZERO_CELSIUS) for name in ("°C", "degC", "C", "ºC")},
-    **_units("number", **{"-": 1.0, "1": 1.0, "": 1.0, "%": 0.01}),
-    **_units("angular frequency", **{"rad/s": 1.0}),
-    **_units("temperature", K=1.0),
-}
 _COMPOSED = re.compile(r"[A-Za-zµ]{1,12}(\^?[23])?([*/][A-Za-zµ]{1,12}(\^?[23])?){0,2}")
 
 
@@ -344,8 +339,9 @@ _COMPOSED = re.compile(r"[A-Za-zµ]{1,12}(\^?[23])?([*/][A-Za-zµ]{1,12}(\^?[23]
 def unit(text: str) -> Unit | None:
     """Return the unit of a column; None if it is unknown or no quantity of the tables has its dimension."""
     name = text.strip().replace("²", "2").replace("μ", "µ")
-    if name in PLAIN_UNITS:
-        return PLAIN_UNITS[name]
+    plain = _UNITS.get(_OF_INSTRUMENTS.get(name, name))
+    if plain is not None:
+        return plain if plain.dimension in _OF_COLUMNS else None
     if not _COMPOSED.fullmatch(name) or name in ("rpm", "deg"):
         return None
     registry = unit_registry()
@@ -353,7 +349,7 @@ def unit(text: str) -> Unit | None:
         quantity = registry.Quantity(1.0, re.sub(r"(?<=[A-Za-z])([23])", r"^\1", name))
         for dimension in (TIME, MODULUS):
             if quantity.check(registry.Unit(dimension.unit).dimensionality):
-                return Unit(dimension.name, float(quantity.to(dimension.unit).magnitude))
+                return Unit(dimension, float(quantity.to(dimension.unit).magnitude))
     except Exception:  # errors of pint's parser have no common class
         return None
     return None

@@ -78,14 +78,8 @@ def test_a_fractional_ball_is_accurate_for_its_longest_contact() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (
-            SOFT + "external_force = 1.0\n",
-            "case.toml: impact.external_force: a body that bounces has its weight alone; give weight",
-        ),
-        (
-            SOFT + 'impedance = "500 kg/s"\n',
-            "case.toml: impact.weight = true: must be false: the weight would drive a target with an impedance for ever",
-        ),
+        (SOFT + "external_force = 1.0\n", "case.toml: impact.external_force"),
+        (SOFT + 'impedance = "500 kg/s"\n', "case.toml: impact.weight = true: must be false"),
         (
             SOFT + '[solver]\nmethod = "elements"\n',
             'case.toml: solver.method = "elements": bounces are solved by method = "exact"',

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from checkout import EXAMPLES
 from restitution import InputError, RestitutionWarning, read_observations
 
-DATA = Path(__file__).parents[2] / "examples" / "identification"
+DATA = EXAMPLES / "identification"
 SEEDS = {
     "balls.csv": {},
     "sound.csv": {"radius": 0.02, "mass": 0.0335},
@@ -61,11 +62,11 @@ def mutant(text: str, rng: random.Random) -> str:
     return "".join(lines)
 
 
-def damaged(runs: int, seed: int, folder: Path) -> int:
-    """Number of files that are refused."""
+@pytest.mark.parametrize("runs", [60, pytest.param(1000, marks=pytest.mark.slow)])
+def test_damaged_files(runs: int, folder: Path) -> None:
     from restitution.contact.profiles import Parabola
 
-    rng, refused = random.Random(seed), 0
+    rng, refused = random.Random(5), 0
     for _ in range(runs):
         name = rng.choice(list(SEEDS))
         options = {key: Parabola(2.5e-6) if value is None else value for key, value in SEEDS[name].items()}
@@ -85,13 +86,4 @@ def damaged(runs: int, seed: int, folder: Path) -> int:
             refused += 1
             assert message.startswith(str(file))
             assert "\n" not in message
-    return refused
-
-
-def test_a_few_damaged_files(tmp_path: Path) -> None:
-    assert 0 < damaged(60, 5, tmp_path) < 60
-
-
-@pytest.mark.slow
-def test_a_thousand_damaged_files(tmp_path: Path) -> None:
-    assert 0 < damaged(1000, 6, tmp_path) < 1000
+    assert 0 < refused < runs

@@ -11,6 +11,7 @@ import pytest
 
 import restitution as rs
 from checkout import EXAMPLES, ROOT, script
+from refusals import named
 from restitution.case.identification import read_design, read_identification
 from restitution.case.impact import read_case
 from restitution.case.sweep import read_sweep
@@ -47,20 +48,13 @@ def test_a_soft_ball_on_a_rigid_plate_has_no_warning_of_waves(name: str) -> None
     assert "on a rigid half-space" in case.arrangement
 
 
-@pytest.mark.parametrize(
-    ("sections", "key"),
-    [
-        ('[profile]\nthickness = "1 mm"\n', "impact.material_of"),
-        ('[counter_body]\nmass = "1 g"\n', "impact.material_of"),
-    ],
-)
-def test_a_body_that_cannot_be_soft_is_refused(tmp_path: Path, sections: str, key: str) -> None:
+@pytest.mark.parametrize("sections", ['[profile]\nthickness = "1 mm"\n', '[counter_body]\nmass = "1 g"\n'])
+def test_a_body_that_cannot_be_soft_is_refused(tmp_path: Path, sections: str) -> None:
     text = (EXAMPLES / "rubber_ball.toml").read_text(encoding="utf-8")
     path = tmp_path / "case.toml"
     layer = sections.startswith("[profile]")
     path.write_text(text.replace("[profile]\n", sections) if layer else text + sections, encoding="utf-8")
-    with pytest.raises(rs.InputError, match=key):
-        read_case(path)
+    assert named(lambda: read_case(path)) == ("impact.material_of", "body")
 
 
 def test_the_page_of_keys_is_up_to_date() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import named, refusal
 from restitution import LogNormal, read_case
 from restitution.case.identification import read_design, read_identification
 from restitution.case.section import CaseError
@@ -83,8 +84,7 @@ def test_models_are_compared(case: Path) -> None:
     assert compared is not None
     assert list(compared.results) == ["standard_solid", "elastic"]
     case.write_text(CASE.replace("fixed =", 'compare = ["elastik"]\nfixed ='))
-    with pytest.raises(CaseError, match=r"identification\.compare.*did you mean elastic"):
-        read_identification(case)
+    assert named(lambda: read_identification(case)) == ("identification.compare", ["elastik"])
 
 
 def test_priors_and_shifts(case: Path) -> None:
@@ -96,37 +96,28 @@ def test_priors_and_shifts(case: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "expected"),
     [
-        (
-            '"standard_solid"',
-            '"standard_sold"',
-            r'identification\.model = "standard_sold": is not known; did you mean',
-        ),
-        ("0.5 }", '"1 kg" }', r"identification\.fixed.*: is a mass, not a dimensionless number"),
-        ('"rebounds"', '"bounces"', r'data\[0\]\.kind = "bounces": must be one of "indentation", "rebounds"'),
-        ('"balls.csv"', '"ball.csv"', r'data\[0\]\.file = "ball\.csv": no such file'),
-        ("radius =", "radios =", r"data\[0\]\.radios = .*: unknown key; did you mean radius\?"),
-        ('"20 us"', '"20 N"', r"data\[0\]\.noise.*: is a force, not a time"),
-        (
-            "viscosity =",
-            "viscous =",
-            r"identification\.bounds\.viscous = .*: unknown quantity; did you mean viscosity",
-        ),
-        ("[[data]]", "[body]\nmass = 1\n[[data]]", r"body: does not belong here"),
-        ('radius = "10 mm"', 'radius = "-10 mm"', r"data\[0\]\.radius = .*must be finite and > 0"),
+        ('"standard_solid"', '"standard_sold"', ("identification.model", "standard_sold")),
+        ("0.5 }", '"1 kg" }', ("identification.fixed.poisson_ratio", "1 kg")),
+        ('"rebounds"', '"bounces"', ("data[0].kind", "bounces")),
+        ('"balls.csv"', '"ball.csv"', ("data[0].file", "ball.csv")),
+        ("radius =", "radios =", ("data[0].radios", "10 mm")),
+        ('"20 us"', '"20 N"', ("data[0].noise.contact_time", "20 N")),
+        ("viscosity =", "viscous =", ("identification.bounds.viscous", ["1 Pa s", "1 MPa s"])),
+        ("[[data]]", "[body]\nmass = 1\n[[data]]", ("body", {"mass": 1})),
+        ('radius = "10 mm"', 'radius = "-10 mm"', ("data[0].radius", "-10 mm")),
     ],
 )
-def test_wrong_files_are_refused(case: Path, old: str, new: str, message: str) -> None:
+def test_wrong_files_are_refused(case: Path, old: str, new: str, expected: tuple[object, ...]) -> None:
     case.write_text(CASE.replace(old, new))
-    with pytest.raises(CaseError, match=rf"case\.toml: {message}"):
-        read_identification(case).solve()
+    assert named(lambda: read_identification(case).solve()) == expected
 
 
 def test_the_message_of_a_wrong_value_has_the_line_of_the_file(case: Path) -> None:
     table = case.with_name("balls.csv")
     table.write_text(table.read_text().replace("0.01,33.0,", "-0.01,33.0,", 1))
-    with pytest.raises(CaseError, match=r'data\[0\]\.file = "balls\.csv": line 2: velocity = -0\.01 m/s'):
+    with pytest.raises(CaseError, match=r'data\[0\]\.file = "balls\.csv": line 2: velocity = -0\.01'):
         read_identification(case)
 
 
@@ -174,6 +165,4 @@ def test_the_design_of_a_file_is_that_of_the_function(tmp_path: Path) -> None:
 def test_a_wrong_design_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
     file = tmp_path / "design.toml"
     file.write_text(DESIGN.replace(old, new))
-    with pytest.raises(CaseError) as refused:
-        read_design(file)
-    assert message in str(refused.value)
+    assert message in str(refusal(lambda: read_design(file)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cases import case_file, isotherms_file
-from refusals import refuses
+from refusals import named, refuses
 from restitution import Case, Impact, Isotherms, Material, PronySeries, fit_prony, read_case, read_material, solve
 from restitution.case.section import CaseError
 from restitution.material import classical, library
@@ -219,19 +219,13 @@ FILES = {
         ('library = "steal"', '.library = "steal": is not known; did you mean steel?'),
         ("library = 3", ".library = 3: must be text"),
         ('library = "ice"\ntemperature = 300', ": temperature: the material has no law of the shift"),
-        (
-            'library = "polyisobutylene"\ntemperature = "90 K"',
-            ": temperature = 90 K: must be in [202, 400] K, the range of the law",
-        ),
+        ('library = "polyisobutylene"\ntemperature = "90 K"', ": temperature = 90 K: must be in [202, 400] K"),
         (
             'library = "ice"\ntemperature = "1 m"',
             '.temperature = "1 m": is a length, not a temperature; write e.g. "20 degC", or a plain number in K',
         ),
         ('library = "ice"\nshear = 3', ": give one of library, file, model and shear; library and shear are given"),
-        (
-            'library = "ice"\nshift = {c1 = 3}',
-            ".shift.reference_temperature: is missing\na.toml: material.shift.c2: is missing",
-        ),
+        ('library = "ice"\nshift = {c1 = 3}', ".shift.reference_temperature: is missing\na.toml: material.shift.c2"),
         ('library = "ice"\nshift = "none.csv"', '.shift = "none.csv": no such file'),
         ('library = "ice"\nshift = "terms.csv"', '.shift = "terms.csv": must hold temperatures and shift factors'),
         (
@@ -269,10 +263,7 @@ FILES = {
             '.file = "bad.csv": line 2: relative_modulus = -0.5: must be finite and >= 0',
         ),
         ('file = "shift.csv"\nbulk_modulus = 1', '.file = "shift.csv": holds shift factors and no moduli'),
-        (
-            'file = "unsaid.csv"\nbulk_modulus = 1',
-            '.deformation: must be "tension" or "shear", as the data do not state it',
-        ),
+        ('file = "unsaid.csv"\nbulk_modulus = 1', '.deformation: must be "tension" or "shear"'),
         (
             'file = "terms.csv"\nbulk_modulus = inf\ndeformation = "shear"',
             '.deformation = "shear": contradicts the data, which hold moduli in "tension"',
@@ -292,15 +283,9 @@ FILES = {
             'file = "relaxation.csv"\nbulk_modulus = inf',
             '.file = "relaxation.csv": must be at least 4 times over half a decade or more',
         ),
-        (
-            'file = "relaxation.csv"\nmaterial_name = "A"\nbulk_modulus = inf',
-            ".file = \"relaxation.csv\": has no material 'A': is no deck of a solver, whose materials have names",
-        ),
+        ('file = "relaxation.csv"\nmaterial_name = "A"\nbulk_modulus = inf', '.file = "relaxation.csv"'),
         ('file = "two.inp"', '.file = "two.inp": has 2 materials: choose one by its name, A or B'),
-        (
-            'file = "two.inp"\nmaterial_name = "C"',
-            ".file = \"two.inp\": has no material 'C': choose one by its name, A or B",
-        ),
+        ('file = "two.inp"\nmaterial_name = "C"', ".file = \"two.inp\": has no material 'C': choose one by its name"),
         (
             'coefficient = "1e4"\nexponent = 0.4\nbulk_modulus = inf',
             '.coefficient = "1e4": is a constant of another model than the standard solid; '
@@ -368,21 +353,21 @@ def test_a_file_with_several_temperatures() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "expected"),
     [
-        ('superposition = "vft"', "superposition"),
-        ("reference_temperature = 400", r"reference_temperature.*must be in \[283.15, 313.15\] K"),
-        (
-            "shift = { reference_temperature = 300, c1 = 8, c2 = 100 }",
-            "shift.*has no meaning for several temperatures",
-        ),
-        ("equilibrium_modulus = 1", "equilibrium_modulus.*has no meaning for several temperatures; known are"),
+        ('superposition = "vft"', ("superposition", "vft")),
+        ("reference_temperature = 400", ("reference_temperature", 400)),
+        ("shift = { reference_temperature = 300, c1 = 8, c2 = 100 }", ("shift",)),
+        ("equilibrium_modulus = 1", ("equilibrium_modulus", 1)),
     ],
 )
-def test_refused_superpositions(text: str, message: str) -> None:
+def test_refused_superpositions(text: str, expected: tuple[object, ...]) -> None:
     isotherms_file("dma.csv")
-    with pytest.raises(CaseError, match=message):
-        material(f'file = "dma.csv"\nbulk_modulus = "3 GPa"\n{text}')
+    field, *value = named(lambda: material(f'file = "dma.csv"\nbulk_modulus = "3 GPa"\n{text}'))
+    assert (field.removeprefix("material."), *value) == expected
+
+
+def test_a_single_temperature_takes_no_superposition() -> None:
     Path("t.csv").write_text("t,G\n1,3\n10,2\n100,1\n1000,1\n")
     with pytest.raises(CaseError, match=r"superposition.*has no meaning for measured data"):
         material('file = "t.csv"\nbulk_modulus = "3 GPa"\nsuperposition = "wlf"')

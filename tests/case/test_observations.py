@@ -58,7 +58,7 @@ def test_a_relaxation_is_no_series_of_bounces() -> None:
     observations = read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,3\n"))
     assert isinstance(observations, Moduli)
     assert observations.size == 3
-    with pytest.raises(InputError, match="must be a number"):
+    with pytest.raises(InputError, match="line 4: G = 'three'"):
         read_observations(written("time [s],G [MPa]\n0.1,5\n1,4\n10,three\n"))
 
 
@@ -66,10 +66,10 @@ def test_a_relaxation_is_no_series_of_bounces() -> None:
     ("text", "message"),
     [
         ("velocity [m/s],e\n1,0.8\n2,1.7\n", r"line 3: restitution_coefficient = 1\.7: must be in \(0, 1\]"),
-        ("velocity [m/s],e\n1,0.8\n-2,0.7\n", r"line 3: velocity = -2 m/s: must be finite and > 0"),
-        ("velocity [m/s],e\n1,0.8\n2,high\n", r"line 3: e = 'high': must be a number"),
-        ("velocity [m/s],e\n1,0.8\n2\n", r"line 3: 1 values: must be 2, one for each column"),
-        ("velocity [kg],e\n1,0.8\n", r"line 1: unit 'kg' of velocity: is a mass, not a velocity"),
+        ("velocity [m/s],e\n1,0.8\n-2,0.7\n", r"line 3: velocity = -2 m/s"),
+        ("velocity [m/s],e\n1,0.8\n2,high\n", r"line 3: e = 'high'"),
+        ("velocity [m/s],e\n1,0.8\n2\n", r"line 3: 1 values"),
+        ("velocity [kg],e\n1,0.8\n", r"line 1: unit 'kg' of velocity"),
         ("velocity [m/s],e,contact_tme [ms]\n1,0.8,2\n", r"line 1: unknown column 'contact_tme'; did you mean"),
         (
             "velocity [m/s],contact_time [ms]\n1,2\n",
@@ -92,7 +92,7 @@ def test_a_file_that_is_absent_is_named_once() -> None:
 def test_a_file_of_another_kind_is_refused() -> None:
     written(BALLS)
     for kind in set(KINDS) - {"rebounds", "moduli"}:
-        with pytest.raises(InputError, match="line 2: must have the columns"):
+        with pytest.raises(InputError, match=r"^data.csv: line 2: "):
             read_observations("data.csv", kind=kind)
     with pytest.raises(InputError, match=r"^balls\.toml: is a case file"):
         read_observations("balls.toml")

@@ -136,10 +136,7 @@ def test_a_table_needs_no_type() -> None:
             'type = "cone"\nhalf_angle = 80',
             '.half_angle = 80: must be > 0 and < 1.5708 rad; write "80 deg" for degrees',
         ),
-        (
-            'type = "cone"\nhalf_angle = "80"',
-            '.half_angle = "80": has no unit; write e.g. "80 deg", or a plain number in rad',
-        ),
+        ('type = "cone"\nhalf_angle = "80"', '.half_angle = "80": has no unit; write e.g. "80 deg"'),
         ('type = "cone"\nradius = 1', ".radius = 1: unknown key; known are type, half_angle"),
         (
             'type = "power_law"\nexponent = 3\ncoefficient = "1 mm^-1"',

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from refusals import named, refusal
 from restitution import units
 from restitution.case.identification import DesignFile, IdentificationFile
 from restitution.case.impact import CaseFile, read_case
@@ -52,6 +53,7 @@ from restitution.units import to_si, unit_registry
         ("36 km/h", VELOCITY, 10.0),
         ("45 %", NUMBER, 0.45),
         ("0.45", NUMBER, 0.45),
+        ("90 min", TIME, 5400.0),
         ("180 deg", NUMBER, math.pi),
         ("25 °C", TEMPERATURE, 298.15),
         ("25 degC", TEMPERATURE, 298.15),
@@ -68,12 +70,11 @@ def test_a_text_becomes_a_number_in_si(text: str, kind: Dimension, number: float
 
 
 def test_the_table_of_common_units_agrees_with_pint() -> None:
-    names_of = [(kind, name) for kind, names in units._PLAIN.items() for name in names]
-    assert len(names_of) > 40
-    for kind, name in names_of:
-        unit = units._pint_unit(re.sub(r"(\w)([23])$", r"\1^\2", name), kind)
-        factor = unit_registry().Quantity(1.0, unit).to(kind.unit).magnitude
-        assert to_si(f"3 {name}", kind) == pytest.approx(3.0 * factor, rel=4e-16), name
+    assert len(units._UNITS) > 60
+    for name, unit in units._UNITS.items():
+        parsed = units._pint_unit(re.sub(r"(\w)([23])$", r"\1^\2", name), unit.dimension)
+        si = unit_registry().Quantity(3.0, parsed).to(unit.dimension.unit).magnitude
+        assert to_si(f"3 {name}", unit.dimension) == pytest.approx(si, rel=4e-16), name
 
 
 @pytest.mark.parametrize(
@@ -91,6 +92,13 @@ def test_the_table_of_common_units_agrees_with_pint() -> None:
         ("1 mss", MASS, "unknown unit 'mss'; write e.g. \"5 g\", or a plain number in kg"),
         ("60 ShoreA", MODULUS, "unknown unit 'ShoreA'; write e.g. \"2 MPa\", or a plain number in Pa"),
         ("1 fur\nlong)", LENGTH, "unknown unit 'fur\\nlong)'; write e.g. \"10 mm\", or a plain number in m"),
+        # Spellings of instruments.
+        (
+            "25 C",
+            TEMPERATURE,
+            'is an electric charge, not a temperature; write e.g. "20 degC", or a plain number in K',
+        ),
+        ("3 -", NUMBER, "unknown unit '-'; write a plain number"),
         ("1 Hz", TIME, 'is a frequency, not a time; write e.g. "1 ms", or a plain number in s'),
         ("3 MPa m^3", MODULUS, 'is an energy, not a modulus; write e.g. "2 MPa", or a plain number in Pa'),
         ("1 kPa s", MODULUS, 'is a viscosity, not a modulus; write e.g. "2 MPa", or a plain number in Pa'),
@@ -103,8 +111,7 @@ def test_the_table_of_common_units_agrees_with_pint() -> None:
     ],
 )
 def test_invalid_quantities_are_refused_in_one_line(text: str, kind: Dimension, message: str) -> None:
-    with pytest.raises(ValueError, match=rf"^{re.escape(message)}\Z"):
-        to_si(text, kind)
+    assert str(refusal(lambda: to_si(text, kind))) == message
 
 
 @pytest.mark.parametrize("text", ["1 m^9^9^9^9", "1 m**(9**9**9**9)", "9**9**9**9 m", "1 m^99999999"])
@@ -159,5 +166,4 @@ def test_a_case_names_the_modulus_that_is_in_millipascal(tmp_path: Path) -> None
         '[body]\nradius = "10 mm"\nmass = "5 g"\n[impact]\nvelocity = "1 m/s"\n'
         '[material]\nmodel = "elastic"\nshear_modulus = "1 mPa"\npoisson_ratio = 0.3\n'
     )
-    with pytest.raises(InputError, match=r'material\.shear_modulus = "1 mPa": must not be in mPa'):
-        read_case(case)
+    assert named(lambda: read_case(case)) == ("material.shear_modulus", "1 mPa")

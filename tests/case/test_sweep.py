@@ -306,10 +306,7 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + AXES + "speed = [1]\n", "axes.speed: unknown quantity; known are velocity, "),
         (BODY + SOLID + "[axes]\nvelo = ['1 m/s']\n", "axes.velo: unknown quantity; did you mean velocity?"),
         (BODY + SOLID + "[axes]\nimpct.velocity = [1]\n", "axes.impct: unknown quantity; did you mean impact?"),
-        (
-            BODY + SOLID + "[axes]\nimpact.velo = { linear = ['1 m/s', 2], n = 2 }\n",
-            "axes.impact.velo: unknown quantity; did you mean velocity?",
-        ),
+        (BODY + SOLID + "[axes]\nimpact.velo = { linear = ['1 m/s', 2], n = 2 }\n", "axes.impact.velo"),
         (BODY + SOLID + "[axes]\nvelocity = { linea = [1, 2], n = 2 }\n", "axes.velocity.linea: unknown key; did you mean linear?"),
         (BODY + SOLID + "[axes]\nimpact.velocity = { linea = [1, 2], n = 2 }\n", "axes.impact.velocity.linea: unknown key; did"),
         (

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from cases import case_file
+from cases import RUBBER, case_file
+from refusals import in_one_line
 from restitution import Bounces, ImpactResult
 from restitution.citation.cite import citations, cite, entries
 
 THEORY = {"lee1960", "ting1966", "graham1967", "popov2015"}
-SOLID = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 SERIES = rs.Material(rs.PronySeries(1e6, [1e6, 2e6], [1e-3, 1e-2]), 1e9)
 
 
@@ -26,7 +26,7 @@ def impact(material: rs.Material, profile: object, **extra: object) -> rs.Impact
 
 
 def test_the_sphere_of_the_paper() -> None:
-    sources = citations(impact(SOLID, rs.Parabola(1.0)))
+    sources = citations(impact(RUBBER, rs.Parabola(1.0)))
     assert set(sources) == THEORY | {"restitution", "hertz1882", "willert"}
     assert sources["willert"] == ["impact on the compressible standard solid"]
 
@@ -102,7 +102,7 @@ def test_results_name_their_method(method: str, expected: set[str]) -> None:
 
 
 def test_each_source_appears_once_with_its_use() -> None:
-    text = cite(SOLID, impact(SOLID, rs.Cone(1.0)), rs.Cone(1.0))
+    text = cite(RUBBER, impact(RUBBER, rs.Cone(1.0)), rs.Cone(1.0))
     assert text.count("@article{love1939,") == 1
     assert "% contact of viscoelastic bodies while it grows\n@article{lee1960," in text
     assert text.count("% contact of a cone\n") == 1
@@ -116,8 +116,7 @@ def test_the_program_itself() -> None:
 def test_anything_else_is_refused() -> None:
     with pytest.raises(TypeError, match=r"^subject = 3: must be an Impact, a result, a Case, a Material or a"):
         cite(3)
-    with pytest.raises(TypeError, match="subject = namespace"):
-        cite(SimpleNamespace(material=SOLID))
+    assert in_one_line(lambda: cite(SimpleNamespace(material=RUBBER)), TypeError).field == "subject"
 
 
 def test_cases_cite_fits_and_methods(tmp_path: Path) -> None:

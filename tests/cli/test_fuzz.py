@@ -5,21 +5,10 @@ import pytest
 from checkout import script
 
 
-def faults(runs: int, seed: int) -> tuple[list[str], int]:
-    fuzz = script("validation/fuzz.py")
-    counts, faulty, _ = fuzz.fuzz(runs, seed)
-    return [f"{end.fault}\n{text}" for _, text, end in faulty], sum(counts.values())
-
-
-def test_a_few_damaged_files() -> None:
-    faulty, runs = faults(40, seed=7)
-    assert faulty == []
-    assert runs == 40
-
-
 # Warnings of the package are not errors on the command line.
 @pytest.mark.filterwarnings("default::restitution.errors.RestitutionWarning")
-@pytest.mark.slow
-def test_many_damaged_files() -> None:
-    faulty, _ = faults(1500, seed=11)
-    assert faulty == []
+@pytest.mark.parametrize("runs", [40, pytest.param(1500, marks=pytest.mark.slow)])
+def test_damaged_files(runs: int) -> None:
+    counts, faulty, _ = script("validation/fuzz.py").fuzz(runs, 7)
+    assert [f"{end.fault}\n{text}" for _, text, end in faulty] == []
+    assert sum(counts.values()) == runs

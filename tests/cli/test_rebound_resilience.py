@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 
 import restitution as rs
+from checkout import EXAMPLES
 from commands import done, refused
 
-PAD = str(Path(__file__).parents[2] / "examples" / "rubber_pad.toml")
+PAD = str(EXAMPLES / "rubber_pad.toml")
 WARM = ("--temperature", "0 degC", "--temperature", "23 degC")
 
 

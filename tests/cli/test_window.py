@@ -127,9 +127,8 @@ def test_the_same_in_python() -> None:
         lambda **options: rs.surrogate(single, speeds, 1e-3, **options),
         lambda **options: rs.contact_law(impact).reduced(1, **options),
     ):
-        with pytest.raises(rs.InputError, match="extrapolate=True") as caught:
+        with pytest.raises(rs.InputError, match=r"^velocity.* extrapolate=True"):
             call()
-        assert caught.value.field == "velocity"
         result = call(extrapolate=True)
         assert any("window" in warning for warning in getattr(result, "warnings", ["window"]))
 

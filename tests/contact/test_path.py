@@ -172,8 +172,8 @@ def test_arrays_for_the_kernel():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: path_table(Sphere(1.0), 0.0), "depth_max = 0 m: must be finite and > 0"),
-        (lambda: path_table(Sphere(1.0), math.inf), "depth_max = inf m: must be finite and > 0"),
+        (lambda: path_table(Sphere(1.0), 0.0), "depth_max = 0 m"),
+        (lambda: path_table(Sphere(1.0), math.inf), "depth_max = inf m"),
         (lambda: path_table(Tabulated([0, 1], [0, 1]), 3.0), "depth_max = 3 m: must be <= 1.5708 m"),
         (lambda: path_table(Sphere([1.0, 2.0]), 0.1), "single numbers"),
         (lambda: path_table(TruncatedCone([1.0, 2.0], 1.0), 0.1), "single numbers"),

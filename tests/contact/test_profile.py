@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from refusals import in_one_line
+from refusals import named
 from restitution import Impact, Material, PronySeries, Tabulated, solve
 from restitution.contact.profiles import (
     Cone,
@@ -229,31 +229,24 @@ def test_flat_punch():
 
 
 @pytest.mark.parametrize(
-    ("make", "field", "value", "limits"),
+    ("make", "expected"),
     [
-        (lambda: Parabola(-1.0), "radius", -1.0, "> 0"),
-        (lambda: Parabola([1.0, math.nan]), "radius", math.nan, "> 0"),
-        (lambda: Sphere(0.0), "radius", 0.0, "> 0"),
-        (lambda: Cone(0.0), "half_angle", 0.0, "> 0 and < 1.5708 rad"),
-        (lambda: Cone(70.0), "half_angle", 70.0, "> 0 and < 1.5708 rad"),
-        (lambda: PowerLaw(0.0, 1.0), "exponent", 0.0, "> 0"),
-        (lambda: PowerLaw(2.0, math.inf), "coefficient", math.inf, "> 0"),
-        (lambda: FlatPunch(-2.0), "radius", -2.0, "> 0"),
-        (lambda: TruncatedCone(1.0, 2.0), "half_angle", 2.0, "> 0 and < 1.5708 rad"),
-        (lambda: TruncatedCone(0.0, 1.0), "radius", 0.0, "> 0"),
-        (lambda: FlatEndedParabola(1.0, -1.0), "face_radius", -1.0, "> 0"),
+        (lambda: Parabola(-1.0), ("radius", -1.0)),
+        (lambda: Parabola([1.0, math.nan]), ("radius", 1, math.nan)),
+        (lambda: Parabola("big"), ("radius", "big")),
+        (lambda: Sphere(0.0), ("radius", 0.0)),
+        (lambda: Cone(0.0), ("half_angle", 0.0)),
+        (lambda: Cone(70.0), ("half_angle", 70.0)),
+        (lambda: PowerLaw(0.0, 1.0), ("exponent", 0.0)),
+        (lambda: PowerLaw(2.0, math.inf), ("coefficient", math.inf)),
+        (lambda: FlatPunch(-2.0), ("radius", -2.0)),
+        (lambda: TruncatedCone(1.0, 2.0), ("half_angle", 2.0)),
+        (lambda: TruncatedCone(0.0, 1.0), ("radius", 0.0)),
+        (lambda: FlatEndedParabola(1.0, -1.0), ("face_radius", -1.0)),
     ],
 )
-def test_bad_parameters(make, field, value, limits):
-    error = in_one_line(make)
-    assert error.field == field
-    assert error.value == pytest.approx(value, nan_ok=True)
-    assert error.rule.endswith(limits)
-
-
-def test_wrong_type():
-    with pytest.raises(TypeError, match="radius = 'big'"):
-        Parabola("big")
+def test_bad_parameters(make, expected):
+    assert named(make) == expected
 
 
 def test_an_exponent_near_zero_gives_an_infinite_path_exponent():

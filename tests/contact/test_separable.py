@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from refusals import in_one_line
+from refusals import named
 from restitution.contact.layer import layer as layer_module
 from restitution.contact.layer.layer import EffectiveModuli, effective_moduli, effective_modulus
 from restitution.impact.batch import Batch
@@ -292,18 +292,13 @@ def test_strict_layers_refuse_the_approximation():
     strict = rs.Layer(rs.Parabola(1.0), thickness=0.4, strict=True)
     rubber = rs.Impact(solid(0.5), strict, mass=1.0, velocity=1.0)
     dashpot = rs.kelvin_voigt(1.0, 1.0, bulk_modulus=3.0)
-    changes = "material: must have a Poisson ratio that does not change in time, or stays above 0.498"
-    tries = [
-        (changes, lambda: replace(rubber, material=solid(0.3))),
-        (
-            changes,
-            lambda: rs.sweep(rubber, {"poisson_ratio": [0.3, 0.5]}, progress=lambda *_: pytest.fail("work began")),
-        ),
-        (changes, lambda: rs.indent(solid(0.3), strict, depth=rs.triangle(0.1, 1.0))),
-        ("material: must have no parallel dashpot on a bonded layer", lambda: on_layer(dashpot)),
-    ]
-    for words, action in tries:
-        assert str(in_one_line(action)).startswith(words)
+    with pytest.raises(rs.InputError, match=r"^material: must have a Poisson ratio .* or stays above 0\.498"):
+        replace(rubber, material=solid(0.3))
+    with pytest.raises(rs.InputError, match=r"^material: must have no parallel dashpot on a bonded layer"):
+        on_layer(dashpot)
+    begun = {"progress": lambda *_: pytest.fail("work began")}
+    assert named(lambda: rs.sweep(rubber, {"poisson_ratio": [0.3, 0.5]}, **begun)) == ("material",)
+    assert named(lambda: rs.indent(solid(0.3), strict, depth=rs.triangle(0.1, 1.0))) == ("material",)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         solved(replace(rubber, material=solid(0.3), profile=replace(strict, base="frictionless")))

@@ -1,4 +1,5 @@
 import math
+import re
 import tracemalloc
 
 import numpy as np
@@ -6,6 +7,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator, PPoly
 
 from checkout import script
+from refusals import in_one_line
 from restitution.contact.profiles import Cone, FlatEndedParabola, Parabola, PowerLaw, Sphere, TruncatedCone
 from restitution.contact.tabulated import AbelTransform, Tabulated
 
@@ -69,7 +71,7 @@ def test_rough_table_falls_back_to_the_monotone_cubic():
     assert np.min(table._flank.derivative()(np.linspace(0.0, 0.7, 1201))) >= 0.0
 
     # The interval before r = 0.3 is so flat that g falls.
-    with pytest.raises(ValueError, match=r"f rises too little beyond r = 0\.275 m: g\(x\) must rise"):
+    with pytest.raises(ValueError, match=r"beyond r = 0\.275 m: g\(x\) must rise"):
         Tabulated(r, f)
     f = np.array([0.0, 0.01, 0.04, 0.16, 0.30, 0.45, 0.9])
     table = Tabulated(r, f)
@@ -189,9 +191,7 @@ def test_beyond_the_table():
     ],
 )
 def test_bad_tables(r, f, message):
-    with pytest.raises(ValueError, match=message) as error:
-        Tabulated(r, f)
-    assert "\n" not in str(error.value)
+    assert re.search(message, str(in_one_line(lambda: Tabulated(r, f))))
 
 
 def test_the_table_cannot_be_changed_afterwards():

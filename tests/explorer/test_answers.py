@@ -12,6 +12,7 @@ import pytest
 
 import random_messages as fuzz
 import restitution as rs
+from refusals import in_one_line
 from restitution.explorer import answers
 from restitution.explorer.downloads import download
 from restitution.explorer.inputs import MOST_TERMS, PRESETS, inputs, nested, of_case, of_impact, settled
@@ -322,8 +323,7 @@ def test_cases_that_the_page_cannot_show_are_refused_in_one_line(tmp_path):
     two = "\n[counter_material]\nlibrary = 'steel'\n"
     for key, case in (("counter_material", text + two), ("profile.thickness", layer), ("impact.impedance", pane)):
         path.write_text(case)
-        with pytest.raises(rs.InputError, match=rf"^{key}: is not shown"):
-            of_case(rs.read_case(path))
+        assert str(in_one_line(lambda: of_case(rs.read_case(path)))).startswith(f"{key}: is not shown")
     impact = answers.case_of({}).impact
     with pytest.raises(rs.InputError, match="single impact"):
         of_impact(replace(impact, velocity=[1.0, 2.0]))

@@ -3,19 +3,18 @@
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 from urllib.parse import urlencode
 
 import pytest
 
 import restitution as rs
+from checkout import EXAMPLES
 from chromium import BASE, MARKS, SHOWN, ball, number, serving, until, value_of, wait_for
 
 pytest.importorskip("playwright", reason="the browser tests need the package playwright")
 pytest.importorskip("uvicorn", reason="the browser tests need restitution[web]")
 pytestmark = MARKS
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 TABS = ("impact", "paper", "bounce", "indentation")
 
 

@@ -15,6 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 import random_messages as fuzz
 import restitution as rs
+from refusals import named
 from restitution.explorer import answers, server
 from restitution.explorer.launch import listen
 from restitution.explorer.server import page_files
@@ -367,17 +368,13 @@ def bombard(running, seed: int, count: int) -> int:
     return answered
 
 
-def test_random_messages_end_nothing(running):
-    assert bombard(running, 1, 400) > 20
+@pytest.mark.parametrize("sizes", [[400], pytest.param([1000] * 10, marks=pytest.mark.slow)])
+def test_random_messages_end_nothing(running, sizes):
+    for seed, size in enumerate(sizes):
+        assert bombard(running, seed, size) > 20
     with opened(running) as page:
         page.send(json.dumps({"id": 1, "kind": "impact"}))
         assert json.loads(page.recv(timeout=20))["ok"]
-
-
-@pytest.mark.slow
-def test_ten_thousand_random_messages_end_nothing(running):
-    for seed in range(10):
-        assert bombard(running, 100 + seed, 1000) > 20
 
 
 def test_a_port_that_is_taken_is_one_line():
@@ -390,10 +387,8 @@ def test_a_port_that_is_taken_is_one_line():
 
 
 def test_hosts_and_ports_that_do_not_exist_are_refused():
-    with pytest.raises(rs.InputError, match=r"^port = 70000"):
-        listen(port=70000)
-    with pytest.raises(rs.InputError, match=r"^host = "):
-        listen(host="no such host", port=0)
+    assert named(lambda: listen(port=70000)) == ("port", 70000)
+    assert named(lambda: listen(host="no such host", port=0)) == ("host", "no such host")
 
 
 def test_an_answer_that_cannot_be_written_ends_no_session(ask, monkeypatch):

@@ -1,19 +1,15 @@
 """Files that are dropped onto the page in a browser."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import restitution as rs
+from checkout import EXAMPLES
 from chromium import MARKS, until, value_of, wait_for
 
 pytest.importorskip("playwright", reason="the browser tests need the package playwright")
 pytest.importorskip("uvicorn", reason="the browser tests need restitution[web]")
 pytestmark = MARKS
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
 
 DROP = """(list) => {
   const files = new DataTransfer();

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from least_squares import CASES, MASS, RADIUS, columns, covariance, fit, residuals, solid
+from refusals import in_one_line, named, warns
 from restitution import Cone, Noise, Parabola, Sphere, bounces, identify, reduced_modulus, solve, standard_solid
-from restitution.errors import InputError, RestitutionWarning
 from restitution.identification.records import BounceTimes, Flight
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, drop
 
@@ -190,9 +190,8 @@ def test_drag_is_taken_into_account_or_warned_of():
     none = np.empty((1, 0))
     data = sound(time, air_density=1.2, drag_coefficient=0.47, noise=Noise(time=SD))
     assert np.abs(data.residuals(truth, none)).max() < 0.05
-    with pytest.warns(RestitutionWarning, match="drag") as caught:
+    with warns("drag"):
         still = BounceTimes(time, radius=RADIUS, mass=MASS, noise=Noise(time=SD))
-    assert caught[0].message.kind == "drag"
     assert np.abs(still.residuals(truth, none)).max() > 2.0
     # Drag has no effect on a heavy ball in short flights.
     BounceTimes(0.2 * time, radius=RADIUS, mass=MASS, noise=Noise(time=SD))
@@ -207,8 +206,7 @@ def test_other_profiles_need_a_radius_for_the_drag():
     sphere = sound(time, radius=None, profile=Sphere(RADIUS)).residuals(material, none)
     # Contacts are small beside the radius.
     assert sphere == pytest.approx(ball.residuals(material, none), abs=1e-3)
-    with pytest.raises(InputError, match="air_density"):
-        sound(time, radius=None, profile=Cone(1.0), air_density=1.2)
+    assert named(lambda: sound(time, radius=None, profile=Cone(1.0), air_density=1.2)) == ("air_density", 1.2)
 
 
 def test_window_and_start_come_from_the_contact_times():
@@ -225,7 +223,7 @@ def test_window_and_start_come_from_the_contact_times():
     ("change", "words"),
     [
         (lambda t: {"time": t[:3]}, "at least 4"),
-        (lambda t: {"time": t[::-1]}, "ascending"),
+        (lambda t: {"time": t[::-1]}, "time[1]"),
         (lambda t: {"time": 1e3 * t}, "in s"),
         (lambda t: {"time": 1e-4 * t}, "in s"),
         (lambda t: {"time": np.delete(t, 2)}, "missing"),
@@ -243,9 +241,7 @@ def test_window_and_start_come_from_the_contact_times():
 )
 def test_bad_instants_are_refused_in_one_line(change, words):
     time = series("D", 8).touch_time
-    with pytest.raises(InputError, match=words) as caught:
-        sound(**{"time": time} | change(time))
-    assert "\n" not in str(caught.value)
+    assert words in str(in_one_line(lambda: sound(**{"time": time} | change(time))))
 
 
 def test_an_uncertain_drop_height_counts_less():

@@ -7,6 +7,7 @@ import pytest
 
 import restitution as rs
 from checkout import script
+from refusals import named
 from restitution import InputError, Parabola
 from restitution.identification.impacts import FORMULA_ERRORS, Rebounds, effective_moduli
 from restitution.identification.observations import Noise, hollow_balls
@@ -153,8 +154,7 @@ def test_numbers_beyond_the_floating_point_range_are_refused():
 @pytest.mark.parametrize("velocity", [1e-320, 1e-200])
 def test_a_velocity_too_small_for_the_formulas_is_refused(velocity):
     ball = Rebounds([velocity, 1.0], [0.8, 0.7], radius=0.01, mass=0.03, contact_time=[1e-3, 1e-3])
-    with pytest.raises(InputError, match=r"storage_modulus\[0\] = .*: must be finite and > 0"):
-        effective_moduli(ball)
+    assert named(lambda: effective_moduli(ball)) == ("storage_modulus", 0, math.nan)
 
 
 @pytest.mark.parametrize("radius", [1e-150, 1e-320])

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from least_squares import CASES, MASS, RADIUS, columns, covariance, fit, residuals, solid
+from refusals import in_one_line, named, warns
 from restitution import (
     Arrhenius,
     ForceHistory,
@@ -19,7 +21,7 @@ from restitution import (
     solve,
     standard_solid,
 )
-from restitution.errors import InputError, RestitutionWarning
+from restitution.errors import InputError
 from restitution.material.shift import GAS_CONSTANT
 
 
@@ -110,8 +112,7 @@ def test_identify_finds_material_first_touch_baseline_and_gain():
 
 def test_gain_and_velocity_together_have_a_flat_direction_and_are_refused():
     t, force, first, _ = history("D")
-    with pytest.raises(InputError, match=r"^gain, velocity: "):
-        record(t, force, gain=None, velocity=None)
+    assert named(lambda: record(t, force, gain=None, velocity=None)) == ("gain, velocity",)
     # The reason for the refusal: the force is the same if E sqrt(v) is constant and the gain cancels v.
     data = record(t, force, gain=None)
     data.velocity = None
@@ -150,7 +151,7 @@ def test_correlated_noise_is_reported_and_whitened():
     noise[0] = rng.standard_normal()
     for n in range(1, t.size):
         noise[n] = correlation * noise[n - 1] + math.sqrt(1.0 - correlation**2) * rng.standard_normal()
-    with pytest.warns(RestitutionWarning, match="correlated"):
+    with warns("correlated_noise"):
         plain = record(t, force + sd * noise, noise=Noise(force=sd))
     data = record(t, force + sd * noise, ar1=correlation, noise=Noise(force=sd))
     truth = np.append(np.log(CASES["A"]), first)
@@ -161,8 +162,7 @@ def test_correlated_noise_is_reported_and_whitened():
     assert np.all(np.diag(covariance(data, truth))[1:] > 2.0 * np.diag(covariance(plain, truth))[1:])
     with pytest.raises(InputError, match="regular"):
         record(np.append(t[:-1], 1.1 * t[-1]), force, ar1=0.5)
-    with pytest.raises(InputError, match="ar1"):
-        record(t, force, ar1=1.0)
+    assert named(lambda: record(t, force, ar1=1.0)) == ("ar1", 1.0)
 
 
 def test_temperature_shifts_the_times():
@@ -216,21 +216,19 @@ def test_records_of_real_instruments_are_accepted():
         (lambda t, f: (t[::20], f[::20]), "samples"),
         (lambda t, f: (t[::2], f), "equal length"),
         (lambda t, f: (1e3 * t, f), "radius"),
-        (lambda t, f: (t, np.where(np.arange(t.size) == 90, np.nan, f)), "finite"),
+        (lambda t, f: (t, np.where(np.arange(t.size) == 90, np.nan, f)), "force[90]"),
     ],
 )  # fmt: skip
 def test_damaged_records_are_refused_in_one_line(damage, words):
     t, force, _, _ = history("A")
-    with pytest.raises(InputError, match=words) as caught:
-        record(*damage(t, force))
-    assert "\n" not in str(caught.value)
+    assert words in str(in_one_line(lambda: record(*damage(t, force))))
 
 
 def test_incomplete_arguments_are_refused():
     t, force, _, _ = history("A")
-    for options in (
-        {"radius": None}, {"profile": Parabola(1.0)}, {"acceleration": force}, {"mass": -1.0},
-        {"noise": Noise(acceleration=1.0)}, {"noise": Noise(force=[1.0, 2.0])},
+    for field, options in (
+        ("radius, profile", {"radius": None}), ("radius, profile", {"profile": Parabola(1.0)}),
+        ("force, acceleration", {"acceleration": force}), ("mass", {"mass": -1.0}),
+        ("noise.acceleration", {"noise": Noise(acceleration=1.0)}), ("noise.force", {"noise": Noise(force=[1.0, 2.0])}),
     ):  # fmt: skip
-        with pytest.raises(InputError):
-            record(t, force, **options)
+        assert in_one_line(partial(record, t, force, **options)).field == field

@@ -7,6 +7,7 @@ import pytest
 from tests.identification.balls import rebounds, standard_solid
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.errors import InputError
 from restitution.identification.parameters import column
 
@@ -104,7 +105,7 @@ def test_time_and_force_give_the_same_window():
         ({"contact_time": 1.8}, "contact_time"),  # ms taken for s
         ({"max_force": -1.0}, "max_force"),
         ({"velocity": [0.1, -0.2]}, "velocity"),
-        ({"velocity": [0.1, 0.2, 0.3]}, "velocity"),
+        ({"velocity": [0.1, 0.2, 0.3]}, "velocity, mass, external_force, radius, restitution_coefficient"),
         ({"mass": 0.0}, "mass"),
         ({"radius": None}, "radius, profile"),
         ({"profile": rs.Parabola(0.01)}, "radius, profile"),
@@ -117,10 +118,7 @@ def test_time_and_force_give_the_same_window():
 )
 def test_wrong_data_are_refused_in_one_line(change, field):
     columns = {"velocity": [0.1, 0.2], "restitution_coefficient": [0.5, 0.6], "radius": 0.01, "mass": 0.03} | change
-    with pytest.raises(InputError) as caught:
-        rs.Rebounds(**columns)
-    assert str(caught.value).startswith(field)
-    assert "\n" not in str(caught.value)
+    assert in_one_line(lambda: rs.Rebounds(**columns)).field == field
 
 
 def test_numbers_with_units_are_converted():

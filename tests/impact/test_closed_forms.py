@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from refusals import named
 from restitution import (
     Cone,
     FlatPunch,
@@ -151,14 +152,13 @@ def test_arrays_broadcast():
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("call", "expected"),
     [
-        (lambda: cf.elastic_max_indentation_depth(1.0, 1.0, 0.0, 1.0), "mass = 0 kg: must be finite and > 0"),
-        (lambda: cf.elastic_contact_time(1.0, -1.0), "velocity = -1 m/s: must be finite and > 0"),
-        (lambda: cf.standard_solid_small_p3_slope(0.6), r"nu = 0.6: must be in \[-1, 0.5\]"),
-        (lambda: cf.flat_punch_maxwell_restitution(-0.1), "damping_ratio = -0.1: must be finite and >= 0"),
+        (lambda: cf.elastic_max_indentation_depth(1.0, 1.0, 0.0, 1.0), ("mass", 0.0)),
+        (lambda: cf.elastic_contact_time(1.0, -1.0), ("velocity", -1.0)),
+        (lambda: cf.standard_solid_small_p3_slope(0.6), ("nu", 0.6)),
+        (lambda: cf.flat_punch_maxwell_restitution(-0.1), ("damping_ratio", -0.1)),
     ],
 )
-def test_bad_input(call, message):
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        call()
+def test_bad_input(call, expected):
+    assert named(call) == expected

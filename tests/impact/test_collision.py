@@ -1,11 +1,11 @@
 """Collision of two bodies as one impact: reduced radius, reduced mass, symmetric pairs."""
 
 import math
-import re
 
 import numpy as np
 import pytest
 
+from refusals import named, refusal
 from restitution import Body, Impact, Material, Parabola, PronySeries, collision, solve, standard_solid
 
 # Many of these bodies exceed the limits of the theory.
@@ -38,20 +38,6 @@ def test_ball_on_rigid_wall_is_an_impact_on_a_half_space():
     plain = Impact(RUBBER, Parabola(0.01), Body(RUBBER, radius=0.01).mass, 1.3, external_force=0.1)
     assert solve(impact).restitution_coefficient == solve(plain).restitution_coefficient
     assert impact.counter_material is None
-
-
-def test_two_equal_spheres_are_one_sphere_on_a_rigid_wall():
-    """Each ball hits the plane of symmetry like a rigid wall, at half of the relative velocity."""
-    ball = Body(RUBBER, radius=0.01)
-    pair = solve(collision(ball, ball, velocity=2.0))
-    wall = solve(collision(ball, Body(None), velocity=1.0))
-    assert pair.restitution_coefficient == pytest.approx(wall.restitution_coefficient, rel=2e-9)
-    assert pair.contact_time == pytest.approx(wall.contact_time, rel=1e-8)
-    assert pair.max_indentation_depth == pytest.approx(2.0 * wall.max_indentation_depth, rel=1e-9)
-    assert pair.max_force == pytest.approx(wall.max_force, rel=1e-8)
-    assert pair.max_contact_radius == pytest.approx(wall.max_contact_radius, rel=1e-9)
-    # Each ball of the pair dissipates as much as the single one.
-    assert pair.energy.dissipated == pytest.approx(2.0 * wall.energy.dissipated, rel=1e-7)
 
 
 def test_the_bodies_may_be_exchanged():
@@ -99,12 +85,7 @@ def test_sizes_and_velocities_broadcast():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Body(RUBBER, radius=0.0), "radius = 0 m: must be > 0"),
-        (lambda: Body(RUBBER, radius=-math.inf, mass=1.0), "radius = -inf m: must be > 0"),
-        (lambda: Body(RUBBER, radius=[math.inf, -1.0], mass=1.0), "radius[1] = -1 m: must be > 0"),
-        (lambda: Body(RUBBER, radius=0.1, mass=math.nan), "mass = nan kg: must be > 0"),
         (lambda: Body(SOFT, radius=0.1), "mass: must be given for a ball whose material has no density"),
-        (lambda: Body(None, radius=0.1), "mass: must be given for a ball whose material has no density"),
         (lambda: Body(RUBBER, radius=[0.1, math.inf]), "mass: must be given where some of the bodies are walls"),
         (
             lambda: collision(Body(RUBBER, mass=1.0), Body(None), 1.0),
@@ -115,21 +96,28 @@ def test_sizes_and_velocities_broadcast():
             lambda: collision(Body(None, 0.1, 1.0), Body(None), 1.0),
             "material: both bodies are rigid, but one must deform",
         ),
-        (lambda: collision(Body(RUBBER, 0.1), Body(None), 0.0), "velocity = 0 m/s: must be finite and > 0"),
+        (lambda: Body("rubber"), "material = 'rubber': must be a Material, or None for a rigid body"),
+        (lambda: collision(Body(RUBBER, radius=0.01), None, 1.0), "body_2 = None: must be a Body"),
     ],
 )
 def test_invalid_pairs_are_refused(make, message):
-    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        make()
+    assert str(refusal(make)) == message
 
 
-def test_wrong_types_are_named():
-    with pytest.raises(TypeError, match=r"^material = 'rubber': must be a Material, or None for a rigid body$"):
-        Body("rubber")
-    with pytest.raises(TypeError, match=r"^radius = 'big': must be a real number"):
-        Body(RUBBER, radius="big")
-    with pytest.raises(TypeError, match=r"^body_2 = None: must be a Body$"):
-        collision(Body(RUBBER, radius=0.01), None, velocity=1.0)
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda: Body(RUBBER, radius=0.0), ("radius", 0.0)),
+        (lambda: Body(RUBBER, radius=-math.inf, mass=1.0), ("radius", -math.inf)),
+        (lambda: Body(RUBBER, radius=[math.inf, -1.0], mass=1.0), ("radius", 1, -1.0)),
+        (lambda: Body(RUBBER, radius=0.1, mass=math.nan), ("mass", math.nan)),
+        (lambda: Body(None, radius=0.1), ("mass",)),
+        (lambda: Body(RUBBER, radius="big"), ("radius", "big")),
+        (lambda: collision(Body(RUBBER, 0.1), Body(None), 0.0), ("velocity", 0.0)),
+    ],
+)
+def test_invalid_numbers_are_named(make, expected):
+    assert named(make) == expected
 
 
 def test_bodies_copy_their_arrays():

@@ -2,18 +2,19 @@
 
 import math
 import re
+from functools import partial
 
 import numpy as np
 import pytest
 
 from checkout import DATA, rows
-from refusals import refusal
+from refusals import named, refusal
 from restitution import Impact, Material, PronySeries, Status, generalised_maxwell, standard_solid
 from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere, TruncatedCone
+from restitution.errors import InputError
 from restitution.impact import closed_forms as cf
 from restitution.impact import elements
 from restitution.impact.elements import (
-    MAX_STEPS,
     MaxwellElement,
     StandardSolidElement,
     element_history,
@@ -270,20 +271,17 @@ def test_n_elements_is_the_number_in_contact():
 
 def test_stiff_cases_are_refused_with_the_remedy():
     # tau = 1e-8
-    with pytest.raises(
-        ValueError, match=rf"more than {MAX_STEPS} time steps, .*; explicit Euler needs time_step <= 1e-08 s"
-    ):
+    with pytest.raises(ValueError, match="explicit Euler needs time_step <= 1e-08 s"):
         solve_elements(unit_impact(0.5, 1e-4, 1e-4))
 
 
 def test_refusal_names_a_time_step_that_works(monkeypatch):
     monkeypatch.setattr(elements, "MAX_STEPS", 5000)
     impact = unit_impact(0.3, 0.1, 1.0)
-    expected = r"^n_elements, time_step = \(100, 1e-06\): .*; take time_step in \[(.*), (.*)\] s$"
-    with pytest.raises(ValueError, match=expected) as refusal:
-        solve_elements(impact, n_elements=100, time_step=1e-6)
+    error = refusal(lambda: solve_elements(impact, n_elements=100, time_step=1e-6))
+    assert (error.field, error.value) == ("n_elements, time_step", (100, 1e-6))
     # The message gives the bounds to three digits.
-    least, most = (float(x) for x in re.search(expected, str(refusal.value)).groups())
+    least, most = (float(x) for x in re.search(r"take time_step in \[(.*), (.*)\] s$", error.rule).groups())
     assert solve_elements(impact, n_elements=100, time_step=1.01 * least).status is Status.SEPARATED
     assert solve_elements(impact, n_elements=100, time_step=0.99 * most).status is Status.SEPARATED
 
@@ -291,11 +289,7 @@ def test_refusal_names_a_time_step_that_works(monkeypatch):
 def test_refusal_names_a_number_of_elements_that_works(monkeypatch):
     monkeypatch.setattr(elements, "MAX_STEPS", 5000)
     impact = unit_impact(0.3, 0.1, 1.0)
-    with pytest.raises(
-        ValueError, match=r"^n_elements, time_step = \(800, .*; take n_elements <= (\d+), or time_step"
-    ) as refusal:
-        solve_elements(impact)
-    most = int(re.search(r"n_elements <= (\d+)", str(refusal.value)).group(1))
+    most = int(re.search(r"n_elements <= (\d+)", str(refusal(lambda: solve_elements(impact)))).group(1))
     assert solve_elements(impact, n_elements=most).status is Status.SEPARATED
 
 
@@ -308,10 +302,9 @@ def test_long_time_step_is_refused():
 
 @pytest.mark.parametrize("n_elements", [15, 20001, -1, 100.0, True, "100"])
 def test_number_of_elements_out_of_range_or_of_wrong_type(n_elements):
-    error = refusal(lambda: solve_elements(unit_impact(0.3, 0.1, 1.0), n_elements=n_elements))
-    assert (error.field, error.value) == ("n_elements", n_elements)
-    assert error.rule == "must be a whole number in [16, 20000]"
-    assert isinstance(error, TypeError) is (type(n_elements) is not int)
+    kind = InputError if type(n_elements) is int else TypeError
+    call = partial(solve_elements, unit_impact(0.3, 0.1, 1.0), n_elements=n_elements)
+    assert named(call, kind) == ("n_elements", n_elements)
 
 
 def test_arrays_are_refused():

@@ -2,12 +2,13 @@
 
 import functools
 import math
-import re
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from refusals import named
 from restitution import Impact, ImpactResult, Material, PronySeries, Status, Tabulated, solve
 from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, TruncatedCone
 
@@ -335,32 +336,29 @@ def test_radius_and_time_broadcast():
 
 
 @pytest.mark.parametrize(
-    ("r", "t", "message"),
+    ("r", "t", "expected"),
     [
-        (-0.1, 1.0, "r = -0.1 m: must be finite and >= 0"),
-        (0.1, -1.0, "t = -1 s: must be finite and >= 0"),
-        (math.nan, 1.0, "r = nan m: must be finite and >= 0"),
-        (0.1, [1.0, math.inf], "t[1] = inf s: must be finite and >= 0"),
+        (-0.1, 1.0, ("r", -0.1)),
+        (0.1, -1.0, ("t", -1.0)),
+        (math.nan, 1.0, ("r", math.nan)),
+        (0.1, [1.0, math.inf], ("t", 1, math.inf)),
     ],
 )
-def test_bad_radii_and_times_are_refused(r, t, message):
+def test_bad_radii_and_times_are_refused(r, t, expected):
     result = impact(SOLID)
     for field in (result.pressure, result.surface_displacement):
-        with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-            field(r, t)
+        assert named(partial(field, r, t)) == expected
 
 
 def test_fields_need_a_single_exact_impact_that_separates():
     several = solve(Impact(SOLID, Parabola(1.0), 1.0, [1.0, 2.0]))
     with pytest.raises(ValueError, match=r"^impact: must be a single one: .* of an array of shape \(2,\)$"):
         several.pressure(0.0, 0.1)
-    with pytest.raises(ValueError, match=r"of a list$"):
-        solve([Impact(SOLID, Parabola(1.0), 1.0, 1.0)]).surface_displacement(0.0, 0.1)
+    assert named(lambda: solve([Impact(SOLID, Parabola(1.0), 1.0, 1.0)]).surface_displacement(0.0, 0.1)) == ("impact",)
     with pytest.raises(ValueError, match=r"^method: must be 'exact' .* of 'elements'$"):
         solve(Impact(SOLID, Parabola(1.0), 1.0, 1.0), "elements").pressure(0.0, 0.1)
     stays = solve(Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
-    with pytest.raises(ValueError, match="of a contact that ends"):
-        stays.pressure(0.0, 0.1)
+    assert named(lambda: stays.pressure(0.0, 0.1)) == ("contact_time", math.inf)
 
 
 # Zero overlap

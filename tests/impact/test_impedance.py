@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from scipy.special import beta
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.case.sweep import read_sweep
 from restitution.impact.batch import Batch
 from restitution.sweeps.run import run
@@ -283,17 +284,13 @@ def test_history_of_body_and_target():
 
 @pytest.mark.parametrize("impedance", [0.0, -1.0, math.nan])
 def test_impedance_out_of_range(impedance):
-    with pytest.raises(rs.InputError, match=r"^impedance = \S+ kg/s: must be > 0"):
-        rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, impedance=impedance)
+    assert in_one_line(lambda: rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, impedance=impedance)).field == "impedance"
 
 
 def test_refusals():
     impact = rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, impedance=3.0)
     with pytest.raises(rs.InputError, match=r"^external_force = 1 N: must be 0 where the target has an impedance"):
         rs.Impact(SOFT, rs.Parabola(1.0), 1.0, 1.0, external_force=1.0, impedance=3.0)
-    with pytest.raises(rs.InputError, match="the target has an impedance"):
-        rs.dimensionless_groups(rs.Impact(rs.standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.5), *(impact.profile, 1, 1),
-                                          impedance=3.0))  # fmt: skip
     with pytest.raises(rs.InputError, match=r"^impedance = 3 kg/s: must be infinite"):
         rs.calibrate(impact, target="lammps-viscoelastic")
     with pytest.raises(rs.InputError, match=r"^with_weight = True: must be False where the target has an impedance"):
@@ -377,13 +374,12 @@ def test_plate_of_a_polymer_has_its_instantaneous_modulus():
     [
         (rs.Material(1e9, 4e9), 1e-3, "material.density: must be given"),
         (rs.Material(rs.PronySeries(1.0, [], [], parallel_viscosity=1.0), 4e9, density=1.0), 1.0, "material.shear"),
-        (rs.Material(1e9, 4e9, density=1e3), 0.0, r"thickness = 0 m: must be finite and > 0"),
-        ("steel", 1e-3, "must be a Material"),
+        (rs.Material(1e9, 4e9, density=1e3), 0.0, "thickness = 0 m"),
+        ("steel", 1e-3, "material = 'steel'"),
     ],
 )
 def test_plates_that_are_refused(target, thickness, message):
-    with pytest.raises(rs.InputError, match=message):
-        rs.plate_impedance(target, thickness)
+    assert str(in_one_line(lambda: rs.plate_impedance(target, thickness))).startswith(message)
 
 
 @pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")

@@ -92,5 +92,5 @@ def test_elements_stay_within_a_table():
     # The estimates of the largest depth differ, and so do the time steps.
     assert result == pytest.approx(expected, rel=1e-6)
     deep = Impact(SOLID, Tabulated(r[:10], r[:10] ** 2 / 2.0), 1.0, 1.0)
-    with pytest.raises(ValueError, match=r"must be <= 0\.2025 m, where the table ends$"):
+    with pytest.raises(ValueError, match=r"0\.2025 m"):
         solve_elements(deep, n_elements=32)

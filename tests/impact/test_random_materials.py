@@ -151,15 +151,7 @@ GIVEN = {
 }
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
-@given(**GIVEN)
-def test_any_material_on_any_profile(material, build, mass, velocity, units, split):
+@pytest.mark.parametrize("count", [25, pytest.param(600, marks=pytest.mark.slow)])
+def test_any_material_on_any_profile(count):
     """1 to 25 branches in shear and bulk over twelve decades, dashpots and liquids among them."""
-    check(material, build, mass, velocity, units, split)
-
-
-@pytest.mark.slow
-@settings(max_examples=600, deadline=None, derandomize=True)
-@given(**GIVEN)
-def test_many_materials_on_any_profile(material, build, mass, velocity, units, split):
-    check(material, build, mass, velocity, units, split)
+    settings(max_examples=count, deadline=None, derandomize=True)(given(**GIVEN)(check))()

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restitution import Impact, Material, PronySeries, SolverError, Status, solve, standard_solid
+from cases import BALL, RUBBER
+from refusals import named
+from restitution import Impact, Material, PronySeries, SolverError, Status, solve
 from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere, TruncatedCone
 from restitution.quantities import HISTORY
 from scipy_oracle import solve_by_scipy
@@ -14,8 +16,6 @@ from scipy_oracle import solve_by_scipy
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-RUBBER = standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-BALL = Impact(RUBBER, Parabola(0.01), 0.005, 1.0)
 MIXED = Material(PronySeries(1e6, [3e6, 2e6, 1e6], [1e-6, 1e-3, 1.0], parallel_viscosity=30.0), 2e7)
 
 
@@ -83,10 +83,8 @@ def test_number_of_points_or_given_times():
     times = result.contact_time * np.array([0.3, 0.1])
     assert result.sample(times).time.values.tolist() == times.tolist()
     assert result.sample(times[0]).sizes["time"] == 1
-    with pytest.raises(ValueError, match=r"^n_points = 1: must be a whole number in \[2, 10000000\]$"):
-        result.sample(n_points=1)
-    with pytest.raises(ValueError, match=r"^times = -1 s: must be in \[0, "):
-        result.sample([-1.0])
+    assert named(lambda: result.sample(n_points=1)) == ("n_points", 1)
+    assert named(lambda: result.sample([-1.0])) == ("times", -1.0)
 
 
 @pytest.mark.parametrize(
@@ -155,16 +153,13 @@ def test_histories_of_elements():
     for name in ("indentation_depth", "indentation_velocity", "force"):
         expected = exact.sample(times)[name].values
         assert other.sample(times)[name].values == pytest.approx(expected, abs=1e-2 * np.abs(expected).max())
-    with pytest.raises(ValueError, match=r"the duration of contact$"):
-        other.sample([2.0 * exact.contact_time])
+    assert named(lambda: other.sample([2.0 * exact.contact_time])) == ("times", 2.0 * exact.contact_time)
 
 
 def test_no_history_of_several_impacts_or_of_a_body_that_stays():
     several = solve(Impact(RUBBER, Parabola(0.01), 0.005, [1.0, 2.0]))
-    with pytest.raises(ValueError, match=r"^impact: must be a single one: .* of an array of shape \(2,\)$"):
-        _ = several.history
-    with pytest.raises(ValueError, match=r"^impact: must be a single one: .* of a list$"):
-        _ = solve([BALL]).history
+    assert named(lambda: several.history) == ("impact",)
+    assert named(lambda: solve([BALL]).history) == ("impact",)
     stays = solve(Impact(Material(PronySeries(0.0, parallel_viscosity=1.0), math.inf), FlatPunch(1.0), 1.0, 1.0))
     with pytest.raises(ValueError, match=r"^contact_time = inf s: must end: .* sinks in"):
         _ = stays.history

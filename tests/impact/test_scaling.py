@@ -42,34 +42,24 @@ def test_groups_of_arrays_and_of_huge_moduli():
         (Impact(SOLID, Parabola(1.0), 1.0, 1.0, counter_material=SOLID), "both bodies deform"),
         (Impact(SOLID, Cone(1.2), 1.0, 1.0), "the profile is not a parabola"),
         (Impact(SOLID, Sphere(1.0), 1.0, 1.0), "the profile is not a parabola"),
+        (Material(PronySeries(1.0, [1.0, 1.0], [1.0, 2.0]), 1.0), "the shear modulus has 2 branches, not 1"),
+        (Material(1.0, 1.0), "the shear modulus has 0 branches, not 1"),
         (
-            Impact(Material(PronySeries(1.0, [1.0, 1.0], [1.0, 2.0]), 1.0), Parabola(1.0), 1.0, 1.0),
-            "the shear modulus has 2 branches, not 1",
+            Material(PronySeries(1.0, [1.0], [1.0], parallel_viscosity=1.0), math.inf),
+            "the shear modulus has a parallel",
         ),
-        (Impact(Material(1.0, 1.0), Parabola(1.0), 1.0, 1.0), "the shear modulus has 0 branches, not 1"),
-        (
-            Impact(
-                Material(PronySeries(1.0, [1.0], [1.0], parallel_viscosity=1.0), math.inf), Parabola(1.0), 1.0, 1.0
-            ),
-            "the shear modulus has a parallel dashpot",
-        ),
-        (
-            Impact(Material(PronySeries(0.0, [1.0], [1.0]), 1.0), Parabola(1.0), 1.0, 1.0),
-            "the equilibrium modulus is 0",
-        ),
-        (
-            Impact(
-                Material(PronySeries(1.0, [1.0], [1.0]), PronySeries(1.0, [1.0], [1.0])),
-                Parabola(1.0), 1.0, 1.0,
-            ),
-            "the bulk relaxes",
-        ),
+        (Material(PronySeries(0.0, [1.0], [1.0]), 1.0), "the equilibrium modulus is 0"),
+        (Material(PronySeries(1.0, [1.0], [1.0]), PronySeries(1.0, [1.0], [1.0])), "the bulk relaxes"),
         (Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=1.0), "a constant force acts"),
+        (
+            Impact(standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.5), Parabola(1.0), 1.0, 1.0, impedance=3.0),
+            "the target",
+        ),
     ],
-)  # fmt: skip
+)
 def test_groups_are_refused_where_they_do_not_hold(impact, reason):
-    with pytest.raises(ValueError, match=f": here {reason}$"):
-        dimensionless_groups(impact)
+    with pytest.raises(ValueError, match=f": here {reason}"):
+        dimensionless_groups(Impact(impact, Parabola(1.0), 1.0, 1.0) if isinstance(impact, Material) else impact)
 
 
 def test_zero_branches_and_merged_times_are_still_a_standard_solid():
@@ -150,9 +140,8 @@ def test_impacts_of_similar_depth_share_the_table_of_a_profile():
 
 @pytest.mark.parametrize("profile", [Sphere([0.5, 0.6]), PowerLaw([2.0, 3.0], 1.0)])
 def test_a_batch_refuses_what_has_no_common_table_or_power(profile):
-    with pytest.raises(InputError, match=r"of shape \(2,\) has materials or geometries apart$") as caught:
+    with pytest.raises(InputError, match=r"^impact: .* of shape \(2,\) has materials or geometries apart$"):
         scale(Impact(SOLID, profile, mass=0.004, velocity=1.0))
-    assert caught.value.field == "impact"
 
 
 def test_an_array_of_no_dimension_is_a_number():

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from cases import RUBBER
 from restitution.errors import InputTypeError
 from restitution.kernel import impact as kernel
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0, external_force=0.05)
 SPHERE = rs.Impact(RUBBER, rs.Sphere(0.01), mass=0.005, velocity=1.0)
 

@@ -28,6 +28,8 @@ def test_mirror_images(name):
     assert 0.05 < wall.restitution_coefficient < 0.95
     assert pair.restitution_coefficient == pytest.approx(wall.restitution_coefficient, rel=2e-9)
     assert pair.contact_time == pytest.approx(wall.contact_time, rel=1e-9)
+    for extreme, factor in (("max_indentation_depth", 2.0), ("max_force", 1.0), ("max_contact_radius", 1.0)):
+        assert getattr(pair, extreme) == pytest.approx(factor * getattr(wall, extreme), rel=1e-8)
     # The force is the same, and the depth of the pair is twice as large. Times end just before separation, where the
     # radius falls as a root of time.
     times = np.linspace(0.0, 1.0 - 1e-6, 41) * min(pair.contact_time, wall.contact_time)

@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import rgamma
 
+from refusals import named
 from restitution import FlatPunch, FractionalMaterial, Parabola, bounces, fractional_zener, solve, springpot
 from restitution.impact.problem import Body, Impact, drop, for_contact, window_around
 
@@ -97,12 +98,11 @@ def test_windows_of_contact_times():
 
 def test_invalid_input_is_refused():
     with pytest.raises(
-        TypeError, match=r"^material: .* holds within a window of time: material\.within\(window\), or for_contact"
+        TypeError, match=r"^material: .* within a window of time: material\.within\(window\), or for_con"
     ):
         Impact(ZENER, Parabola(0.01), 0.005, 1.0)
-    with pytest.raises(TypeError, match=r"^counter_material: a fractional material holds"):
-        Impact(ZENER.within((1e-6, 1.0)), Parabola(0.01), 0.005, 1.0, counter_material=ZENER)
+    solid = ZENER.within((1e-6, 1.0))
+    assert named(lambda: Impact(solid, Parabola(0.01), 1.0, 1.0, counter_material=ZENER)) == ("counter_material",)
     with pytest.raises(TypeError, match=r"^build = 3: must return an Impact"):
         for_contact(lambda window: 3)
-    with pytest.raises(ValueError, match=r"^longest = -1 s: must be finite and >= 0"):
-        for_contact(ball, longest=-1.0)
+    assert named(lambda: for_contact(ball, longest=-1.0)) == ("longest", -1.0)

@@ -91,7 +91,7 @@ def run_depth(
     solid = solid_of(series)
     state = room(solid, 2000, MOST_STEPS)
     problem = Problem(solid, path, by_depth(*points), scheme(), scales, power)
-    return Run(run(problem, state, np.zeros(3), MOST_STEPS), state)
+    return Run(run(problem, state, np.array([0.0, 0.0, math.inf]), MOST_STEPS), state)
 
 
 def test_a_force_that_rises_and_falls_to_zero():
@@ -107,7 +107,7 @@ def test_a_force_that_rises_and_falls_to_zero():
     solid = solid_of(series)
     state = room(solid, 500, MOST_STEPS)
     problem = Problem(solid, PARABOLA, driver, scheme(), Scales(deepest, 1.0, 1.0 / math.sqrt(deepest), 1e-9), 3)
-    assert run(problem, state, np.zeros(3), MOST_STEPS) == DONE
+    assert run(problem, state, np.array([0.0, 0.0, math.inf]), MOST_STEPS) == DONE
     moments = np.linspace(0.011, 1.999, 41)
     depths = Run(DONE, state).sample(moments, 0)
     assert np.abs(depths - expected.sample(moments).indentation_depth.values).max() <= 1e-9 * deepest
@@ -185,7 +185,7 @@ def test_four_impacts_on_one_spot():
         problem = Problem(solid, PARABOLA, driver, scheme(), Scales(1.0, 1.2, 2.0, 1e-10), 2)
         first = int(state.places[RECORDS])
         touch_surface(problem, state, time, 1.0)
-        assert run(problem, state, np.zeros(3), MOST_STEPS) == DONE
+        assert run(problem, state, np.array([0.0, 0.0, math.inf]), MOST_STEPS) == DONE
         records = state.records
         last = first + int(np.argmax(records.event[first : state.places[RECORDS]] == ENDS))
         end = float(records.start[last] + records.length[last])
@@ -207,7 +207,7 @@ def test_an_oscillation_about_a_hold():
     )  # fmt: skip
     for driver in (by_depth([0.0, 1.0, hold], [0.0, 1.0, 1.0]), wave):
         problem = Problem(solid, PARABOLA, driver, scheme(), Scales(1.1, 0.7, 2.0, tolerance), 2)
-        assert run(problem, state, np.zeros(3), MOST_STEPS) == DONE
+        assert run(problem, state, np.array([0.0, 0.0, math.inf]), MOST_STEPS) == DONE
     times = hold + 5.0 * period + period * np.arange(256) / 256
     force = 2.0 * Run(DONE, state).sample(times, 2)
     waves = np.sin(times - hold), np.cos(times - hold)
@@ -228,7 +228,7 @@ def test_tapping_becomes_periodic():
         1.0, 0.0,
     )  # fmt: skip
     problem = Problem(solid, PARABOLA, driver, scheme(), Scales(0.15, 0.1, 1.0, 1e-8), 2)
-    assert run(problem, state, np.zeros(3), 60000) == DONE
+    assert run(problem, state, np.array([0.0, 0.0, math.inf]), 60000) == DONE
     records, places, weights = state.records, *legendre.leggauss(24)
     harmonic = 0j
     for n in range(state.places[RECORDS]):

@@ -7,7 +7,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from restitution import Body, ContactLaw, Impact, InputError, Material, PronySeries, contact_law
+from refusals import in_one_line
+from restitution import Body, ContactLaw, Impact, Material, PronySeries, contact_law
 from restitution.contact.profiles import Parabola, PowerLaw, TruncatedCone
 
 PROGRAM = """\
@@ -85,7 +86,5 @@ def test_a_header_names_the_same_material_once(tmp_path):
 @pytest.mark.parametrize("name", ["", "2a", "A", "a b", "a\n"])
 def test_a_name_that_c_does_not_take_is_refused(tmp_path, name):
     law: ContactLaw = CASES["power"]
-    with pytest.raises(InputError) as caught:
-        law.to_c(tmp_path / "law.h", name=name)
-    assert caught.value.field == "name"
+    assert in_one_line(lambda: law.to_c(tmp_path / "law.h", name=name)).field == "name"
     assert not list(tmp_path.iterdir())

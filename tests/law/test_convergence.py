@@ -1,12 +1,11 @@
 """The contact law converges to the exact solution of an impact and of an indentation."""
 
-import csv
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from checkout import DATA, rows
 from restitution import Impact, Material, PronySeries, Tabulated, contact_law, indent, solve, standard_solid
 from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, Sphere, TruncatedCone
 from stepping import collide, forces
@@ -43,13 +42,12 @@ def test_fifty_steps_suffice(row, gap):
 
 
 def test_exact_values_are_those_of_the_reference_table():
-    with (Path(__file__).resolve().parents[1] / "data" / "standard_solid.csv").open() as file:
-        for line in csv.DictReader(file):
-            row = tuple(float(line[name]) for name in ("nu", "p2", "p3"))
-            if row in ROWS:
-                law = contact_law(unit_impact(*row), max_nodes=500)
-                result = collide(law, 1.0, 1.0, float(line["contact_time"]) / 800)
-                assert result.restitution_coefficient == pytest.approx(float(line["restitution"]), abs=2e-6)
+    for line in rows(DATA / "standard_solid.csv"):
+        row = line["nu"], line["p2"], line["p3"]
+        if row in ROWS:
+            law = contact_law(unit_impact(*row), max_nodes=500)
+            result = collide(law, 1.0, 1.0, line["contact_time"] / 800)
+            assert result.restitution_coefficient == pytest.approx(line["restitution"], abs=2e-6)
 
 
 @pytest.mark.parametrize("row", ROWS)

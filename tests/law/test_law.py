@@ -6,8 +6,8 @@ import numba
 import numpy as np
 import pytest
 
+from refusals import in_one_line, named
 from restitution import Body, Cone, Impact, Material, Parabola, PronySeries, Sphere, collision, solve
-from restitution.errors import InputError, InputTypeError
 from restitution.law.law import ContactLaw, contact_law
 from restitution.law.step import COUNT, step
 from stepping import forces
@@ -154,14 +154,11 @@ def test_largest_depth():
     ],
 )
 def test_refusals(law, call, field):
-    with pytest.raises(InputError) as caught:
-        call(law)
-    assert caught.value.field == field
-    assert "\n" not in str(caught.value)
+    assert in_one_line(lambda: call(law)).field == field
 
 
 def test_a_fractional_material_is_refused_with_a_remedy():
     from restitution.material.fractional import FractionalMaterial, springpot
 
-    with pytest.raises(InputTypeError, match="within"):
-        contact_law(Impact(FractionalMaterial(springpot(1e4, 0.2), bulk=2e9), Parabola(0.01), 0.005, 1.0))
+    gel = FractionalMaterial(springpot(1e4, 0.2), bulk=2e9)
+    assert named(lambda: contact_law(Impact(gel, Parabola(0.01), 0.005, 1.0))) == ("material",)

@@ -11,6 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import restitution as rs
+from refusals import in_one_line
 from restitution import Material, PronySeries
 from strategies import logarithmic, materials
 
@@ -233,7 +234,5 @@ def test_liquids_are_read_back_from_ansys(tmp_path):
     ],
 )
 def test_what_a_card_cannot_hold_is_refused(material, name, message, tmp_path):
-    with pytest.raises(ValueError, match=message) as caught:
-        rs.write_material(material, tmp_path / name)
-    assert "\n" not in str(caught.value)
+    assert re.search(message, str(in_one_line(lambda: rs.write_material(material, tmp_path / name))))
     assert not list(tmp_path.iterdir())

@@ -6,7 +6,7 @@ import numpy as np
 import pint
 import pytest
 
-from refusals import in_one_line
+from refusals import in_one_line, named
 from restitution import (
     Material,
     PronySeries,
@@ -46,22 +46,21 @@ def test_elastic_constants_from_any_pair(nu):
 
 
 @pytest.mark.parametrize(
-    "constants",
+    ("constants", "expected"),
     [
-        {"shear_modulus": 1.0},
-        {"poisson_ratio": 0.3},
-        {"poisson_ratio": 0.3, "bulk_modulus": 1.0},
-        {"shear_modulus": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3},
-        {"shear_modulus": 1.0, "bulk_modulus": 1.0, "poisson_ratio": 0.3},
-        {"youngs_modulus": 9.0, "bulk_modulus": 1.0},
-        {"youngs_modulus": 9.0, "poisson_ratio": -1.0},
-        {"shear_modulus": 0.0, "poisson_ratio": 0.3},
-        {"shear_modulus": 1.0, "poisson_ratio": 0.51},
+        ({"shear_modulus": 1.0}, ("poisson_ratio, bulk_modulus",)),
+        ({"poisson_ratio": 0.3}, ("shear_modulus, youngs_modulus",)),
+        ({"poisson_ratio": 0.3, "bulk_modulus": 1.0}, ("shear_modulus, youngs_modulus",)),
+        ({"shear_modulus": 1.0, "youngs_modulus": 1.0, "poisson_ratio": 0.3}, ("shear_modulus, youngs_modulus",)),
+        ({"shear_modulus": 1.0, "bulk_modulus": 1.0, "poisson_ratio": 0.3}, ("poisson_ratio, bulk_modulus",)),
+        ({"youngs_modulus": 9.0, "bulk_modulus": 1.0}, ("bulk_modulus", 1.0)),
+        ({"youngs_modulus": 9.0, "poisson_ratio": -1.0}, ("poisson_ratio", -1.0)),
+        ({"shear_modulus": 0.0, "poisson_ratio": 0.3}, ("shear_modulus", 0.0)),
+        ({"shear_modulus": 1.0, "poisson_ratio": 0.51}, ("poisson_ratio", 0.51)),
     ],
 )
-def test_elastic_refuses(constants):
-    with pytest.raises(ValueError, match="must be"):
-        elastic(**constants)
+def test_elastic_refuses(constants, expected):
+    assert named(lambda: elastic(**constants)) == expected
 
 
 def test_maxwell_relaxes_to_zero():
@@ -103,14 +102,13 @@ def test_generalised_maxwell():
 
 
 def test_standard_solid_needs_exactly_one_bulk_constant():
-    with pytest.raises(ValueError, match="exactly one"):
+    with pytest.raises(ValueError, match=r"^poisson_ratio, bulk_modulus: exactly one must be given; none is given$"):
         standard_solid(1.0, 1.0, 1.0)
-    with pytest.raises(ValueError, match="exactly one"):
+    with pytest.raises(ValueError, match=r"; poisson_ratio and bulk_modulus are given$"):
         standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.3, bulk_modulus=1.0)
     with pytest.raises(ValueError, match="liquid"):
         standard_solid(0.0, 1.0, 1.0, poisson_ratio=0.3)
-    with pytest.raises(ValueError, match=r"poisson_ratio = 0\.6: must be in \[-1, 0\.5\]"):
-        standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.6)
+    assert named(lambda: standard_solid(1.0, 1.0, 1.0, poisson_ratio=0.6)) == ("poisson_ratio", 0.6)
     assert standard_solid(0.0, 1.0, 1.0, poisson_ratio=0.5).is_incompressible
 
 

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from refusals import in_one_line
+from refusals import in_one_line, named
 from restitution import Impact, Material, Parabola, PronySeries, fractional_zener, read_material, solve
 from restitution.errors import InputError, RestitutionWarning
 from restitution.material.conversion import shear_from_tension
@@ -146,8 +146,7 @@ def test_the_material_of_a_fit_has_the_window_of_the_data():
 def test_data_in_tension_become_shear():
     t = np.geomspace(1e-3, 1e3, 61)
     fit = fit_prony(RelaxationTable(t, PronySeries(3e6, [9e6], [0.1]).relaxation_modulus(t)))
-    with pytest.raises(InputError, match="deformation"):
-        fit.material(bulk_modulus=2e9)
+    assert named(lambda: fit.material(bulk_modulus=2e9)) == ("deformation", None)
     incompressible = fit.material(bulk_modulus=math.inf, deformation="tension")
     assert incompressible.shear.relaxation_modulus(t) == pytest.approx(fit.series.relaxation_modulus(t) / 3)
 
@@ -282,5 +281,5 @@ def test_columns_are_any_sequences_of_one_length():
 
 
 def test_a_modulus_of_nearly_zero_gives_no_warning_of_numpy():
-    with pytest.raises(InputError, match="must be in"):
-        fit_prony(RelaxationTable(np.array([1e-3, 1e-2, 1e-1, 10.0]), np.array([1e7, 5e6, 3e6, 1e-302])))
+    table = RelaxationTable([1e-3, 1e-2, 1e-1, 10.0], [1e7, 5e6, 3e6, 1e-302])
+    assert named(lambda: fit_prony(table)) == ("equilibrium_modulus + sum of branch_moduli", 1e-302)

@@ -2,12 +2,14 @@
 
 import json
 import math
+import re
 import sys
 import time
 
 import numpy as np
 import pytest
 
+from refusals import in_one_line
 from restitution import DynamicTable, InputError, Isotherms, PronySeries, RelaxationTable
 from restitution.material.readers import parse, read_material
 
@@ -278,10 +280,9 @@ def test_sweeps_at_one_temperature_are_averaged():
     ],
 )  # fmt: skip
 def test_malformed_exports_are_refused_with_the_number_of_their_line(text, message):
-    with pytest.raises(InputError, match=message) as caught:
-        parse(text, "x")
-    assert "\n" not in str(caught.value)
-    assert len(str(caught.value)) < 500
+    line = str(in_one_line(lambda: parse(text, "x")))
+    assert re.search(message, line)
+    assert len(line) < 500
 
 
 def workbook(path, sheets):
@@ -377,9 +378,10 @@ def read_or_refuse(text):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_mutated_exports_are_read_or_refused(form):
-    rng = np.random.default_rng(list(FORMS).index(form))
-    for _ in range(20):
+@pytest.mark.parametrize("count", [20, pytest.param(1000, marks=pytest.mark.slow)])
+def test_mutated_exports_are_read_or_refused(form, count):
+    rng = np.random.default_rng([count, list(FORMS).index(form)])
+    for _ in range(count):
         read_or_refuse(mutated(FORMS[form], rng))
 
 
@@ -388,14 +390,6 @@ def test_a_quotation_mark_that_stands_alone_joins_no_lines():
     assert isinstance(table, DynamicTable)
     assert table.angular_frequency / (2.0 * math.pi) == pytest.approx([1.0, 2.0, 4.0, 8.0])
     assert table.loss_modulus == pytest.approx([3e6, 4e6, 6e6, 7e6])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("form", FORMS)
-def test_a_thousand_mutated_exports_are_read_or_refused(form):
-    rng = np.random.default_rng([1, list(FORMS).index(form)])
-    for _ in range(1000):
-        read_or_refuse(mutated(FORMS[form], rng))
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import erfcx, gamma, rgamma
 
+from refusals import named
 from restitution import Material, PronySeries, reduced_modulus
 from restitution.material.fractional import (
     FractionalMaterial,
@@ -150,21 +151,20 @@ def test_fractional_bulk_with_the_same_model_is_a_constant_poisson_ratio():
 
 
 @pytest.mark.parametrize(
-    ("call", "message"),
+    ("call", "expected"),
     [
-        (lambda: springpot(0.0, 0.5), "coefficient = 0"),
-        (lambda: springpot(1.0, 1.0), r"exponent = 1: must be in \[0\.01, 0\.99\]"),
-        (lambda: fractional_kelvin_voigt(-1.0, 1.0, 0.5), "equilibrium_modulus = -1 Pa"),
-        (lambda: fractional_zener(1.0, 0.0, 1.0, 0.5), "branch_modulus = 0 Pa"),
-        (lambda: fractional_zener(1.0, 1.0, 0.0, 0.5), "relaxation_time = 0 s"),
-        (lambda: springpot(1.0, 0.5).prony((1.0, 1.0)), "must ascend"),
-        (lambda: springpot(1.0, 0.5).prony((0.1, 1.0), 1e-12), "rtol = 1e-12"),
-        (lambda: springpot(1.0, 0.5).relaxation_modulus(-1.0), "time = -1 s"),
+        (lambda: springpot(0.0, 0.5), ("coefficient", 0.0)),
+        (lambda: springpot(1.0, 1.0), ("exponent", 1.0)),
+        (lambda: fractional_kelvin_voigt(-1.0, 1.0, 0.5), ("equilibrium_modulus", -1.0)),
+        (lambda: fractional_zener(1.0, 0.0, 1.0, 0.5), ("branch_modulus", 0.0)),
+        (lambda: fractional_zener(1.0, 1.0, 0.0, 0.5), ("relaxation_time", 0.0)),
+        (lambda: springpot(1.0, 0.5).prony((1.0, 1.0)), ("window", "(1, 1)")),
+        (lambda: springpot(1.0, 0.5).prony((0.1, 1.0), 1e-12), ("rtol", 1e-12)),
+        (lambda: springpot(1.0, 0.5).relaxation_modulus(-1.0), ("time", -1.0)),
     ],
 )
-def test_bad_input_is_refused(call, message):
-    with pytest.raises(ValueError, match=message):
-        call()
+def test_bad_input_is_refused(call, expected):
+    assert named(call) == expected
 
 
 @pytest.mark.parametrize("exponent", [0.05, 0.3, 0.6, 0.9])

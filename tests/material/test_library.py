@@ -3,6 +3,7 @@ import math
 import numpy as np
 import pytest
 
+from refusals import named
 from restitution import InputError, PronySeries, fit_prony, library, read_material, reduced_modulus, tension_from_shear
 
 
@@ -22,10 +23,8 @@ def test_at_least_eight_materials_with_their_source():
 
 
 def test_unknown_name():
-    with pytest.raises(InputError, match="is not known") as caught:
-        library.get("unobtainium")
-    assert (caught.value.field, caught.value.value) == ("material", "unobtainium")
-    with pytest.raises(InputError, match="did you mean steel"):
+    assert named(lambda: library.get("unobtainium")) == ("material", "unobtainium")
+    with pytest.raises(InputError, match=r"^material = 'steal': is not known; did you mean steel?"):
         library.get("steal")
 
 
@@ -39,8 +38,7 @@ def test_materials_are_attributes():
 
 @pytest.mark.parametrize("temperature", [150.0, 201.9, 400.1, 500.0])
 def test_polyisobutylene_outside_the_range_of_its_shift_is_refused(temperature):
-    with pytest.raises(ValueError, match=rf"temperature = {temperature:g} K: must be in \[202, 400\] K"):
-        library.get("polyisobutylene").at(temperature)
+    assert named(lambda: library.get("polyisobutylene").at(temperature)) == ("temperature", temperature)
 
 
 def test_ice_is_the_average_of_the_measured_crystal():

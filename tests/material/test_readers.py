@@ -1,10 +1,12 @@
 import math
+import re
+from functools import partial
 
 import numpy as np
 import pytest
 
 import restitution as rs
-from refusals import in_one_line
+from refusals import in_one_line, named
 from restitution import DynamicTable, InputError, PronySeries, RelaxationTable, ShiftTable
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.material.readers import parse, read_material
@@ -183,7 +185,7 @@ def test_one_of_several_materials_of_a_deck_by_its_name():
     assert (hard.material().shear, hard.density, hard.name) == (PronySeries(2.8e9), None, "Hard part")
     with pytest.raises(ValueError, match="text: has no material 'soft': choose one by its name, rubber or Hard"):
         parse(TWO, name="soft")
-    with pytest.raises(ValueError, match="text: has no material 'a': is no deck"):
+    with pytest.raises(ValueError, match=r"^text: has no material 'a': is no deck of a solver"):
         parse("t,E\n1,2\n", name="a")
     second = ANSYS.replace("PRON,1", "PRON,2").replace("MP,EX,1,9e6", "MP,EX,2,18e6").replace("NUXY,1", "NUXY,2")
     second = second.replace("TBDATA,1,0.1", "TBDATA,1,0.4")
@@ -207,10 +209,8 @@ def test_a_deck_without_constants_is_refused():
     deck = parse("\n".join(line for line in ANSYS.splitlines() if not line.startswith("MP")))
     with pytest.raises(ValueError, match="youngs_modulus: must be given"):
         deck.material()
-    with pytest.raises(ValueError, match="poisson_ratio: must be given"):
-        deck.material(youngs_modulus=1.0)
-    with pytest.raises(ValueError, match=r"poisson_ratio = 0\.6"):
-        deck.material(youngs_modulus=1.0, poisson_ratio=0.6)
+    assert named(lambda: deck.material(youngs_modulus=1.0)) == ("poisson_ratio",)
+    assert named(lambda: deck.material(youngs_modulus=1.0, poisson_ratio=0.6)) == ("poisson_ratio", 0.6)
     assert deck.material(youngs_modulus=3.0, poisson_ratio=0.5).shear.instantaneous_modulus == pytest.approx(1.0)
 
 
@@ -290,9 +290,7 @@ def test_a_deck_without_constants_is_refused():
     ],
 )
 def test_malformed_text_is_refused_with_its_line_number(text, message):
-    with pytest.raises(ValueError, match=message) as caught:
-        parse(text, "x")
-    assert "\n" not in str(caught.value)
+    assert re.search(message, str(in_one_line(lambda: parse(text, "x"))))
 
 
 def test_files_with_byte_order_mark_and_windows_line_ends(tmp_path):
@@ -301,12 +299,8 @@ def test_files_with_byte_order_mark_and_windows_line_ends(tmp_path):
     assert read_material(path).modulus.tolist() == [3e6, 1e6]
     assert read_material(str(path)).source == str(path)
     path.write_text("t,E\n1,x\n")
-    with pytest.raises(ValueError, match=r"relaxation\.csv: line 2: E = 'x'"):
-        read_material(path)
-    with pytest.raises(ValueError, match=r"absent\.csv: no such file"):
-        read_material(tmp_path / "absent.csv")
-    with pytest.raises(ValueError, match="cannot be read"):
-        read_material(tmp_path)
+    for wrong in (path, tmp_path / "absent.csv", tmp_path):
+        assert str(in_one_line(partial(read_material, wrong))).startswith(f"{wrong}: ")
 
 
 def test_the_measured_materials(shared_reference):
@@ -390,8 +384,7 @@ def test_a_workbook_is_refused_with_advice(tmp_path):
         with pytest.raises(InputError, match="CSV"):
             read_material(tmp_path / "dma.xlsx")
     (tmp_path / "picture.dat").write_bytes(bytes(range(256)) * 4)
-    with pytest.raises(InputError, match="must be text"):
-        read_material(tmp_path / "picture.dat")
+    assert "picture.dat" in str(in_one_line(lambda: read_material(tmp_path / "picture.dat")))
     assert in_one_line(lambda: read_material({"time": [1.0]})).field == "path"
 
 
@@ -429,14 +422,13 @@ def test_a_file_is_refused_by_its_size_before_it_is_parsed(tmp_path, monkeypatch
     file.write_text("t,E\ns,Pa\n" + "1.5,2\n" * 200)
     monkeypatch.setattr("restitution.material.sheet._LARGEST", 1000)
     for read in (rs.read_material, rs.read_observations):
-        with pytest.raises(rs.InputError, match=r"long.csv.*must have at most"):
-            read(file)
+        assert f"{file.name}: is too long" in str(in_one_line(partial(read, file)))
 
 
 def test_a_line_is_refused_by_its_length(tmp_path):
     file = tmp_path / "wide.csv"
     file.write_text("t,E\n" + "1.510," * 400_000)
-    with pytest.raises(rs.InputError, match=r"line 2: has 2400000 characters: must have at most 1000000"):
+    with pytest.raises(rs.InputError, match="line 2: has 2400000 characters: must have at most 1000000"):
         rs.read_material(file)
 
 

@@ -1,12 +1,13 @@
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pint
 import pytest
 
+from refusals import in_one_line, named
 from restitution import Material, PronySeries
-from restitution.errors import InputError, InputTypeError
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
 
 pytestmark = pytest.mark.plain
@@ -32,16 +33,18 @@ def test_wlf_ends_at_the_vogel_temperature():
     law = WLF(298.0, 8.61, 200.4)
     lowest = 298.0 - 300.0 * 200.4 / 308.61
     assert math.log10(law.factor(lowest + 1e-6)) == pytest.approx(300.0, rel=1e-5)
-    for temperature in (90.0, 97.6, 100.0, lowest - 1e-3):
-        with pytest.raises(ValueError, match=rf"temperature = {temperature:g} K: must be >= 103\.191 K, where"):
-            law.factor(temperature)
+    with pytest.raises(
+        ValueError, match=r"^temperature = 90 K: must be >= 103\.191 K, where the shift factor is between"
+    ):
+        law.factor(90.0)
+    for temperature in (97.6, 100.0, lowest - 1e-3):
+        assert named(partial(law.factor, temperature)) == ("temperature", temperature)
     assert law.factor(1e4) > 10**-8.61
 
 
 @pytest.mark.parametrize("law", [WLF(300.0, 400.0, 100.0), Arrhenius(300.0, 3e6)])
 def test_factors_too_small_for_numbers(law):
-    with pytest.raises(ValueError, match=r"temperature = 1e\+06 K: must be in \[\d+\.?\d*, \d+\.?\d*\] K, where"):
-        law.factor(1e6)
+    assert named(lambda: law.factor(1e6)) == ("temperature", 1e6)
 
 
 @pytest.mark.parametrize("law", [WLF(300.0, 10.0, 100.0), Arrhenius(300.0, 1e5)])
@@ -49,14 +52,11 @@ def test_a_law_is_refused_outside_its_range(law):
     bounded = replace(law, temperature_range=(280.0, 350.0))
     assert [bounded.factor(t) for t in (280.0, 350.0)] == [law.factor(t) for t in (280.0, 350.0)]
     for temperature in (279.9, 350.1):
-        message = rf"temperature = {temperature} K: must be in \[280, 350\] K, the range of the law"
-        with pytest.raises(ValueError, match=message):
-            Material(PronySeries(1.0, [1.0], [1.0]), 2.0, shift=bounded).at(temperature)
+        assert named(partial(Material(1.0, 2.0, shift=bounded).at, temperature)) == ("temperature", temperature)
     for limits in ((310.0, 350.0), (350.0, 280.0), (300.0, 300.0)):
         with pytest.raises(ValueError, match=r"temperature_range = .* K: must ascend and hold 300 K"):
             replace(law, temperature_range=limits)
-    with pytest.raises(ValueError, match=r"temperature_range = -1 K"):
-        replace(law, temperature_range=(-1.0, 350.0))
+    assert named(lambda: replace(law, temperature_range=(-1.0, 350.0))) == ("temperature_range", -1.0)
 
 
 def test_arrhenius():
@@ -73,8 +73,7 @@ def test_table_interpolates_the_logarithm():
     assert table.factor(285.0) == pytest.approx(100.0)
     assert table == ShiftTable([280.0, 290.0, 300.0, 310.0], [3.0, 1.0, -1.0, -2.0])
     assert hash(table) == hash(ShiftTable([280.0, 290.0, 300.0, 310.0], [3.0, 1.0, -1.0, -2.0]))
-    with pytest.raises(ValueError, match=r"temperature = 279 K: must be in \[280, 310\] K"):
-        table.factor(279.0)
+    assert named(lambda: table.factor(279.0)) == ("temperature", 279.0)
 
 
 @pytest.mark.parametrize(
@@ -82,17 +81,16 @@ def test_table_interpolates_the_logarithm():
     [
         ([300.0], [0.0], "at least 2"),
         ([300.0, 310.0], [0.0], "equal length"),
-        ([310.0, 300.0], [0.0, -1.0], r"temperatures\[1\] = 300 K: must be strictly ascending"),
-        ([300.0, 310.0], [0.0, 1.0], r"log10_factors\[1\] = 1: must be strictly descending"),
+        ([310.0, 300.0], [0.0, -1.0], "temperatures[1] = 300 K: must be strictly ascending"),
+        ([300.0, 310.0], [0.0, 1.0], "log10_factors[1] = 1: must be strictly descending"),
         ([300.0, 310.0], [3.0, 1.0], "must pass through 0"),
-        ([-1.0, 310.0], [1.0, -1.0], r"temperatures\[0\] = -1 K"),
-        ([300.0, 310.0], [0.0, math.nan], r"log10_factors\[1\] = nan"),
-        ([300.0, 310.0], [301.0, 0.0], r"log10_factors\[0\] = 301: must be in \[-300, 300\]"),
+        ([-1.0, 310.0], [1.0, -1.0], "temperatures[0] = -1 K"),
+        ([300.0, 310.0], [0.0, math.nan], "log10_factors[1] = nan"),
+        ([300.0, 310.0], [301.0, 0.0], "log10_factors[0] = 301"),
     ],
 )
 def test_table_refuses(temperatures, logs, message):
-    with pytest.raises(ValueError, match=message):
-        ShiftTable(temperatures, logs)
+    assert message in str(in_one_line(lambda: ShiftTable(temperatures, logs)))
 
 
 @pytest.mark.parametrize("law", [WLF(300.0, 10.0, 100.0), Arrhenius(300.0, 1e5), ShiftTable([290, 310], [1, -1])])
@@ -118,7 +116,7 @@ def test_material_at_a_temperature(law):
 
 
 def test_material_without_a_law_refuses():
-    with pytest.raises(InputError, match="temperature = 300 K"):
+    with pytest.raises(ValueError, match=r"^temperature = 300 K: must not be given without a time-temperature shift$"):
         Material(1.0, 2.0).at(300.0)
 
 
@@ -141,5 +139,4 @@ def test_units_are_converted_and_arrays_of_constants_refused():
     assert Arrhenius(300.0, 100.0 * units.kJ / units.mol) == Arrhenius(300.0, 1e5)
     assert Material(1.0, 2.0, density=1.1 * units.g / units.cm**3).density == pytest.approx(1100.0)
     assert law.factor([300.0, 310.0]).tolist() == [law.factor(300.0), law.factor(310.0)]
-    with pytest.raises(InputTypeError, match="must be a single number"):
-        WLF([300.0, 310.0], 8.6, 200.0)
+    assert in_one_line(lambda: WLF([300.0, 310.0], 8.6, 200.0), TypeError).field == "reference_temperature"

@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.collections import QuadMesh
 
 from checkout import ROOT, blocks, run
+from refusals import named
 from restitution import Impact, Parabola, solve, standard_solid, standard_solid_restitution
 from restitution.paper import claims, figures, reproduction
 from restitution.paper.figures import BODIES, Computation, instantaneous_poisson_ratio
@@ -180,18 +181,9 @@ def test_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
         reproduce(tmp_path / "out", quick=True)
 
 
-@pytest.mark.parametrize(
-    ("option", "value", "error", "message"),
-    [
-        ("seed", -1, ValueError, "seed = -1: must be a whole number >= 0"),
-        ("seed", 1.5, TypeError, "seed = 1.5: must be a whole number >= 0"),
-        ("workers", 0, ValueError, "workers = 0: must be a whole number >= 1"),
-        ("rtol", 0.1, ValueError, "rtol = 0.1: must be in"),
-    ],
-)
-def test_bad_options_are_named_before_anything_is_made(tmp_path: Path, option, value, error, message) -> None:
-    with pytest.raises(error, match=message):
-        reproduce(tmp_path / "out", quick=True, **{option: value})
+@pytest.mark.parametrize(("option", "value"), [("seed", -1), ("seed", 1.5), ("workers", 0), ("rtol", 0.1)])
+def test_bad_options_are_named_before_anything_is_made(tmp_path: Path, option, value) -> None:
+    assert named(lambda: reproduce(tmp_path / "out", quick=True, **{option: value})) == (option, value)
     assert not (tmp_path / "out").exists()
 
 

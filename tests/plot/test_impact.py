@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from cases import RUBBER
+from refusals import named
 from restitution.plot import impact as plots
 from restitution.plot import style
 
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
 IMPACT = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=0.1)
 
 
@@ -94,8 +95,7 @@ def test_several_impacts_are_drawn_over_their_velocity() -> None:
     np.testing.assert_array_equal(e, several.restitution_coefficient[[1, 2, 0]])
     np.testing.assert_allclose(time, 1e3 * several.contact_time[[1, 2, 0]], rtol=1e-12)
     assert "[ms]" in figure.axes[1].get_ylabel()
-    with pytest.raises(rs.InputError, match="times"):
-        several.plot([1e-3])
+    assert named(lambda: several.plot([1e-3])) == ("times",)
 
 
 def test_several_impacts_without_a_common_order_are_points() -> None:

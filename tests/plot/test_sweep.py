@@ -1,5 +1,6 @@
 """Figures of sweeps: layout, units and values."""
 
+import math
 from pathlib import Path
 from typing import Any, cast
 
@@ -8,7 +9,8 @@ import pytest
 import xarray as xr
 
 import restitution as rs
-from restitution.errors import InputError
+from cases import BALL
+from refusals import in_one_line, named
 from restitution.plot.style import new_figure, save_figure
 from restitution.plot.sweep import Layout, choose_layout, map_levels, plot_sweep
 from restitution.quantities import INPUTS, OUTPUTS, input_attributes
@@ -153,11 +155,10 @@ def test_slices_lie_on_the_axis() -> None:
     assert np.asarray(ax.lines[0].get_xdata()).tolist() == [1.0, 2.0]
     with pytest.raises(ValueError, match=r"bulk_modulus.*too few finite values"):
         plot_sweep(dataset.isel(bulk_modulus=[0, 2]), x="velocity", y="bulk_modulus")
-    for value in (0.0009, 0.0021, np.nan, np.inf):
+    for value in (0.0009, 0.0021, math.nan, math.inf):
         with pytest.raises(ValueError, match=r"at velocity = .* from 0.001 to 0.002"):
             plot_sweep(dataset, at={"velocity": value})
-    with pytest.raises(TypeError, match="at velocity = 'abc'"):
-        plot_sweep(dataset, at={"velocity": "abc"})
+    assert named(lambda: plot_sweep(dataset, at={"velocity": "abc"}), TypeError) == ("at velocity", "abc")
 
 
 def test_a_map_is_not_transposed() -> None:
@@ -242,15 +243,11 @@ def test_units(values: list[float], attributes: dict[str, str], label: str, firs
     ],
 )
 def test_invalid_options_are_refused(options: dict[str, Any], field: str) -> None:
-    with pytest.raises(InputError) as refused:
-        plot_sweep(result({"velocity": line(5), "radius": line(5)}), **options)
-    assert refused.value.field == field
+    assert in_one_line(lambda: plot_sweep(result({"velocity": line(5), "radius": line(5)}), **options)).field == field
 
 
 def test_what_is_no_result_of_a_sweep_is_refused() -> None:
-    with pytest.raises(InputError) as refused:
-        plot_sweep(cast(xr.Dataset, [0.7, 0.8]))
-    assert refused.value.field == "dataset"
+    assert in_one_line(lambda: plot_sweep(cast(xr.Dataset, [0.7, 0.8]))).field == "dataset"
 
 
 def test_given_axes_take_a_single_panel() -> None:
@@ -259,9 +256,7 @@ def test_given_axes_take_a_single_panel() -> None:
     ax = figure.add_subplot()
     assert plot_sweep(dataset, ax=ax) is figure
     assert len(ax.lines) == 1
-    with pytest.raises(InputError) as refused:
-        plot_sweep(dataset, ["restitution_coefficient", "contact_time"], ax=ax)
-    assert refused.value.field == "ax"
+    assert in_one_line(lambda: plot_sweep(dataset, ["restitution_coefficient", "contact_time"], ax=ax)).field == "ax"
 
 
 def test_slices_share_their_levels_and_their_shading() -> None:
@@ -280,9 +275,8 @@ def test_draws_at_two_points_give_bars_and_no_bands() -> None:
 
 
 def test_a_real_sweep(tmp_path: Path) -> None:
-    ball = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
     out = tmp_path / "result.zarr"
-    rs.sweep(ball, {"velocity": rs.Logarithmic(0.01, 0.1, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)
+    rs.sweep(BALL, {"velocity": rs.Logarithmic(0.01, 0.1, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)
     figure = plot_sweep(rs.open_sweep(out))
     assert len(panels(figure)) == 4
     assert {ax.get_xscale() for ax in panels(figure)} == {"log"}

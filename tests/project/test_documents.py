@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 import restitution
+from cases import case_file
 from checkout import EXAMPLES, ROOT, blocks, run
+from restitution.case.identification import read_identification
 
 DOCUMENTS = sorted(
     [*ROOT.glob("*.md"), *(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
@@ -47,14 +49,28 @@ def test_code_prints_what_the_page_shows(name, capsys):
     assert capsys.readouterr().out == "".join(blocks(name, "text"))
 
 
-@pytest.mark.parametrize("name", PYTHON)
-def test_case_files_are_solved(name, tmp_path):
-    from restitution.case.impact import read_case
+SOLID = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "2 MPa"\nviscosity = "2 kPa s"\npoisson_ratio = 0.5'
+REST = case_file(material=SOLID, impact='velocity = "0.1 m/s"')
 
-    (case,) = blocks(name, "toml")
-    file = tmp_path / "case.toml"
-    file.write_text(case)
-    assert 0.0 < read_case(file).solve().restitution_coefficient < 1.0
+
+@pytest.mark.parametrize(("name", "rest"), [("docs/quickstart.md", ""), ("docs/geometries.md", REST)])
+def test_case_files_are_solved(name, rest, folder):
+    rows = "\n".join(f"{0.01 * k},{2.0 * (0.01 * k) ** 1.5}" for k in range(41))
+    Path("twin.csv").write_text(f"depth [mm],force [N]\n{rows}\n")
+    assert blocks(name, "toml")
+    for block in blocks(name, "toml"):
+        Path("case.toml").write_text(block + rest)
+        assert 0.0 < restitution.read_case("case.toml").solve().restitution_coefficient < 1.0
+
+
+def test_the_case_file_of_an_identification_is_that_of_the_example(folder):
+    (case,) = blocks("docs/identification/index.md", "toml")
+    data = EXAMPLES / "identification"
+    Path("balls.csv").write_bytes((data / "balls.csv").read_bytes())
+    Path("case.toml").write_text(case)
+    page, example = (read_identification(file) for file in ("case.toml", data / "balls.toml"))
+    assert page.section.options == example.section.options
+    assert page.data[0].size == example.data[0].size
 
 
 @pytest.mark.parametrize("name", ["README.md", "docs/teaching.md"])
@@ -64,13 +80,12 @@ def test_the_first_example_prints_what_the_page_shows(name, capsys):
 
 
 def test_case_file_and_python_of_the_readme_are_the_same_impact(tmp_path):
-    from restitution.case.impact import read_case
-
     names: dict[str, object] = {}
     exec(blocks("README.md", "python")[0], names)
+    (case,) = blocks("README.md", "toml")
     file = tmp_path / "case.toml"
-    file.write_text(blocks("README.md", "toml")[0])
-    result = read_case(file).solve()
+    file.write_text(case)
+    result = restitution.read_case(file).solve()
     assert result.restitution_coefficient == pytest.approx(names["result"].restitution_coefficient, rel=1e-12)
     assert result.contact_time == pytest.approx(names["result"].contact_time, rel=1e-12)
 

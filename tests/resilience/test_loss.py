@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from refusals import in_one_line
 from restitution.impact.batch import solve_columns
 from restitution.impact.status import Status
 
@@ -92,5 +93,4 @@ def test_loss_tangent_falls_with_the_resilience():
 
 @pytest.mark.parametrize("rebound", [120.0, 0.0, -3.0, 100.0, math.nan, [50.0, 60.0], "much"])
 def test_impossible_resiliences_are_refused(rebound):
-    with pytest.raises(rs.InputError, match="rebound_resilience"):
-        rs.implied_loss_tangent(rebound)
+    assert in_one_line(lambda: rs.implied_loss_tangent(rebound)).field == "rebound_resilience"

@@ -1,5 +1,6 @@
 """Interpolant of the paper's restitution coefficient against the exact method at other points."""
 
+import math
 from itertools import pairwise
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 import restitution as rs
 from checkout import script
-from refusals import refusal
+from refusals import named
 from restitution.impact.closed_forms import equivalent_incompressible_p3
 from restitution.surrogates import standard_solid as plane
 from restitution.surrogates.standard_solid import STATED_ERROR
@@ -76,24 +77,22 @@ def test_shapes_broadcast_and_single_numbers_are_floats():
     assert picture.shape == (5, 7)
     assert picture[2, 3] == rs.standard_solid_surrogate(0.45, np.logspace(-3, 1, 5)[2], 1.0)
     assert rs.standard_solid_surrogate([], 1.0, 1.0).shape == (0,)
-    with pytest.raises(ValueError, match=r"nu, p2, p3: must have shapes that broadcast"):
+    with pytest.raises(ValueError, match="nu, p2, p3: must have shapes that broadcast"):
         rs.standard_solid_surrogate([0.1, 0.2], [1.0, 2.0, 3.0], 1.0)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "field", "value", "ends"),
+    ("arguments", "expected"),
     [
-        ((0.6, 1.0, 1.0), "nu", 0.6, "[-1, 0.5]"),
-        ((0.3, 9e-4, 1.0), "p2", 9e-4, "[0.001, 10]"),
-        ((0.3, [1.0, 11.0], 1.0), "p2", 11.0, "[0.001, 10]"),
-        ((0.3, 1.0, 101.0), "p3", 101.0, "[0.01, 100]"),
-        ((0.3, 1.0, np.nan), "p3", np.nan, "[0.01, 100]"),
+        ((0.6, 1.0, 1.0), ("nu", 0.6)),
+        ((0.3, 9e-4, 1.0), ("p2", 9e-4)),
+        ((0.3, [1.0, 11.0], 1.0), ("p2", 1, 11.0)),
+        ((0.3, 1.0, 101.0), ("p3", 101.0)),
+        ((0.3, 1.0, math.nan), ("p3", math.nan)),
     ],
 )
-def test_nothing_is_extrapolated(arguments, field, value, ends):
-    error = refusal(lambda: rs.standard_solid_surrogate(*arguments))
-    assert (error.field, error.rule) == (field, f"must be in {ends}")
-    assert error.value == pytest.approx(value, nan_ok=True)
+def test_nothing_is_extrapolated(arguments, expected):
+    assert named(lambda: rs.standard_solid_surrogate(*arguments)) == expected
 
 
 def test_coordinates_can_be_inverted():

@@ -18,8 +18,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import restitution as rs
-from refusals import refusal
-from restitution.errors import ABSENT
+from cases import BALL, RUBBER
+from refusals import in_one_line, named
 from restitution.impact.closed_forms import (
     elastic_contact_time,
     elastic_max_force,
@@ -33,8 +33,6 @@ from strategies import logarithmic, materials
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
-RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
 EPOXY = rs.Impact(rs.library.get("epoxy"), rs.Parabola(0.01), mass=0.01, velocity=1.0)
 # A kink over the velocity: in fast impacts the cone around the flat face is in contact, too.
 KINK = replace(BALL, profile=rs.TruncatedCone(1e-4, 1.2))
@@ -108,12 +106,12 @@ def test_values_have_the_shape_of_the_velocities(ball: rs.Surrogate) -> None:
     assert ball([]).shape == (0,)
 
 
-@pytest.mark.parametrize("velocity", [9.99e-4, [1.0, 10.1], math.nan, -1.0])
-def test_nothing_is_extrapolated(ball: rs.Surrogate, velocity: object) -> None:
+@pytest.mark.parametrize(
+    ("velocity", "place"), [(9.99e-4, (9.99e-4,)), ([1.0, 10.1], (1, 10.1)), (math.nan, (math.nan,)), (-1.0, (-1.0,))]
+)
+def test_nothing_is_extrapolated(ball: rs.Surrogate, velocity: object, place: tuple[float, ...]) -> None:
     for function in (ball, ball.contact_time, ball.max_force):
-        error = refusal(partial(function, velocity))
-        assert (error.field, error.rule) == ("velocity", "must be in [0.001, 10] m/s")
-        assert error.value == pytest.approx(np.atleast_1d(velocity)[-1], nan_ok=True)
+        assert named(partial(function, velocity)) == ("velocity", *place)
 
 
 def test_compiled_forms_in_a_loop_and_in_a_callback_for_c_give_the_same_bits(ball: rs.Surrogate) -> None:
@@ -132,8 +130,7 @@ def test_compiled_forms_in_a_loop_and_in_a_callback_for_c_give_the_same_bits(bal
     assert list(map(called, v[:20].tolist())) == ball(v[:20]).tolist()
     assert math.isnan(called(11.0))
     assert math.isnan(called(9e-4))
-    with pytest.raises(rs.InputError, match="output = 'depth'"):
-        ball.compiled("depth")
+    assert named(lambda: ball.compiled("depth")) == ("output", "depth")
 
 
 def test_threads_and_other_processes_give_the_same_values(ball: rs.Surrogate) -> None:
@@ -174,10 +171,8 @@ def test_warnings_of_validity_are_kept(ball: rs.Surrogate) -> None:
 
 
 def test_a_range_with_captured_bodies_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"velocity = \[0.001, 10.0\] m/s: must be a range in which") as caught:
-        rs.surrogate(replace(BALL, external_force=0.05))
-    message = str(caught.value)
-    assert "\n" not in message
+    message = str(in_one_line(lambda: rs.surrogate(replace(BALL, external_force=0.05))))
+    assert message.startswith("velocity = [0.001, 10.0] m/s: must be a range in which the body separates; at ")
     assert "CAPTURED" in message
     low, high = (float(word) for word in message.split("separates from ")[1].removesuffix(" m/s").split(" to "))
     assert rs.surrogate(replace(BALL, external_force=0.05), (low * 1.01, high))(1.0) > 0.0
@@ -185,7 +180,7 @@ def test_a_range_with_captured_bodies_is_refused() -> None:
 
 def test_a_liquid_into_which_the_body_sinks_is_refused() -> None:
     honey = rs.Material(rs.PronySeries(0.0, [1e5], [1e-4]), math.inf)
-    with pytest.raises(ValueError, match=r"at .* m/s: SINKS_IN: .* e = 0$"):
+    with pytest.raises(ValueError, match="SINKS_IN"):
         rs.surrogate(rs.Impact(honey, rs.FlatPunch(0.01), mass=0.1, velocity=1.0))
 
 
@@ -211,22 +206,25 @@ def test_an_indentation_beyond_the_table_is_reported() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "field", "value", "words"),
+    ("arguments", "expected"),
     [
-        ((BALL, (0.1, 0.1)), "velocity", (0.1, 0.1), "must be the lowest and the highest"),
-        ((BALL, 1.0), "velocity", 1.0, ""),
-        ((BALL, (0.0, 1.0)), "velocity", 0.0, ""),
-        ((BALL, (0.1, math.inf)), "velocity", math.inf, ""),
-        ((BALL, (0.1, 1.0), 1e-11), "rtol", 1e-11, "must be in [1e-10, 0.01]"),
-        ((replace(BALL, mass=[1.0, 2.0]),), "impact", ABSENT, "must be a single impact, but has shape (2,)"),
-        ((RUBBER,), "impact", RUBBER, "must be an Impact"),
+        ((BALL, 1.0), ("velocity", 1.0)),
+        ((BALL, (0.0, 1.0)), ("velocity", 0, 0.0)),
+        ((BALL, (0.1, math.inf)), ("velocity", 1, math.inf)),
+        ((BALL, (0.1, 1.0), 1e-11), ("rtol", 1e-11)),
+        ((RUBBER,), ("impact", RUBBER)),
     ],
 )
-def test_bad_input_is_one_line(arguments: tuple, field: str, value: object, words: str) -> None:
-    error = refusal(lambda: rs.surrogate(*arguments))
-    assert (error.field, error.value) == (field, value)
-    assert words in error.rule
-    assert "\n" not in str(error)
+def test_bad_input_is_one_line(arguments: tuple, expected: tuple) -> None:
+    assert named(lambda: rs.surrogate(*arguments)) == expected
+
+
+def test_a_surrogate_is_of_one_impact_in_a_range() -> None:
+    for arguments, message in (
+        ((BALL, (0.1, 0.1)), "velocity = (0.1, 0.1): must be the lowest and the highest, which differ"),
+        ((replace(BALL, mass=[1.0, 2.0]),), "impact: must be a single impact, but has shape (2,) beside its velocity"),
+    ):
+        assert str(in_one_line(partial(rs.surrogate, *arguments))) == message
 
 
 def test_the_file_is_plain_json(ball: rs.Surrogate, tmp_path: Path) -> None:
@@ -297,11 +295,8 @@ def test_other_files_are_refused_in_one_line(
 ) -> None:
     path = ball.save(tmp_path / "ball.json")
     path.write_text(json.dumps(rehashed(json.loads(path.read_text()) | change)))
-    with pytest.raises(rs.InputError) as caught:
-        rs.Surrogate.load(path)
-    assert caught.value.field == field
-    assert str(caught.value).startswith(f"{path}: ")
-    assert "\n" not in str(caught.value)
+    error = in_one_line(lambda: rs.Surrogate.load(path))
+    assert (error.field, error.where) == (field, str(path))
 
 
 def test_every_edited_digit_is_noticed(ball: rs.Surrogate, tmp_path: Path) -> None:
@@ -326,8 +321,7 @@ def test_files_that_are_not_json(tmp_path: Path) -> None:
     path = tmp_path / "x.json"
     for text in ("{", "[1, 2]", "", "[" * 100_000):
         path.write_text(text)
-        with pytest.raises(ValueError, match=r"x\.json: is not a"):
-            rs.Surrogate.load(path)
+        assert in_one_line(lambda: rs.Surrogate.load(path)).where == str(path)
     with pytest.raises(FileNotFoundError):
         rs.Surrogate.load(tmp_path / "absent.json")
 

@@ -2,13 +2,15 @@
 
 import pickle
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import xarray as xr
 from scipy.stats import qmc
 
-from restitution.errors import InputError, InputTypeError
+from refusals import in_one_line, named
+from restitution.errors import InputTypeError
 from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform, read_axis
 from restitution.units import unit_registry
 
@@ -109,46 +111,49 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
 
 
 @pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda: Linear(0.0, np.inf, 3), ("high", np.inf)),
+        (lambda: Linear(0.0, 1.0, 0), ("n", 0)),
+        (lambda: Linear(0.0, 1.0, 10**18), ("n", 10**18)),
+        (lambda: Linear(0.0, 1.0, 2.5), ("n", 2.5)),
+        (lambda: Logarithmic(0.0, 1.0, 3), ("low", 0.0)),
+        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, "halton"), ("method", "halton")),
+        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, seed=-1), ("seed", -1)),
+        (lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}), ("n", 2**31)),
+        (lambda: Normal(1.0, 0.0), ("standard_deviation", 0.0)),
+        (lambda: read_axis("mass", [1.0, -1.0]), ("mass", 1, -1.0)),
+        (lambda: read_axis("mass", Linear(1.0, -1.0, 5)), ("mass", -1.0)),
+        (lambda: read_axis("mass", 0.0), ("mass", 0.0)),
+        (lambda: read_axis("mass", []), ("mass",)),
+    ],
+)
+def test_invalid_numbers_are_refused(make: Callable[[], object], expected: tuple[object, ...]) -> None:
+    assert named(make) == expected
+
+
+@pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Linear(0.0, np.inf, 3), "high = inf: must be finite"),
-        (lambda: Linear(0.0, 1.0, 0), "n = 0: must be a whole number"),
-        (lambda: Linear(0.0, 1.0, 10**18), "n = 1000000000000000000: must be"),
-        (lambda: Linear(0.0, 1.0, 2.5), "n = 2.5: must be a whole number"),
-        (lambda: Logarithmic(0.0, 1.0, 3), "low = 0: must be finite and > 0"),
         (lambda: Samples(4, {}), "distributions: must name at least one quantity"),
-        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, "halton"), "method = 'halton': must be 'sobol' or 'latin_"),
-        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, seed=-1), "seed = -1: must be a whole number >= 0"),
-        (lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}), "n = 2147483648: must be"),
+        (lambda: Samples(4, {"mass": 3}), "mass = 3: must be a distribution$"),
         (lambda: Samples(4, {"mass": Uniform(-1.0, 2.0)}), r"mass = Uniform\(.*\): must lie in \[0, inf\]"),
         (lambda: Samples(4, {"nu": LogNormal(0.3, 0.1)}), "poisson_ratio = LogNormal.*take all positive values"),
         (lambda: Samples(4, {"mass": Normal(-1.0, 0.1)}), r"mass = Normal\(.*\): lies mostly outside \[0, inf\]"),
         (lambda: Uniform(2.0, 1.0), "low = 2: must be < high = 1"),
-        (lambda: Normal(1.0, 0.0), "standard_deviation = 0: must be finite and > 0"),
-        (lambda: read_axis("mass", []), "mass: must be one-dimensional and hold a value"),
-        (lambda: read_axis("mass", [1.0, -1.0]), r"mass\[1\] = -1 kg: must be finite and > 0"),
-        (lambda: read_axis("mass", Linear(1.0, -1.0, 5)), "mass = -1 kg: must be finite and > 0"),
-        (lambda: read_axis("mass", 0.0), "mass = 0 kg: must be finite and > 0"),
         (lambda: read_axis("mass", np.ones((2, 2))), r"mass: must be one-dimensional .* \(2, 2\)"),
     ],
 )
-def test_invalid_axes_are_refused(make: object, message: str) -> None:
+def test_invalid_axes_are_refused(make: Callable[[], object], message: str) -> None:
     with pytest.raises(ValueError, match=f"^{message}"):
-        make()  # type: ignore[operator]
-
-
-def test_numbers_in_place_of_distributions_are_refused() -> None:
-    with pytest.raises(TypeError, match=r"^mass = 3: must be a distribution$"):
-        Samples(4, {"mass": 3})  # type: ignore[dict-item]
+        make()
 
 
 @pytest.mark.parametrize(
     "entry", ["abc", None, [1.0, "2 m/s"], [True], np.ma.array([1.0, 2.0], mask=[False, True]), {"n": 3}]
 )
 def test_axes_that_are_no_numbers_are_refused(entry: object) -> None:
-    with pytest.raises(InputTypeError) as caught:
-        read_axis("velocity", entry)
-    assert caught.value.field == "velocity"
+    assert in_one_line(lambda: read_axis("velocity", entry), TypeError).field == "velocity"
 
 
 def test_values_with_units_are_converted() -> None:
@@ -158,8 +163,7 @@ def test_values_with_units_are_converted() -> None:
     assert read_axis("mass", meters(5.0, "g")) == pytest.approx(0.005)
     labelled = xr.DataArray([1.0, 2.0], dims="x", attrs={"units": "mm"})
     assert read_axis("radius", labelled).items.tolist() == pytest.approx([1e-3, 2e-3])
-    with pytest.raises(InputError):
-        read_axis("velocity", meters([1.0], "kg"))
+    assert in_one_line(lambda: read_axis("velocity", meters([1.0], "kg"))).field == "velocity"
 
 
 def test_an_argument_of_a_function_takes_objects_and_numbers() -> None:

@@ -14,7 +14,8 @@ import pytest
 import restitution as rs
 from cases import BALL, RUBBER
 from checkout import tree
-from restitution.errors import InputError, RestitutionWarning
+from refusals import warns
+from restitution.errors import InputError
 from restitution.sweeps import plan
 from restitution.sweeps.store import _is_intact
 
@@ -108,7 +109,7 @@ def test_remains_of_a_crash_are_reported_and_repaired(
     harm(out / name / "c" / ("0" if name == "velocity" else "7/0"))
     if (name, harm) == ("status", remove):
         # A chunk without its status counts as not computed.
-        with pytest.warns(RestitutionWarning, match="1 of 12 chunks are not computed yet"):
+        with warns("unfinished"):
             rs.open_sweep(out).load()
     else:
         with pytest.raises(InputError, match=r"result\.zarr: [^\n]+ is (damaged|absent); [^\n]+$"):
@@ -212,7 +213,7 @@ def test_a_chunk_of_nan_counts_as_computed(tmp_path: Path, computed: list[Any]) 
         return rs.Impact(RUBBER, rs.Parabola(radius), mass=0.005, velocity=1.0)
 
     for _ in range(2):
-        with pytest.warns(RestitutionWarning, match="1 of 3 impacts .* 1 INADMISSIBLE"):
+        with warns("failed"):
             result = rs.sweep(
                 build, {"radius": [0.01, 0.02, 0.03]}, ["contact_time"], out=tmp_path / "nan.zarr", chunk=1
             )
@@ -227,9 +228,7 @@ def test_an_exchanged_chunk_is_noticed_and_repaired(intact_store: Path, out: Pat
     for _ in range(6):
         (name, i), (other, j) = random.sample(places, 2)
         shutil.copyfile(out / other / "c" / str(j) / "0", out / name / "c" / str(i) / "0")
-        with pytest.raises(
-            InputError, match=rf"result\.zarr: {name}/c/{i}/0 is damaged: it is another chunk; [^\n]+$"
-        ):
+        with pytest.raises(InputError, match=f"{name}/c/{i}/0 is damaged: it is another chunk; "):
             rs.open_sweep(out).load()
         computed.clear()
         assert run(out).identical(intact)

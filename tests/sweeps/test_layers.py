@@ -144,17 +144,6 @@ def test_the_radius_of_a_case_is_that_of_the_tip_and_of_the_mass(tmp_path: Path)
             assert restitution == pytest.approx(single.restitution_coefficient, rel=1e-8)
 
 
-@pytest.mark.parametrize("profile", [rs.Parabola(0.005), rs.Sphere(0.005)], ids=lambda profile: type(profile).__name__)
-def test_arrays_of_thickness_in_one_impact(profile: Any) -> None:
-    thickness = np.array([[1e-3], [0.02]])
-    impacts = rs.Impact(solid(), rs.Layer(profile, thickness=thickness), mass=0.01, velocity=np.array([0.01, 0.1]))
-    assert impacts.shape == (2, 2)
-    restitution: Any = rs.solve(impacts)
-    single = rs.solve(rs.Impact(solid(), rs.Layer(profile, thickness=0.02), mass=0.01, velocity=0.1))
-    assert restitution.restitution_coefficient[1, 1] == pytest.approx(single.restitution_coefficient, rel=1e-8)
-    assert restitution.max_contact_radius[1, 1] == pytest.approx(single.max_contact_radius, rel=1e-8)
-
-
 def test_a_surrogate_over_the_velocity() -> None:
     ball = rs.Impact(solid(), rs.Layer(rs.Parabola(0.005), thickness=0.003), mass=0.01, velocity=0.05)
     surrogate = rs.surrogate(ball, (0.01, 0.1), rtol=1e-6)

@@ -17,6 +17,7 @@ import xarray as xr
 import restitution as rs
 from cases import BALL, FAST, RUBBER, case_file
 from checkout import tree
+from refusals import warns
 from restitution.errors import RestitutionWarning
 from restitution.sweeps import plan
 from restitution.sweeps import store as stores
@@ -140,9 +141,8 @@ def test_an_unfinished_store_gives_a_warning(tmp_path: Path, monkeypatch: pytest
     cut_after(5, monkeypatch)
     with pytest.raises(Cut):
         run(out, workers=1)
-    with pytest.warns(RestitutionWarning, match="7 of 12 chunks") as caught:
+    with pytest.warns(RestitutionWarning, match="7 of 12 chunks are not computed yet"):
         part = rs.open_sweep(out)
-    assert caught[0].message.kind == "unfinished"  # type: ignore[union-attr]
     missing = part.status.values == -1
     assert 0 < missing.sum() < missing.size
     np.testing.assert_array_equal(np.isnan(part.contact_time.values), missing)
@@ -239,9 +239,7 @@ def test_a_full_disk_is_reported_in_one_line_and_the_store_resumes(
         write(path, content)
 
     monkeypatch.setattr(store, "_write", limited)
-    with pytest.raises(
-        OSError, match=r"No space left on device; [1-9] of 12 chunks are stored, and the same"
-    ) as caught:
+    with pytest.raises(OSError, match=r"device; [1-9] of 12 chunks are stored, and the same") as caught:
         run(out)
     assert caught.value.filename == str(out)
     monkeypatch.setattr(store, "_write", write)
@@ -339,7 +337,7 @@ def test_ctrl_c_is_prompt_and_the_same_command_resumes(tmp_path: Path) -> None:
         assert process.stderr.read() == (
             "note: out.zarr: the same command resumes\nerror: interrupted; every file written is whole\n"
         )
-    with pytest.warns(RestitutionWarning, match="not computed yet"):
+    with warns("unfinished"):
         part = rs.open_sweep(tmp_path / "out.zarr")
     # The signal comes after the first chunks, and few follow it.
     assert 0 < int((part.status == 0).sum()) < 0.5 * part.status.size

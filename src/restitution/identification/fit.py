@@ -243,14 +243,17 @@ class EstimationProblem:
         """Return further residuals, those of the priors, shape (m, n_prior)."""
         return penalties(self.space, coordinates[:, : self.n_parameters])
 
-    def jacobian(self, coordinates: Array) -> Array:
-        """Return derivatives of the residuals, shape (n, n_unknown); one-sided differences where one side fails."""
+    def linearised(self, coordinates: Array) -> tuple[Array, Array]:
+        """Return residuals at a point, shape (n,), and their central differences, shape (n, n_unknown).
+
+        Differences are one-sided where one side fails.
+        """
         step, n = np.diag(self.steps), self.steps.size
         values = self.residuals(np.concatenate([coordinates + step, coordinates - step, coordinates[None]]))
         up, down, here = values[:n], values[n:-1], values[-1]
         slopes = (up - down) / (2.0 * self.steps[:, None])
         one_sided = np.where(np.isfinite(up), up - here, here - down) / self.steps[:, None]
-        return np.nan_to_num(np.where(np.isfinite(slopes), slopes, one_sided), posinf=0.0, neginf=0.0).T
+        return here, np.nan_to_num(np.where(np.isfinite(slopes), slopes, one_sided), posinf=0.0, neginf=0.0).T
 
 
 class Fit(NamedTuple):
@@ -358,12 +361,13 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Estimat
 
 
 class Estimation(NamedTuple):
-    """Best fit, the other fits, and the Jacobian at the best."""
+    """Best fit, the other fits, and the residuals at the best with their derivatives."""
 
     problem: EstimationProblem
     loss: Loss
     fit: Fit
     fits: tuple[Fit, ...]
+    residuals: Array  # shape (n_data + n_prior,)
     jacobian: Array  # central, shape (n_data + n_prior, n_unknown)
 
 
@@ -392,7 +396,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
             break
         fits = _deeper(problem, fits, loss)
     fits = [fits[k] for k in np.argsort(ranks(problem, fits), kind="stable")]
-    return moved(Estimation(problem, loss, fits[0], tuple(fits), np.empty((0, 0))), fits[0])
+    return moved(problem, loss, fits[0], fits)
 
 
 def _without_result(problem: EstimationProblem, points: Array) -> str:
@@ -447,10 +451,10 @@ def ranks(problem: EstimationProblem, fits: Sequence[Fit]) -> Array:
     return np.array([fit.cost for fit in fits]) + np.where(auxetic, odds, 0.0)
 
 
-def moved(estimation: Estimation, best: Fit) -> Estimation:
-    """Return the estimation at another fit, with branches in ascending order of their times."""
-    best = best._replace(coordinates=_ordered(estimation.problem.space, best.coordinates))
-    return estimation._replace(fit=best, jacobian=estimation.problem.jacobian(best.coordinates))
+def moved(problem: EstimationProblem, loss: Loss, best: Fit, fits: Sequence[Fit]) -> Estimation:
+    """Return the estimation at one of several fits, with branches in ascending order of their times."""
+    best = best._replace(coordinates=_ordered(problem.space, best.coordinates))
+    return Estimation(problem, loss, best, tuple(fits), *problem.linearised(best.coordinates))
 
 
 def _ordered(space: Parameters, coordinates: Array) -> Array:

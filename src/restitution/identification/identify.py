@@ -146,7 +146,8 @@ def identify(
         rank, other = ranks(estimation.problem, (estimation.fit, better))
         if other > rank - _BETTER:
             break
-        uncertainty = Uncertainty(moved(estimation, minimise(estimation.problem, better.coordinates, loss)))
+        best = minimise(estimation.problem, better.coordinates, loss)
+        uncertainty = Uncertainty(moved(estimation.problem, loss, best, estimation.fits))
         estimates = _estimates(uncertainty, profiles, report)
     result = Identification(uncertainty, estimates, nuisance_estimates(uncertainty))
     return replace(result, warnings=_warnings(result))

@@ -133,7 +133,7 @@ class FittedResult(Result):
 
     @property
     def estimation(self) -> Estimation:
-        """Best fit, the other fits, and the Jacobian."""
+        """Best fit, the other fits, and the residuals with their derivatives."""
         return self.uncertainty.estimation
 
     @property
@@ -162,18 +162,17 @@ class FittedResult(Result):
         n = self.problem.n_parameters
         return self.uncertainty.covariance[:n, :n]
 
-    @cached_property
+    @property
     def residuals(self) -> tuple[Array, ...]:
         """Residuals of each set of data over their standard deviations."""
-        ends = np.cumsum([record.size for record in self.data])
-        return tuple(np.split(self.problem.residuals(self.coordinates[None])[0], ends)[:-1])
+        return tuple(np.split(self.estimation.residuals, np.cumsum([record.size for record in self.data]))[:-1])
 
     @property
     def chi2(self) -> float:
         """Sum of the squared residuals, without priors."""
         return float(sum((part**2).sum() for part in self.residuals))
 
-    @property
+    @cached_property
     def curves(self) -> list[tuple[str, list[Curve]]]:
         """Measured and fitted values of each set of data, with its label."""
         nuisances = self.problem.nuisances(self.coordinates[None])

@@ -248,17 +248,16 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
         if rises > 1:
             break
     _, problem, theta = best
-    jacobian = problem.jacobian(theta)
+    residuals, jacobian = problem.linearised(theta)
     effective = problem.influence(jacobian)
     if problem.unknown_sizes:
-        residuals = problem.residuals(theta[None])[0, : problem.n_data]
+        measured = residuals[: problem.n_data]
         # The weight of the differences is relative to that of the data.
-        scale = math.sqrt(float(residuals @ residuals) / max(residuals.size - effective, 1.0))
+        scale = math.sqrt(float(measured @ measured) / max(measured.size - effective, 1.0))
         problem = replace(problem, factors=(scale,) * len(sets), weight=problem.weight / scale**2)
-        jacobian = jacobian / scale
-    cost = float((problem.residuals(theta[None])[0] ** 2).sum())
-    fit = Fit(theta, cost)
-    uncertainty = Uncertainty(Estimation(problem, "linear", fit, (fit,), jacobian))
+        residuals, jacobian = residuals / scale, jacobian / scale
+    fit = Fit(theta, float((residuals**2).sum()))
+    uncertainty = Uncertainty(Estimation(problem, "linear", fit, (fit,), residuals, jacobian))
     estimates = nuisance_estimates(uncertainty).items()
     # Unknowns without an error were projected out.
     nuisances = {name: float(each.value or 0.0) for name, each in estimates if each.standard_error is not None}

@@ -340,8 +340,7 @@ class Uncertainty:
     @cached_property
     def _efficiency(self) -> tuple[float, float]:
         """Factors of the variance, and of the excess in a profile, for the loss of the fit."""
-        estimation = self.estimation
-        return efficiency(estimation.problem.residuals(estimation.fit.coordinates[None])[0], estimation.loss)
+        return efficiency(self.estimation.residuals, self.estimation.loss)
 
     def _least(self, singular: Array) -> Array:
         """Return singular values, not below the error of the Jacobian."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from restitution.checks import Array, function, nonnegative, single, truth, whol
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
-from restitution.impact.solve import solve_exact
+from restitution.impact.solve import solve, solve_exact
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
 from restitution.quantities import BOUNCES, CONTACT_TANGENT, INPUTS, NUMBER, OUTPUTS, Quantity, check_single, dataset
@@ -25,6 +25,8 @@ from restitution.validity import COLUMNS, Validity, validity
 
 if TYPE_CHECKING:
     import xarray
+
+    from restitution.indentation.surface import Surface
 
 
 # Share of an imprint that may be left at the next touch without a warning.
@@ -159,6 +161,7 @@ def bounces(
     with_weight: bool = True,
     max_bounces: int = 1000,
     min_height: float | None = None,
+    same_spot: bool = False,
     stop: Callable[[], bool] | None = None,
     rtol: float = 1e-9,
 ) -> Bounces:
@@ -180,6 +183,9 @@ def bounces(
         Largest number of bounces, >= 1.
     min_height : float, optional
         Height [m], >= 0, below which a rise ends the series; by default a millionth of the first height.
+    same_spot : bool
+        Whether each touch finds the imprint that earlier ones have left, as it is then; a fresh surface by default.
+        The series then also goes on below the undeformed surface.
     stop : callable, optional
         Called without arguments after each bounce; the series ends where it returns True.
     rtol : float
@@ -199,8 +205,9 @@ def bounces(
 
     Notes
     -----
-    The surface is taken to have recovered, and a target with an impedance to have come back, before each touch. The
-    flights are free, from the depth at separation to the undeformed surface, without air resistance.
+    The surface is taken to have recovered before each touch, unless they are on the same spot, and a target with an
+    impedance to have come back. The flights are free, without air resistance, from the depth at separation to the
+    undeformed surface, or to the imprint on the axis as it then is.
 
     Examples
     --------
@@ -211,62 +218,136 @@ def bounces(
     >>> print(flight.ended, flight.n_bounces, flight.height[:3].round(4))
     captured 29 [0.3141 0.2002 0.1293]
     """
-    if not isinstance(impact, Impact):
-        raise InputTypeError("impact", impact, "must be an Impact")
-    if impact.shape:
-        raise InputError("impact", rule=f"must be a single impact, not an array of shape {impact.shape}")
     whole("max_bounces", max_bounces)
     if stop is not None:
         function("stop", stop, "must be a function without arguments", 0)
-    if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
-        rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
-        raise InputError("with_weight", with_weight, rule)
     g = check_single("gravity", gravity)
-    if height is None:
-        velocity = float(impact.velocity)
-        start = velocity * velocity / (2.0 * g)
-        if not math.isfinite(start):
-            raise InputError("velocity", velocity, "must be that of a fall from a finite height", VELOCITY.unit)
-    else:
-        start = check_single("drop_height", height, "height")
-        velocity = float(fall_velocity(start, g))
+    first, start = _first_impact(impact, height, g, with_weight)
     least = 1e-6 * start if min_height is None else min_height
     floor = single("min_height", nonnegative("min_height", least, "m"), "m")
-    first = replace(impact, velocity=velocity, external_force=float(impact.mass) * g if with_weight else 0.0)
-
-    results: list[ImpactResult] = []
-    heights: list[float] = []
-    while True:
-        result = solve_exact(replace(first, velocity=velocity), rtol)
-        results.append(result)
-        away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
-        depth += float(impact.mass) * (velocity + away) / float(impact.impedance)
-        rise = away**2 / (2.0 * g) - depth if result.status is Status.SEPARATED else 0.0
-        heights.append(rise)
-        holds = {
-            Ending.CAPTURED: result.status == Status.CAPTURED,
-            Ending.SUNK: result.status == Status.SINKS_IN,
-            Ending.BELOW_SURFACE: rise <= 0.0,
-            Ending.LOW: rise < floor,
-            Ending.MAX_BOUNCES: len(results) == max_bounces,
-            Ending.STOPPED: stop is not None and stop(),
-        }
-        if (ending := next((end for end, is_reached in holds.items() if is_reached), None)) is not None:
-            break
-        velocity = float(fall_velocity(rise, g))
-    columns = {
-        name: np.array([getattr(result, name) for result in results]) for name in (*COLUMNS, "velocity", *_OUTPUTS)
-    }
-    flights = (columns["rebound_velocity"][:-1] + columns["velocity"][1:]) / g
-    columns["touch_time"] = np.cumsum(np.append(columns["velocity"][0] / g, columns["contact_time"][:-1] + flights))
-    columns["height"] = np.array(heights)
+    truth("same_spot", same_spot)
+    series = _series_on_one_spot(first, g, rtol) if same_spot else _series(first, g, rtol)
+    touches, ending = list[_Touch](), None
+    while ending is None:
+        touches.append(next(series))
+        stopped = stop is not None and stop()
+        ending = _ending(touches[-1], floor, len(touches) == max_bounces, stopped)
+    columns, flights = _columns(touches, g)
     bodies = {"mass": impact.mass, "impedance": impact.impedance}
     report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
     return Bounces(
         **{name: columns[name] for name in _COLUMNS},
         drop_height=start, gravity=g, ended=ending, impact=first, validity=report,
-        notes=tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
+        notes=() if same_spot else tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
     )  # fmt: skip
+
+
+class _Touch(NamedTuple):
+    """An impact of the series, and the rise after it."""
+
+    result: ImpactResult
+    height: float  # greatest height [m] over the undeformed surface, 0 where the body stays
+    in_imprint: bool = False  # whether the body may go on below the undeformed surface
+
+
+def _first_impact(impact: Impact, height: float | None, gravity: float, with_weight: bool) -> tuple[Impact, float]:
+    """Return the first impact of the series and the height [m] of the release."""
+    if not isinstance(impact, Impact):
+        raise InputTypeError("impact", impact, "must be an Impact")
+    if impact.shape:
+        raise InputError("impact", rule=f"must be a single impact, not an array of shape {impact.shape}")
+    if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
+        rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
+        raise InputError("with_weight", with_weight, rule)
+    if height is None:
+        velocity = float(impact.velocity)
+        start = velocity * velocity / (2.0 * gravity)
+        if not math.isfinite(start):
+            raise InputError("velocity", velocity, "must be that of a fall from a finite height", VELOCITY.unit)
+    else:
+        start = check_single("drop_height", height, "height")
+        velocity = float(fall_velocity(start, gravity))
+    weight = float(impact.mass) * gravity if with_weight else 0.0
+    return replace(impact, velocity=velocity, external_force=weight), start
+
+
+def _series(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
+    """Yield one impact after another of a body that falls back from each rise. The caller ends the series."""
+    impact = first
+    while True:
+        result = solve_exact(impact, rtol)
+        height = _rise(result, impact, gravity)
+        yield _Touch(result, height)
+        impact = replace(first, velocity=float(fall_velocity(height, gravity)))
+
+
+def _series_on_one_spot(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
+    """Yield one impact after another on the imprint of the earlier ones."""
+    impact, result = first, solve_exact(first, rtol)
+    while True:
+        yield _Touch(result, _rise(result, impact, gravity), True)
+        left = result.surface()
+        flight = _flight(left, result, gravity)
+        impact = replace(first, velocity=gravity * flight - float(result.rebound_velocity))
+        result = solve(impact, rtol=max(rtol, 1e-11), surface=left.after(flight))
+
+
+def _flight(surface: Surface, result: ImpactResult, gravity: float) -> float:
+    """Return the time [s] from separation until the body meets the recovering surface again."""
+    from scipy.optimize import brentq
+
+    away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
+
+    def gap(time: float) -> float:
+        return surface.depth_after(time) - (depth - away * time + 0.5 * gravity * time * time)
+
+    longest = 2.0 * away / gravity
+    # The body is back at the depth of separation, and the surface is not below it.
+    low, high = 1e-6 * longest, longest
+    for share in np.geomspace(1e-6, 1.0, 49)[1:]:
+        if gap(share * longest) <= 0.0:
+            high = share * longest
+            break
+        low = share * longest
+    if gap(low) <= 0.0:
+        return low
+    return float(brentq(gap, low, high, xtol=1e-15 * longest, rtol=1e-14)) if gap(high) < 0.0 else high
+
+
+def _rise(result: ImpactResult, impact: Impact, gravity: float) -> float:
+    """Return the greatest height [m] over the undeformed surface after an impact; 0 where the body stays."""
+    if result.status is not Status.SEPARATED:
+        return 0.0
+    away, depth = float(result.rebound_velocity), float(result.residual_indentation_depth)
+    # By the change of momentum m (v0 + v1) the target has moved this change over its impedance.
+    depth += float(impact.mass) * (float(impact.velocity) + away) / float(impact.impedance)
+    return away**2 / (2.0 * gravity) - depth
+
+
+def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> Ending | None:
+    """Return why the series ends after a touch, or None if it goes on; `floor` is the least height [m] of a rise."""
+    # In an imprint the rise counts from the separation.
+    depth = float(touch.result.residual_indentation_depth)
+    reasons = {
+        Ending.CAPTURED: touch.result.status == Status.CAPTURED,
+        Ending.SUNK: touch.result.status == Status.SINKS_IN,
+        Ending.BELOW_SURFACE: touch.height <= 0.0 and not touch.in_imprint,
+        Ending.LOW: touch.height + max(depth, 0.0) * touch.in_imprint < floor,
+        Ending.MAX_BOUNCES: is_last,
+        Ending.STOPPED: is_stopped,
+    }
+    return next((ending for ending, holds in reasons.items() if holds), None)
+
+
+def _columns(touches: list[_Touch], gravity: float) -> tuple[dict[str, Array], Array]:
+    """Return the columns of the table and of its validity, and the durations [s] of the flights between touches."""
+    names = (*COLUMNS, "velocity", *_OUTPUTS)
+    columns = {name: np.array([getattr(touch.result, name) for touch in touches]) for name in names}
+    columns["height"] = np.array([touch.height for touch in touches])
+    flights = (columns["rebound_velocity"][:-1] + columns["velocity"][1:]) / gravity
+    durations = np.append(columns["velocity"][0] / gravity, columns["contact_time"][:-1] + flights)
+    columns["touch_time"] = np.cumsum(durations)
+    return columns, flights
 
 
 def _recovery(series: PronySeries, flight: float) -> list[str]:

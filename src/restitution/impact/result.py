@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from restitution.impact.bounces import Bounces
     from restitution.impact.fields import ImpactFields
     from restitution.impact.problem import Impact
+    from restitution.indentation.surface import Surface
 
 
 # Energy budget of an impact.
@@ -103,6 +104,9 @@ class ImpactResult(Result):
         The tolerance; None for the element method, whose error follows from the number of elements.
     notes : tuple of str
         Warnings of the method.
+    began_on : Surface or None
+        The surface with an imprint on which the impact began; depths count from the undeformed surface all the same.
+        None for a fresh one.
 
     Notes
     -----
@@ -124,6 +128,7 @@ class ImpactResult(Result):
     method: str
     rtol: float | None
     notes: tuple[str, ...] = ()
+    began_on: Surface | None = field(default=None, repr=False)
     _solution: Solution | Sampled | None = field(default=None, repr=False)
     # Solves some of the impacts in the same way.
     _again: Callable[[Impact], ImpactResult] | None = field(default=None, repr=False)
@@ -284,7 +289,11 @@ class ImpactResult(Result):
             energies = (solution.energy_unit * energy for energy in solution.stored.energies)
         elif solution is not None:
             energies = solution.dissipated, solution.stored, solution.radiated
-        columns = derived(self._by_name | dict(zip(ENERGIES, energies, strict=True)))
+        known = self._by_name | dict(zip(ENERGIES, energies, strict=True))
+        if self.began_on is not None:
+            # The external force works from the imprint on.
+            known["residual_indentation_depth"] -= self.began_on.depth
+        columns = derived(known)
         return EnergyBudget(*self._named(**{name: columns[name] for name in BUDGET}))
 
     @cached_property
@@ -308,6 +317,40 @@ class ImpactResult(Result):
             raise InputError("impact", rule=f"must be a single one: {what} of one impact, this result is of {many}")
         rule = f"must end: {what} of a contact that ends, and this one does not ({self.status.message})"
         raise InputError("contact_time", np.inf, rule, "s")
+
+    def surface(self, *, after: float = 0.0) -> Surface:
+        """Return the surface that a single impact leaves, a time `after` [s] the separation.
+
+        Raises
+        ------
+        InputError
+            If the result is of several impacts or of the element method, the target has an impedance, or the body
+            does not separate.
+
+        Examples
+        --------
+        The same spot is harder the second time:
+
+        >>> import restitution as rs
+        >>> solid = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=float("inf"))
+        >>> impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
+        >>> first = rs.solve(impact)
+        >>> second = rs.solve(impact, surface=first.surface(after=0.5))
+        >>> print(f"{first.restitution_coefficient:.6f}, then {second.restitution_coefficient:.6f}")
+        0.628799, then 0.696070
+        """
+        from restitution.impact.repeated import panels_of_impact
+
+        if self.method == "elements":
+            raise InputError("method", self.method, "must be 'exact' for the surface that an impact leaves")
+        solution, impact = self._single("the surface is that"), self.impact
+        assert not isinstance(impact, list)
+        panels = solution.panels if isinstance(solution, Sampled) else None
+        if panels is None:
+            deepest, rtol = float(np.asarray(self.max_indentation_depth)), max(self.rtol or 0.0, 1e-11)
+            panels = panels_of_impact(impact, None, deepest, rtol)
+        left = panels.surface(impact.contact)
+        return left.after(checks.single_nonnegative("after", after, "s"))
 
     @cached_property
     def history(self) -> xarray.Dataset:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from threading import Lock, local
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,6 +26,7 @@ from restitution.kernel.outcome import OUTCOME, STATUS
 from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
+    from restitution.indentation.panels import PanelSolution
     from restitution.kernel.collocation import Scheme
     from restitution.kernel.path import Path
     from restitution.kernel.stored import Ledger
@@ -50,6 +51,7 @@ _ELEMENT_TOLERANCE = (-12.0, -9.2, -8.3, -7.75, -7.1, -6.4, -5.3, -4.6, -4.4)
 _TAIL, _NEWTON = 1e3, 10.0
 
 
+@lru_cache
 def element_tolerance(rtol: float) -> float:
     """Return the tolerance of one element that keeps the error of e below rtol max(e, 1e-3); see validation/."""
     return float(10.0 ** np.interp(math.log10(rtol), _RTOL, _ELEMENT_TOLERANCE))
@@ -62,11 +64,17 @@ def newton_tolerance(rtol: float) -> float:
 
 def kernel_paths(block: ScaledBlock) -> Path:
     """Return the geometries of a block for the kernel; row n has the geometry which[n]."""
-    from restitution.kernel.path import power_path, several_paths, table_path
+    from restitution.kernel.path import table_path
 
-    if block.tables is None:
-        return several_paths(power_path(block.exponent))
-    return table_path(block.tables, block.exponent)
+    return _power_paths(block.exponent) if block.tables is None else table_path(block.tables, block.exponent)
+
+
+@lru_cache
+def _power_paths(exponent: float) -> Path:
+    """Return the geometry of a power law as one of several; a fit solves thousands of blocks with it."""
+    from restitution.kernel.path import power_path, several_paths
+
+    return several_paths(power_path(exponent))
 
 
 def solve_scaled(
@@ -526,6 +534,7 @@ class Sampled(NamedTuple):
     dissipated: float = math.nan
     stored: float = math.nan
     radiated: float = math.nan
+    panels: PanelSolution | None = None  # with the surface at the end
 
     def at(self, times: ArrayLike | None) -> Trajectory:
         """Return the samples, or linear interpolants at the given times [s]."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from os import PathLike
 from typing import Any, Literal
@@ -12,13 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.axes import Axes, aligned
-from restitution.checks import Array, function, items, one_of, single, whole
+from restitution.checks import Array, function, items, one_of, single, whole, within
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, flat, shaped, solve_columns
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
 from restitution.impact.solution import Progress, Sampled, Solution, Trajectory
 from restitution.impact.status import SolverError, Status, failures
+from restitution.indentation.surface import Surface
 from restitution.kernel.outcome import OUTCOME
 from restitution.material.conversion import reduced_standard_solid
 from restitution.quantities import OUTPUTS, SOLVER_RTOL, STATUS, check
@@ -33,6 +35,7 @@ def solve(
     method: Method = "exact",
     *,
     rtol: float = 1e-9,
+    surface: Surface | None = None,
     errors: Errors | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -51,6 +54,10 @@ def solve(
     rtol : float
         The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of about 1e-12; in [1e-12, 1e-2]. The
         other results have no tolerance of their own; the page Validation has their measured errors.
+    surface : Surface, optional
+        Surface that an earlier impact or indentation of this body has left, from `surface()` of its result: a single
+        impact begins there, at the surface as it is at the axis. A fresh surface by default. The errors of e and of
+        the rest, over their largest values, are then about `rtol`, which must be at least 1e-11.
     errors : {"raise", "warn"}, optional
         "raise": a failed solve raises. "warn": its results are NaN with its status, and a warning counts such solves.
         The default is to raise for a single impact and to warn for several.
@@ -93,10 +100,14 @@ def solve(
     if isinstance(impact, Impact):
         if not impact.shape:
             impact.contact.warn_if_approximate()
+        if surface is not None:
+            return _solve_on(impact, method, surface, rtol, errors, progress)
         if method == "exact":
             return solve_exact(impact, rtol, errors, workers, progress)
         return _solve_by_elements(impact, n_elements, time_step)
     impacts = _as_list(impact)
+    if surface is not None:
+        raise InputError("surface", rule="belongs to a single impact, not to a list")
     if method != "exact":
         raise InputError("method", method, "must be 'exact' for a list; other methods take one impact at a time")
     return solve_exact(impacts, rtol, errors, workers, progress)
@@ -263,6 +274,24 @@ def _result(
         **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes, _solution=solution,
         _again=again,
     )  # fmt: skip
+
+
+def _solve_on(
+    impact: Impact, method: str, surface: Surface, rtol: float, errors: Errors | None, progress: Progress | None
+) -> ImpactResult:
+    """Solve one impact on a surface with an imprint."""
+    from restitution.impact.repeated import solve_on_surface
+
+    if impact.shape:
+        raise InputError("surface", rule=f"belongs to a single impact, not to an array of shape {impact.shape}")
+    one_of("method", method, ("exact",), "an imprint takes the exact method")
+    within("rtol", rtol, 1e-11, 1e-2)
+    fresh = solve_exact(impact, max(rtol, 1e-6), errors)
+    fields = solve_on_surface(impact, surface, fresh.max_indentation_depth, rtol)
+    samples = fields.pop("samples")
+    if progress is not None:
+        progress(1, 1)
+    return replace(_result(impact, "panels", rtol, fields, samples), began_on=surface)
 
 
 def _solve_by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> ImpactResult:

@@ -197,6 +197,13 @@ class History:
         width = self.knots[piece + 1] - self.knots[piece]
         return piece, (t - self.knots[piece]) / width, width
 
+    def until(self, time: float) -> History:
+        """Return the history up to a time [s] within it."""
+        n = int(np.searchsorted(self.knots, time, side="left")) - 1
+        share = (time - self.knots[n]) / (self.knots[n + 1] - self.knots[n])
+        last = _restricted(self.coefficients[n], 0.0, float(share))
+        return History(np.append(self.knots[: n + 1], time), np.vstack([self.coefficients[:n], last[None]]))
+
     def cut(self) -> History:
         """Return the same history with further knots at its changes of sign and its turns."""
         widths = np.diff(self.knots)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, finite, whole
+from restitution.checks import Array, finite, nonnegative, single, single_nonnegative, whole
 from restitution.contact.geometry import Contact, Geometry
+from restitution.errors import InputError
 from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY, INDENTATION, dataset
@@ -24,13 +25,13 @@ if TYPE_CHECKING:
     import xarray
 
     from restitution.indentation.history import History
+    from restitution.indentation.panels import PanelSolution
     from restitution.indentation.solve import Solution
+    from restitution.indentation.surface import Surface
 
 
 COLUMNS = ("indentation_depth", "indentation_velocity", "force", "contact_radius")
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
-_MOST_PANELS = 4000
 # Number of places between two breaks at which the search for a largest value starts.
 _SHARES = np.linspace(0.0, 1.0, 9)
 
@@ -71,16 +72,20 @@ class IndentationResult(Result):
         Depth d of the tip below the undeformed surface [m], its rate [m/s], normal force F [N], contact radius a [m].
         At a jump or a kink of the history: the values behind it. After the contact F = a = 0; under a prescribed force
         d is then the depth of the recovering imprint. The first velocity under a force may be infinite.
+    contact_intervals : array, shape (n, 2)
+        Times [s] at which contacts begin and end; the last end is infinite if it outlasts the history.
+    turning_times : array, shape (m,)
+        Times [s] at which the contact changes between growth and shrinkage.
     contact_end_time : float
-        Time [s] at which the contact ends; infinite if it outlasts the history.
+        Time [s] at which the last contact ends; infinite if it outlasts the history.
     turning_time : float
-        Time [s] at which the contact radius has become largest; it stays or shrinks from there on.
+        Time [s] at which the contact radius has become largest.
     status : IndentationStatus
         Whether the contact ended.
     contact : Contact
         Materials and profile; `material`, `profile` and `counter_material` are short for its parts.
     prescribed, history_given
-        "depth" or "force", and its `History`.
+        "depth", "force" or "base" (the depth of the base of a spring), and its `History`.
     rtol : float
         Tolerance of depth, force and contact radius, over their largest value.
     error : float
@@ -89,7 +94,7 @@ class IndentationResult(Result):
 
     _numbers = (
         "contact_end_time", "turning_time", "max_force", "max_indentation_depth", "max_contact_radius",
-        "residual_indentation_depth", "work", "dissipated_work", "status", "prescribed", "rtol", "error", "warnings",
+        "residual_indentation_depth", "work", "dissipated", "stored", "status", "prescribed", "rtol", "error", "warnings",
         "validity",
     )  # fmt: skip
     _picture = "history.overview"
@@ -99,6 +104,8 @@ class IndentationResult(Result):
     indentation_velocity: Array = field(repr=False)
     force: Array = field(repr=False)
     contact_radius: Array = field(repr=False)
+    contact_intervals: Array = field(repr=False)
+    turning_times: Array = field(repr=False)
     contact_end_time: float
     turning_time: float
     status: IndentationStatus
@@ -107,7 +114,7 @@ class IndentationResult(Result):
     history_given: History = field(repr=False)
     rtol: float
     error: float
-    _solution: Solution = field(repr=False)
+    _solution: Solution | PanelSolution = field(repr=False)
 
     @property
     def material(self) -> Material:
@@ -182,16 +189,58 @@ class IndentationResult(Result):
 
     @cached_property
     def work(self) -> float:
-        """Work [J] that the indenter did until the contact, or the history, ended."""
-        return _loop_work(self._solution, self.rtol)
+        """Work [J] that the indenter did on the body until the end of the history."""
+        return self._solution.work
+
+    @cached_property
+    def _panels(self) -> PanelSolution:
+        return self._solution.panels
+
+    @cached_property
+    def stored(self) -> float:
+        """Energy [J] that is left in the springs of the material at the end of the history.
+
+        It dissipates while an imprint recovers. NaN where panels do not resolve the history, such as that of some
+        forces on a material with a dashpot in parallel.
+        """
+        try:
+            return self._panels.elements.stored
+        except InputError:
+            return math.nan
 
     @property
-    def dissipated_work(self) -> float:
-        """Area of the loop of force over depth [J]; NaN if it is not closed.
+    def dissipated(self) -> float:
+        """Energy [J] that the body has dissipated until the end of the history: work - stored."""
+        return self.work - self.stored
 
-        A part of this energy is still stored when the contact ends, and dissipates while the imprint recovers.
+    def imprint(self, time: ArrayLike, radius: ArrayLike) -> Array:
+        """Return the displacement [m] of the surface at a time [s] at radii [m] from the axis, positive into the body.
+
+        Raises
+        ------
+        InputError
+            If the time is outside of the history, or the body is not axisymmetric.
         """
-        return self.work if self.status == IndentationStatus.SEPARATED else math.nan
+        moment, r = single("time", finite("time", time, "s"), "s"), np.asarray(nonnegative("radius", radius, "m"))
+        return self._panels.until(moment).elements.displacement(r)[()]
+
+    def surface(self, *, after: float = 0.0) -> Surface:
+        """Return the surface that the contact leaves, a time `after` [s] the end of the history.
+
+        Raises
+        ------
+        InputError
+            If the bodies are in contact at the end.
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> gel = rs.Material(rs.PronySeries(200.0, [800.0], [0.3]), bulk=float("inf"))
+        >>> first = rs.indent(gel, rs.Parabola(2.5e-6), depth=rs.triangle(1e-6, 1.0))
+        >>> again = rs.indent(gel, rs.Parabola(2.5e-6), depth=rs.triangle(1e-6, 1.0), surface=first.surface(after=0.1))
+        >>> print(f"{first.max_force:.4e} N, then {again.max_force:.4e} N")
+        """
+        return self._panels.surface(self.contact).after(single_nonnegative("after", after, "s"))
 
     @cached_property
     def validity(self) -> Validity:
@@ -254,55 +303,3 @@ def _largest(solution: Solution, column: int) -> float:
         best = max(best, float(values[n]))
         times = np.linspace(times[max(n - 1, 0)], times[min(n + 1, times.size - 1)], 33)
     return best
-
-
-def _loop_work(solution: Solution, rtol: float) -> float:
-    """Work int F dd [J] until the end of contact or of the history; steps are integrated separately."""
-
-    def power(times: Array) -> Array:
-        _, rate, force, _ = solution.at(times)
-        # Under a force the rate may be infinite at touch, where the product vanishes.
-        return np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
-
-    steps = [_step_work(solution, place, rtol) for place in solution.steps]
-    return _integral(power, solution.breaks, rtol, sum(map(abs, steps))) + sum(steps)
-
-
-def _step_work(solution: Solution, place: int, rtol: float) -> float:
-    """Work [J] of a step: over the depth under a prescribed one, else over the force by parts."""
-    depth, force = solution.through(place, np.array([0.0, 1.0]))
-    column = 1 if solution.by_depth else 0
-    # At both ends force and depth may be powers of each other.
-    fine = 0.5 * 2.0 ** -np.arange(50.0)[::-1]
-    edges = np.concatenate([[0.0], fine, 1.0 - fine[-2::-1], [1.0]])
-    mean = _integral(lambda shares: solution.through(place, shares)[column], edges, rtol, 0.0)
-    if solution.by_depth:
-        return float((depth[1] - depth[0]) * mean)
-    return float(force[1] * depth[1] - force[0] * depth[0] - (force[1] - force[0]) * mean)
-
-
-def _integral(function: Callable[[Array], Array], edges: Array, rtol: float, scale: float) -> float:
-    """Integral by Gauss panels, each halved until its halves agree with it within rtol of `scale` and all panels."""
-
-    def panels(low: Array, high: Array) -> Array:
-        half = 0.5 * (high - low)
-        nodes = (low + half)[:, None] + half[:, None] * _NODES
-        return half * (function(nodes.ravel()).reshape(nodes.shape) @ _WEIGHTS)
-
-    low, high = edges[:-1], edges[1:]
-    span, most = float(edges[-1] - edges[0]), _MOST_PANELS + 2 * low.size
-    whole = panels(low, high)
-    scale += float(np.sum(np.abs(whole)))
-    total = 0.0
-    while low.size and scale > 0.0:
-        middle = 0.5 * (low + high)
-        left, right = panels(low, middle), panels(middle, high)
-        share = (high - low) / span
-        good = np.abs(left + right - whole) <= 0.1 * rtol * scale * np.maximum(share, 0.01)
-        # Narrower panels have only rounding between their ends; so many panels are noise, which halving does not end.
-        good |= (share <= 1e-12) | (low.size > most)
-        total += float(np.sum((left + right)[good]))
-        bad = ~good
-        whole = np.concatenate([left[bad], right[bad]])
-        low, high = np.concatenate([low[bad], middle[bad]]), np.concatenate([middle[bad], high[bad]])
-    return total

@@ -19,7 +19,19 @@ from restitution.contact.profiles import Profile
 from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE, UNITS, History, contact_part, graded, without_collinear
+from restitution.indentation.panels import (
+    PanelSolution,
+    Units,
+    check_depth,
+    even_times,
+    largest_depth,
+    path_of,
+    path_power,
+    solve_by_panels,
+)
 from restitution.indentation.result import IndentationResult, IndentationStatus
+from restitution.indentation.surface import Surface, check_surface
+from restitution.indentation.work import loop_work
 from restitution.kernel.growing import BEYOND_PROFILE, TOO_STEEP, Elements, Past, depth_rounding, grow_contact
 from restitution.kernel.indentation import (
     ELEMENT_SHARE,
@@ -258,9 +270,6 @@ Prescribed = History | ArrayLike | Callable[[Any], Any]
 
 # Number of even times of a result if no times are given.
 _POINTS = 401
-# Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
-# to about 1e-14.
-_SAME_TIME = 1e-12
 
 
 def indent(
@@ -270,10 +279,14 @@ def indent(
     depth: Prescribed | None = None,
     force: Prescribed | None = None,
     time: ArrayLike | None = None,
+    spring_constant: float | None = None,
+    surface: Surface | None = None,
     counter_material: Material | None = None,
     rtol: float = 1e-8,
 ) -> IndentationResult:
-    """Force under a prescribed depth, or depth under a prescribed force, of one indentation and its retraction.
+    """Force under a prescribed depth, depth under a prescribed force, or both under a spring, over any history.
+
+    The contact may grow, shrink, end and begin again, over surface that has not recovered.
 
     Parameters
     ----------
@@ -287,6 +300,12 @@ def indent(
         function that maps times to depths, or one number, which is held from the first time on.
     force : History, array, callable or float
         Normal force F >= 0 [N] instead of the depth.
+    spring_constant : float, optional
+        Spring constant k [N/m] of a spring that holds the indenter, such as a cantilever; `depth` is then that of its
+        base, z, and the tip follows from `F = k (z - d)`.
+    surface : Surface, optional
+        Surface that an earlier result has left, from its `surface()`; a virgin one by default. The history begins
+        above it.
     time : array, optional
         Times [s] of the result, ascending: for an array of values those of the values; for a function they should
         include its kinks. About 400 times if a `History` is given alone.
@@ -304,14 +323,16 @@ def indent(
     Raises
     ------
     InputError
-        If an argument is out of its range or of another type. If the contact grows again once it has shrunk, which the
-        theory excludes, the field is `time` and the value the time.
+        If an argument is out of its range or of another type, or the contact cannot be solved within `rtol`.
 
     Notes
     -----
-    While the contact grows, `F = 2 int E*(t - t') dPi` (Lee and Radok 1960). While it shrinks,
+    Over virgin surface that grows, `F = 2 int E*(t - t') dPi` (Lee and Radok 1960); for one unloading,
     `int_t1^t E*(t - t') dd = 0` and `F = 2 int_0^t1 E*(t - t') dPi`, where the growing contact had the same radius at
-    t1 (Ting 1966). Quasi-static, small strain, no adhesion, no friction.
+    t1 (Ting 1966). For other histories the surface carries its state: the elements named by s, the depth at which the
+    undeformed surface touches them, have the load `q = int E*(t - t') dW`; those in contact follow the body,
+    W = d - s, the others are free, q = 0, and `F = 2 int q da(s)`. Independent elements with re-contact are the exact
+    solution for every history of an indenter with g' >= 0. Quasi-static, small strain, no adhesion, no friction.
 
     Examples
     --------
@@ -325,27 +346,25 @@ def indent(
     >>> print(f"{result.max_force:.9g} N, contact ends at {result.contact_end_time:.6f} s")
     1.38541713e-09 N, contact ends at 1.407006 s
     """
-    # The store of contacts takes hashable arguments only.
-    of_type("material", material, Material)
-    of_type("profile", profile, Geometry)
-    single_material("material", material)
-    if counter_material is not None:
-        of_type("counter_material", counter_material, Material)
-        single_material("counter_material", counter_material)
-    contact = _contact(material, profile, counter_material)
+    contact = contact_of(material, profile, counter_material)
     profile = contact.profile
-    if np.ndim(profile.stiffness_radius(0.0)):
-        raise InputError("profile", rule="must have single numbers as parameters: an indentation has one profile")
     if (depth is None) == (force is None):
         raise InputError("depth, force", rule="exactly one of the two must be given: depth= or force=")
     rtol = single("rtol", within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
-    solution = Solution(contact, contact.reduced_modulus, prescribed, name, rtol)
+    stiffness = None
+    if spring_constant is not None:
+        stiffness = single_positive("spring_constant", spring_constant, "N/m")
+        if name == "force":
+            raise InputError("force", rule="does not go with spring_constant; give the depth of the base of the spring")
+    if surface is not None:
+        check_surface(surface, contact)
+    solution = _solved(contact, None, prescribed, name, rtol, stiffness, surface)
     if not profile.separable:
         contact.warn_if_approximate()
         series = profile.effective_moduli(material, np.array(solution.max_contact_radius)).row(0)
-        solution = Solution(contact, series, prescribed, name, rtol)
+        solution = _solved(contact, series, prescribed, name, rtol, stiffness, surface)
     times = solution.times(_POINTS) if time is None else np.atleast_1d(finite("time", time, "s"))
     columns = solution.at(times)
     first = np.flatnonzero(times[1:] == times[:-1])
@@ -355,10 +374,39 @@ def indent(
             column[first] = values
     end = solution.end_time
     return IndentationResult(
-        times, *columns, end, solution.turning_time,
+        times, *columns, solution.contact_intervals, solution.turning_times, end, solution.turning_time,
         IndentationStatus.SEPARATED if math.isfinite(end) else IndentationStatus.IN_CONTACT,
-        contact, name, prescribed, rtol, rtol + solution.units.error, solution,
+        contact, name if stiffness is None else "base", prescribed, rtol, rtol + solution.units.error, solution,
     )  # fmt: skip
+
+
+def _solved(
+    contact: Contact, series: PronySeries | None, history: History, name: str, rtol: float, stiffness: float | None,
+    surface: Surface | None,
+) -> Solution | PanelSolution:  # fmt: skip
+    """Return the solution: of one approach and one release by its closed form, of any other history by panels."""
+    series = contact.reduced_modulus if series is None else series
+    if stiffness is None and surface is None:
+        try:
+            return Solution(contact, series, history, name, rtol)
+        except Reloading:
+            pass
+    return solve_by_panels(contact.profile, series, history, name, rtol, stiffness, surface)
+
+
+def contact_of(material: Material, profile: Geometry, counter_material: Material | None) -> Contact:
+    """Return the contact of single materials with one profile; refuse others."""
+    # The store of contacts takes hashable arguments only.
+    of_type("material", material, Material)
+    of_type("profile", profile, Geometry)
+    single_material("material", material)
+    if counter_material is not None:
+        of_type("counter_material", counter_material, Material)
+        single_material("counter_material", counter_material)
+    contact = _contact(material, profile, counter_material)
+    if np.ndim(contact.profile.stiffness_radius(0.0)):
+        raise InputError("profile", rule="must have single numbers as parameters: an indentation has one profile")
+    return contact
 
 
 # A user indents one material many times, and its reduced modulus takes longer than one indentation.
@@ -389,27 +437,17 @@ def _step(name: str, value: float, time: ArrayLike | None) -> History:
     return History.from_points([first, first, last], [0.0, value, value], name=name)
 
 
-class Units(NamedTuple):
-    """Units of the dimensionless numbers in SI."""
-
-    touch: float  # Time of first touch [s]
-    time: float  # Duration of the history from there on [s]
-    length: float  # Largest depth [m], or a bound of it
-    radius: float  # Stiffness radius there [m]
-    force: float  # 2 E radius length [N], with a modulus E typical of the duration
-    error: float  # Error of forces by the table of the profile, over the largest one; 0 for power laws
-
-
 class Solution:
     """Exact solution under a prescribed history of the `name` "depth" or "force", in SI."""
 
     def __init__(self, contact: Contact, series: PronySeries, history: History, name: str, rtol: float) -> None:
-        self.history, self._profile = history, contact.profile
+        self.history, self._profile, self.rtol = history, contact.profile, rtol
+        self._series, self._name = series, name
         self.by_depth = name == "depth"
         tolerance = ELEMENT_SHARE * rtol
         part = contact_part(history, name)
         if self.by_depth:
-            _check_depth(part, contact.profile, series.parallel_viscosity)
+            check_depth(part, contact.profile, series.parallel_viscosity)
         self._contact, self.units = _scaled(series, contact.profile, part, name)
         work = scratch(self._contact.moduli.size)
         past = grown_contact(self._contact, work, tolerance, contact.profile)
@@ -446,18 +484,29 @@ class Solution:
         """Time at which the contact ends [s]; infinite if it outlasts the history."""
         return self._moment(self._past.end)
 
+    @property
+    def contact_intervals(self) -> Array:
+        """Times [s] at which the contact begins and ends, shape (1, 2)."""
+        return np.array([[self.units.touch, self.end_time]])
+
+    @property
+    def turning_times(self) -> Array:
+        """Time [s] at which the contact starts to shrink, if it does."""
+        return np.array([self.turning_time] if self._past.turning < min(self._past.end, 1.0) else [])
+
+    @property
+    def panels(self) -> PanelSolution:
+        """The same by panels, which have the state of the surface."""
+        return solve_by_panels(self._profile, self._series, self.history, self._name, self.rtol)
+
+    @property
+    def work(self) -> float:
+        """Work [J] that the indenter did until the contact, or the history, ended."""
+        return loop_work(self)
+
     def times(self, n_points: int) -> Array:
-        """Return the even times [s], and the knots of the history, the turning and the end of the contact."""
-        start, stop = self.history.start, self.history.stop
-        times = np.unique(np.append(self.history.knots, min(self.end_time, stop)))
-        # Two times that differ by rounding alone would be two rows of one instant.
-        same = max(_SAME_TIME * (stop - start), 4.0 * float(np.spacing(max(abs(start), abs(stop)))))
-        for further in (np.array([self.turning_time]), np.linspace(start, stop, n_points)):
-            place = np.searchsorted(times, further)
-            before, behind = times[np.maximum(place - 1, 0)], times[np.minimum(place, times.size - 1)]
-            alone = np.minimum(np.abs(further - before), np.abs(behind - further)) > same
-            times = np.unique(np.concatenate([times, further[alone]]))
-        return times
+        """Return even times [s], the knots of the history, the turning and the end of the contact."""
+        return even_times(self.history, [self.end_time, self.turning_time], n_points)
 
     @property
     def breaks(self) -> Array:
@@ -530,37 +579,6 @@ class Solution:
         return np.minimum(self.units.touch + self.units.time * scaled, self.history.stop)
 
 
-def _check_depth(part: History, profile: Geometry, dashpot: float) -> None:
-    """Refuse a depth beyond the end of the profile, and a step on a material with a parallel dashpot."""
-    most, deepest = float(part.coefficients.sum(axis=1).max()), float(np.min(profile.max_depth))
-    if most > deepest:
-        raise InputError("depth", most, f"must be <= {deepest:g} m, {profile.end}", "m")
-    jumps = part.knots[:-1][np.diff(part.knots) == 0.0]
-    if dashpot > 0.0 and jumps.size:
-        rule = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"
-        raise InputError("depth", rule=rule)
-
-
-def _largest_depth(series: PronySeries, profile: Geometry, force: float, duration: float) -> float:
-    """Bound of the depth [m] that a force [N] held for a time [s] reaches: that of the creep compliance."""
-    integral = 0.5 * force * float(series.creep_compliance(duration))
-    exponent, coefficient = profile.path_exponent, profile.path_coefficient
-    if exponent is not None and coefficient is not None:
-        p, c = float(exponent), float(coefficient)
-        return (0.5 * (p + 2.0) * integral / c) ** (2.0 / (p + 2.0))
-    most = float(profile.max_depth)
-    low, high = -300.0, math.log(min(most, 1e100))
-    if float(profile.force_integral_at_depth(min(math.exp(high), most))) < integral:
-        return most
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if float(profile.force_integral_at_depth(min(math.exp(middle), most))) < integral:
-            low = middle
-        else:
-            high = middle
-    return min(math.exp(high), most)
-
-
 def _scaled(series: PronySeries, profile: Geometry, history: History, name: str) -> tuple[ScaledContact, Units]:
     """Return dimensionless contact, and its units; the history is prescribed from first touch on."""
     by_depth = name == "depth"
@@ -569,8 +587,8 @@ def _scaled(series: PronySeries, profile: Geometry, history: History, name: str)
         rule = f"must last between {SMALLEST:g} and {LARGEST:g} s from first touch on"
         raise InputError("time", duration, rule, "s")
     peak = float(history.coefficients.sum(axis=1).max())
-    depth = peak if by_depth else _largest_depth(series, profile, peak, duration)
-    path, radius, error = _path(profile, depth)
+    depth = peak if by_depth else largest_depth(series, profile, peak, duration)
+    path, radius, error = path_of(profile, depth)
     moduli, times = series.branch_moduli, series.relaxation_times
     typical = series.equilibrium_modulus + float(moduli @ np.minimum(1.0, times / duration))
     typical += series.parallel_viscosity / duration
@@ -620,14 +638,12 @@ def _rate_at_touch(contact: ScaledContact, profile: Geometry, part: History, uni
         f = coefficients[m] / width**m
     n, j = (0, contact.glass) if contact.glass > 0.0 else (1, float(contact.compliances.sum()))
     order = m + n
-    # At s = 1e-8 and 2e-8 in units of the largest depth.
-    radii = np.asarray(profile.stiffness_radius(units.length * np.array([1e-16, 4e-16]))) / units.radius
-    p = round(float(np.log2(radii[1] / radii[0])), 3)
+    p, radius = path_power(profile, units.length)
     if order == 0 or p == 0.0:
         return None
     if 2.0 * order != p + 2.0:
         return math.inf if 2.0 * order < p + 2.0 else 0.0
-    return float((0.5 * (p + 2.0) * j * f / order**n / (radii[0] / 1e-8**p)) ** (2.0 / (p + 2.0)))
+    return float((0.5 * (p + 2.0) * j * f / order**n / (radius / units.radius)) ** (2.0 / (p + 2.0)))
 
 
 def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
@@ -640,15 +656,6 @@ def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
         creep.branch_compliances * modulus,
         creep.retardation_times / units.time,
     )
-
-
-def _path(profile: Geometry, depth: float) -> tuple[Path, float, float]:
-    """Return the path in units of the depth, the stiffness radius there [m], and the error of the table."""
-    radius = float(profile.stiffness_radius(depth))
-    if profile.path_exponent is not None:
-        return power_path(float(profile.path_exponent)), radius, 0.0
-    table = path_table(profile, depth)
-    return table_path(scaled(table, depth, radius)), radius, table.error
 
 
 # Many indentations at once: a material, a prescribed depth and a contact point in each row.

@@ -76,16 +76,22 @@ from restitution.kernel.stepper import (
 )
 
 NOTHING, TURNS, JOINT, ENDS, TOUCHES, BENDS = range(6)
-DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP = range(4)
+DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
+# Depth up to which an element, over the depth of the run, lies at the axis.
+_AT_AXIS = 1e-10
+# Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
+# accepted leaves its error to the fronts that pass it.
+_FRONT_SHARE = 0.1
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
 _MOST_TRIES = 200
 # Breaks without a step between them.
 _MOST_SWITCHES = 60
 _MOST_JUMPS = 20
+_MOST_CHASES = 8
 
 
 @inlined
@@ -93,7 +99,15 @@ def end_of_way(room: Room, phase: int) -> tuple[Stack, int]:
     """Stack which the front goes through, and the panel at whose lower end it meets the next joint; -1 without one."""
     panels, place = ahead(room, phase)
     p = room.places[place] - 1
-    while p > 0 and panels.joint[p] == SMOOTH:
+    while p > 0:
+        if panels.joint[p] != SMOOTH:
+            y, sign = 0.0, 1.0
+            for n in range(NODES):
+                y += sign * panels.coefficients[p, 0, n]
+                sign = -sign
+            # Next to the axis elements are too few to be felt.
+            if y * y > _AT_AXIS:
+                break
         p -= 1
     return panels, p
 
@@ -237,6 +251,18 @@ def tail(rule: Scheme, values: Any, row: Any) -> float:
 
 
 @compiled
+def memory_error(problem: Problem, room: Room) -> float:
+    """Return the error of the sums of loads that a growing contact leaves to its panel."""
+    solid, scales, nodes = problem.solid, problem.scales, room.nodes
+    values, row, worst = room.vectors[5], room.vectors[6], 0.0
+    for k in range(solid.rates.shape[0]):
+        for i in range(NODES):
+            values[i] = room.L[k, i] - solid.moduli[k] * room.h[k, i] * nodes[A, i]
+        worst = max(worst, tail(problem.rule, values, row) / scales.force)
+    return worst
+
+
+@compiled
 def step_error(problem: Problem, room: Room, phase: int) -> float:
     """Return the error of depth, force, shared load and front over their scales.
 
@@ -254,10 +280,15 @@ def step_error(problem: Problem, room: Room, phase: int) -> float:
         # Comparisons with NaN are false.
         if not part <= worst:
             worst = part
+    if phase == GROWS:
+        part = memory_error(problem, room)
+        if not part <= worst:
+            worst = part
     for i in range(NODES):
         values[i] = nodes[Y, i] * nodes[Y, i]
     # On virgin surface y^2 = d may be a polynomial where y is not.
-    front = max(tail(rule, values, row), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y], row)) / scales.depth
+    front = max(tail(rule, values, row), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y], row))
+    front *= _FRONT_SHARE / scales.depth
     if front > scales.tolerance:
         steepest = 0.0
         for i in range(1, NODES):
@@ -406,6 +437,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         panels, p = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])
         nodes[Y, last] = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
+    elif event == ENDS:
+        # A root of rounding else, with which the next touch would not be smooth.
+        nodes[Y, last] = 0.0
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
         panels, place = ahead(room, phase)
@@ -465,6 +499,18 @@ def phase_behind_knot(problem: Problem, room: Room, phase: int, rate: float) -> 
 
 
 @inlined
+def kind_behind_joint(room: Room, phase: int) -> int:
+    """Return the map of the step that enters the panel below a joint.
+
+    A panel that ends like a root of the time holds loads, or displacements, that are functions of the root of the
+    distance from its end.
+    """
+    panels, place = ahead(room, phase)
+    p = room.places[place] - 1
+    return 2 if p >= 0 and panels.kind[p] < 0 and panels.end[p] == 1.0 else 1
+
+
+@inlined
 def factor_of(tolerance: float, error: float, least: float, most: float) -> float:
     """Return the factor for the length of the next step after one with this error."""
     return min(max(0.8 * (tolerance / max(error, 1e-30)) ** (1.0 / STAGES), least), most)
@@ -492,7 +538,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         instant, jumps = grain, 0
         speed = max(abs(room.state[RATE]), scales.depth / duration)
         moment = max(grain, 0.05 * tolerance * scales.stress / (problem.solid.glass * speed))
-        kind, hunted, tries, aimed = first_kind, NOTHING, 0, math.inf
+        kind, hunted, tries, chases, aimed = first_kind, NOTHING, 0, 0, math.inf
         last_length, last_value, error = 0.0, -math.inf, math.inf
         while True:
             tries += 1
@@ -516,6 +562,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 if error < _COARSE:
                     event, z = first_event(problem, room, phase, passing, length, switches > 4)
                 passed = share(kind, z)[0]
+                if event != NOTHING and z < rule.c[1] and error > tolerance and length > 64.0 * moment:
+                    # Whether an event before the first node is at the start only a shorter step can decide.
+                    length *= 0.25
+                    continue
                 if event == NOTHING and tolerance < error < _COARSE and aimed > length and phase != FREE:
                     event, passed = event_ahead(problem, room, phase, kind)
                     if event != NOTHING:
@@ -543,16 +593,30 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     break
                 continue
             if not error <= tolerance:
+                if error < _COARSE and kind < 0 and chases < _MOST_CHASES:
+                    # The front is not smooth while its way ends elsewhere, but where it ends becomes clearer.
+                    chases += 1
+                    last, before = NODES - 1, NODES - 5
+                    value = write_event(problem, room, phase, hunted)
+                    slope = (value - room.nodes[EVENT, before]) / (room.times[last] - room.times[before])
+                    change = -value / slope if slope > 0.0 else 0.0
+                    if 1e-4 * length < abs(change) < 0.3 * length and length + change <= left:
+                        length += change
+                        continue
                 hunted, kind = NOTHING, first_kind
                 length *= factor_of(tolerance, error, 0.1, 0.7) if error < math.inf else 0.25
                 continue
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
+            if abs(value) >= abs(last_value):
+                # The event has only rounding left; the step before was the best.
+                length, last_value = last_length, math.inf
+                continue
             slope = (value - room.nodes[EVENT, NODES - 2]) / (length * (1.0 - before))
-            if last_value > -math.inf:
+            if last_value > -math.inf and last_value < math.inf:
                 slope = (value - last_value) / (length - last_length)
             change = -value / slope if slope > 0.0 else 0.0
-            if abs(change) <= grain or tries > 40 or abs(value) >= abs(last_value):
+            if abs(change) <= grain or tries > 40 or last_value == math.inf:
                 break
             last_length, last_value = length, value
             length = min(max(length + change, 0.5 * length), min(1.5 * length, left))
@@ -571,7 +635,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     end_contact(problem, room)
         else:
             switches = 0
-            size = max(room.places[FOLLOWING], room.places[FREE_PANELS]) + _MOST_JUMPS
+            size = room.places[FOLLOWING] + room.places[FREE_PANELS] + _MOST_JUMPS
             if room.places[RECORDS] >= min(most, room.records.start.shape[0]) or size >= room.free.start.shape[0]:
                 return NO_ROOM
             done = span if left - length <= max(4.0 * grain, 1e-15 * span) else done + length
@@ -582,7 +646,11 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             guess = max(length, 0.5 * guess)
             if hunted == NOTHING:
                 guess = length * factor_of(tolerance, error, 0.3, 4.0)
-        joint, first_kind = SMOOTH, 1
+        if hunted != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
+            # The innermost elements left within rounding.
+            hunted = ENDS
+            end_contact(problem, room)
+        began, joint, first_kind = first_kind, SMOOTH, 1
         if hunted == TURNS:
             phase, joint = (SHRINKS if phase == GROWS else GROWS), FLAT
         elif hunted == TOUCHES:
@@ -590,10 +658,15 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         elif hunted == ENDS:
             phase, guess = FREE, math.inf
         elif hunted == JOINT:
-            joint = KINK
+            joint, first_kind = KINK, kind_behind_joint(room, phase)
+            if switches > 0 and room.state[FRONT] * room.state[FRONT] < _AT_AXIS:
+                # A contact that has just begun grows on like a root.
+                first_kind = began
         elif hunted == BENDS:
             joint, first_kind = CORNER, 2
         room.places[PHASE] = phase
+        if hunted == ENDS and driver.once:
+            return APART
     start[0], start[1] = first_kind, joint
     if passing == TIME_PASSES:
         start[2] = guess
@@ -609,32 +682,52 @@ def touch_surface(problem: Problem, room: Room, time: float, rate: float) -> Non
     begin_contact(problem, room)
 
 
+@compiled
+def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any, most: int) -> int:
+    """Let a body in contact pass a knot of what is prescribed, at which its rate may jump; return the outcome."""
+    driver, state, places = problem.driver, room.state, room.places
+    rate = rate_behind_knot(problem, room, piece, span)
+    if span == 0.0:
+        places[PHASE] = GROWS if rate >= 0.0 else SHRINKS
+        return DONE
+    phase = places[PHASE]
+    places[PHASE] = phase_behind_knot(problem, room, phase, rate)
+    if problem.solid.viscosity > 0.0 and driver.by_depth:
+        # The load of the dashpot jumps: at once where the contact grows, else from where the front is.
+        jumps = places[PHASE] == SHRINKS
+        behind = state[RATE_BEFORE] if jumps else rate
+        state[FORCE] += problem.solid.viscosity * room.nodes[A, 0] * (behind - state[RATE])
+        if jumps:
+            outcome = follow(problem, room, piece, RATE_JUMPS, start, most)
+            if outcome != DONE:
+                return outcome
+        elif phase == SHRINKS:
+            # Free elements begin to part from the body at its own rate: their gap is quadratic near the edge.
+            start[0] = 2
+    state[RATE] = rate
+    return DONE
+
+
 @entry_point
 def run(problem: Problem, room: Room, start: Any, most: int) -> int:
-    """Follow the body through all that is prescribed; return the outcome. `start` are three numbers of room."""
+    """Follow the body through all that is prescribed; return the outcome.
+
+    `start` are three numbers of room; the last is the length of the first step to try.
+    """
     driver, state, places = problem.driver, room.state, room.places
     begins = places[PHASE] == GROWS and places[FOLLOWING] == 0
-    start[0], start[1], start[2] = (problem.power if begins else 1), KINK, math.inf
+    start[0], start[1] = (problem.power if begins else 1), KINK
     for piece in range(driver.knots.shape[0] - 1):
         span = driver.knots[piece + 1] - driver.knots[piece]
         if not driver.smooth[piece]:
             start[1] = KINK
             if places[PHASE] != FREE and places[FOLLOWING] > 0:
-                rate = rate_behind_knot(problem, room, piece, span)
-                if span == 0.0:
-                    places[PHASE] = GROWS if rate >= 0.0 else SHRINKS
-                else:
-                    places[PHASE] = phase_behind_knot(problem, room, places[PHASE], rate)
-                    if problem.solid.viscosity > 0.0 and driver.by_depth:
-                        # The load of the dashpot jumps: at once where the contact grows, else from where the front is.
-                        jumps = places[PHASE] == SHRINKS
-                        behind = state[RATE_BEFORE] if jumps else rate
-                        state[FORCE] += problem.solid.viscosity * room.nodes[A, 0] * (behind - state[RATE])
-                        if jumps:
-                            outcome = follow(problem, room, piece, RATE_JUMPS, start, most)
-                            if outcome != DONE:
-                                return outcome
-                    state[RATE] = rate
+                outcome = pass_kink(problem, room, piece, span, start, most)
+                if outcome != DONE:
+                    return outcome
+            elif driver.by_depth and span > 0.0:
+                # A flat face feels the dashpot from the touch on.
+                state[RATE] = rate_behind_knot(problem, room, piece, span)
         outcome = follow(problem, room, piece, VALUE_JUMPS if span == 0.0 else TIME_PASSES, start, most)
         if outcome != DONE:
             return outcome

@@ -64,6 +64,7 @@ class Driver(NamedTuple):
     amplitude: float  # Of the cosine
     frequency: float
     phase: float
+    once: bool = False  # whether the run ends with the first contact
 
 
 class Scales(NamedTuple):

@@ -32,9 +32,9 @@ def poisson_ratio(shear_modulus: ArrayLike, bulk_modulus: ArrayLike) -> Any:
 
 def bulk_from_poisson_ratio(shear_modulus: Numeric, ratio: ArrayLike) -> Any:
     """Return the bulk modulus K = 2G(1 + nu)/(3(1 - 2 nu)) [Pa], perhaps infinite, of G >= 0 and nu in [-1, 0.5]."""
-    number = quantities.check("poisson_ratio", ratio)
-    if np.ndim(number) == 0 and number == 0.5:
+    if isinstance(ratio, float) and ratio == 0.5:
         return math.inf
+    number = quantities.check("poisson_ratio", ratio)
     liquid = (np.asarray(shear_modulus) == 0.0) & (np.asarray(number) < 0.5)
     if liquid.any():
         value = float(np.broadcast_to(number, liquid.shape)[liquid][0])

@@ -17,6 +17,7 @@ from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation
 from restitution.material.fit import DynamicTable, RelaxationTable, column_names
 from restitution.material.shift import GAS_CONSTANT, WLF, Arrhenius, ShiftTable
+from restitution.numerics.least_squares import descend
 from restitution.quantities import check_single
 from restitution.result import draw
 from restitution.units import ZERO_CELSIUS
@@ -50,11 +51,11 @@ _SCATTER, _LEAST_SCATTER = 0.01, 1e-5
 # Misfit [decades] below which two isotherms fit each other at first.
 _RESOLVED = 0.003
 _ROUNDS = 4
-_STEPS = 100
+# Descents: most steps, the share of its sum of squares that the next step of a finished one would gain, and the least
+# distance of a start from its bounds.
+_STEPS, _ENOUGH, _MARGIN = 100, 1e-10, 1e-9
 # Larger shifts [decades] have no meaning.
 _FARTHEST = 300.0
-# A step that lowers half of the sum of squares by less moves no parameter by a hundredth of its standard error.
-_GAIN = 1e-5
 _BEND = _SPACING**2 * _CURVATURE
 
 
@@ -101,12 +102,12 @@ def superpose(
     scatter = problem.scatter_of(point)
     for _ in range(_ROUNDS):
         problem.prepare(point, scatter)
-        point, before = _minimum(problem, point, *limits), scatter
+        point, before = problem.minimum(point, *limits), scatter
         scatter = problem.scatter_of(point)
         if np.allclose(scatter, before, rtol=1e-2):
             break
     problem.prepare(point, scatter)
-    covariance = _inverse(problem.normal(point).curvature)
+    covariance = _covariance(problem.slopes(point))
     vertical, errors, n = np.zeros(lifts.size), np.zeros(lifts.size), start.size
     vertical[free], errors[free] = point[n:], np.sqrt(np.diag(covariance)[n:])
     return Superposition(
@@ -115,38 +116,9 @@ def superpose(
     )  # fmt: skip
 
 
-class _Normal(NamedTuple):
-    """Half of the sum of squares, its gradient and its Gauss-Newton curvature."""
-
-    cost: float
-    gradient: Array
-    curvature: Array
-
-
-def _minimum(problem: _Problem, point: Array, low: Array, high: Array) -> Array:
-    """Return parameters of the least sum of squares within bounds, by the method of Levenberg and Marquardt."""
-    damping, here = 1e-3, problem.normal(point)
-    for _ in range(_STEPS):
-        # A parameter stays at a bound beyond which it would go.
-        held = ((point <= low) & (here.gradient > 0.0)) | ((point >= high) & (here.gradient < 0.0))
-        moving = np.flatnonzero(~held)
-        curvature = here.curvature[np.ix_(moving, moving)]
-        size = np.maximum(np.diag(curvature), 1e-12)
-        step = np.zeros(point.size)
-        step[moving] = -np.linalg.solve(curvature + damping * np.diag(size), here.gradient[moving])
-        trial = np.clip(point + step, low, high)
-        there = problem.normal(trial)
-        if there.cost <= here.cost:
-            point, damping, gain, here = trial, max(damping / 8.0, 1e-12), here.cost - there.cost, there
-            if gain < _GAIN:
-                break
-        elif (damping := damping * 5.0) > 1e10:
-            break
-    return point
-
-
-def _inverse(curvature: Array) -> Array:
+def _covariance(slopes: Array) -> Array:
     """Return the covariance of the parameters, infinite where their directions leave the residuals unchanged."""
+    curvature = slopes @ slopes.T
     scale = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
     sizes, vectors = np.linalg.eigh(curvature / np.outer(scale, scale))
     dead = sizes <= 1e-10
@@ -189,6 +161,32 @@ class _Problem:
             raise InputError("tables", rule=f"must overlap: their shifts span {span:.0f} decades")
         self.size = int((span + 2.0) / _SPACING) + 4
 
+    def minimum(self, point: Array, low: Array, high: Array) -> Array:
+        """Return parameters of the least sum of squares within bounds."""
+        inside = np.clip(point, low + _MARGIN, high - _MARGIN)
+        furthest = np.full((1, point.size), np.inf)
+        return descend(
+            lambda points, _: self.residuals(points[0, 0])[None, None], inside[None], low[None], high[None],
+            lambda points, _: self.slopes(points[0])[None], furthest, _ENOUGH, _STEPS,
+        ).points[0]  # fmt: skip
+
+    def residuals(self, point: Array) -> Array:
+        """Return the residuals of the data, the bends of the splines, and the vertical shifts over their order."""
+        if np.ptp(self.law(point[: self.n_law])[0]) > _FARTHEST:
+            return np.full(1, np.inf)
+        splines = self._splines(point)
+        parts = [part for spline in splines for part in (spline.residuals, spline.bends)]
+        return np.concatenate([*parts, point[self.n_law :] / self.lifts[self.free]])
+
+    def slopes(self, point: Array) -> Array:
+        """Return derivatives of the residuals, shape (p, n), by the formula of Kaufman."""
+        changes = [self._changes(point, place, spline) for place, spline in enumerate(self._splines(point))]
+        priors = np.vstack((np.zeros((self.n_law, self.free.size)), np.diag(1.0 / self.lifts[self.free])))
+        return np.hstack([*(part.T for pair in changes for part in pair), priors])
+
+    def _splines(self, point: Array) -> list[_Spline]:
+        return [self._spline(point, place) for place in range(len(self.channels))]
+
     def _spline(self, point: Array, place: int) -> _Spline:
         from scipy.linalg import cholesky_banded
         from scipy.sparse import csr_array
@@ -219,41 +217,23 @@ class _Problem:
             bends=np.diff(coefficients, 2) / _BEND,
         )
 
-    def _changes(self, point: Array, place: int, spline: _Spline) -> Array:
-        """Return derivatives of the residuals at fixed coefficients."""
+    def _changes(self, point: Array, place: int, spline: _Spline) -> tuple[Array, Array]:
+        """Return derivatives of the residuals and of the bends, the coefficients being those of the projection."""
         channel = self.channels[place]
         slopes = self.law(point[: self.n_law])[1][channel.isotherm]
         lifted = channel.isotherm[:, None] == self.free
-        return -np.hstack((spline.rise[:, None] * slopes, lifted)) / self.scatter[place]
-
-    def normal(self, point: Array) -> _Normal:
-        """Return the half of the sum of squares with its derivatives."""
-        from scipy.sparse import csr_array
-
-        if np.ptp(self.law(point[: self.n_law])[0]) > _FARTHEST:
-            return _Normal(np.inf, np.zeros(point.size), np.eye(point.size))
-        weights = np.append(np.zeros(self.n_law), self.lifts[self.free] ** -2.0)
-        cost, gradient, curvature = 0.5 * float(weights @ point**2), weights * point, np.diag(weights)
-        for place in range(len(self.channels)):
-            spline = self._spline(point, place)
-            changes = self._changes(point, place, spline)
-            common = spline.basis.T @ changes
-            cost += 0.5 * float(spline.residuals @ spline.residuals + spline.bends @ spline.bends)
-            gradient = gradient + changes.T @ spline.residuals
-            # Most of the changes are zero: each isotherm has its own shift.
-            few: Any = csr_array(changes)
-            curvature = curvature + (few.T @ few).toarray() - common.T @ spline.solve(common)
-        return _Normal(cost, gradient, curvature)
+        changes = -np.hstack((spline.rise[:, None] * slopes, lifted)) / self.scatter[place]
+        coefficients = spline.solve(spline.basis.T @ changes)
+        return changes - spline.basis @ coefficients, np.diff(coefficients, 2, axis=0) / _BEND
 
     def scatter_of(self, point: Array) -> Array:
         """Return scatter of each channel [decades] from its residuals and the degrees of freedom that are left."""
-        covariance = _inverse(self.normal(point).curvature)
+        covariance = _covariance(self.slopes(point))
         covariance[~np.isfinite(covariance)] = 0.0
         deviations = np.empty(len(self.channels))
         for place, scatter in enumerate(self.scatter.tolist()):
             spline = self._spline(point, place)
-            changes = self._changes(point, place, spline)
-            changes -= spline.basis @ spline.solve(spline.basis.T @ changes)
+            changes = self._changes(point, place, spline)[0]
             n = spline.residuals.size
             used = float(np.trace(spline.solve((spline.basis.T @ spline.basis).toarray())))
             used += float(np.sum((changes @ covariance) * changes))
@@ -302,18 +282,19 @@ def law_of(
 ) -> tuple[Law, Array, Array, Array]:
     """Return the law of the shift, first parameters, and their bounds.
 
-    The parameters of WLF are C1/C2 and 1/C2, which are less correlated than C1 and C2; that of Arrhenius is Q/R in
-    decades.
+    The parameters of WLF are those of `_span` times C1/C2 and 1/C2, which are less correlated than C1 and C2; that of
+    Arrhenius is the shift in decades between the coldest and the warmest isotherm.
     """
-    rise = kelvin - reference
+    span = _span(shift, kelvin)
+    rise = (kelvin - reference) / span
     if shift == "free":
         others = np.delete(np.arange(kelvin.size), nearest)
         slopes = np.eye(kelvin.size)[:, others]
         first = (start - start[nearest])[others]
         return lambda p: (slopes @ p, slopes), first, np.full(first.size, -np.inf), np.full(first.size, np.inf)
     if shift == "arrhenius":
-        slope = (1.0 / kelvin - 1.0 / reference)[:, None]
-        first = np.array([max(float(start @ slope[:, 0]) / float(slope[:, 0] @ slope[:, 0]), 1.0)])
+        slope = (1.0 / kelvin - 1.0 / reference)[:, None] / span
+        first = np.array([max(float(start @ slope[:, 0]) / float(slope[:, 0] @ slope[:, 0]), 1e-3)])
         return lambda p: (slope @ p, slope), first, np.zeros(1), np.full(1, np.inf)
 
     def wlf(p: Array) -> tuple[Array, Array]:
@@ -321,23 +302,30 @@ def law_of(
         return -p[0] * rise / below, np.stack((-rise / below, p[0] * (rise / below) ** 2), axis=1)
 
     # The Vogel temperature must be below the lowest one measured.
-    limit = 0.98 / max(reference - float(kelvin[0]), 1.0)
-    trials = np.linspace(0.0, 0.95, 40)[1:] * min(limit, 0.1)
-    best, first = np.inf, np.array([0.05, trials[0]])
+    limit = 0.98 * span / max(reference - float(kelvin[0]), 1.0)
+    trials = np.linspace(0.0, 0.95, 40)[1:] * min(limit, 0.1 * span)
+    best, first = np.inf, np.array([0.05 * span, trials[0]])
     for trial in trials.tolist():
         shape = -rise / (1.0 + trial * rise)
-        size = max(float(start @ shape) / float(shape @ shape), 1e-6)
+        size = max(float(start @ shape) / float(shape @ shape), 1e-6 * span)
         squares = float(np.sum((start - size * shape) ** 2))
         if squares < best:
             best, first = squares, np.array([size, trial])
-    return wlf, first, np.array([0.0, 1e-6]), np.array([np.inf, limit])
+    return wlf, first, np.array([0.0, 1e-6 * span]), np.array([np.inf, limit])
+
+
+def _span(shift: ShiftLaw, kelvin: Array) -> float:
+    """Return the range of the temperatures [K], or of their reciprocals [1/K], that makes parameters of order one."""
+    cold, warm = float(kelvin[0]), float(kelvin[-1])
+    return 1.0 / cold - 1.0 / warm if shift == "arrhenius" else warm - cold
 
 
 def constants_of(
-    shift: ShiftLaw, superposition: Superposition, reference: float
+    shift: ShiftLaw, superposition: Superposition, kelvin: Array
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return constants of a law, and their standard errors."""
-    p, covariance = superposition.parameters, superposition.covariance
+    span = _span(shift, kelvin)
+    p, covariance = superposition.parameters / span, superposition.covariance / span**2
     if shift == "free":
         return {}, {}
     if shift == "arrhenius":
@@ -528,7 +516,7 @@ class Isotherms:
             for place in np.flatnonzero(_gaps(self.tables, shifts) > _BRIDGE).tolist():
                 errors[place:] = np.inf if place > nearest else errors[place:]
                 errors[:place] = np.inf if place <= nearest else errors[:place]
-        named, errors_of = constants_of(shift, superposition, reference)
+        named, errors_of = constants_of(shift, superposition, kelvin)
         factors = 10.0 ** (-superposition.vertical)
         reduced = zip(self.tables, shifts, factors, strict=True)
         tables = tuple(_reduced(table, s, b, reference) for table, s, b in reduced)

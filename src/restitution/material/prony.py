@@ -73,7 +73,8 @@ def in_range(name: str, value: Any, unit: str, extreme: float = EXTREME) -> None
     """Refuse numbers >= 0 that are neither zero nor within an extreme and its reciprocal."""
     values = np.asarray(value)
     bad = (values > extreme) | ((values < 1.0 / extreme) & (values != 0.0))
-    refuse(name, values, bad, f"must be in [{1.0 / extreme:g}, {extreme:g}] {unit}", unit)
+    if bad.any():  # a fit makes thousands of series
+        refuse(name, values, bad, f"must be in [{1.0 / extreme:g}, {extreme:g}] {unit}", unit)
 
 
 class Retardation(NamedTuple):

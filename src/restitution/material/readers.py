@@ -38,7 +38,7 @@ from restitution.material.sheet import (
     unit,
 )
 from restitution.material.shift import ShiftTable
-from restitution.units import ZERO_CELSIUS
+from restitution.units import MODULUS, ZERO_CELSIUS
 
 MaterialFile = RelaxationTable | DynamicTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
 
@@ -525,10 +525,10 @@ def _prony_terms(table: Table) -> PronyTerms | None:
         if not (match := _END_MODULUS.search(line.text[:_LONGEST_COMMENT])):
             continue
         place, scale = line.number, unit(match[3] or "Pa")
-        if scale is None or scale.dimension != "modulus":
+        if scale is None or scale.dimension != MODULUS:
             raise table.error(f"{match[0]!r}: must end in a unit of modulus, such as Pa, MPa", place)
         try:
-            ends["high" if match[1] == "0" else "low"] = float(match[2]) * scale.factor
+            ends["high" if match[1] == "0" else "low"] = scale.si(float(match[2]))
         except ValueError:
             raise table.error(f"{match[0]!r}: must hold a number", place) from None
         deformation = deformation or ("tension" if match[0][0] in "eE" else "shear")

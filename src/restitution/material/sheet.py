@@ -14,10 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution import units
 from restitution.checks import Array
 from restitution.errors import ABSENT, InputError
 from restitution.material.conversion import Deformation
-from restitution.units import PLAIN_UNITS, unit
+from restitution.units import unit, usual_units
 
 _Test = Callable[[str], bool]
 
@@ -296,31 +297,33 @@ class Role(Enum):
     In the names ? stands for e or g, and "tensile" or "shear" may come before.
     """
 
-    TIME = "time", ("time",), "s", "t time zeit"
-    FREQUENCY = "frequency", ("frequency", "angular frequency"), "Hz", "f freq frequency frequenz"
-    ANGULAR_FREQUENCY = "angular frequency", ("angular frequency", "frequency"), "rad/s", (
+    TIME = "time", (units.TIME,), "s", "t time zeit"
+    FREQUENCY = "frequency", (units.FREQUENCY, units.ANGULAR_FREQUENCY), "Hz", "f freq frequency frequenz"
+    ANGULAR_FREQUENCY = "angular frequency", (units.ANGULAR_FREQUENCY, units.FREQUENCY), "rad/s", (
         "w omega ω angfreq angularfrequency angfrequency kreisfrequenz"
     )  # fmt: skip
-    MODULUS = "relaxation modulus", ("modulus",), "Pa", (
+    MODULUS = "relaxation modulus", (units.MODULUS,), "Pa", (
         "? ?r ?relax ?(t) modulus relaxationmodulus youngsmodulus relaxationsmodul"
     )  # fmt: skip
-    STORAGE = "storage modulus", ("modulus",), "Pa", "?' ?p ?stor ?storage ?prime storage storagemodulus speichermodul"
-    LOSS = "loss modulus", ("modulus",), "Pa", "?'' ?pp ?loss ?doubleprime loss lossmodulus verlustmodul"
-    COMPLEX = "magnitude of the complex modulus", ("modulus",), "Pa", (
+    STORAGE = "storage modulus", (units.MODULUS,), "Pa", (
+        "?' ?p ?stor ?storage ?prime storage storagemodulus speichermodul"
+    )  # fmt: skip
+    LOSS = "loss modulus", (units.MODULUS,), "Pa", "?'' ?pp ?loss ?doubleprime loss lossmodulus verlustmodul"
+    COMPLEX = "magnitude of the complex modulus", (units.MODULUS,), "Pa", (
         "?* |?*| complexmodulus complexshearmodulus dynamicmodulus"
     )  # fmt: skip
-    TANGENT = "loss tangent", ("number",), "", (
+    TANGENT = "loss tangent", (units.NUMBER,), "", (
         "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor"
     )  # fmt: skip
-    RELAXATION_TIME = "relaxation time", ("time",), "s", "tau taui tauk τ reltime relaxationtime relaxationtimes"
-    BRANCH = "branch modulus", ("modulus",), "Pa", "branchmodulus branchmoduli ei ek"
-    SHARE = "relative modulus", ("number",), "", "relmod relativemodulus relativemoduli alpha alphai gi ki"
-    TEMPERATURE = "temperature", ("temperature",), "K", "temp temperature temperatur"
-    LOG_SHIFT = "log10 of the shift factor", ("number",), "", "logat log10at loga log10a logshift"
-    SHIFT = "shift factor", ("number",), "", "at a shiftfactor"
-    SWEEP = "number of the sweep", ("number",), "", "set"
+    RELAXATION_TIME = "relaxation time", (units.TIME,), "s", "tau taui tauk τ reltime relaxationtime relaxationtimes"
+    BRANCH = "branch modulus", (units.MODULUS,), "Pa", "branchmodulus branchmoduli ei ek"
+    SHARE = "relative modulus", (units.NUMBER,), "", "relmod relativemodulus relativemoduli alpha alphai gi ki"
+    TEMPERATURE = "temperature", (units.TEMPERATURE,), "K", "temp temperature temperatur"
+    LOG_SHIFT = "log10 of the shift factor", (units.NUMBER,), "", "logat log10at loga log10a logshift"
+    SHIFT = "shift factor", (units.NUMBER,), "", "at a shiftfactor"
+    SWEEP = "number of the sweep", (units.NUMBER,), "", "set"
 
-    def __init__(self, words: str, dimensions: tuple[str, ...], assumed: str, spellings: str) -> None:
+    def __init__(self, words: str, dimensions: tuple[units.Dimension, ...], assumed: str, spellings: str) -> None:
         self.words, self.dimensions, self.assumed, self.spellings = words, dimensions, assumed, spellings.split()
 
     @property
@@ -371,7 +374,7 @@ class Table(NamedTuple):
             roles = [Role.BRANCH if role is Role.MODULUS else role for role in roles]
         for i, role in enumerate(roles):
             column_unit = unit(sheet.units[i] or "")
-            if role is Role.SHARE and column_unit is not None and column_unit.dimension == "modulus":
+            if role is Role.SHARE and column_unit is not None and column_unit.dimension == units.MODULUS:
                 roles[i] = Role.BRANCH
         if sheet.title:
             measured = [(i, role) for i, role in enumerate(roles) if role is not None and role in _MEASURED]
@@ -390,7 +393,7 @@ class Table(NamedTuple):
             return None
         column_unit = self.sheet.units[self.roles.index(Role.TEMPERATURE)]
         # The letter T may also name a torque.
-        if column_unit is not None and getattr(unit(column_unit), "dimension", "") != "temperature":
+        if column_unit is not None and getattr(unit(column_unit), "dimension", None) != units.TEMPERATURE:
             return None
         return self._column(Role.TEMPERATURE)
 
@@ -410,12 +413,13 @@ class Table(NamedTuple):
         label, column_unit = self.sheet.labels[index], self.sheet.units[index]
         scale = unit(role.assumed if column_unit is None else column_unit)
         if scale is None or scale.dimension not in role.dimensions:
-            usual = (name for name, scale in PLAIN_UNITS.items() if name and scale.dimension in role.dimensions)
-            rule = f"must be a unit of {role.dimensions[0]}, such as {', '.join(usual)}"
+            usual = ", ".join(usual_units(*role.dimensions))
+            rule = f"must be a unit of {role.dimensions[0].name}, such as {usual}"
             raise self.error(f"column {label!r}: unit {column_unit!r}: {rule}", self.sheet.unit_line)
-        factor = scale.factor * (2.0 * math.pi if scale.dimension == "frequency" else 1.0)
         with np.errstate(over="ignore"):
-            values = (self.sheet.numbers(index) + scale.offset) * factor
+            values = scale.si(self.sheet.numbers(index))
+            if scale.dimension == units.FREQUENCY:
+                values = 2.0 * math.pi * values
         bound = f" and {role.bound}" if role.bound else ""
         assumed = f" {role.assumed}, as no unit is given" if column_unit is None and role is Role.TEMPERATURE else ""
         self.sheet.require(np.isfinite(values) & role.admits(values), index, f"must be finite{bound}{assumed}")

@@ -12,6 +12,8 @@ from restitution.checks import Array, Places
 
 Residuals = Callable[[Array, Places], Array]
 """Maps k points of each of the problems at some places, shape (s, k, q), to residuals of shape (s, k, n)."""
+Slopes = Callable[[Array, Places], Array]
+"""Maps a point of each of the problems at some places, shape (s, q), to derivatives of shape (s, q, n)."""
 
 _BOUND_MARGIN = 1e-9
 # Within this distance of a bound a coordinate is held there if the sum of squares falls beyond the bound.
@@ -33,18 +35,21 @@ class Descents(NamedTuple):
 
 
 def descend(
-    residuals: Residuals, points: Array, low: Array, high: Array, steps: Array, furthest: Array, enough: float,
-    rounds: int,
+    residuals: Residuals, points: Array, low: Array, high: Array, steps: Array | Slopes, furthest: Array,
+    enough: float, rounds: int,
 ) -> Descents:  # fmt: skip
     """Descend from points of shape (s, q) within bounds of the same shape.
 
-    `steps` of shape (q,) are those of the differences; a coordinate whose step is 0 is held. `furthest` are the
-    largest changes in a round. A descent ends if its next step promises less than the share `enough` of its sum.
+    `steps` of shape (q,) are those of forward differences, and a coordinate whose step is 0 is held; or they are a
+    function that returns the derivatives. `furthest` are the largest changes in a round. A descent ends if its next
+    step promises less than the share `enough` of its sum. Coordinates should be of order one: those that the residuals
+    hardly depend on are damped more.
 
     Late steps have the second order of Transtrum and Sethna, https://arxiv.org/abs/1201.5885: without it a descent
     along a curved valley takes hundreds of rounds.
     """
     points, q = points.copy(), points.shape[1]
+    moves = True if callable(steps) else steps > 0.0
     # One call for the values and the slopes of the starts: its price is that of a call rather than of its rows.
     values, slopes = _slopes(residuals, points, np.arange(len(points)), None, steps)
     costs = squares(values)
@@ -63,7 +68,7 @@ def descend(
             gradient[new] = np.einsum("sqn,sn->sq", slopes[new], values[new])
         at, pull = points[active], gradient[active]
         bound = ((at - low[active] < _PRESSED) & (pull > 0.0)) | ((high[active] - at < _PRESSED) & (pull < 0.0))
-        free = ~bound & (steps > 0.0)
+        free = ~bound & moves
         matrix = normal[active] * (free[:, :, None] & free[:, None, :])
         step, promise = _steps(matrix, pull * free, damping[active])
         step = np.clip(step, -furthest, furthest)
@@ -91,9 +96,11 @@ def descend(
 
 
 def _slopes(
-    residuals: Residuals, points: Array, places: Places, values: Array | None, steps: Array
+    residuals: Residuals, points: Array, places: Places, values: Array | None, steps: Array | Slopes
 ) -> tuple[Array, Array]:
-    """Return values, shape (s, n), and their derivatives by forward differences, shape (s, q, n); 0 for steps of 0."""
+    """Return values, shape (s, n), and their derivatives, shape (s, q, n); 0 for steps of 0."""
+    if callable(steps):
+        return residuals(points[:, None], places)[:, 0] if values is None else values, steps(points, places)
     moving = np.flatnonzero(steps > 0.0)
     moves = np.diag(steps)[moving]
     if values is None:

@@ -1,0 +1,84 @@
+"""Impact on the surface that an earlier contact has left."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from restitution.checks import Array
+from restitution.errors import InputError
+from restitution.impact.problem import Impact
+from restitution.impact.solution import Sampled, Trajectory
+from restitution.impact.status import Status
+from restitution.indentation.history import History
+from restitution.indentation.panels import Drive, PanelSolution
+from restitution.indentation.surface import Surface, check_surface
+
+# Contact times of the first run, its factor, and the longest.
+_FIRST, _FACTOR, _MOST = 8.0, 8.0, 1e7
+# Share of the impact velocity below which a body that a force holds is at rest.
+_REST = 1e-6
+_POINTS = 2001
+# First step over the time to the largest depth.
+_FIRST_STEP = 0.25
+
+
+def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rtol: float) -> PanelSolution:
+    """Return the motion of an impact from the touch to separation, or to rest, by panels.
+
+    `deepest` is the largest depth [m] of the same impact on a fresh surface, from which the scales follow.
+    """
+    if math.isfinite(float(impact.impedance)):
+        rule = "must be infinite for an imprint, which the theory of moving targets does not have"
+        raise InputError("impedance", float(impact.impedance), rule, "kg/s")
+    level = 0.0 if surface is None else surface.depth
+    velocity, push = float(impact.velocity), float(impact.external_force)
+    reach = deepest + level
+    peak = min(2.0 * reach, float(impact.profile.max_depth))
+    time = _FIRST * 3.0 * reach / velocity
+    while True:
+        history = History(np.array([0.0, time]), np.array([[push, 0.0]]))
+        drive = Drive(
+            history, False, peak, mass=float(impact.mass), velocity=velocity, touches=True, once=True, depth=level,
+            first=_FIRST_STEP * reach / velocity,
+        )
+        solution = PanelSolution(
+            impact.contact.profile, impact.reduced_modulus, drive, rtol, None if surface is None else surface.marks
+        )
+        if solution.max_depth > float(impact.profile.max_depth):
+            rule = f"is described to a depth of {peak:.3g} m, {impact.profile.end}, and the body goes deeper"
+            raise InputError("profile", rule=rule)
+        rests = abs(float(solution.at(solution.stop)[1][0])) < _REST * velocity
+        if solution.stop < time or rests or time > _MOST * reach / velocity:
+            return solution
+        time *= _FACTOR
+
+
+def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: float) -> dict[str, Any]:
+    """Return the outputs of an impact on a surface, its status, and samples of its motion."""
+    check_surface(surface, impact.contact)
+    solution = panels_of_impact(impact, surface, deepest, rtol)
+    end, parted = solution.stop, bool(np.isfinite(solution.end_time))
+    times = solution.times(_POINTS)
+    times = np.append(times[times < end], end)
+    depth, rate, force, radius = solution.at(times, before=True)
+    e = max(-float(rate[-1]) / float(impact.velocity), 0.0) if parted else 0.0
+    status = Status.SEPARATED if parted else Status.CAPTURED
+    if not parted and impact.reduced_modulus.is_liquid:
+        status = Status.SINKS_IN
+    kept = solution.elements.stored - surface.stored
+    kinetic: Array = 0.5 * float(impact.mass) * rate * rate
+    return {
+        "restitution_coefficient": e,
+        "contact_time": end if parted else math.inf,
+        "max_indentation_depth": float(depth.max()),
+        "max_force": solution.max_force,
+        "max_contact_radius": solution.max_contact_radius,
+        "residual_indentation_depth": float(depth[-1]),
+        "status": status,
+        "samples": None if not parted else Sampled(
+            Trajectory(times, depth, rate, force, radius, kinetic), solution.work - kept, kept, 0.0, solution
+        ),
+    }

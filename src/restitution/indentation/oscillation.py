@@ -1,0 +1,325 @@
+"""Oscillating indentation: harmonics of force and depth, and moduli as they are read and as they are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from restitution.checks import Array, single_nonnegative, single_positive, whole, within
+from restitution.contact.geometry import Contact, Geometry
+from restitution.errors import InputError
+from restitution.indentation.history import History
+from restitution.indentation.panels import PanelSolution, solve_by_panels
+from restitution.indentation.rim import steady_state
+from restitution.indentation.solid import solid_of
+from restitution.indentation.solve import contact_of
+from restitution.material.prony import PronySeries
+from restitution.material.viscoelastic import Material
+from restitution.quantities import HISTORY, MODULI, dataset
+from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
+from restitution.units import FORCE, LENGTH, MODULUS, in_words
+
+if TYPE_CHECKING:
+    import xarray
+
+_ORDERS, _TIMES = 64, 257
+# Points of a period whose harmonics are taken; the force has a weak kink at both turnings of the front.
+_SAMPLES = 1024
+_MOST_CYCLES = 512
+
+
+class OscillationStatus(Outcome):
+    """What the numbers of an oscillation are of, with a `message` for each member."""
+
+    STEADY = 0, "the steady state"
+    LAST_CYCLE = 1, "the last of the cycles that were asked for"
+    NOT_STEADY = 2, "the last cycle; the steady state was not reached"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Oscillation(Result):
+    """Oscillating indentation; SI units.
+
+    `plot` shows force over depth with the reading of the textbook, and both over time.
+
+    Attributes
+    ----------
+    time : array, shape (n,)
+        Times t [s] of one period; the oscillation of what is prescribed is `sin(2 pi frequency t)`.
+    indentation_depth, force : array, shape (n,)
+        Depth d [m] and force F [N] at these times.
+    depth_harmonics, force_harmonics : array of complex, shape (n_harmonics,)
+        Complex amplitudes: `F = F_0 + sum_n Im(F_n exp(2 pi i n frequency t))`, and the same for the depth; the
+        first is the mean.
+    frequency : float
+        [Hz].
+    apparent_modulus : complex
+        Reading of the textbook, `E' + i E'' = F_1/(2 a d_1)` [Pa], with the stiffness radius a at the mean depth.
+    complex_modulus : complex
+        Reduced complex modulus E*(2 pi i frequency) [Pa] of the materials, which it is meant to be.
+    min_contact_radius, max_contact_radius : float
+        Smallest and largest contact radius [m]; the smallest is 0 where the contact is lost in each period.
+    contact_share : float
+        Share of the period in contact.
+    status : OscillationStatus
+        Whether the numbers are those of the steady state.
+    contact : Contact
+        Materials and profile.
+    """
+
+    _numbers = (
+        "frequency", "apparent_modulus", "complex_modulus", "storage_error", "loss_error", "min_contact_radius",
+        "max_contact_radius", "contact_share", "dissipated", "status",
+    )  # fmt: skip
+    _picture = "oscillation.overview"
+
+    time: Array = field(repr=False)
+    indentation_depth: Array = field(repr=False)
+    force: Array = field(repr=False)
+    depth_harmonics: Array = field(repr=False)
+    force_harmonics: Array = field(repr=False)
+    frequency: float
+    apparent_modulus: complex
+    complex_modulus: complex
+    min_contact_radius: float
+    max_contact_radius: float
+    contact_share: float
+    status: OscillationStatus
+    contact: Contact
+
+    @property
+    def storage_error(self) -> float:
+        """Error of the reading of E', `apparent/true - 1`."""
+        return self.apparent_modulus.real / self.complex_modulus.real - 1.0
+
+    @property
+    def loss_error(self) -> float:
+        """Error of the reading of E'', `apparent/true - 1`; NaN where the material has no loss."""
+        loss = self.complex_modulus.imag
+        return self.apparent_modulus.imag / loss - 1.0 if loss > 0.0 else math.nan
+
+    @property
+    def dissipated(self) -> float:
+        """Energy dissipated in a period [J], `pi sum_n n Im(F_n conj(d_n))`."""
+        n = np.arange(self.force_harmonics.size)
+        return float(math.pi * np.sum(n * np.imag(self.force_harmonics * np.conj(self.depth_harmonics))))
+
+    @property
+    def history(self) -> xarray.Dataset:
+        """Depth and force over one period, with units."""
+        columns = {name: (getattr(self, name), HISTORY[name]) for name in ("time", "indentation_depth", "force")}
+        return dataset("time", columns, {"frequency": self.frequency})
+
+    def summary(self, title: str = "") -> Summary:
+        """Return the table of the oscillation, which `print` and notebooks show."""
+        apparent, true = self.apparent_modulus, self.complex_modulus
+        values = [
+            ("frequency", "f", self.frequency, "Hz"),
+            ("mean force", "F_0", float(self.force_harmonics[0].real), FORCE.unit),
+            ("amplitude of the force", "F_1", float(abs(self.force_harmonics[1])), FORCE.unit),
+            ("mean depth", "d_0", float(self.depth_harmonics[0].real), LENGTH.unit),
+            ("amplitude of the depth", "d_1", float(abs(self.depth_harmonics[1])), LENGTH.unit),
+            ("storage modulus", plain_symbol(MODULI["storage_modulus"].symbol), true.real, MODULUS.unit),
+            ("as F_1/(2 a d_1) reads it", "", apparent.real, MODULUS.unit),
+            ("error of the reading", "", self.storage_error, ""),
+            ("loss modulus", plain_symbol(MODULI["loss_modulus"].symbol), true.imag, MODULUS.unit),
+            ("as F_1/(2 a d_1) reads it", "", apparent.imag, MODULUS.unit),
+            ("error of the reading", "", self.loss_error, ""),
+            ("smallest contact radius", "a_min", self.min_contact_radius, LENGTH.unit),
+            ("largest contact radius", "a_max", self.max_contact_radius, LENGTH.unit),
+            ("share of the period in contact", "", self.contact_share, ""),
+        ]
+        return Summary(title or "Oscillating indentation", of_values(values), (self.status.message,))
+
+    @property
+    def _short(self) -> str:
+        modulus = in_words(self.apparent_modulus.real, MODULUS.unit)
+        return f"E' reads {modulus}, {100 * self.storage_error:+.2g} %, {self.status.name}"
+
+
+def oscillate(
+    material: Material,
+    profile: Geometry,
+    *,
+    depth: float | None = None,
+    force: float | None = None,
+    amplitude: float,
+    frequency: float,
+    cycles: int | None = None,
+    rise_time: float | None = None,
+    hold_time: float = 0.0,
+    counter_material: Material | None = None,
+    rtol: float = 1e-8,
+) -> Oscillation:
+    """Return an oscillation about a mean depth or force, and what the textbook reads from it.
+
+    Parameters
+    ----------
+    material : Material
+        Material of the target.
+    profile : Geometry
+        Profile of the indenter, or another geometry, with scalar parameters.
+    depth, force : float
+        Mean of the prescribed depth [m] or force [N]; exactly one of the two.
+    amplitude : float
+        Amplitude of the depth [m], or of the force [N], > 0; that of a force is below its mean.
+    frequency : float
+        Frequency f [Hz], > 0.
+    cycles : int, optional
+        Number of cycles, of which the last counts; by default the steady state.
+    rise_time, hold_time : float
+        Duration [s] of the ramp to the mean, a period by default, and of the hold before the first of the `cycles`.
+    counter_material : Material, optional
+        Material of the indenter; rigid by default.
+    rtol : float
+        Error of force and depth over their largest value; in [1e-11, 1e-2].
+
+    Returns
+    -------
+    Oscillation
+        Harmonics, moduli as read and as they are, contact radii.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of its range or of another type, or the bodies do not touch.
+
+    Notes
+    -----
+    The reading `F_1 = 2 a E*(i w) d_1` takes the contact radius as constant. The rim of the contact leaves and
+    touches in each period; the error is of first order in d_1/d_0 but for a flat punch. In the steady state of a
+    depth each element repeats its own cycle: those of small s follow for ever, with E*(i w); each of the rim has one
+    time at which its load vanishes and one at which its gap closes, two equations for the periodic state.
+
+    Examples
+    --------
+    A tenth of the depth is too much:
+
+    >>> import restitution as rs
+    >>> solid = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=math.inf)
+    >>> wave = rs.oscillate(solid, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=0.5 / math.pi)
+    >>> print(f"{100 * wave.storage_error:.2f} %, {100 * wave.loss_error:.2f} %")
+    -3.76 %, -7.31 %
+    """
+    contact = contact_of(material, profile, counter_material)
+    if (depth is None) == (force is None):
+        raise InputError("depth, force", rule="exactly one of the two must be given: depth= or force=")
+    within("rtol", rtol, 1e-11, 1e-2)
+    name, unit = ("depth", "m") if force is None else ("force", "N")
+    mean = single_positive(name, depth if force is None else force, unit)
+    swing, rate = single_positive("amplitude", amplitude, unit), single_positive("frequency", frequency, "Hz")
+    if name == "force" and swing >= mean:
+        raise InputError("amplitude", swing, f"must be < {mean:g} N, the mean, as there is no adhesion", "N")
+    most = float(np.min(contact.profile.max_depth))
+    if name == "depth" and mean + swing > most:
+        raise InputError("depth", mean + swing, f"must be <= {most:g} m, {contact.profile.end}", "m")
+    rise = 1.0 / rate if rise_time is None else single_positive("rise_time", rise_time, "s")
+    rest = single_nonnegative("hold_time", hold_time, "s")
+    series = contact.reduced_modulus
+    if not contact.profile.separable:
+        contact.warn_if_approximate()
+        radius = float(np.asarray(contact.profile.contact_radius(mean + swing if name == "depth" else most)))
+        series = contact.profile.effective_moduli(contact.material, np.array(radius)).row(0)
+    if cycles is None and name == "depth":
+        return _steady(contact, series, mean, swing, rate)
+    status = OscillationStatus.LAST_CYCLE
+    if cycles is not None:
+        count = whole("cycles", cycles)
+        solution = _cycles(contact, series, name, (mean, swing, rate), (rise, rest), count, rtol)
+    else:
+        solution, count, status = _until_steady(contact, series, name, (mean, swing, rate), (rise, rest), rtol)
+    return _last_cycle(contact, series, solution, name, (mean, swing, rate), rise + rest, count, status)
+
+
+def _result(
+    contact: Contact, series: PronySeries, depths: Array, forces: Array, rate: float, radii: tuple[float, float],
+    share: float, status: OscillationStatus,
+) -> Oscillation:  # fmt: skip
+    time = np.linspace(0.0, 1.0, _TIMES)
+    waves = np.exp(2j * math.pi * np.arange(_ORDERS)[:, None] * time)
+
+    def over_time(harmonics: Array) -> Array:
+        return harmonics[0].real + np.imag(harmonics[1:, None] * waves[1:]).sum(axis=0)
+
+    a = float(np.asarray(contact.profile.stiffness_radius(depths[0].real)))
+    true = complex(series.complex_modulus(2.0 * math.pi * rate))
+    return Oscillation(
+        time / rate, over_time(depths), np.maximum(over_time(forces), 0.0), depths[:8], forces[:8], rate,
+        complex(forces[1] / (2.0 * a * depths[1])), true, *radii, share, status, contact,
+    )  # fmt: skip
+
+
+def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, rate: float) -> Oscillation:
+    """Return the steady state under a prescribed depth."""
+    profile, omega = contact.profile, 2.0 * math.pi * rate
+    typical = abs(complex(series.complex_modulus(omega)))
+    radius = float(np.asarray(profile.stiffness_radius(mean)))
+    scaled = PronySeries(
+        series.equilibrium_modulus / typical, series.branch_moduli / typical, series.relaxation_times * rate,
+        parallel_viscosity=series.parallel_viscosity * rate / typical,
+    )  # fmt: skip
+    steady = steady_state(profile, solid_of(scaled), 1.0, swing / mean, mean, radius, _ORDERS)
+    forces = 2.0 * typical * radius * mean * steady.coefficients * np.where(np.arange(_ORDERS) > 0, 2j, 1.0)
+    depths = np.zeros(_ORDERS, dtype=complex)
+    depths[:2] = mean, swing
+    radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost * mean, mean + swing))
+    # The contact is lost where no element follows for ever.
+    least = radii[0] if steady.innermost > 0.0 else 0.0
+    return _result(
+        contact, series, depths, forces, rate, (least, radii[1]), steady.share, OscillationStatus.STEADY
+    )
+
+
+def _cycles(
+    contact: Contact, series: PronySeries, name: str, wave: tuple[float, float, float], before: tuple[float, float],
+    count: int, rtol: float,
+) -> PanelSolution:  # fmt: skip
+    """Return the solution over a ramp, a hold and a number of cycles."""
+    (mean, swing, rate), (rise, rest) = wave, before
+    start = rise + rest
+
+    def program(t: Array) -> Array:
+        waves = mean + swing * np.sin(2.0 * math.pi * rate * np.maximum(t - start, 0.0))
+        return np.where(t < rise, mean * t / rise, waves)
+
+    knots = np.unique([0.0, rise, start, *(start + np.arange(1, 4 * count + 1) / (4.0 * rate))])
+    history = History.from_function(program, knots, name=name)
+    return solve_by_panels(contact.profile, series, history, name, rtol)
+
+
+def _until_steady(
+    contact: Contact, series: PronySeries, name: str, wave: tuple[float, float, float], before: tuple[float, float],
+    rtol: float,
+) -> tuple[PanelSolution, int, OscillationStatus]:  # fmt: skip
+    """Return a solution whose last two cycles are alike, the number of cycles, and whether they are."""
+    count, period = 8, 1.0 / wave[2]
+    while True:
+        solution = _cycles(contact, series, name, wave, before, count, rtol)
+        stop = sum(before) + count * period
+        times = stop - period * np.linspace(0.02, 0.98, 33)
+        depth, _, force, _ = solution.at(times)
+        earlier, _, weaker, _ = solution.at(times - period)
+        change = max(np.abs(depth - earlier).max() / depth.max(), np.abs(force - weaker).max() / force.max())
+        if change <= 0.1 * rtol + 1e-12:
+            return solution, count, OscillationStatus.STEADY
+        if 2 * count > _MOST_CYCLES:
+            return solution, count, OscillationStatus.NOT_STEADY
+        count *= 2
+
+
+def _last_cycle(
+    contact: Contact, series: PronySeries, solution: PanelSolution, name: str, wave: tuple[float, float, float],
+    start: float, count: int, status: OscillationStatus,
+) -> Oscillation:  # fmt: skip
+    """Return the numbers of the last of the cycles."""
+    rate = wave[2]
+    first = start + (count - 1) / rate
+    shares = np.arange(_SAMPLES) / _SAMPLES
+    depth, _, force, radius = solution.at(np.minimum(first + shares / rate, solution.history.stop))
+    factors = np.where(np.arange(_ORDERS) > 0, 2j, 1.0)
+    depths, forces = (np.fft.fft(values)[:_ORDERS] / _SAMPLES * factors for values in (depth, force))
+    radii = float(radius.min()), float(radius.max())
+    return _result(contact, series, depths, forces, rate, radii, float(np.mean(radius > 0.0)), status)

@@ -1,0 +1,441 @@
+"""Solution of a contact with any history by panels of elements, in SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.checks import Array, finite
+from restitution.contact.table import path_table, scaled
+from restitution.errors import InputError
+from restitution.indentation.history import History, contact_part
+from restitution.indentation.solid import solid_of
+from restitution.indentation.surface import Elements, Imprint, Surface, panels_of, read_imprint, write_imprint
+from restitution.kernel.indentation import LARGEST, SMALLEST
+from restitution.kernel.panels import NODES, scheme
+from restitution.kernel.path import Path, power_path, table_path
+from restitution.kernel.program import APART, DONE, ENDS, NO_ROOM, TOO_STEEP, TOUCHES, run, touch_surface
+from restitution.kernel.stepper import (
+    DEPTH,
+    FOLLOWING,
+    FREE,
+    FREE_PANELS,
+    GROWS,
+    RATE,
+    RECORDS,
+    TIME,
+    WORK,
+    Driver,
+    Problem,
+    Room,
+    Scales,
+    room,
+)
+from restitution.material.prony import PronySeries
+
+if TYPE_CHECKING:
+    from restitution.contact.geometry import Contact, Geometry
+
+# Errors of steps add up.
+_STEP_SHARE = 0.1
+_FIRST_PANELS, _FIRST_STEPS = 64, 256
+_MOST_STEPS = 1 << 20
+# Largest power of the map of time after a touch.
+_MOST_POWER = 12
+# Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
+# to about 1e-14.
+_SAME_TIME = 1e-12
+
+
+class Drive(NamedTuple):
+    """What moves the body: a depth, a force on it, or the base of a spring that holds it; and its inertia.
+
+    Without `by_depth`, `m d'' + c d' + k d = f(t) + A cos(w t + phi) - F`, where f is `history`.
+    """
+
+    history: History  # f; the depth [m] where it is given
+    by_depth: bool
+    peak: float  # bound of the depth [m], with which errors are compared
+    mass: float = 0.0
+    damping: float = 0.0
+    stiffness: float = 0.0
+    amplitude: float = 0.0
+    frequency: float = 0.0
+    phase: float = 0.0
+    touch: float = 2.0  # the contact radius over the depth grows like t^(1/touch)
+    depth: float = 0.0  # at the start
+    velocity: float = 0.0
+    touches: bool = False  # whether the body touches the surface at the start, with the velocity
+    once: bool = False  # whether only the first contact counts
+    first: float = math.inf  # length of the first step to try [s]
+
+    @property
+    def first_depth(self) -> float:
+        """Depth [m] at the start, where the body is free."""
+        if self.by_depth or (self.stiffness > 0.0 and self.mass == 0.0):
+            return float(self.history.coefficients[0, 0]) / (1.0 if self.by_depth else self.stiffness)
+        return self.depth
+
+
+class Units(NamedTuple):
+    """Units of the dimensionless numbers in SI."""
+
+    touch: float  # Start of the history [s]
+    time: float  # Duration of the history [s]
+    length: float  # Bound of the depth [m]
+    radius: float  # Stiffness radius there [m]
+    force: float  # 2 E radius length [N], with a modulus E typical of the duration
+    error: float  # Error of forces by the table of the profile, over the largest one; 0 for power laws
+
+
+def _touch_power(touch: float, exponent: float) -> int:
+    """Return n such that depth and radius are smooth over z with t = z^n after a touch."""
+    powers = range(math.ceil(touch), _MOST_POWER + 1)
+    for n in powers:
+        root = n / touch
+        if abs(root - round(root)) < 1e-9 and abs(root * exponent - round(root * exponent)) < 1e-9:
+            return n
+    return _MOST_POWER
+
+
+class PanelSolution:
+    """Exact solution of a contact over any history."""
+
+    def __init__(
+        self, profile: Geometry, series: PronySeries, drive: Drive, rtol: float, imprint: Imprint | None = None
+    ) -> None:
+        self.history, self.by_depth = drive.history, drive.by_depth
+        self._profile, self._series, self._drive, self._rtol, self._imprint = profile, series, drive, rtol, imprint
+        self.units, dimensionless = _units(profile, series, drive)
+        self._solid = solid_of(dimensionless)
+        units = self.units
+        self._path = path_of(profile, units.length)[0]
+        exponent = self._path.exponent if self._path.exponent >= 0.0 else 1.0
+        scales = Scales(1.0, 1.0, 1.0, _STEP_SHARE * rtol)
+        power = _touch_power(drive.touch, exponent)
+        self._problem = Problem(self._solid, self._path, _driver(drive, units), scheme(), scales, power)
+        self._room = self._run(drive, imprint)
+        self._records = self._passing_records()
+
+    def _run(self, drive: Drive, imprint: Imprint | None) -> Room:
+        pieces = drive.history.knots.size
+        panels, steps = _FIRST_PANELS + pieces, _FIRST_STEPS + 4 * pieces
+        if imprint is not None:
+            panels += imprint.end.size
+        while True:
+            work = room(self._solid, panels, steps)
+            if imprint is not None:
+                write_imprint(work.free, imprint, self.units.length, self.units.time)
+                work.places[FREE_PANELS] = imprint.end.size
+            work.state[DEPTH] = drive.first_depth / self.units.length
+            work.state[RATE] = drive.velocity * self.units.time / self.units.length
+            if drive.touches:
+                touch_surface(self._problem, work, 0.0, float(work.state[RATE]))
+            outcome = run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), _MOST_STEPS)
+            if outcome != NO_ROOM:
+                break
+            panels, steps = 4 * panels, 4 * steps
+            if steps > _MOST_STEPS:
+                raise InputError("history", rule=f"needs over {_MOST_STEPS} steps; smooth or thin it, or loosen rtol")
+        if outcome not in (DONE, APART):
+            moment = self.units.touch + self.units.time * float(work.state[0])
+            rule = "leads to a contact that could not be solved there"
+            if outcome == TOO_STEEP:
+                rule = "rises too steeply there for the digits of its times; smooth it"
+            raise InputError("time", moment, rule, "s")
+        return work
+
+    def _passing_records(self) -> tuple[Array, Array, NDArray[np.int64], NDArray[np.intp]]:
+        """Return starts, lengths and maps of the steps that take time, and their places."""
+        records, size = self._room.records, int(self._room.places[RECORDS])
+        places = np.flatnonzero(records.length[:size] > 0.0)
+        return records.start[places], records.length[places], records.kind[places], places
+
+    # Times and events.
+
+    def _time(self, scaled: Array | float) -> Array:
+        # The end of the history, without the rounding of the units.
+        return np.minimum(self.units.touch + self.units.time * np.asarray(scaled), self.history.stop)
+
+    def _moments(self, *events: int) -> Array:
+        """Return the times [s] of events."""
+        records, size = self._room.records, int(self._room.places[RECORDS])
+        at = np.isin(records.event[:size], events)
+        return self._time((records.start + records.length)[:size][at])
+
+    @property
+    def contact_intervals(self) -> Array:
+        """Times [s] at which contacts begin and end, shape (n, 2); the last end is infinite if it is not reached."""
+        begins, ends = self._moments(TOUCHES), self._moments(ENDS)
+        records, size = self._room.records, int(self._room.places[RECORDS])
+        if size and records.phase[0] == GROWS:
+            begins = np.append(self._time(records.start[0]), begins)
+        return np.column_stack([begins, np.append(ends, np.full(begins.size - ends.size, math.inf))])
+
+    @property
+    def turning_times(self) -> Array:
+        """Times [s] at which the contact changes between growth and shrinkage."""
+        records, size = self._room.records, int(self._room.places[RECORDS])
+        phase = records.phase[:size]
+        turns = np.flatnonzero((phase[1:] != phase[:-1]) & (phase[1:] != FREE) & (phase[:-1] != FREE))
+        return self._time(records.start[turns + 1])
+
+    @property
+    def breaks(self) -> Array:
+        """Times [s] between which depth and force are smooth."""
+        starts, lengths, _, _ = self._records
+        return np.unique(self._time(np.append(starts, starts[-1] + lengths[-1])))
+
+    @property
+    def stop(self) -> float:
+        """Time [s] at which the run ended."""
+        return float(self._time(float(self._room.state[TIME])))
+
+    @property
+    def end_time(self) -> float:
+        """Time [s] at which the last contact ends; infinite if it outlasts the history."""
+        return float(self.contact_intervals[-1, 1])
+
+    @property
+    def turning_time(self) -> float:
+        """Time [s] at which the contact is largest."""
+        starts, lengths, _, places = self._records
+        y = self._room.records.columns[places, 3] @ np.ones(NODES)
+        return float(self._time((starts + lengths)[int(np.argmax(y))]))
+
+    @property
+    def max_contact_radius(self) -> float:
+        """Largest contact radius [m]."""
+        return float(np.max(self.at(np.append(self.turning_times, self.turning_time), before=True)[3]))
+
+    @property
+    def max_depth(self) -> float:
+        """Largest depth [m] in contact at the end of a step."""
+        starts, _, _, places = self._records
+        ends = self._room.records.columns[places, 0] @ np.ones(NODES)
+        touches = self._room.records.phase[places] != FREE
+        return float(np.max(ends, initial=0.0, where=touches)) * self.units.length
+
+    def times(self, n_points: int) -> Array:
+        """Return even times [s], the knots of the history, turnings, and both ends of each contact."""
+        return even_times(self.history, [*self.contact_intervals.ravel(), *self.turning_times], n_points)
+
+    # Values over time.
+
+    def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, Array, Array, Array]:
+        """Return the depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.
+
+        At a kink or a jump the values behind it, or those before it.
+        """
+        t = np.atleast_1d(np.asarray(finite("time", times, "s"), dtype=np.float64))
+        start, stop = self.history.start, self.history.stop
+        if t.size and (t.min() < start or t.max() > stop):
+            worst = float(t.min() if t.min() < start else t.max())
+            rule = f"must be in [{start:g}, {stop:g}] s, where the history is given"
+            raise InputError("time", worst, rule, "s")
+        units = self.units
+        (depth, rate, force, y), touches = self._sample((t - units.touch) / units.time, before)
+        radius = np.where(touches, self._profile.contact_radius(y**2 * units.length), 0.0)
+        # A force near zero may have either sign by rounding; the theory has no adhesion.
+        force = np.maximum(force, 0.0) * units.force
+        return depth * units.length, rate * units.length / units.time, force, radius
+
+    def _sample(self, times: Array, before: bool) -> tuple[Array, NDArray[np.bool_]]:
+        """Return scaled depth, rate, force and y, shape (4, n), and whether there is contact."""
+        records = self._room.records
+        starts, lengths, kinds, places = self._records
+        side = "left" if before else "right"
+        n = np.clip(np.searchsorted(starts, times, side=side) - 1, 0, starts.size - 1)
+        passed, kind = np.clip((times - starts[n]) / lengths[n], 0.0, 1.0), kinds[n]
+        power = 1.0 / np.abs(kind)
+        z = np.where(kind > 0, passed**power, 1.0 - (1.0 - passed) ** power)
+        basis = chebyshev.chebvander(2.0 * z - 1.0, NODES - 1)
+        values = np.einsum("nqk,nk->qn", records.columns[places[n]], basis)
+        return values, records.phase[places[n]] != FREE
+
+    # Energy and surface at the end.
+
+    @property
+    def max_force(self) -> float:
+        """Largest force [N]: of the polynomials of all steps."""
+        columns = self._room.records.columns[self._records[3], 2]
+        basis = chebyshev.chebvander(np.linspace(-1.0, 1.0, 8 * NODES), NODES - 1)
+        values = columns @ basis.T
+        best = 0.0
+        # The largest node and its neighbours give the vertex.
+        for n in np.argsort(values.max(axis=1))[-3:]:
+            extremes = chebyshev.chebroots(chebyshev.chebder(columns[n]))
+            inner = extremes.real[(np.abs(extremes.imag) < 1e-9) & (np.abs(extremes.real) <= 1.0)]
+            best = max(best, float(np.max(chebyshev.chebval(np.append(inner, [-1.0, 1.0]), columns[n]))))
+        return best * self.units.force
+
+    @property
+    def work(self) -> float:
+        """Work [J] that the body did on the surface until the end of the history."""
+        return float(self._room.state[WORK]) * self.units.force * self.units.length
+
+    @cached_property
+    def elements(self) -> Elements:
+        """All elements at the end of the history."""
+        work, units = self._room, self.units
+        following = panels_of(work.following, int(work.places[FOLLOWING]), True)
+        free = panels_of(work.free, int(work.places[FREE_PANELS]), False)
+        return Elements(
+            self._profile, self._solid, following, free, units.length, units.radius,
+            units.force * units.length, float(work.state[TIME]), float(work.state[DEPTH]), work.memory,
+        )  # fmt: skip
+
+    def surface(self, contact: Contact) -> Surface:
+        """Return the surface at the end of the history; refuse one in contact."""
+        work, units = self._room, self.units
+        if work.places[FOLLOWING] > 0:
+            rule = "must end without contact for a surface; let the body retract, or prescribe a force of zero"
+            raise InputError("history", rule=rule)
+        now, count = float(work.state[TIME]), int(work.places[FREE_PANELS])
+        return Surface(contact, 0.0, self._series, read_imprint(work.free, count, now, units.length, units.time))
+
+    def until(self, time: float) -> PanelSolution:
+        """Return the solution of the same history up to a time [s]."""
+        start, stop = self.history.start, self.history.stop
+        if not start < time <= stop:
+            raise InputError("time", time, f"must be in ({start:g}, {stop:g}] s, where the history is given", "s")
+        if time == stop:
+            return self
+        drive = self._drive._replace(history=self.history.until(time))
+        return PanelSolution(self._profile, self._series, drive, self._rtol, self._imprint)
+
+    @property
+    def panels(self) -> PanelSolution:
+        """The solution by panels: this one."""
+        return self
+
+
+def _driver(drive: Drive, units: Units) -> Driver:
+    """Return what moves the body in dimensionless numbers; forces are halved, as F = 2 int q da."""
+    knots = (drive.history.knots - units.touch) / units.time
+    size = units.length if drive.by_depth else units.force
+    stiffness, rate = units.length / units.force, 1.0 / units.time
+    return Driver(
+        drive.by_depth, knots, drive.history.coefficients / size, np.zeros(knots.size, dtype=np.bool_),
+        drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
+        drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
+    )  # fmt: skip
+
+
+def solve_by_panels(
+    profile: Geometry, series: PronySeries, history: History, name: str, rtol: float, stiffness: float | None = None,
+    surface: Surface | None = None,
+) -> PanelSolution:  # fmt: skip
+    """Return the solution under a depth, a force, or the depth of the base of a spring [N/m]."""
+    deepest = float(np.min(profile.max_depth))
+    peak, field = float(history.coefficients.sum(axis=1).max()), name
+    level = 0.0 if surface is None else surface.depth
+    if name == "force":
+        contact_part(history, name)
+        bound = largest_depth(series, profile, peak, history.stop - history.start) + level
+        drive = Drive(history, False, bound, touch=path_power(profile, bound)[0] + 2.0)
+    else:
+        first = float(history.coefficients[0, 0])
+        if first > level:
+            rule = f"must be <= {level:g} m at the start, where the surface is: a history begins without contact"
+            raise InputError("depth", first, rule, "m")
+        if peak <= level:
+            raise InputError("depth", peak, f"must rise above {level:g} m; the bodies do not touch", "m")
+        drive = Drive(history, True, peak)
+        if stiffness is None:
+            check_depth(history, profile, series.parallel_viscosity)
+        else:
+            pull = History(history.knots, history.coefficients * stiffness)
+            drive = Drive(pull, False, min(peak, deepest), stiffness=stiffness)
+    solution = PanelSolution(profile, series, drive, rtol, None if surface is None else surface.marks)
+    if solution.max_depth > deepest:
+        raise InputError(field, rule=f"must not press the tip deeper than {deepest:g} m, {profile.end}")
+    return solution
+
+
+def check_depth(part: History, profile: Geometry, dashpot: float) -> None:
+    """Refuse a depth beyond the end of the profile, and a step on a material with a parallel dashpot."""
+    most, deepest = float(part.coefficients.sum(axis=1).max()), float(np.min(profile.max_depth))
+    if most > deepest:
+        raise InputError("depth", most, f"must be <= {deepest:g} m, {profile.end}", "m")
+    jumps = part.knots[:-1][np.diff(part.knots) == 0.0]
+    if dashpot > 0.0 and jumps.size:
+        rule = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"
+        raise InputError("depth", rule=rule)
+
+
+def largest_depth(series: PronySeries, profile: Geometry, force: float, duration: float) -> float:
+    """Bound of the depth [m] that a force [N] held for a time [s] reaches: that of the creep compliance."""
+    integral = 0.5 * force * float(series.creep_compliance(duration))
+    exponent, coefficient = profile.path_exponent, profile.path_coefficient
+    if exponent is not None and coefficient is not None:
+        p, c = float(exponent), float(coefficient)
+        return (0.5 * (p + 2.0) * integral / c) ** (2.0 / (p + 2.0))
+    most = float(profile.max_depth)
+    low, high = -300.0, math.log(min(most, 1e100))
+    if float(profile.force_integral_at_depth(min(math.exp(high), most))) < integral:
+        return most
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if float(profile.force_integral_at_depth(min(math.exp(middle), most))) < integral:
+            low = middle
+        else:
+            high = middle
+    return min(math.exp(high), most)
+
+
+def path_power(profile: Geometry, depth: float) -> tuple[float, float]:
+    """Return p and A [m] of a = A (d/depth)^(p/2) near first touch."""
+    radii = np.asarray(profile.stiffness_radius(depth * np.array([1e-16, 4e-16])))
+    p = round(float(np.log2(radii[1] / radii[0])), 3)
+    return p, float(radii[0]) / 1e-8**p
+
+
+def path_of(profile: Geometry, depth: float) -> tuple[Path, float, float]:
+    """Return the path in units of the depth, the stiffness radius there [m], and the error of the table."""
+    radius = float(profile.stiffness_radius(depth))
+    if profile.path_exponent is not None:
+        return power_path(float(profile.path_exponent)), radius, 0.0
+    table = path_table(profile, depth)
+    return table_path(scaled(table, depth, radius)), radius, table.error
+
+
+def even_times(history: History, further: Sequence[float], n_points: int) -> Array:
+    """Return even times [s], the knots of a history, and further times, without those that differ by rounding."""
+    start, stop = history.start, history.stop
+    times = np.unique(history.knots)
+    same = max(_SAME_TIME * (stop - start), 4.0 * float(np.spacing(max(abs(start), abs(stop)))))
+    inner = np.array([time for time in further if start <= time <= stop])
+    for more in (inner, np.linspace(start, stop, n_points)):
+        place = np.searchsorted(times, more)
+        before, behind = times[np.maximum(place - 1, 0)], times[np.minimum(place, times.size - 1)]
+        alone = np.minimum(np.abs(more - before), np.abs(behind - more)) > same
+        times = np.unique(np.concatenate([times, more[alone]]))
+    return times
+
+
+def _units(profile: Geometry, series: PronySeries, drive: Drive) -> tuple[Units, PronySeries]:
+    """Return the units of a contact, and its modulus in them."""
+    start, duration = drive.history.start, drive.history.stop - drive.history.start
+    if not SMALLEST < duration < LARGEST:
+        raise InputError("time", duration, f"must last between {SMALLEST:g} and {LARGEST:g} s", "s")
+    moduli, times = series.branch_moduli, series.relaxation_times
+    typical = series.equilibrium_modulus + float(moduli @ np.minimum(1.0, times / duration))
+    typical += series.parallel_viscosity / duration
+    _, radius, error = path_of(profile, drive.peak)
+    with np.errstate(over="ignore", under="ignore"):
+        force = 2.0 * typical * radius * drive.peak
+    if not all(SMALLEST < value < LARGEST for value in (drive.peak, radius, force)):
+        rule = f"leads to a depth of {drive.peak:.3g} m, a contact radius of {radius:.3g} m and a force of "
+        raise InputError("history", rule=rule + f"{force:.3g} N; each must be in [{SMALLEST:g}, {LARGEST:g}]")
+    dimensionless = PronySeries(
+        series.equilibrium_modulus / typical, moduli / typical, times / duration,
+        parallel_viscosity=series.parallel_viscosity / typical / duration,
+    )  # fmt: skip
+    return Units(start, duration, drive.peak, radius, force, error), dimensionless

@@ -1,0 +1,306 @@
+"""State of the elements of a surface: displacements, stored energy, and the imprint that a contact leaves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev, polynomial
+from numpy.typing import ArrayLike, NDArray
+
+from restitution.checks import Array, nonnegative, single_nonnegative
+from restitution.contact.profiles import Profile
+from restitution.errors import InputError, InputTypeError
+from restitution.indentation.solid import solid_of
+from restitution.kernel.panels import FROZEN, Solid, Stack
+
+if TYPE_CHECKING:
+    from restitution.contact.geometry import Contact, Geometry
+    from restitution.material.prony import PronySeries
+
+# Gauss quadrature over [0, 1].
+_ROOTS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(16))
+_PLACES = _ROOTS + 0.5
+# Values at the Gauss nodes to slopes there.
+_SLOPES = polynomial.polyvander(_ROOTS, _ROOTS.size - 2) * np.arange(1, _ROOTS.size)
+_SLOPES = _SLOPES @ np.linalg.inv(polynomial.polyvander(_ROOTS, _ROOTS.size - 1))[1:]
+
+
+class Panels(NamedTuple):
+    """Elements that changed state in the steps of a run, arrays over P panels; see `restitution.kernel.panels`."""
+
+    coefficients: Array  # (P, Q, N): Chebyshev coefficients over z
+    start: Array  # (P,)
+    length: Array  # (P,)
+    kind: NDArray[np.int64]  # (P,)
+    end: Array  # (P,)
+    follows: bool
+
+    @property
+    def count(self) -> int:
+        """Number of panels."""
+        return self.end.size
+
+    @property
+    def sign(self) -> float:
+        """1 if their elements run outwards, -1 inwards."""
+        return 1.0 if self.follows else -1.0
+
+    def part(self, p: int) -> Panels:
+        """Return panel p alone."""
+        return self.some(slice(p, p + 1))
+
+    def some(self, rows: slice) -> Panels:
+        """Return some of the panels."""
+        return Panels(
+            self.coefficients[rows], self.start[rows], self.length[rows], self.kind[rows], self.end[rows], self.follows
+        )
+
+
+def panels_of(stack: Stack, count: int, follows: bool) -> Panels:
+    """Return the panels of a stack of the kernel."""
+    return Panels(
+        stack.coefficients[:count], stack.start[:count], stack.length[:count], stack.kind[:count], stack.end[:count],
+        follows,
+    )  # fmt: skip
+
+
+class Elements:
+    """Elements of a surface at one instant, under the body or free.
+
+    Parameters
+    ----------
+    profile : Geometry
+        Profile of the body.
+    solid : Solid
+        Modulus of the material.
+    following, free : Panels
+        Those of the contact from the axis outwards, and the free ones from the outermost inwards.
+    length, radius, energy : float
+        Units of the numbers in panels: depth [m], stiffness radius [m], and energy over `int (stress depth) da` [J].
+    time, depth : float
+        The instant, and the depth of the body.
+    memory : array
+        h_k of the contact.
+    """
+
+    def __init__(
+        self, profile: Geometry, solid: Solid, following: Panels, free: Panels, length: float, radius: float,
+        energy: float, time: float, depth: float, memory: Array,
+    ) -> None:  # fmt: skip
+        self._profile, self._solid, self._following, self._free = profile, solid, following, free
+        self._length, self._unit, self._energy = length, radius, energy
+        self._time, self._depth, self._memory = time, depth, memory
+
+    @cached_property
+    def stored(self) -> float:
+        """Energy [J] in the springs of the material, `2 int [Einf u^2/2 + sum l_k^2/(2 E_k)] da`."""
+        total = 0.0
+        for panels in (self._following, self._free):
+            if panels.count:
+                y, _, density = self._at(panels, panels.end[:, None] * _PLACES)
+                total += panels.sign * float(np.sum((density * (self._radius(y) @ _SLOPES.T)) @ _WEIGHTS))
+        if self._axis is not None:
+            # A flat face.
+            total += float(self._radius(np.zeros(1))[0]) * float(self._at(*self._axis)[2][0, 0])
+        return total * self._energy
+
+    def displacement(self, radius: Array) -> Array:
+        """Return the displacement [m] of the surface at radii [m], positive into the body.
+
+        `w(r) = 2/pi int_0^r W(x) dx/sqrt(r^2 - x^2)`, where W is the displacement of the elements.
+        """
+        if not isinstance(self._profile, Profile):
+            raise InputError("profile", self._profile, f"has no surface displacement: {self._profile.obstacle}")
+        r = np.asarray(radius, dtype=np.float64) / self._unit
+        total = np.zeros(r.shape)
+        for place in np.ndindex(r.shape):
+            total[place] = sum(
+                panels.sign * self._part_within(panels.part(p), float(r[place]))
+                for panels in (self._following, self._free)
+                for p in range(panels.count)
+            )
+        if self._axis is not None:
+            y, displacement, _ = (values[0] for values in self._at(*self._axis))
+            # A flat face, and what rounding leaves of the axis.
+            share = np.minimum(self._radius(y)[0] / np.maximum(r, 1e-300), 1.0)
+            total += np.where(r > 0.0, np.arcsin(share), 0.5 * math.pi) * displacement[0]
+        return total * (2.0 / math.pi * self._length)
+
+    @property
+    def axis_depth(self) -> float:
+        """Displacement [m] of the element at the axis."""
+        return self.axis_depth_at(self._time)
+
+    def axis_depth_at(self, time: float) -> float:
+        """Return the displacement [m] of the element at the axis at a time, while it is free."""
+        if self._axis is None:
+            return 0.0
+        panel, place = self._axis
+        return float(self._at(panel._replace(start=panel.start - (time - self._time)), place)[1][0, 0]) * self._length
+
+    @property
+    def _axis(self) -> tuple[Panels, Array] | None:
+        """The panel at the axis, and the place of the axis in it; None on virgin surface."""
+        if self._following.count:
+            return self._following.part(0), np.zeros((1, 1))
+        last = self._free.count - 1
+        return (self._free.part(last), self._free.end[last:, None]) if last >= 0 else None
+
+    def _part_within(self, panel: Panels, r: float) -> float:
+        """Return `int W dx/sqrt(r^2 - x^2)` over the elements of one panel within a radius."""
+        end = float(panel.end[0])
+        ends = self._radius(self._at(panel, np.array([[0.0, end]]))[0][0])
+        inner, outer = (0.0, end) if panel.follows else (end, 0.0)
+        if r <= ends.min():
+            return 0.0
+        if r < ends.max():
+            low, high = inner, outer
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                if self._radius(self._at(panel, np.array([[middle]]))[0][0])[0] < r:
+                    low = middle
+                else:
+                    high = middle
+            outer = low
+        # The root at x = r is smooth over the distance from there to the power 1/2.
+        y, displacement, _ = (values[0] for values in self._at(panel, outer + (inner - outer) * _PLACES[None] ** 2))
+        x = self._radius(y)
+        root = np.sqrt(np.maximum(r * r - x * x, 1e-300))
+        return -panel.sign * float(_WEIGHTS @ (displacement * (_SLOPES @ x) / root))
+
+    def _radius(self, y: Array) -> Array:
+        return np.asarray(self._profile.stiffness_radius(y * y * self._length)) / self._unit
+
+    def _at(self, panels: Panels, z: Array) -> tuple[Array, Array, Array]:
+        """Return y, displacement and stored energy over da of elements at places z, shape (P, n), of panels."""
+        solid = self._solid
+        rates = solid.rates if panels.follows else solid.recoveries
+        basis = chebyshev.chebvander(2.0 * z - 1.0, panels.coefficients.shape[-1] - 1)
+        row = np.einsum("pqk,pnk->qpn", panels.coefficients[:, : 1 + rates.size], basis)
+        y, kind = np.maximum(row[0], 0.0), panels.kind[:, None]
+        passed = np.where(kind > 0, z ** np.maximum(kind, 1), 1.0 - (1.0 - z) ** np.maximum(-kind, 1))
+        passed[panels.kind == FROZEN] = 0.0
+        elapsed = self._time - panels.start[:, None] - panels.length[:, None] * passed
+        parts = row[1:] * np.exp(-rates[:, None, None] * elapsed)
+        if panels.follows:
+            loads, displacement = parts + (solid.moduli * self._memory)[:, None, None], self._depth - y * y
+        else:
+            loads, displacement = np.tensordot(solid.moduli_of, parts, 1), parts.sum(axis=0)
+        springs = np.sum(loads**2 / solid.moduli[:, None, None], axis=0)
+        return y, displacement, 0.5 * (solid.equilibrium * displacement**2 + springs)
+
+
+class Imprint(NamedTuple):
+    """Free panels of a surface without load, the innermost on top; in SI."""
+
+    coefficients: Array  # (P, 1 + J, N): Chebyshev coefficients of y [m^(1/2)] and of the parts of the displacement [m]
+    start: Array  # (P,): time [s] since the instant of the surface, negative
+    length: Array  # (P,): [s]
+    kind: NDArray[np.int64]  # (P,)
+    end: Array  # (P,)
+    joint: NDArray[np.int64]  # (P,)
+
+
+def read_imprint(free: Stack, count: int, now: float, length: float, time: float) -> Imprint:
+    """Return free panels of the kernel, whose units of length [m] and time [s] are given, as an imprint."""
+    coefficients = free.coefficients[:count] * length
+    coefficients[:, 0] = free.coefficients[:count, 0] * math.sqrt(length)
+    return Imprint(
+        coefficients, (free.start[:count] - now) * time, free.length[:count] * time, free.kind[:count].copy(),
+        free.end[:count].copy(), free.joint[:count].copy(),
+    )  # fmt: skip
+
+
+def write_imprint(free: Stack, imprint: Imprint, length: float, time: float) -> None:
+    """Write an imprint into free panels of the kernel, at time zero there."""
+    count = imprint.end.size
+    free.coefficients[:count] = imprint.coefficients / length
+    free.coefficients[:count, 0] = imprint.coefficients[:, 0] / math.sqrt(length)
+    free.start[:count], free.length[:count] = imprint.start / time, imprint.length / time
+    free.kind[:count], free.end[:count], free.joint[:count] = imprint.kind, imprint.end, imprint.joint
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Surface that a contact has left: free of load, with an imprint that recovers.
+
+    `surface=` of `indent` and `solve` lets the same body meet it again at the same spot.
+
+    Attributes
+    ----------
+    contact : Contact
+        Materials and profile of the contacts before.
+    time : float
+        Time [s] since the end of the last result.
+
+    Notes
+    -----
+    The elements of the surface, each named by the depth at which the undeformed surface touches it, have the
+    displacement `W = sum w_j exp(-r_j t)` with the retardation rates r_j. They are the exact state of a half-space
+    after any history under one axisymmetric body.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> gel = rs.standard_solid(70.0, 270.0, 80.0, poisson_ratio=0.5)
+    >>> first = rs.indent(gel, rs.Parabola(2.5e-6), depth=rs.triangle(1e-6, 1.0))
+    >>> surface = first.surface(after=0.5)
+    >>> print(f"{surface.depth:.3e} m deep at the axis")
+    1.178e-07 m deep at the axis
+    """
+
+    contact: Contact
+    time: float
+    _series: PronySeries = field(repr=False)
+    marks: Imprint = field(repr=False)
+
+    def after(self, time: float) -> Surface:
+        """Return the surface a further time [s] later."""
+        passed = single_nonnegative("time", time, "s")
+        imprint = self.marks._replace(start=self.marks.start - passed)
+        return Surface(self.contact, self.time + passed, self._series, imprint)
+
+    @cached_property
+    def _elements(self) -> Elements:
+        free = Panels(*self.marks[:5], False)
+        none, profile = np.empty(0), self.contact.profile
+        return Elements(
+            profile, solid_of(self._series), free.some(slice(0, 0)), free, 1.0, 1.0, 2.0, 0.0, 0.0, none,
+        )  # fmt: skip
+
+    def depth_after(self, time: float) -> float:
+        """Return the depth [m] of the surface at the axis a time [s] later."""
+        return self._elements.axis_depth_at(time)
+
+    @property
+    def depth(self) -> float:
+        """Depth [m] of the surface at the axis, where the next contact begins."""
+        return self._elements.axis_depth
+
+    @property
+    def stored(self) -> float:
+        """Energy [J] that is left in the springs of the material, which dissipates while the surface recovers."""
+        return self._elements.stored
+
+    def imprint(self, radius: ArrayLike) -> Array:
+        """Return the displacement [m] of the surface at radii [m] from the axis, positive into the body.
+
+        Raises
+        ------
+        InputError
+            If the body is not axisymmetric, or a radius is negative.
+        """
+        return self._elements.displacement(np.asarray(nonnegative("radius", radius, "m")))[()]
+
+
+def check_surface(surface: Surface, contact: Contact) -> None:
+    """Refuse a surface that another contact has left."""
+    if not isinstance(surface, Surface):
+        raise InputTypeError("surface", surface, "must be a Surface, such as surface() of a result")
+    for name in ("material", "counter_material", "profile"):
+        if getattr(surface.contact, name) != getattr(contact, name):
+            raise InputError("surface", rule=f"has another {name}; an imprint serves the body that made it")

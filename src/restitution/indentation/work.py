@@ -1,0 +1,70 @@
+"""Work of an indentation over its loop of force and depth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from restitution.checks import Array
+
+if TYPE_CHECKING:
+    from restitution.indentation.solve import Solution
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+_MOST_PANELS = 4000
+
+
+def loop_work(solution: Solution) -> float:
+    """Work int F dd [J] until the end of contact or of the history; steps are integrated separately."""
+
+    rtol = solution.rtol
+
+    def power(times: Array) -> Array:
+        _, rate, force, _ = solution.at(times)
+        # Under a force the rate may be infinite at touch, where the product vanishes.
+        return np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
+
+    steps = [_step_work(solution, place, rtol) for place in solution.steps]
+    return _integral(power, solution.breaks, rtol, sum(map(abs, steps))) + sum(steps)
+
+
+def _step_work(solution: Solution, place: int, rtol: float) -> float:
+    """Work [J] of a step: over the depth under a prescribed one, else over the force by parts."""
+    depth, force = solution.through(place, np.array([0.0, 1.0]))
+    column = 1 if solution.by_depth else 0
+    # At both ends force and depth may be powers of each other.
+    fine = 0.5 * 2.0 ** -np.arange(50.0)[::-1]
+    edges = np.concatenate([[0.0], fine, 1.0 - fine[-2::-1], [1.0]])
+    mean = _integral(lambda shares: solution.through(place, shares)[column], edges, rtol, 0.0)
+    if solution.by_depth:
+        return float((depth[1] - depth[0]) * mean)
+    return float(force[1] * depth[1] - force[0] * depth[0] - (force[1] - force[0]) * mean)
+
+
+def _integral(function: Callable[[Array], Array], edges: Array, rtol: float, scale: float) -> float:
+    """Integral by Gauss panels, each halved until its halves agree with it within rtol of `scale` and all panels."""
+
+    def panels(low: Array, high: Array) -> Array:
+        half = 0.5 * (high - low)
+        nodes = (low + half)[:, None] + half[:, None] * _NODES
+        return half * (function(nodes.ravel()).reshape(nodes.shape) @ _WEIGHTS)
+
+    low, high = edges[:-1], edges[1:]
+    span, most = float(edges[-1] - edges[0]), _MOST_PANELS + 2 * low.size
+    whole = panels(low, high)
+    scale += float(np.sum(np.abs(whole)))
+    total = 0.0
+    while low.size and scale > 0.0:
+        middle = 0.5 * (low + high)
+        left, right = panels(low, middle), panels(middle, high)
+        share = (high - low) / span
+        good = np.abs(left + right - whole) <= 0.1 * rtol * scale * np.maximum(share, 0.01)
+        # Narrower panels have only rounding between their ends; so many panels are noise, which halving does not end.
+        good |= (share <= 1e-12) | (low.size > most)
+        total += float(np.sum((left + right)[good]))
+        bad = ~good
+        whole = np.concatenate([left[bad], right[bad]])
+        low, high = np.concatenate([low[bad], middle[bad]]), np.concatenate([middle[bad], high[bad]])
+    return total

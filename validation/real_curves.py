@@ -1,0 +1,154 @@
+"""What comes out of files of atomic force microscopes: the test data of afmformats, and records of egg cells.
+
+Run as `python validation/real_curves.py FOLDER`, where FOLDER is the unpacked source distribution of afmformats (MIT,
+version 0.18.7), which must be installed. Prints two tables and writes them into their section of `real_data.md` beside
+this file. The data are not part of this repository. Takes about a minute.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import warnings
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+import restitution as rs
+from restitution.identification.curve_files import CurveReader
+
+HEADING = "## Curves of several instruments"
+TEXT = """\
+{heading}
+
+Made by `validation/real_curves.py` from the test data and the example of afmformats 0.18.7 (MIT): {count} curves of
+JPK, Asylum Research, AFM Workshop, Optics11 Chiaro and NT-MDT, and exports of afmformats. Without arguments
+{read} are read; the others are refused in the line of the table, which names what would help. With the arguments of
+the second table {read_with} are read into their columns. Constants that no file states are guesses, so forces there
+mean nothing. The rate of the file of 2021-01-15 is its speed over its steps; those of the other files of AFM Workshop
+and of NT-MDT are guesses, too.
+
+{reading}
+
+`IndentationCurve` takes {accepted} of the {read_with} curves, and `rs.identify` fits {fitted} of these. The model is
+that of the page on AFM, a standard solid with a Poisson ratio of 0.5, under a sphere of 2.5 um, or of 40 um on egg
+cells. The true tips are unknown, and some samples are rigid: the moduli mean nothing. The misfit is the root mean
+square of the residuals over the range of the force.
+
+{identified}
+"""
+TIP, CELL = rs.Parabola(2.5e-6), rs.Parabola(40e-6)
+# Arguments by the beginnings of the names of files, for what a file does not state.
+GUESSES: dict[str, dict[str, float]] = {
+    "fmt-afm-workshop-fd_mapping": {"sensitivity": 1e-7, "spring_constant": 0.1, "rate": 1000.0},
+    "fmt-afm-workshop-fd_single_2018": {"sensitivity": 1e-7, "spring_constant": 0.1, "rate": 1000.0},
+    "fmt-afm-workshop-fd_single_2020": {"spring_constant": 40.0, "rate": 1000.0},
+    # 500 nm/s over steps of 0.75 nm
+    "fmt-afm-workshop-fd_single_2021-01": {"sensitivity": 1e-7, "spring_constant": 0.1, "rate": 667.0},
+    "fmt-afm-workshop-fd_single_2021-10": {"spring_constant": 0.05, "rate": 1000.0},
+    "fmt-jpk-cl_calibration": {"sensitivity": 5e-8, "spring_constant": 0.05},
+    "fmt-jpk-fd_single-modified": {"spring_constant": 0.05},
+    # The constants of the tests of afmformats.
+    "fmt-ntmdt": {"sensitivity": 61.0, "spring_constant": 0.055, "rate": 1000.0},
+}
+
+
+def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """Table in Markdown."""
+    lines = [head, ("---",) * len(head), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
+
+
+def line_of(error: rs.InputError) -> str:
+    """Error without the curve and the time."""
+    return re.sub(r", near time = \S+ s$", "", str(error.within(where=" ")).removeprefix(" : "))
+
+
+def read(reader: CurveReader) -> tuple[rs.IndentationCurve | None, str]:
+    """Curve, and what happened."""
+    try:
+        return reader(), "read"
+    except rs.InputError as error:
+        return None, line_of(error)
+
+
+def identified(curve: rs.IndentationCurve) -> tuple[bool, str]:
+    """Whether a model fits, and the misfit and constants or the reason."""
+    try:
+        found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    except rs.InputError as error:
+        return False, f"no fit: {line_of(error)}"
+    (fit,) = found.curves[0][1]
+    misfit = np.sqrt(np.mean((fit.measured - fit.fitted) ** 2)) / np.ptp(fit.measured)
+    known = [f"{name.replace('_', ' ')} {one.words}" for name, one in found.parameters.items() if one.determined]
+    return True, f"misfit {100.0 * misfit:.1f} %; {', '.join(known) or 'no constant is determined'}"
+
+
+def arguments(name: str) -> dict[str, float]:
+    """Arguments for a file."""
+    return next((given for beginning, given in GUESSES.items() if name.startswith(beginning)), {})
+
+
+def merged(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """Rows of curves that differ by their number alone, in one."""
+    alike = [list(group) for _, group in groupby(rows, key=lambda row: (row[0], *row[2:]))]
+    numbers = [[row[1] for row in group] for group in alike]
+    words = [", ".join(many) if len(many) < 4 else f"{many[0]} to {many[-1]}" for many in numbers]
+    return [(group[0][0], which, *group[0][2:]) for group, which in zip(alike, words, strict=True)]
+
+
+def numbered(label: str) -> tuple[str, str]:
+    """Name of the file, and the number of the curve, or of its file in an archive."""
+    file, _, number = label.removesuffix("]").rpartition("[")
+    archive, _, member = file.partition("/")
+    digits = re.findall(r"\d+", Path(member).stem)
+    return archive.removeprefix("fmt-"), digits[-1] if digits else number
+
+
+def curves_of_instruments(folder: Path) -> str:
+    """Both tables, for all files under the folder."""
+    files = [*sorted((folder / "tests" / "data").iterdir()), *sorted((folder / "examples" / "data").glob("*.zip"))]
+    reading, fits = list[tuple[str, ...]](), list[tuple[str, ...]]()
+    counts = dict.fromkeys(("count", "read", "read_with", "accepted", "fitted"), 0)
+    for file in files:
+        given, tip = arguments(file.name), CELL if "cell" in file.name else TIP
+        plain, completed = rs.read_curves(file, profile=tip), rs.read_curves(file, profile=tip, **given)
+        for one, other in zip(plain, completed, strict=True):
+            sizes = one.record().segments[0]
+            place = numbered(one.label)
+            _, without = read(one)
+            curve, outcome = read(other)
+            print(one.label, without, outcome, sep="\n    ", flush=True)
+            lacks = without.startswith("has no")
+            counts["count"] += 1
+            counts["read"] += not lacks
+            counts["read_with"] += not outcome.startswith("has no")
+            words = ", ".join(f"{name} {value:g}" for name, value in given.items())
+            reading.append((*place, " + ".join(map(str, sizes)), without if lacks else "read"))
+            fitted, result = (False, f"refused: {outcome}") if curve is None else identified(curve)
+            counts["accepted"] += curve is not None
+            counts["fitted"] += fitted
+            fits.append((*place, words, result))
+            print("   ", result, flush=True)
+    head = ("file", "curve", "samples of the segments", "without arguments")
+    return TEXT.format(
+        heading=HEADING, **counts, reading=table(head, merged(reading)),
+        identified=table(("file", "curve", "arguments", "identification"), merged(fits)),
+    )  # fmt: skip
+
+
+def main() -> None:
+    """Make both tables, and put them in place of the former ones."""
+    warnings.simplefilter("ignore")  # of depths that are noisy
+    text = curves_of_instruments(Path(sys.argv[1]))
+    print(text)
+    page = Path(__file__).with_name("real_data.md")
+    before, _, rest = page.read_text(encoding="utf-8").partition(HEADING)
+    after = re.search(r"^## .*", rest, flags=re.MULTILINE | re.DOTALL)
+    parts = [before.strip(), text.strip(), after[0].strip() if after else ""]
+    page.write_text("\n\n".join(part for part in parts if part) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
