@@ -62,10 +62,12 @@ class RecordBlock:
         parts = [_parts(record) * refinement for record in records]
         self.n_samples = sizes
         self._steps = max(int(part.sum()) for part in parts)
-        rates = [np.concatenate(column) for column in zip(*(rates_of(record) for record in records), strict=True)]
+        rates, drags, gains = (
+            np.concatenate(column) for column in zip(*(rates_of(record) for record in records), strict=True)
+        )
         self._records = Records(
             np.concatenate([[0], np.cumsum(sizes)]), np.concatenate([record.time for record in records]),
-            np.concatenate([record.depth for record in records]), np.concatenate(parts), *rates,
+            np.concatenate([record.depth for record in records]), np.concatenate(parts), rates, drags, gains,
             np.array([record.compliance for record in records]),
         )  # fmt: skip
         end = float(np.min(profile.max_depth))
