@@ -135,10 +135,11 @@ def main() -> None:
         rows = pd.DataFrame([row for rows in track(found, "records", total=given.size) for row in rows])
     one, open_ends = rows.drop_duplicates("number"), int(rows.inside.isna().sum())
     head = [
-        f"{given.size} records, seed {given.seed}; none is refused or without a fit. Of {len(rows)} unknowns",
-        f"{open_ends} are not determined. Intervals are those of 95 %; z is the error over the stated one. A fit of",
-        f"{one.samples.mean():.0f} samples takes {one.time.median():.2f} s of processor time (median; largest "
-        f"{one.time.max():.1f} s).",
+        f"{given.size} records, seed {given.seed}; none is refused or without a fit. Of {len(rows)} unknowns "
+        f"{open_ends} are",
+        "not determined. Intervals are those of 95 %; z is the error over the stated one. A fit of "
+        f"{one.samples.mean():.0f} samples takes",
+        f"{one.time.median():.2f} s of processor time (median).",
     ]
     lines = [*head, "", *table(rows)]
     given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
