@@ -92,6 +92,17 @@ def test_a_noisy_record_with_a_hold_and_cycles_against_elements_followed_alone(s
         assert force[place] == pytest.approx(followed(series, time, depth, place), abs=1e-4 * force.max())
 
 
+def test_a_relaxed_liquid_whose_elements_leave_within_one_step():
+    """A hold of twenty relaxation times with noise: the load is gone, and small movements free the whole contact."""
+    rng, series = np.random.default_rng(0), PronySeries(0.0, [1.33], [0.05])
+    time = np.linspace(0.0, 3.0, 121)
+    depth = np.interp(time, [0.0, 0.2, 0.8, 1.8, 2.2, 2.5, 3.0], [-0.2, 0.0, 1.0, 1.0, 0.5, 0.9, 0.0])
+    depth += 1e-3 * rng.normal(size=time.size)
+    force = force_of(series, time, depth)
+    for place in (41, 46):
+        assert force[place] == pytest.approx(followed(series, time, depth, place), abs=5e-4 * force.max())
+
+
 @pytest.mark.parametrize("name", ["solid", "elastic"])
 def test_panels_give_the_same_curve_on_a_smooth_record(name):
     series, time = MATERIALS[name], np.linspace(0.0, 4.5, 1801)
