@@ -235,7 +235,7 @@ class IndentationCurve(ForceRecord):
         if segment is not None:
             checks.one_of("segment", segment, ("approach",))
             self._keep_approach()
-        _check_force(self.depth, self.force)
+        _check_force(self.depth, self.force, segment)
         touch = self._touch()
         self._set_nuisance(touch.depth, touch.noise)
         self._set_noise(noise, touch)
@@ -441,7 +441,7 @@ def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
     return t, d, f
 
 
-def _check_force(depth: Array, force: Array) -> None:
+def _check_force(depth: Array, force: Array, segment: str | None) -> None:
     """Refuse a depth or a force of the wrong sign, a force that jumps at rest, and one that is saturated."""
     lowest, highest = np.argmin(depth), np.argmax(depth)
     # The record begins without contact, far from its largest depth, and the push is largest there.
@@ -454,7 +454,8 @@ def _check_force(depth: Array, force: Array) -> None:
     jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
     if jumps.size:
         n = int(jumps[0]) + 1
-        rule = 'jumps from the point before, as with adhesion; segment="approach" fits the approach alone'
+        rule = "jumps from the point before, as with adhesion"
+        rule += '; segment="approach" fits the approach alone' * (segment is None)
         raise InputError("force", float(force[n]), rule, "N", index=(n,))
     largest = np.flatnonzero(force == force.max())
     if largest.size >= _EQUAL and np.ptp(depth[largest]) > _MOVED * np.ptp(depth):
