@@ -31,10 +31,11 @@ and of NT-MDT are guesses, too.
 
 {reading}
 
-`IndentationCurve` takes {accepted} of the {read_with} curves, and `rs.identify` fits {fitted} of these. The model is
-that of the page on AFM, a standard solid with a Poisson ratio of 0.5, under a sphere of 2.5 um, or of 40 um on egg
-cells. The true tips are unknown, and some samples are rigid: the moduli mean nothing. The misfit is the root mean
-square of the residuals over the range of the force.
+`IndentationCurve` takes {accepted} of the {read_with} curves, {approach} of them with `segment="approach"` because
+of adhesion on the way out, and `rs.identify` fits {fitted} of these. The model is that of the page on AFM, a
+standard solid with a Poisson ratio of 0.5, under a sphere of 2.5 um, or of 40 um on egg cells. The true tips are
+unknown, and some samples are rigid: the moduli mean nothing. The misfit is the root mean square of the residuals
+over the range of the force.
 
 {identified}
 """
@@ -69,6 +70,11 @@ def read(reader: CurveReader) -> tuple[rs.IndentationCurve | None, str]:
     """Curve, and what happened."""
     try:
         return reader(), "read"
+    except rs.InputError as error:
+        if 'segment="approach"' not in str(error):
+            return None, line_of(error)
+    try:
+        return reader("approach"), "approach alone"
     except rs.InputError as error:
         return None, line_of(error)
 
@@ -110,7 +116,7 @@ def curves_of_instruments(folder: Path) -> str:
     """Both tables, for all files under the folder."""
     files = [*sorted((folder / "tests" / "data").iterdir()), *sorted((folder / "examples" / "data").glob("*.zip"))]
     reading, fits = list[tuple[str, ...]](), list[tuple[str, ...]]()
-    counts = dict.fromkeys(("count", "read", "read_with", "accepted", "fitted"), 0)
+    counts = dict.fromkeys(("count", "read", "read_with", "accepted", "approach", "fitted"), 0)
     for file in files:
         given, tip = arguments(file.name), CELL if "cell" in file.name else TIP
         plain, completed = rs.read_curves(file, profile=tip), rs.read_curves(file, profile=tip, **given)
@@ -127,6 +133,9 @@ def curves_of_instruments(folder: Path) -> str:
             words = ", ".join(f"{name} {value:g}" for name, value in given.items())
             reading.append((*place, " + ".join(map(str, sizes)), without if lacks else "read"))
             fitted, result = (False, f"refused: {outcome}") if curve is None else identified(curve)
+            if outcome == "approach alone":
+                result = f"approach alone: {result}"
+                counts["approach"] += 1
             counts["accepted"] += curve is not None
             counts["fitted"] += fitted
             fits.append((*place, words, result))

@@ -58,10 +58,14 @@ from .indentation.history import hold as hold
 from .indentation.history import ramp as ramp
 from .indentation.history import sine_arch as sine_arch
 from .indentation.history import triangle as triangle
+from .indentation.oscillation import Oscillation as Oscillation
+from .indentation.oscillation import oscillate as oscillate
 from .indentation.result import IndentationResult as IndentationResult
 from .indentation.result import IndentationStatus as IndentationStatus
 from .indentation.solve import indent as indent
 from .indentation.surface import Surface as Surface
+from .indentation.tapping import Tapping as Tapping
+from .indentation.tapping import tap as tap
 from .law.law import ContactLaw as ContactLaw
 from .law.law import contact_law as contact_law
 from .material import library as library

@@ -71,6 +71,16 @@ def test_a_record_becomes_a_curve(monkeypatch):
     assert rs.read_curves("gel.h5", profile=TIP, spring_constant=0.1)[0]().spring_constant == 0.1
 
 
+def test_the_first_approach_alone(monkeypatch):
+    columns = COLUMNS | {"force": FORCE - 1e-10 * np.exp(-(((TIME - 2.5) / 0.1) ** 2))}
+    give(monkeypatch, Record(columns, {"spring constant": 0.5}))
+    file = rs.read_curves("gel.h5", profile=TIP)
+    with pytest.raises(rs.InputError, match=r'adhesion.*segment="approach"'):
+        file[0]()
+    assert file[0]("approach").time[-1] == pytest.approx(1.4, abs=0.03)
+    assert file.read("approach")[0].time[-1] == pytest.approx(1.4, abs=0.03)
+
+
 def test_a_given_constant_scales_the_force(monkeypatch):
     """The force is spring constant times sensitivity times reading."""
     give(monkeypatch, Record(COLUMNS, {"spring constant": 0.5, "sensitivity": 4e-8}))

@@ -1,4 +1,4 @@
-"""Indentation curves: recovery of a known material, errors against the Cramer-Rao bound, refusals, depths by lines."""
+"""Indentation curves: recovery of a known material, errors against the Cramer-Rao bound, whole records, refusals."""
 
 import math
 
@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from restitution.errors import RestitutionWarning
-from restitution.identification.curves import baseline, first_touch, rising_and_falling, straight_lines
+from kernel.test_histories import run_depth
+from restitution.identification.curves import baseline, first_approach, first_touch, white_noise
 from restitution.identification.parameters import column
+from restitution.indentation.records import Record, rates_of
+from restitution.kernel.program import DONE
+from restitution.material.prony import PronySeries
 
 TIP = rs.Parabola(2.5e-6)
 FIXED = {"poisson_ratio": 0.5}
@@ -123,7 +126,6 @@ def test_the_compliance_of_a_soft_cantilever_leaves_no_bias():
     biases = []
     for seed in range(6):
         data = rs.IndentationCurve(TIME, DEPTH, noisy(seed, force), profile=TIP, spring_constant=0.01, noise=NOISE)
-        assert data.lines.time.size > 24
         biases.append(rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False).parameters)
     for name, value in TRUTH.items():
         z = [(estimate[name].value - value) / estimate[name].standard_error for estimate in biases]
@@ -132,26 +134,6 @@ def test_the_compliance_of_a_soft_cantilever_leaves_no_bias():
     ignored = rs.identify(stiff, rs.standard_solid, fixed=FIXED, profiles=False).parameters
     glass = ignored["equilibrium_modulus"].value + ignored["branch_modulus"].value
     assert glass * 3.0 < 0.8 * 1000.0
-
-
-def test_a_noisy_depth_is_replaced_with_a_warning():
-    depth = DEPTH + np.random.default_rng(5).normal(0.0, 1e-9, TIME.size)
-    with pytest.warns(RestitutionWarning, match="straight lines replace the depth"):
-        data = rs.IndentationCurve(TIME, depth, noisy(5), profile=TIP, noise=NOISE)
-    assert np.abs(np.interp(TIME, data.lines.time, data.lines.depth) - DEPTH).max() < 3e-9
-    fit = rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False).parameters
-    for name, value in TRUTH.items():
-        assert fit[name].value == pytest.approx(value, rel=0.15)
-
-
-def test_the_warning_of_a_noisy_depth_is_one_for_all_curves():
-    texts = set()
-    for seed in range(3):
-        depth = DEPTH + np.random.default_rng(seed).normal(0.0, 1e-9 * (1 + seed), TIME.size)
-        with pytest.warns(RestitutionWarning) as caught:
-            rs.IndentationCurve(TIME, depth, noisy(5), profile=TIP, noise=NOISE, label=f"curve {seed}")
-        texts |= {str(warning.message) for warning in caught}
-    assert len(texts) == 1
 
 
 @pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
@@ -166,7 +148,9 @@ def test_random_contact_points_give_the_force_of_a_history_that_starts_at_touch(
         history = rs.History.from_points(time, depth)
         inside = (touch < TIME) & (2.8 - touch > TIME)
         reference = rs.indent(GEL, TIP, depth=history, time=TIME[inside])
-        assert np.abs(force[inside] - reference.force).max() < 1e-7 * reference.max_force
+        # One element for each sample: of second order in their number.
+        share = 1e-5 + 1.0 / max(inside.sum(), 1) ** 2
+        assert np.abs(force[inside] - reference.force).max() < share * reference.max_force
         assert not np.any(force[~inside])
 
 
@@ -193,7 +177,7 @@ def changed(column, place, value):
     return columns
 
 
-TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6, 0.0])
+RADII = np.linspace(0.0, 1.2e-6, 9)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +190,17 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
         ({"time": TIME, "depth": DEPTH, "force": -noisy(9)}, {}, "push positive"),
         ({"time": TIME, "depth": -DEPTH, "force": noisy(9)}, {}, "depth: falls.*-height"),
         ({"time": TIME[:240], "depth": 2e-6 - DEPTH[:240], "force": noisy(9)[:240]}, {}, "depth: falls.*-height"),
-        ({"time": TIME, "depth": TWICE, "force": np.maximum(TWICE - 4e-7, 0.0) ** 1.5}, {}, "more than one approach"),
+        (
+            changed("force", slice(400, 430), -2e-10),
+            {},
+            'force = -2.*pull on the way out: adhesion.*segment="approach"',
+        ),
+        (changed("time", 0, 0.0), {"segment": "retract"}, "segment"),
+        (
+            changed("time", 0, 0.0),
+            {"profile": rs.Tabulated(RADII, RADII**2 / 5e-6)},
+            "depth = .*must be <= 5.76e-07 m, where the profile ends",
+        ),
         (changed("force", slice(300, 480), 2e-9), {}, "jumps"),
         ({"time": TIME, "depth": DEPTH * 0.0, "force": noisy(9)}, {}, "must change"),
         ({"time": TIME[65:], "depth": DEPTH[65:], "force": noisy(9)[65:]}, {}, "10 points before"),
@@ -222,7 +216,9 @@ TWICE = np.interp(TIME, [0.0, 0.9, 1.3, 1.9, 2.8], [0.0, 1.2e-6, 0.9e-6, 1.4e-6,
         "sign",
         "falling",
         "falling approach",
-        "twice",
+        "pull",
+        "segment",
+        "end of the profile",
         "jump",
         "rest",
         "baseline",
@@ -304,18 +300,139 @@ def test_first_touch_is_found_behind_a_long_way():
         assert first_touch(time, depth, force + noise, 1.5).depth == pytest.approx(8.4e-6, abs=60e-9)
 
 
-def test_lines_follow_a_smooth_depth():
-    depth = 1e-6 * np.sin(math.pi * TIME / 2.8)
-    exact = straight_lines(TIME, depth, np.empty(0))
-    assert np.abs(np.interp(TIME, exact.time, exact.depth) - depth).max() <= 5e-5 * 1e-6
-    noise = np.random.default_rng(10).normal(0.0, 1e-9, TIME.size)
-    lines = straight_lines(TIME, depth + noise, np.empty(0))
-    off = np.interp(TIME, lines.time, lines.depth) - depth
-    # The standard error of 25 unknowns in 480 points is 0.23 of the noise; hidden bends are up to three of those
-    # of a line.
-    assert np.sqrt(np.mean(off**2)) < 0.7e-9
-    assert lines.noise == pytest.approx(1e-9, rel=0.15)
-    monotone = rising_and_falling(lines, 0.0)
-    peak = int(np.argmax(monotone.depth))
-    assert np.all(np.diff(monotone.depth[: peak + 1]) >= 0.0)
-    assert np.all(np.diff(monotone.depth[peak:]) <= 0.0)
+# Records with a hold and with several cycles, at 2 kHz with 20 pN of noise, and noise of the depth.
+
+FAST = rs.standard_solid(132.4, 93.2, 13.8, **FIXED)
+PROGRAMS = {
+    "hold": ([0.0, 0.54, 1.04, 1.58], [-1.5, 1.2, 1.2, -1.5]),
+    "cycles": ([0.0, 0.5, 0.7, 0.8, 0.9, 1.0, 1.5], [-1.0, 1.0, 1.0, 0.4, 0.8, -0.1, -1.0]),
+    "two approaches": ([0.0, 0.4, 0.7, 1.0, 1.4], [-1.0, 0.8, -0.2, 1.0, -1.0]),
+}
+
+
+def record_of(program, depth_noise, seed, force_noise=2e-11):
+    """Force by panels of elements, the kernel of order ten, which shares no step with that of the curves."""
+    times, depths = (np.array(column) for column in PROGRAMS[program])
+    time = np.arange(0.0, times[-1], 1.0 / 2000.0)
+    touch = times[0] + (times[1] - times[0]) * -depths[0] / (depths[1] - depths[0])
+    knots, heights = np.append(touch, times[1:]), np.append(0.0, depths[1:]) * 1e-6
+    series = rs.reduced_modulus(FAST)
+    scaled = PronySeries(
+        series.equilibrium_modulus / 1e3, series.branch_moduli / 1e3, series.relaxation_times / (knots[-1] - touch)
+    )
+    panels = run_depth(scaled, ((knots - touch) / (knots[-1] - touch), heights / 1e-6), 1e-7, 1.0)
+    assert panels.outcome == DONE
+    force = np.zeros(time.size)
+    inside = time > touch
+    force[inside] = 2.0 * panels.sample((time[inside] - touch) / (knots[-1] - touch), 2)
+    # a = sqrt(R d): half of the force is the modulus times sqrt(R) depth^(3/2).
+    force *= 1e3 * 1e-6 * math.sqrt(2.5e-6 * 1e-6)
+    rng = np.random.default_rng(seed)
+    depth = np.interp(time, times, depths) * 1e-6 + 2e-6
+    return time, depth + depth_noise * rng.normal(size=time.size), force + force_noise * rng.normal(size=time.size)
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+@pytest.mark.parametrize("depth_noise", [0.0, 0.05e-9, 0.1e-9, 0.3e-9, 1e-9, 3e-9])
+def test_whole_records_with_noise_of_the_depth_are_identified(program, depth_noise):
+    data = rs.IndentationCurve(*record_of(program, depth_noise, 7), profile=TIP, noise=rs.Noise(force=2e-11))
+    assert data.depth_deviations[0] == pytest.approx(depth_noise, abs=1e-13, rel=0.1)
+    fit = rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False)
+    for estimate, value in zip(fit.parameters.values(), (132.4, 93.2, 13.8), strict=True):
+        assert abs(estimate.value - value) < 3.5 * estimate.standard_error
+        assert estimate.standard_error < 0.02 * value
+    touch = fit.nuisances["contact_point"]
+    assert abs(touch.value - 2e-6) < 3.5 * touch.standard_error < 10e-9
+    assert fit.reduced_chi2 == pytest.approx(1.0, abs=5.0 * math.sqrt(2.0 / data.size))
+    assert fit.warnings == ()
+
+
+def test_a_depth_noise_leaves_no_bias():
+    """3 nm of it move the force more than its own noise; weights by the stiffness of the trial keep the modulus."""
+    time, depth, force = record_of("hold", 0.0, 0, 0.0)
+    rng, z = np.random.default_rng(3), []
+    for _ in range(12):
+        noises = 3e-9 * rng.normal(size=time.size), 2e-11 * rng.normal(size=time.size)
+        data = rs.IndentationCurve(
+            time, depth + noises[0], force + noises[1], profile=TIP, noise=rs.Noise(force=2e-11, depth=3e-9)
+        )
+        fit = rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False).parameters
+        z.append([(fit[name].value - value) / fit[name].standard_error
+                  for name, value in zip(TRUTH, (132.4, 93.2, 13.8), strict=True)])  # fmt: skip
+    assert np.all(np.abs(np.mean(z, axis=0)) < 4.0 / math.sqrt(len(z)))
+    assert np.all(np.sqrt(np.mean(np.square(z), axis=0)) < 1.8)
+
+
+def test_an_approach_alone_ends_where_the_retraction_begins():
+    time, depth, force = record_of("hold", 1e-9, 1)
+    pulled = force - np.where((time > 1.28) & (time < 1.4), 3e-10, 0.0)
+    with pytest.raises(rs.InputError, match=r"adhesion.*segment=\"approach\""):
+        rs.IndentationCurve(time, depth, pulled, profile=TIP)
+    data = rs.IndentationCurve(time, depth, pulled, profile=TIP, segment="approach", noise=rs.Noise(force=2e-11))
+    # The depth falls by 3 nm in a sample.
+    assert data.time[-1] == pytest.approx(1.04, abs=0.005)
+    fit = rs.identify(data, rs.standard_solid, fixed=FIXED, profiles=False).parameters
+    for estimate, value in zip(fit.values(), (132.4, 93.2, 13.8), strict=True):
+        assert abs(estimate.value - value) < 3.5 * estimate.standard_error
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_the_first_approach_ends_at_the_first_retraction(program):
+    times, depths = PROGRAMS[program]
+    time, depth, force = record_of(program, 1e-9, 2)
+    first, end = first_approach(depth, force)
+    assert time[first] == pytest.approx(0.0, abs=0.01)
+    retraction = int(np.argmax(np.diff(depths) < 0.0))
+    assert times[retraction] <= time[end] < times[retraction] + 0.1
+
+
+def test_white_noise_is_that_about_neighbours():
+    rng = np.random.default_rng(8)
+    time = np.cumsum(rng.uniform(0.5, 1.5, 4000))
+    values = np.sin(time / 300.0) + rng.normal(0.0, 0.01, time.size)
+    assert white_noise(time, values) == pytest.approx(0.01, rel=0.06)
+
+
+def test_a_coarse_record_is_doubted():
+    """Eighty samples of a force without noise: the steps of the depth are not resolved to its noise."""
+    time = np.linspace(0.0, 2.8, 80)
+    depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
+    force = rs.indent(GEL, TIP, depth=depth - CONTACT_POINT, time=time).force
+    data = rs.IndentationCurve(time[:-1], depth[:-1], force[:-1], profile=TIP, noise=rs.Noise(force=1e-17))
+    materials, place = column([GEL]), np.array([[CONTACT_POINT]])
+    stated, true = (
+        data.discretisation_error(materials, place)[0],
+        np.abs(data.forces(materials, place)[0] - force[:-1]),
+    )
+    assert 0.5 * true.max() < stated.max() < 2.0 * true.max()
+    assert "too far apart" in data.doubts(materials, place)[0]
+    assert rs.IndentationCurve(time, depth, force, profile=TIP, noise=NOISE).doubts(materials, place) == []
+
+
+@pytest.mark.parametrize("depth_noise", [0.3e-9, 3e-9])
+def test_a_dashpot_does_not_feel_the_noise_of_the_depth(depth_noise):
+    """Its rate would be as large as that of the motion, 5 um/s; kinks of the motion are kept."""
+    solid = rs.kelvin_voigt(300.0, 10.0, **FIXED)
+    time = np.arange(0.0, 1.58, 1.0 / 2000.0)
+    depth = 1e-6 * np.interp(time, *PROGRAMS["hold"])
+    force = rs.indent(solid, TIP, depth=depth, time=time).force
+    rng = np.random.default_rng(12)
+    measured = depth + depth_noise * rng.normal(size=time.size)
+    data = rs.IndentationCurve(time, measured, force + 2e-11 * rng.normal(size=time.size), profile=TIP)
+    fit = rs.identify(data, rs.kelvin_voigt, fixed=FIXED, profiles=False).parameters
+    assert fit["shear_modulus"].value == pytest.approx(300.0, rel=0.005)
+    assert fit["viscosity"].value == pytest.approx(10.0, rel=0.015)
+
+
+def test_rates_are_those_of_the_motion():
+    time = np.linspace(0.0, 1.0, 2000)
+    depth = 1e-6 * np.interp(time, [0.0, 0.4, 0.7, 1.0], [0.0, 2.0, 2.0, 0.0])
+    exact, behind, gains = rates_of(Record(time, depth))
+    assert exact[1:] == pytest.approx(np.diff(depth) / np.diff(time))
+    assert np.array_equal(behind[:-1], exact[1:])
+    assert gains[1:] == pytest.approx(math.sqrt(2.0) * 1999.0)
+    noise = 2e-9 * np.random.default_rng(13).normal(size=time.size)
+    rates, _, gains = rates_of(Record(time, depth + noise, 0.0, 2e-9))
+    off, beside = rates - exact, np.abs(time[:, None] - [0.0, 0.4, 0.7, 1.0]).min(axis=1) > 0.004
+    assert np.std(off[beside]) == pytest.approx(2e-9 * np.median(gains), rel=0.4)
+    assert np.std(off[beside]) < 0.04 * exact.max()

@@ -18,6 +18,7 @@ import restitution as rs
 from refusals import in_one_line, named, warns
 from restitution import DynamicTable, InputError, RelaxationTable
 from restitution.identification.fit import minimise
+from restitution.identification.observations import Moduli
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -509,3 +510,19 @@ def test_a_search_that_ends_before_its_tolerance_is_named(monkeypatch):
     monkeypatch.setattr("restitution.identification.fit._ROUNDS", 1)
     ended = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     assert any("before its tolerance" in line for line in ended.warnings)
+
+
+class Unpredictable(Moduli):
+    """Moduli that no material predicts."""
+
+    def residuals(self, materials, nuisances):
+        return np.full_like(super().residuals(materials, nuisances), math.nan)
+
+
+def test_data_without_any_prediction_are_named():
+    omega = np.geomspace(1.0, 100.0, 6)
+    table = rs.DynamicTable(omega, 1e6 + 0.0 * omega, 1e5 + 0.0 * omega, deformation="shear")
+    lost = Unpredictable(table)
+    lost.label = "dma.csv"
+    with pytest.raises(rs.InputError, match=r"^data: have no prediction by any of \d+ materials .*: dma\.csv; give"):
+        rs.identify([table, lost], rs.standard_solid, fixed=FIXED)

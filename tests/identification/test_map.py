@@ -75,6 +75,27 @@ def test_a_curve_that_fails_does_not_stop_the_map():
     assert table["viscosity"].values[1:] == pytest.approx(alone["viscosity"].values, rel=1e-6)
 
 
+def test_the_table_has_baseline_and_range_of_each_curve():
+    curves, truth = curves_of(3, 8)
+    for n, curve in enumerate(curves):
+        force = curve.force + 5e-11 * (1 + n) - 2e-11 * (TIME - TIME[0])
+        curves[n] = rs.IndentationCurve(
+            TIME + 1.0, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD), segment="approach" if n == 1 else None
+        )
+    table = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
+    # 200 points of 10 pN, of which some 60 lie before the contact.
+    assert table["baseline"].values == pytest.approx([5e-11, 10e-11, 15e-11], abs=1e-11)
+    assert table["baseline_slope"].values[[0, 2]] == pytest.approx([-2e-11] * 2, abs=8e-12)
+    assert table["start_time"].values.tolist() == [1.0, 1.0, 1.0]
+    assert table["end_time"].values == pytest.approx([3.8, 2.4, 3.8], abs=0.02)
+    assert table["points"].values == pytest.approx([200, 100, 200], abs=1)
+    # No point lies at the top of the triangle.
+    depth = DEPTH.max() - table["contact_point"].values
+    assert table["indentation_depth"].values == pytest.approx(depth, rel=1e-12)
+    assert table["indentation_depth"].values == pytest.approx(DEPTH.max() - truth[3], abs=20e-9)
+    assert table["baseline"].attrs["units"] == "N"
+
+
 def test_two_tips_and_lengths_in_one_map():
     curves, _ = curves_of(2, 4)
     half = slice(0, 120)
@@ -115,6 +136,8 @@ def test_parameters_that_a_curve_does_not_determine_are_nan():
     data = rs.IndentationCurve(TIME, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD))
     table = rs.identify_map([data], rs.standard_solid, fixed=FIXED)
     assert np.isnan(table["viscosity"].values[0]) or np.isnan(table["branch_modulus"].values[0])
+    missing = [name for name in ("equilibrium_modulus", "branch_modulus", "viscosity") if np.isnan(table[name][0])]
+    assert str(table["message"].values[0]) == f"fitted; the curve does not determine {', '.join(missing)}"
     assert np.isinf(table["viscosity_standard_error"].values[0]) or np.isinf(
         table["branch_modulus_standard_error"].values[0]
     )
@@ -147,4 +170,6 @@ def test_every_curve_without_a_fit_has_a_message(monkeypatch):
     monkeypatch.setattr(map_module, "estimate", estimate)
     table = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
     assert table["status"].values.tolist() == [0, MapStatus.NO_FIT, MapStatus.NOT_CONVERGED, 0]
-    assert table["message"].values.tolist() == ["", "start: leads to no result", "start: leads to no result", ""]
+    assert table["message"].values.tolist() == [
+        "fitted", "start: leads to no result", "start: leads to no result", "fitted",
+    ]  # fmt: skip

@@ -56,6 +56,7 @@ _NUMBERS: dict[str, Any] = {
     "ar1": Annotated[float, within(NUMBER, 0.0, 1.0, "correlation of the noise of successive samples")],
     "spring_constant": Annotated[float, positive(STIFFNESS, "stiffness of the cantilever")],
     "deformation": Literal["tension", "shear"],
+    "segment": Literal["approach"],
     "profile": AnyProfile,
 }
 """Keys of a set of data that are arguments of its class."""

@@ -14,7 +14,7 @@ from collections.abc import Callable, Container, Generator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,15 +116,15 @@ def read_curves(
 class CurveFile(list["CurveReader"]):
     """Curves of a file, as functions that each read one curve."""
 
-    def read(self) -> list[IndentationCurve]:
-        """Return the curves that can be read, and warn of each of the others in one line.
+    def read(self, segment: Literal["approach"] | None = None) -> list[IndentationCurve]:
+        """Return the curves that can be read, or their first approaches, and warn of each of the others in one line.
 
         If there are only others, the first of their errors is raised.
         """
         curves, refused = list[IndentationCurve](), list[InputError]()
         for reader in self:
             try:
-                curves.append(reader())
+                curves.append(reader(segment))
             except InputError as error:
                 refused.append(error)
         if refused and not curves:
@@ -153,15 +153,16 @@ class CurveReader:
             _check_lengths(record.columns)
             return record
 
-    def __call__(self) -> FileCurve:
-        """Return the curve."""
+    def __call__(self, segment: Literal["approach"] | None = None) -> FileCurve:
+        """Return the curve, or its first approach; see `IndentationCurve`."""
         record, given = self.record(), self._given
         try:
             _check_complete(record, given)
             (time, of_time), (depth, force, spring, of_depth) = _times(record, given), _depth_and_force(record, given)
             curve = FileCurve(
-                time, depth, force, profile=given.profile, spring_constant=spring, noise=given.noise, label=self.label
-            )
+                time, depth, force, profile=given.profile, spring_constant=spring, noise=given.noise, segment=segment,
+                label=self.label,
+            )  # fmt: skip
         except InputError as error:
             raise error.within(where=self.label) from None
         count = record.segments[0].size

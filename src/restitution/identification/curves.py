@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import warnings
 from functools import cached_property
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +12,7 @@ from numpy.typing import NDArray
 from restitution import checks
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
-from restitution.errors import InputError, InputTypeError, RestitutionWarning
+from restitution.errors import InputError, InputTypeError
 from restitution.identification.observations import (
     ForceRecord,
     Noise,
@@ -24,13 +22,12 @@ from restitution.identification.observations import (
     noise_of,
     number_or_none,
 )
-from restitution.indentation.history import without_collinear
-from restitution.indentation.solve import IndentationBlock
+from restitution.indentation.records import Record, RecordBlock
 from restitution.material.fit import DynamicTable
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 
-# First touch of a measured indentation, and straight lines that replace its depth.
+# First touch of a measured indentation, and the noise of its columns.
 
 
 # Search for first touch: smallest and largest number of points of the approach, rounds, and depths in each of them.
@@ -39,14 +36,14 @@ _FEWEST_ROWS, _MOST, _ROUNDS, _PLACES = 12, 160, 3, 40
 _POWERS = (1.0, 0.9, 0.8, 0.65)
 # The later rounds use this share of the approach beyond touch.
 _NEAR = 0.4
+# An approach ends where its depth is below the largest one by this share of its range, and this multiple of its noise;
+# the later rounds end this share of the indentation below it.
+_REST, _NOISE, _TOP = 1e-3, 5.0, 0.02
 # A slope of the baseline counts if it exceeds this multiple of its standard error.
 _DRIFT = 4.0
-# A depth of at most so many straight lines is exact. Otherwise: number of first lines, and of rounds of halving.
-_FEW, _LINES, _HALVINGS = 64, 24, 6
-# A line is halved if the bend in its middle exceeds this multiple of its standard error.
-_BEND = 3.0
-# Harmless error of a depth over the range of the depth.
-_HARMLESS = 5e-5
+# The first approach reaches this share of the range of the force, and ends where the depth is below its largest value
+# by this share of its range.
+_REACHED, _BACK = 0.2, 0.05
 
 
 class Touch(NamedTuple):
@@ -56,14 +53,24 @@ class Touch(NamedTuple):
     noise: float  # standard deviation of the force about the fit
 
 
-def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Touch:
-    """Return the depth at first touch in the approach: least squares of F = b0 + b1 t + A (d - c)^q over c and q.
+def first_approach(depth: Array, force: Array) -> tuple[int, int]:
+    """Return the first sample of the first approach, and the first one after it."""
+    level = float(np.median(force[:_FEWEST]))
+    pushed = int(np.argmax(force - level > _REACHED * (force.max() - level)))
+    below = np.maximum.accumulate(depth[pushed:]) - depth[pushed:] > _BACK * np.ptp(depth)
+    end = pushed + int(np.argmax(below)) if below.any() else depth.size
+    return int(np.argmin(depth[: pushed + 1])), end
 
-    The exponent is that of F over d of an elastic contact.
+
+def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Touch:
+    """Return the depth at first touch in the first approach.
+
+    Least squares of F = b0 + b1 t + A (d - c)^q over c and q; the exponent is that of F over d of an elastic contact.
     """
+    first, last = first_approach(depth, force)
     # The force relaxes while the depth rests at its largest value.
-    last = int(np.argmax(depth >= depth.max() - 0.02 * np.ptp(depth))) + 1
-    first = int(np.argmin(depth[:last]))
+    part = depth[first:last]
+    last = first + int(np.argmax(part >= part.max() - _REST * np.ptp(part) - _NOISE * white_noise(time, depth))) + 1
     points = np.arange(first, last)
     if points.size < _FEWEST_ROWS:
         raise InputError("depth", points.size, f"has too few points in the approach; it needs at least {_FEWEST_ROWS}")
@@ -78,6 +85,7 @@ def first_touch(time: Array, depth: Array, force: Array, exponent: float) -> Tou
         # Near touch the material has hardly relaxed, and the force is a power of the depth.
         size, spacing = peak - touch.depth, float(places[1] - places[0])
         near = first + np.flatnonzero(np.abs(depth[first:last] - touch.depth + 0.5 * size) < (0.5 + _NEAR) * size)
+        near = near[near <= first + np.argmax(depth[first:last] >= peak - _TOP * size)]
         points = near if near.size >= _FEWEST_ROWS else points
         low = max(lowest, touch.depth - max(0.3 * size, 1.5 * spacing))
         high = min(highest, touch.depth + max(0.2 * size, 1.5 * spacing))
@@ -111,132 +119,38 @@ def baseline(time: Array, force: Array, free: NDArray[np.bool_]) -> Array:
     return f.mean() + (slope if abs(slope) > _DRIFT * error else 0.0) * (time - time[free].mean())
 
 
-class Lines(NamedTuple):
-    """Points joined by straight lines that stand for a measured depth."""
-
-    time: Array
-    depth: Array
-    noise: float  # standard deviation of the depth about them; 0 where they are exact
-
-
-def straight_lines(time: Array, depth: Array, kinks: Array) -> Lines:
-    """Return straight lines for a measured depth.
-
-    Lines between some of the points where there is hardly any noise. Else those of least squares, which are halved
-    until none of them hides a bend that is larger than its standard error; `kinks` are times at which some end.
-    """
-    exact = without_collinear(time, depth)
-    if exact[0].size <= _FEW:
-        return Lines(*exact, 0.0)
+def white_noise(time: Array, values: Array) -> float:
+    """Return the standard deviation of white noise from the distances of points from the lines of their neighbours."""
     share = (time[1:-1] - time[:-2]) / (time[2:] - time[:-2])
-    beside = depth[1:-1] - depth[:-2] - share * (depth[2:] - depth[:-2])
-    noise = float(np.median(np.abs(beside) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2))) / 0.6745
-    harmless = _HARMLESS * float(np.ptp(depth))
-    if noise <= harmless:
-        places = _corners(time, depth, harmless)
-        return Lines(time[places], depth[places], harmless)
-    smooth = np.convolve(depth, np.full(5, 0.2), mode="same")[2:-2]
-    top = time[2 + int(np.argmax(smooth))]
-    knots = np.unique(np.concatenate([np.linspace(time[0], time[-1], _LINES + 1), kinks, [top]]))
-    knots = _occupied(knots, time)
-    values = _fit(knots, time, depth)
-    for _ in range(_HALVINGS):
-        place = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, knots.size - 2)
-        share = (time - knots[place]) / (knots[place + 1] - knots[place])
-        bump = 1.0 - np.abs(2.0 * share - 1.0)
-        off = depth - np.interp(time, knots, values)
-        bends = np.bincount(place, bump * off, knots.size - 1)
-        errors = noise * np.sqrt(np.bincount(place, bump * bump, knots.size - 1))
-        bent = np.flatnonzero(np.abs(bends) > _BEND * np.maximum(errors, 1e-300))
-        finer = _occupied(np.sort(np.append(knots, 0.5 * (knots[bent] + knots[bent + 1]))), time)
-        if finer.size == knots.size:
-            break
-        knots, values = finer, _fit(finer, time, depth)
-    off = depth - np.interp(time, knots, values)
-    return Lines(knots, values, float(np.sqrt(np.mean(off**2))))
-
-
-def rising_and_falling(lines: Lines, touch: float) -> Lines:
-    """Return the same lines, where the depth rises to its peak and falls from there on, without reversals by noise.
-
-    Before touch the depth may have any course; a second approach is refused.
-    """
-    from scipy.optimize import isotonic_regression
-
-    time, depth = lines.time, lines.depth
-    peak = int(np.argmax(depth))
-    outside = np.flatnonzero(depth[: peak + 1] < touch)
-    first = int(outside[-1]) if outside.size else 0
-    monotone = depth.copy()
-    monotone[first : peak + 1] = isotonic_regression(depth[first : peak + 1]).x
-    monotone[peak:] = isotonic_regression(depth[peak:], increasing=False).x
-    allowed = max(5.0 * lines.noise, 20.0 * _HARMLESS * float(np.ptp(depth)))
-    off = np.where(np.maximum(monotone, depth) > touch, np.abs(monotone - depth), 0.0)
-    if off.max() > allowed:
-        rule = "has more than one approach; cut the record so that it holds one approach and one retraction"
-        raise InputError("depth", rule=f"{rule}, near time = {time[int(np.argmax(off))]:.6g} s")
-    above = (monotone <= touch) & (depth <= touch)
-    return Lines(time, np.where(above, depth, monotone), lines.noise)
-
-
-def _corners(time: Array, depth: Array, allowed: float) -> NDArray[np.intp]:
-    """Return places of points whose straight lines are nowhere further than this from the others."""
-    places = np.array([0, time.size - 1])
-    while True:
-        off = np.abs(depth - np.interp(time, time[places], depth[places]))
-        worst = [low + int(np.argmax(off[low : high + 1])) for low, high in pairwise(places)]
-        more = [place for place in worst if off[place] > allowed]
-        if not more:
-            return places
-        places = np.sort(np.append(places, more))
-
-
-def _occupied(knots: Array, time: Array) -> Array:
-    """Return knots without those that leave fewer than three points on a line."""
-    kept = [0]
-    places = np.searchsorted(time, knots)
-    for n in range(1, knots.size - 1):
-        if places[n] - places[kept[-1]] >= 3 and places[-1] - places[n] >= 3:
-            kept.append(n)
-    return knots[[*kept, knots.size - 1]]
-
-
-def _fit(knots: Array, time: Array, depth: Array) -> Array:
-    """Return values at the knots of the straight lines of least squares."""
-    from scipy.linalg import solveh_banded
-
-    place = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, knots.size - 2)
-    share = (time - knots[place]) / (knots[place + 1] - knots[place])
-    bands = np.zeros((2, knots.size))
-    right = np.zeros(knots.size)
-    for offset, weight in ((0, 1.0 - share), (1, share)):
-        bands[1] += np.bincount(place + offset, weight * weight, knots.size)
-        right += np.bincount(place + offset, weight * depth, knots.size)
-    bands[0, 1:] = np.bincount(place, share * (1.0 - share), knots.size - 1)
-    bands[1] += 1e-9 * bands[1].max()
-    return solveh_banded(bands, right + 1e-9 * bands[1].max() * np.interp(knots, time, depth))
+    beside = values[1:-1] - values[:-2] - share * (values[2:] - values[:-2])
+    return float(np.median(np.abs(beside) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2))) / 0.6745
 
 
 # Measured indentation curves, such as those of an atomic force microscope.
 
-# Tolerance of a force: small enough for differences of residuals.
-RTOL = 1e-8
 # Fewest points before and after first touch.
 _FEWEST = 10
 # So many equal largest forces show saturation if the depth changes by more than this share of its range.
 _EQUAL, _MOVED = 5, 0.02
 # A force jumps if it changes by more than this share of its range from one point to the next, but the depth does not.
 _JUMP = 0.25
+# A pull counts if the mean of so many samples is beyond this multiple of its standard error, and this share of the
+# range of the force.
+_PULLED, _PULL, _LEAST_PULL = 5, 6.0, 0.02
+# An approach alone ends where the depth falls by this share of its range, or this multiple of its noise.
+_RETURN, _RETURN_NOISE = 0.003, 5.0
 # Standard solids that are tried for a start: shares of the relaxing modulus, and times over the duration.
 _SHARES, _TIMES = (0.0, 0.4, 0.8, 0.97), (0.01, 0.04, 0.15, 0.6)
 _FREQUENCIES = 6
 # Ranges of times, depths and forces in SI whose squares are normal numbers; moduli [Pa] of matter.
 _NARROWEST, _WIDEST = 1e-30, 1e30
 _SOFTEST, _STIFFEST = 1e-6, 1e15
+# An error of the computed force counts if it exceeds this share of the noise.
+_ERROR = 0.2
 
 
 class IndentationCurve(ForceRecord):
-    """Force over depth and time of one approach and perhaps one retraction, with holds.
+    """Force over depth and time: approaches, holds, partial unloads, cycles and retractions, as they were measured.
 
     The depth reading at first touch (contact point) and the baseline of the force, a straight line over time, are
     unknown.
@@ -254,33 +168,33 @@ class IndentationCurve(ForceRecord):
         Profile of the indenter, or another geometry, such as a pyramid or a layer. A bonded `Layer` needs a model
         with a Poisson ratio of 0.5.
     spring_constant : float, optional
-        Spring constant k of a cantilever [N/m] if the depth is that of its base: the tip is at depth - F/k.
+        Spring constant k of a cantilever [N/m] if the depth z is that of its base: the tip is at z - F/k.
     temperature : float, optional
         Temperature [K], for a model with a shift.
     noise : Noise, optional
-        Standard deviation of `force`; a relative one refers to its range. Without it the noise is estimated.
+        Standard deviations of `force` and `depth`; a relative one refers to the range. By default that of the force is
+        estimated with the fit, and that of the depth from the scatter of neighbouring points.
+    segment : {"approach"}, optional
+        Use the first approach alone, with its hold; for curves with adhesion.
     label : str
         Name of the data in messages.
 
     Raises
     ------
     InputError
-        If a number is out of range, the times are not ascending, there are fewer than 10 points before first touch or
-        more than one approach, or the force is saturated or jumps.
-
-    Warns
-    -----
-    RestitutionWarning
-        If the depth is noisy and straight lines through it replace it.
+        If a number is out of range, the times are not ascending, there are fewer than 10 points before first touch,
+        the force is saturated or jumps, or is a pull on the way out (adhesion).
 
     Notes
     -----
-    The depth is prescribed as straight lines. They are lines between data points if the data are straight or hardly
-    noisy. Otherwise they are lines of least squares, halved until no bend within a line is larger than its standard
-    error. Too few lines bias the moduli (by 33 % with 8 lines) without a trace in the residuals. The tip of a soft
-    cantilever has the same kind of lines, at depth - F/k with the measured force. The noise of the force then also
-    moves the tip: if the contact is a third as stiff as the cantilever, the scatter exceeds the stated errors by a
-    fifth.
+    The depth is a straight line between samples, with its noise. Independent hereditary elements, one for each
+    sample or more, give the force of any history (`restitution.kernel.record`). Their error is of second order in the
+    distance of the samples; `discretisation_error` estimates it.
+
+    A depth error e changes the force by S e, with the stiffness S of the contact. Residuals are over the root of the
+    sum of the squares of the noise of the force and of S e, with S of the trial material: without it the modulus
+    would be too small, as in Deming's regression. With `spring_constant` the spring is part of the model, so that the
+    noise of the force does not move the tip.
 
     Examples
     --------
@@ -304,6 +218,7 @@ class IndentationCurve(ForceRecord):
         spring_constant: Any = None,
         temperature: Any = None,
         noise: Noise | None = None,
+        segment: Literal["approach"] | None = None,
         label: str = "",
     ) -> None:
         self.label = label
@@ -317,38 +232,40 @@ class IndentationCurve(ForceRecord):
             self.spring_constant = checks.single_positive("spring_constant", spring_constant, "N/m")
         self.temperature = number_or_none("temperature", temperature)
         self.time, self.depth, self.force = _columns(time, depth, force)
-        _check_force(self.depth, self.force)
-        exponent = 1.5 if profile.path_exponent is None else 0.5 * float(profile.path_exponent) + 1.0
-        touch = first_touch(self.time, self.depth, self.force, exponent)
-        tip, kinks = self.depth, np.empty(0)
-        if self.spring_constant is not None:
-            free = self.depth < touch.depth - 0.1 * (touch.depth - self.depth.min())
-            with np.errstate(over="ignore"):
-                tip = self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
-            if not np.ptp(tip) < _WIDEST:
-                raise InputError("spring_constant", self.spring_constant, "is too small for the force", "N/m")
-            base = straight_lines(self.time, self.depth, kinks)
-            kinks = base.time if base.noise == 0.0 else kinks
-            touch = first_touch(self.time, tip, self.force, exponent)
-        lines = straight_lines(self.time, tip, kinks)
-        if lines.noise > 0.0 and self.spring_constant is None:
-            # The same text for all curves of a map, which Python's filter shows once.
-            message = "straight lines replace the depth, which is noisy; see the attribute `lines` of the curve"
-            warnings.warn(RestitutionWarning("smoothing", message), stacklevel=2)
-        self.lines = rising_and_falling(lines, touch.depth)
+        if segment is not None:
+            checks.one_of("segment", segment, ("approach",))
+            self._keep_approach()
+        _check_force(self.depth, self.force, segment)
+        touch = self._touch()
         self._set_nuisance(touch.depth, touch.noise)
-        span = float(np.ptp(self.force))
-        deviations = noise_of(noise, ["force"]).of("force", self.force, span)
-        self.scaled = deviations is None
-        if deviations is None:
-            deviations = np.full(self.force.size, max(touch.noise, 1e-6 * span))
-        slope = self.time - self.time[0], "N/s"
-        constant = np.ones(self.time.size), "N"
-        self._set_record(self.time, self.force, deviations, baseline=constant, baseline_slope=slope)
+        self._set_noise(noise, touch)
+        if segment is None:
+            self._refuse_pull(touch)
+
+    def _keep_approach(self) -> None:
+        """Drop all samples from the first retraction on."""
+        end = first_approach(self.depth, self.force)[1]
+        back = max(_RETURN * np.ptp(self.depth), _RETURN_NOISE * white_noise(self.time, self.depth))
+        high = np.flatnonzero(self.depth[:end] >= self.depth[:end].max() - back)
+        part = slice(int(high[-1]) + 1)
+        self.time, self.depth, self.force = self.time[part], self.depth[part], self.force[part]
+
+    def _touch(self) -> Touch:
+        """Return first touch, at the reading of the depth without a force."""
+        exponent = 1.5 if self.profile.path_exponent is None else 0.5 * float(self.profile.path_exponent) + 1.0
+        touch = first_touch(self.time, self.depth, self.force, exponent)
+        if self.spring_constant is None:
+            return touch
+        free = self.depth < touch.depth - 0.1 * (touch.depth - self.depth.min())
+        with np.errstate(over="ignore"):
+            tip = self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
+        if not np.ptp(tip) < _WIDEST:
+            raise InputError("spring_constant", self.spring_constant, "is too small for the force", "N/m")
+        return first_touch(self.time, tip, self.force, exponent)
 
     def _set_nuisance(self, touch: float, noise: float) -> None:
-        """Return the start, range and step of the contact point."""
-        peak = float(self.lines.depth.max())
+        """Set the start, range and step of the contact point."""
+        peak, first = float(self.depth.max()), float(self.depth[0])
         before = int(np.argmax(self.depth > touch))
         if before < _FEWEST:
             rule = f"must have at least {_FEWEST} points before first touch for the baseline, not {before}"
@@ -356,29 +273,89 @@ class IndentationCurve(ForceRecord):
         inside = int(np.count_nonzero(self.depth > touch))
         if inside < _FEWEST:
             raise InputError("depth", rule=f"must have at least {_FEWEST} points after first touch, not {inside}")
-        first = float(self.lines.depth[0])
-        low = touch - 0.95 * (touch - first)
-        high = peak - 0.05 * (peak - touch)
+        low, high = touch - 0.95 * (touch - first), peak - 0.05 * (peak - touch)
+        end = float(np.min(self.profile.max_depth))
+        if peak - touch > end and self.spring_constant is None:
+            rule = f"from first touch on must be <= {end:g} m, {self.profile.end}"
+            raise InputError("depth", peak - touch, rule, "m")
+        if self.spring_constant is None:
+            low = max(low, peak - end)
         # Mean slope of the force over the depth in the approach.
         stiffness = 1.5 * float(np.ptp(self.force)) / (peak - touch)
         step = max(noise / stiffness, 1e-6 * (peak - touch))
         self.nuisances = (Nuisance("contact_point", "m", touch, low, high, step),)
 
-    def projected(self, forces: Array) -> Array:
-        """Return residuals of forces [N] of shape (m, n)."""
-        return self._compared(forces)
+    def _set_noise(self, noise: Noise | None, touch: Touch) -> None:
+        """Set the standard deviations of force and depth, and the columns of the baseline."""
+        stated, span = noise_of(noise, ["force"], ["depth"]), float(np.ptp(self.force))
+        deviations = stated.of("force", self.force, span)
+        self.scaled = deviations is None
+        if deviations is None:
+            before = self.depth < touch.depth
+            estimated = white_noise(self.time[before], self.force[before]) or touch.noise
+            deviations = np.full(self.force.size, max(estimated, 1e-6 * span))
+        depths = stated.of("depth", self.depth, float(np.ptp(self.depth)))
+        self.depth_deviations = np.full(self.size, white_noise(self.time, self.depth)) if depths is None else depths
+        slope = self.time - self.time[0], "N/s"
+        constant = np.ones(self.time.size), "N"
+        self._set_record(self.time, self.force, deviations, baseline=constant, baseline_slope=slope)
+
+    def _refuse_pull(self, touch: Touch) -> None:
+        """Refuse a force that is negative on the way out."""
+        free = self.depth < touch.depth - 0.3 * (touch.depth - self.depth.min())
+        force = (self.force - baseline(self.time, self.force, free))[int(np.argmax(self.depth)) :]
+        if force.size < _PULLED:
+            return
+        means = np.convolve(force, np.full(_PULLED, 1.0 / _PULLED), mode="valid")
+        noise = white_noise(self.time[free], self.force[free]) / math.sqrt(_PULLED)
+        lowest = float(means.min())
+        if -lowest > max(_PULL * noise, _LEAST_PULL * float(np.ptp(self.force))):
+            rule = 'is a pull on the way out: adhesion is not modelled; segment="approach" fits the approach alone'
+            raise InputError("force", lowest, rule, "N")
 
     @cached_property
-    def block(self) -> IndentationBlock:
+    def block(self) -> RecordBlock:
         """Forces of many materials at the times of the curve."""
         return curves_block([self])
 
-    def forces(self, materials: Material, nuisances: Array) -> Array:
-        """Return forces of materials [N] without a baseline, shape (m, n)."""
+    def _responses(self, materials: Material, nuisances: Array) -> tuple[Array, Array]:
+        """Return forces of materials [N] without a baseline, and their slopes over a depth [N/m], shape (m, n)."""
         if self._incompressible and not np.all(materials.is_incompressible):
             rule = 'is a bonded layer, which depends on the Poisson ratio: give fixed={"poisson_ratio": 0.5}'
             raise InputError("profile", rule=rule)
-        return self.block.forces(modulus(materials, self.temperature), nuisances[:, 0], rtol=RTOL)[0]
+        return self.block.forces(modulus(materials, self.temperature), nuisances[:, 0])
+
+    def forces(self, materials: Material, nuisances: Array) -> Array:
+        """Return forces of materials [N] without a baseline, shape (m, n)."""
+        return self._responses(materials, nuisances)[0]
+
+    def residuals(self, materials: Material, nuisances: Array) -> Array:
+        """Return residuals over the deviations that noise of force and depth cause; NaN where a row has no result."""
+        return self._fitted(materials, nuisances)[0]
+
+    def _fitted(self, materials: Material, nuisances: Array) -> tuple[Array, Array]:
+        """Return residuals, and the factors of the columns of the baseline."""
+        forces, slopes = self._responses(materials, nuisances)
+        weights = weights_of(self.deviations, slopes, self.depth_deviations)
+        return without_baseline((forces - self.force) * weights, self._columns.T * weights[..., None])
+
+    def _linear(self, materials: Material, nuisances: Array) -> tuple[Array, Array, float]:
+        """Return the fitted force, the factors of the baseline, and the gain of the first row."""
+        forces, factors = self.forces(materials, nuisances)[0], -self._fitted(materials, nuisances)[1][0]
+        return forces + factors @ self._columns, factors, 1.0
+
+    def discretisation_error(self, materials: Material, nuisances: Array) -> Array:
+        """Return errors of the forces [N] as computed, shape (m, n): four thirds of the change with half the steps."""
+        finer, _ = self.block.refined().forces(modulus(materials, self.temperature), nuisances[:, 0])
+        return 4.0 / 3.0 * np.abs(self.forces(materials, nuisances) - finer)
+
+    def doubts(self, materials: Material, nuisances: Array) -> list[str]:
+        """Return doubt about forces that are not computed well enough for their noise."""
+        error = self.discretisation_error(materials, nuisances)[0]
+        share = float(np.sqrt(np.mean((error / self.deviations) ** 2)))
+        if not share > _ERROR:
+            return []
+        return [f"the computed force has an error of {share:.2g} of its noise: the samples are too far apart"]
 
     def window(self) -> tuple[float, float]:
         """Return frequencies [rad/s]: one over the duration of contact, and a tenth of the rate of the points."""
@@ -395,7 +372,11 @@ class IndentationCurve(ForceRecord):
         """Return moduli of the best of a few standard solids, each times the best factor."""
         shares, times = (grid.ravel() for grid in np.meshgrid(_SHARES, np.array(_TIMES) * self._contact_duration))
         series = PronySeries.from_checked(1.0 - shares, shares[:, None], times[:, None])
-        forces, _ = self.block.forces(series, np.full(shares.size, self.nuisances[0].start), rtol=1e-4)
+        block = self.block
+        if self.spring_constant is not None:
+            # The force is proportional to the modulus only where the depth is that of the tip.
+            block = curves_block([self], rigid=True)
+        forces, _ = block.forces(series, np.full(shares.size, self.nuisances[0].start))
         projected = self._projected(np.nan_to_num(forces))
         size, share = np.einsum("mn,mn->m", projected, projected), projected @ self._data
         gain = np.where(share > 0.0, share**2 / np.maximum(size, 1e-300), -np.inf)
@@ -410,13 +391,40 @@ class IndentationCurve(ForceRecord):
         moduli = series.scaled(modulus).column.complex_modulus(omega)[best]
         return DynamicTable(omega, moduli.real, np.maximum(moduli.imag, 0.01 * moduli.real), source=self.label)
 
+    @property
+    def tip(self) -> Array:
+        """Depth of the tip [m] from the measured force, if the depth is that of the base of a cantilever."""
+        if self.spring_constant is None:
+            return self.depth
+        free = self.depth < self.nuisances[0].start
+        return self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
 
-def curves_block(curves: list[IndentationCurve]) -> IndentationBlock:
-    """Return the block of the curves of one indenter."""
-    deepest = max(float(curve.lines.depth.max() - curve.nuisances[0].low) for curve in curves)
-    return IndentationBlock(
-        curves[0].profile, [(curve.lines.time, curve.lines.depth, curve.time) for curve in curves], 1.001 * deepest
-    )
+
+def weights_of(deviations: Array, slopes: Array, depths: Array) -> Array:
+    """Return one over standard deviations of residuals, from those of forces and depths, and slopes of the force."""
+    return 1.0 / np.sqrt(deviations**2 + (slopes * depths) ** 2)
+
+
+def without_baseline(off: Array, columns: Array) -> tuple[Array, Array]:
+    """Return residuals of shape (m, n) less their best combination of columns, shape (m, n, 2), and its factors."""
+    size = np.sqrt(np.einsum("mnj,mnj->mj", columns, columns))[:, None]
+    unit = columns / size
+    normal, right = unit.swapaxes(1, 2) @ unit, np.einsum("mnj,mn->mj", unit, off)
+    a, b, c = normal[:, 0, 0], normal[:, 0, 1], normal[:, 1, 1]
+    factors = np.stack([c * right[:, 0] - b * right[:, 1], a * right[:, 1] - b * right[:, 0]], axis=1)
+    factors /= (a * c - b * b)[:, None]
+    return off - np.einsum("mnj,mj->mn", unit, factors), factors / size[:, 0]
+
+
+def curves_block(curves: list[IndentationCurve], *, rigid: bool = False) -> RecordBlock:
+    """Return the block of the curves of one indenter; `rigid` without springs, with depths of the tips."""
+    deepest = max(float(curve.depth.max() - curve.nuisances[0].low) for curve in curves)
+    records = [
+        Record(curve.time, curve.depth, 1.0 / curve.spring_constant) if curve.spring_constant and not rigid
+        else Record(curve.time, curve.tip, 0.0, float(curve.depth_deviations.mean()))
+        for curve in curves
+    ]  # fmt: skip
+    return RecordBlock(curves[0].profile, records, 1.001 * deepest)
 
 
 def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
@@ -433,7 +441,7 @@ def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
     return t, d, f
 
 
-def _check_force(depth: Array, force: Array) -> None:
+def _check_force(depth: Array, force: Array, segment: str | None) -> None:
     """Refuse a depth or a force of the wrong sign, a force that jumps at rest, and one that is saturated."""
     lowest, highest = np.argmin(depth), np.argmax(depth)
     # The record begins without contact, far from its largest depth, and the push is largest there.
@@ -446,7 +454,8 @@ def _check_force(depth: Array, force: Array) -> None:
     jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
     if jumps.size:
         n = int(jumps[0]) + 1
-        rule = "jumps from the point before, which is impossible without adhesion"
+        rule = "jumps from the point before, as with adhesion"
+        rule += '; segment="approach" fits the approach alone' * (segment is None)
         raise InputError("force", float(force[n]), rule, "N", index=(n,))
     largest = np.flatnonzero(force == force.max())
     if largest.size >= _EQUAL and np.ptp(depth[largest]) > _MOVED * np.ptp(depth):

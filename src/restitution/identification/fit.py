@@ -384,7 +384,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     if not math.isfinite(fits[0].cost):
         # Rows of a refused material are NaN, which hides the reason.
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
-        raise InputError("start", rule="no start leads to a result for all data; give start")
+        raise InputError("data", rule=_without_result(problem, points))
     # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):
         rescaled = _rescaled(problem, fits[0], loss)
@@ -397,6 +397,18 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         fits = _deeper(problem, fits, loss)
     fits = [fits[k] for k in np.argsort(ranks(problem, fits), kind="stable")]
     return moved(problem, loss, fits[0], fits)
+
+
+def _without_result(problem: EstimationProblem, points: Array) -> str:
+    """Return which data have no prediction at the starts."""
+    with np.errstate(all="ignore"):
+        materials, nuisances = problem.materials(points), problem.nuisances(points)
+        found = [np.isfinite(record.residuals(materials, at)).all(axis=1).any()
+                 for record, at in zip(problem.data, nuisances, strict=True)]  # fmt: skip
+    names = [record.label or f"data[{n}]" for n, record in enumerate(problem.data) if not found[n]]
+    if not names:
+        return "have no material for which all of them have a prediction; give start or bounds"
+    return f"have no prediction by any of {len(points)} materials near their moduli: {', '.join(names)}; give bounds"
 
 
 def _chosen(problem: EstimationProblem, points: Array) -> Array:

@@ -205,8 +205,10 @@ def _warnings(result: Identification) -> tuple[str, ...]:
         lines.append("the search ended before its tolerance: give start, or bounds")
     if result.runs_test < 0.005:
         lines.append(f"the residuals have too few changes of sign (p = {result.runs_test:.1g}): the model is wrong")
-    for record in problem.data:
+    here = estimation.fit.coordinates[None]
+    for record, nuisances in zip(problem.data, problem.nuisances(here), strict=True):
         lines += hollow_balls(getattr(record, "mass", None), getattr(record, "profile", None))
+        lines += record.doubts(problem.materials(here), nuisances)
     # The parameters with a value may have another one in another minimum.
     stated = np.array([estimate.determined for estimate in result.parameters.values()])
     n, best = problem.n_parameters, estimation.fit

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from restitution import checks
 from restitution.checks import Array, Places, whole
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
-from restitution.identification.curves import RTOL, IndentationCurve, curves_block
+from restitution.identification.curves import IndentationCurve, curves_block, weights_of, without_baseline
 from restitution.identification.fit import Estimation, estimate
 from restitution.identification.observations import modulus
 from restitution.identification.parameters import Parameters, parameters, penalties, rows_of
@@ -62,28 +62,32 @@ class Descent:
         self.unit = np.array([curve.nuisances[0].step for curve in curves])
         most = max(curve.size for curve in curves)
         # After the last point of a shorter curve all weights are zero.
-        self.measured, self.weights = np.zeros((2, len(curves), most))
-        self.basis = np.zeros((len(curves), most, 2))
+        self.measured, self.depths, self.time = np.zeros((3, len(curves), most))
+        self.deviations = np.full((len(curves), most), np.inf)
         for n, curve in enumerate(curves):
-            self.measured[n, : curve.size], self.weights[n, : curve.size] = curve.force, 1.0 / curve.deviations
-            self.basis[n, : curve.size] = curve.basis
+            part = slice(curve.size)
+            self.measured[n, part], self.time[n, part] = curve.force, curve.time - curve.time[0]
+            self.deviations[n, part], self.depths[n, part] = curve.deviations, curve.depth_deviations
 
     def residuals(self, points: Array, places: Places) -> Array:
         """Return residuals of k points of the curves at `places`, shape (s, k, n); NaN where there are none."""
         s, k, q = points.shape
         flat, rows = points.reshape(s * k, q), np.repeat(places, k)
-        forces = rows_of(lambda part: self._forces(flat[part], rows[part]), s * k)
-        forces = np.where(self.weights[rows] > 0.0, forces, 0.0).reshape(s, k, -1)
-        off = (forces - self.measured[places, None]) * self.weights[places, None]
-        off -= (off @ self.basis[places]) @ self.basis[places].swapaxes(1, 2)
+        off = rows_of(lambda part: self.fitted(flat[part], rows[part])[0], s * k).reshape(s, k, -1)
         prior = penalties(self.space, flat[:, :-1]).reshape(s, k, -1)
         return np.concatenate([off, prior], axis=2)
 
-    def _forces(self, points: Array, places: Places) -> Array:
-        """Return forces of curves at some places, shape (m, n); NaN where the solver fails."""
+    def fitted(self, points: Array, places: Places) -> tuple[Array, Array]:
+        """Return residuals of curves at some places, shape (m, n), and their baselines with slopes, shape (m, 2)."""
         materials = self.space.materials(points[:, :-1], self.seed.problem.window)
         series, touches = modulus(materials, self.curves[0].temperature), points[:, -1] * self.unit[places]
-        return self.block.forces(series, touches, places.astype(np.int64), rtol=RTOL)[0]
+        forces, slopes = self.block.forces(series, touches, places.astype(np.int64))
+        beyond = np.isinf(self.deviations[places])
+        forces, slopes = np.where(beyond, 0.0, forces), np.where(beyond, 0.0, slopes)
+        weights = weights_of(self.deviations[places], slopes, self.depths[places])
+        columns = np.stack([weights, self.time[places] * weights], axis=2)
+        off, factors = without_baseline((forces - self.measured[places]) * weights, columns)
+        return off, -factors
 
     @property
     def steps(self) -> Array:
@@ -99,10 +103,12 @@ class Descent:
         )
         points = np.column_stack([np.tile(best[:p], (s, 1)), touch[:, 0] / self.unit])
         everywhere = np.arange(s)
-        weighted = self.measured * self.weights
-        weighted -= np.einsum("sj,snj->sn", np.einsum("sn,snj->sj", weighted, self.basis), self.basis)
-        fitted = self.residuals(points[:, None], everywhere)[:, 0, : weighted.shape[1]] + weighted
-        share, size = np.einsum("sn,sn->s", fitted, weighted), np.einsum("sn,sn->s", fitted, fitted)
+        weights = 1.0 / self.deviations
+        columns = np.stack([weights, self.time * weights], axis=2)
+        measured = without_baseline(self.measured * weights, columns)[0]
+        n_data = measured.shape[1]
+        fitted = self.residuals(points[:, None], everywhere)[:, 0, :n_data] + measured
+        share, size = np.einsum("sn,sn->s", fitted, measured), np.einsum("sn,sn->s", fitted, fitted)
         with np.errstate(invalid="ignore", divide="ignore"):
             factor = np.log(np.where(share > 0.0, share / size, 1.0))
         moduli = [
@@ -146,6 +152,15 @@ Curves = Iterable[IndentationCurve | Callable[[], IndentationCurve]]
 _CHUNK = 64
 # Number of the first curves that are tried as the start of all others.
 _SEEDS = 5
+# What else a table has of each curve: name, unit, and what it is.
+_ABOUT = (
+    ("baseline", "N", "force without contact at the first point"),
+    ("baseline_slope", "N/s", "slope of the force without contact"),
+    ("start_time", "s", "time of the first point of the fit"),
+    ("end_time", "s", "time of the last point of the fit"),
+    ("points", "", "number of points of the fit"),
+    ("indentation_depth", "m", "largest depth below the contact point"),
+)
 # A curve with this multiple of the median of chi2 is fitted again, from starts of its own.
 _POOR = 2.0
 
@@ -153,7 +168,7 @@ _POOR = 2.0
 class MapStatus(Outcome):
     """How the fit of one curve of a map ended."""
 
-    FITTED = 0, ""
+    FITTED = 0, "fitted"
     NOT_CONVERGED = 1, "the descent finds no minimum; give start or bounds"
     NO_FIT = 2, "the descent finds no minimum; give start or bounds"
     REFUSED = 3, "the curve is refused"
@@ -193,9 +208,10 @@ def identify_map(
     Returns
     -------
     xarray.Dataset
-        Each parameter and `contact_point` with their `..._standard_error`, `chi2`, `reduced_chi2`, `status`
-        (`MapStatus`) and `message`. A parameter is NaN if its curve does not determine it. After Ctrl-C the other
-        curves have the status NOT_DONE.
+        Each parameter and `contact_point` with their `..._standard_error`, `baseline`, `baseline_slope`, the range of
+        the fit (`start_time`, `end_time`, `points`, `indentation_depth`), `chi2`, `reduced_chi2`, `status`
+        (`MapStatus`) and `message`, which is never empty. A parameter is NaN if its curve does not determine it, as
+        the message says. After Ctrl-C the other curves have the status NOT_DONE.
 
     Raises
     ------
@@ -251,9 +267,11 @@ def identify_map(
                 table.refuse(place, str(error))
         for alike in _alike(ready):
             group = [ready[n] for n in alike]
-            fits = Descent(group, seed, space).fits()
+            descent = Descent(group, seed, space)
+            fits = descent.fits()
             reasons = _improved(fits, group, space)
-            table.enter(np.array(places)[alike], fits, reasons)
+            baselines = descent.fitted(fits.points, np.arange(len(group)))[1]
+            table.enter(np.array(places)[alike], fits, reasons, group, baselines)
 
     try:
         on_threads(run, range(0, len(items), _CHUNK), workers, lambda: report(table.done))
@@ -270,6 +288,7 @@ class _Table:
         self._space = space
         self._values, self._errors = np.full((2, size, len(space.free) + 1), np.nan)
         self._chi2, self._reduced = np.full((2, size), np.nan)
+        self._about = np.full((len(_ABOUT), size), np.nan)
         self._status = np.full(size, MapStatus.NOT_DONE, dtype=np.int8)
         self._message = np.full(size, MapStatus.NOT_DONE.message, dtype=object)
 
@@ -282,14 +301,20 @@ class _Table:
         """Enter a curve that was refused."""
         self._status[place], self._message[place] = MapStatus.REFUSED, message
 
-    def enter(self, places: Places, fits: CurveFits, reasons: Mapping[int, str]) -> None:
-        """Enter the fits of the curves at these places, with the reasons why some of them failed."""
+    def enter(
+        self, places: Places, fits: CurveFits, reasons: Mapping[int, str], curves: list[IndentationCurve],
+        baselines: Array,
+    ) -> None:  # fmt: skip
+        """Enter the fits of curves at these places, the reasons why some failed, and their baselines with slopes."""
         fitted = np.isfinite(fits.chi2)
+        missing = [[] for _ in curves]
         width = quantile(0.95)
         status = np.where(fits.ended, MapStatus.FITTED, MapStatus.NOT_CONVERGED)
         for k, parameter in enumerate(self._space.free):
             z, error = fits.points[:, k], fits.errors[:, k]
             determined = fitted & (width * error < FAR) & ~fits.bound[:, k]
+            for n in np.flatnonzero(~determined):
+                missing[n].append(parameter.name)
             self._values[places, k] = np.where(determined, parameter.outward(z), np.nan)
             self._errors[places, k] = np.where(
                 determined, parameter.slope(z) * error, np.where(fitted, np.inf, np.nan)
@@ -301,9 +326,15 @@ class _Table:
         status = np.where(fitted, status, MapStatus.NO_FIT)
         self._status[places] = status
         self._message[places] = [
-            reasons.get(n, MapStatus(number).message) if number != MapStatus.FITTED else ""
+            reasons.get(n, MapStatus(number).message)
+            if number != MapStatus.FITTED
+            else f"fitted; the curve does not determine {', '.join(missing[n])}" * bool(missing[n]) or "fitted"
             for n, number in enumerate(status)
         ]
+        ends = [(curve.time[0], curve.time[-1], curve.size, curve.tip.max()) for curve in curves]
+        start, stop, size, deepest = np.array(ends).T
+        deepest = deepest - fits.points[:, -1] * fits.units
+        self._about[:, places] = np.where(fitted, [*baselines.T, start, stop, size, deepest], np.nan)
 
     def dataset(self, shape: tuple[int, ...]) -> xarray.Dataset:
         """Return all results over the grid of places."""
@@ -317,10 +348,15 @@ class _Table:
             words = {"units": attributes["units"], "long_name": f"standard error of the {attributes['long_name']}"}
             columns[name] = self._values[:, k], attributes
             columns[f"{name}_standard_error"] = self._errors[:, k], words
+        for (name, unit, words), values in zip(_ABOUT, self._about, strict=True):
+            columns[name] = values, {"units": unit, "long_name": words}
         columns["chi2"] = self._chi2, {"units": "", "long_name": "sum of the squares of the residuals"}
         columns["reduced_chi2"] = self._reduced, {"units": "", "long_name": "chi2 over the degrees of freedom"}
         columns["status"] = self._status, {"long_name": "status of the fit", **MapStatus.attributes()}
-        columns["message"] = self._message.astype(str), {"long_name": "why the curve has no fit"}
+        columns["message"] = (
+            self._message.astype(str),
+            {"long_name": "what the curve determines, or why it has no fit"},
+        )
         return xr.Dataset({name: (names, data.reshape(shape), about) for name, (data, about) in columns.items()})
 
 

@@ -252,6 +252,10 @@ class Observations(ABC):
         """Return unknowns that were projected out, for the first row: value and SI unit by name."""
         return {}
 
+    def doubts(self, materials: Material, nuisances: Array) -> list[str]:
+        """Return doubts about the fit of the first row, in words."""
+        return []
+
 
 class ForceRecord(Observations):
     """Force over time beside a baseline, a sum of columns whose factors are projected out of the residuals."""

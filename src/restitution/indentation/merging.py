@@ -62,8 +62,8 @@ def merged(imprint: Imprint, recoveries: Array, tolerance: float) -> Imprint:
 
     Notes
     -----
-    A merged panel holds the state of its elements at one instant. A kink that is too weak to be felt goes; the
-    outermost panel has its coordinate like the root of the distance from the edge, where displacements are functions of it.
+    A merged panel holds the state of its elements at one instant. A kink that is too weak to be felt goes.
+    Displacements near the edge are functions of the root of the distance from it, and so is z of the outermost panel.
     """
     count = imprint.end.size
     if count <= _FEW:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restitution.checks import Array, single_nonnegative, single_positive, whole, within
 from restitution.contact.geometry import Contact, Geometry
@@ -79,8 +80,8 @@ class Oscillation(Result):
     time: Array = field(repr=False)
     indentation_depth: Array = field(repr=False)
     force: Array = field(repr=False)
-    depth_harmonics: Array = field(repr=False)
-    force_harmonics: Array = field(repr=False)
+    depth_harmonics: NDArray[Any] = field(repr=False)
+    force_harmonics: NDArray[Any] = field(repr=False)
     frequency: float
     apparent_modulus: complex
     complex_modulus: complex
@@ -235,13 +236,13 @@ def oscillate(
 
 
 def _result(
-    contact: Contact, series: PronySeries, depths: Array, forces: Array, rate: float, radii: tuple[float, float],
+    contact: Contact, series: PronySeries, depths: NDArray[Any], forces: NDArray[Any], rate: float, radii: tuple[float, float],
     share: float, status: OscillationStatus,
 ) -> Oscillation:  # fmt: skip
     time = np.linspace(0.0, 1.0, _TIMES)
     waves = np.exp(2j * math.pi * np.arange(_ORDERS)[:, None] * time)
 
-    def over_time(harmonics: Array) -> Array:
+    def over_time(harmonics: NDArray[Any]) -> Array:
         return harmonics[0].real + np.imag(harmonics[1:, None] * waves[1:]).sum(axis=0)
 
     a = float(np.asarray(contact.profile.stiffness_radius(depths[0].real)))
@@ -268,9 +269,7 @@ def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, ra
     radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost * mean, mean + swing))
     # The contact is lost where no element follows for ever.
     least = radii[0] if steady.innermost > 0.0 else 0.0
-    return _result(
-        contact, series, depths, forces, rate, (least, radii[1]), steady.share, OscillationStatus.STEADY
-    )
+    return _result(contact, series, depths, forces, rate, (least, radii[1]), steady.share, OscillationStatus.STEADY)
 
 
 def _cycles(
@@ -319,7 +318,10 @@ def _last_cycle(
     first = start + (count - 1) / rate
     shares = np.arange(_SAMPLES) / _SAMPLES
     depth, _, force, radius = solution.at(np.minimum(first + shares / rate, solution.history.stop))
+    share = float(np.mean(radius > 0.0))
     factors = np.where(np.arange(_ORDERS) > 0, 2j, 1.0)
     depths, forces = (np.fft.fft(values)[:_ORDERS] / _SAMPLES * factors for values in (depth, force))
+    turns = solution.turning_times[solution.turning_times >= first]
+    radius = np.append(radius, solution.at(turns, before=True)[3])
     radii = float(radius.min()), float(radius.max())
-    return _result(contact, series, depths, forces, rate, radii, float(np.mean(radius > 0.0)), status)
+    return _result(contact, series, depths, forces, rate, radii, share, status)

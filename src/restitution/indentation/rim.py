@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
@@ -27,7 +28,7 @@ _FIRST_ITERATIONS, _MOST_ITERATIONS = 12, 40
 class Steady(NamedTuple):
     """Steady state of `d = mean + amplitude sin(2 pi t)` with the period 1; F is half of the force, 2 int q da."""
 
-    coefficients: Array  # (n,): c_n = int F exp(-2 pi i n t) dt over a period
+    coefficients: NDArray[Any]  # (n,): c_n = int F exp(-2 pi i n t) dt over a period
     innermost: float  # depth of the outermost element that never leaves, 0 without one
     depths: Array  # (m,): of elements of the rim
     leaving: Array  # (m,): when they leave
@@ -131,11 +132,11 @@ class _Rim:
             raise InputError("cycles", rule="must be given: the steady state of this oscillation is not found")
         return times[0], times[1]
 
-    def coefficients(self, leaving: Array, touching: Array, excess: Array, orders: Array) -> Array:
+    def coefficients(self, leaving: Array, touching: Array, excess: Array, orders: Array) -> NDArray[Any]:
         """Return int q exp(-2 pi i n t) dt over a period, shape (m, n)."""
         solid, omega = self.solid, 2.0 * math.pi
 
-        def integral(rate: Array) -> Array:
+        def integral(rate: NDArray[Any]) -> NDArray[Any]:
             """Return int exp(rate t) dt over the contact."""
             rate = np.broadcast_to(rate, (leaving.size, orders.size))
             ends = np.exp(rate * leaving[:, None]) - np.exp(rate * touching[:, None])
@@ -185,7 +186,7 @@ def steady_state(
     stiffness += np.sum(solid.moduli * (1j * omega / (1j * omega + solid.rates)))
     inner = mean - abs(stiffness) * amplitude / solid.equilibrium if solid.equilibrium > 0.0 else -math.inf
     inner = max(inner, 0.0)
-    orders = np.arange(count)
+    orders = np.arange(float(count))
     top = mean + amplitude
     depths = inner + (top - inner) * (3.0 * _PLACES**2 - 2.0 * _PLACES**3)
 

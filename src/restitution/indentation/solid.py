@@ -1,8 +1,13 @@
 """Numbers of a relaxation modulus for the elements of `restitution.kernel.panels`."""
 
-import numpy as np
+from collections.abc import Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.checks import Array
 from restitution.kernel.panels import Solid
+from restitution.kernel.record import Solids
 from restitution.material.prony import PronySeries, secular_roots
 
 
@@ -28,3 +33,36 @@ def solid_of(series: PronySeries) -> Solid:
         equilibrium, viscosity, moduli, 1.0 / times, equilibrium + float(moduli.sum()), recoveries, displacement,
         np.ascontiguousarray(loads), np.ascontiguousarray(touching),
     )  # fmt: skip
+
+
+def solids_of(series: PronySeries) -> Iterator[tuple[NDArray[np.intp], Solids]]:
+    """Yield the same numbers of many series, in groups of equal numbers of branches, and the places of each group.
+
+    A series without a modulus, or with one that is not finite, is left out.
+    """
+    short = series.simplified()
+    for rows, group in short.groups():
+        equilibrium, viscosity, moduli, times = group.columns
+        total = equilibrium + viscosity + moduli.sum(axis=1)
+        kept = np.isfinite(total) & (total > 0.0) & np.isfinite(times).all(axis=1)
+        for liquid in (False, True):
+            part = np.flatnonzero(kept & ((equilibrium == 0.0) == liquid))
+            if part.size:
+                parts = equilibrium[part], viscosity[part], moduli[part, ::-1], times[part, ::-1]
+                yield rows[part], _solids(*map(np.ascontiguousarray, parts))
+
+
+def _solids(equilibrium: Array, viscosity: Array, moduli: Array, times: Array) -> Solids:
+    """Return the numbers of solids, or of liquids; times descending."""
+    roots = secular_roots(equilibrium, viscosity, moduli, times)
+    recoveries, displacement = 1.0 / roots.times, equilibrium[:, None] / roots.slopes
+    loads, touching = roots.terms / roots.slopes[:, :, None], moduli[:, :, None] * roots.terms.swapaxes(1, 2)
+    if equilibrium[0] == 0.0:
+        flow = viscosity + (moduli * times).sum(axis=1)
+        n, none = flow.size, np.zeros((flow.size, 1))
+        recoveries = np.concatenate([none, recoveries], axis=1)
+        displacement = np.concatenate([np.ones((n, 1)), displacement], axis=1)
+        loads = np.concatenate([-times[:, None] / flow[:, None, None], loads], axis=1)
+        touching = np.concatenate([np.zeros((n, times.shape[1], 1)), touching], axis=2)
+    parts = moduli, 1.0 / times, recoveries, displacement, loads, touching
+    return Solids(equilibrium, viscosity, *map(np.ascontiguousarray, parts))

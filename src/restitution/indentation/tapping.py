@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -41,7 +41,7 @@ COLUMNS = {
     "max_force": Quantity("max_force", FORCE, "largest force", r"$F_\mathrm{max}$"),
     "mean_force": Quantity("mean_force", FORCE, "mean force", r"$\bar F$"),
     "max_indentation_depth": Quantity("max_indentation_depth", LENGTH, "largest indentation", r"$d_\mathrm{max}$"),
-    "dissipated": Quantity("dissipated", ENERGY, "energy into the surface per tap", r"$E_\mathrm{tap}$"),
+    "dissipated": Quantity("dissipated", ENERGY, "loss per tap", r"$E_\mathrm{tap}$"),
 }
 
 
@@ -92,7 +92,7 @@ class Tapping(Result):
     """
 
     _numbers = (*COLUMNS, "status", "taps", "free_amplitude")
-    _picture = "tapping.overview"
+    _picture = "oscillation.tapping_curves"
 
     distance: Array
     amplitude: Array

@@ -1,0 +1,78 @@
+"""Pages of an oscillating indentation and of tapping."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from restitution.indentation.tapping import COLUMNS
+from restitution.plot import history as curves
+from restitution.plot import style
+from restitution.quantities import HISTORY, Quantity
+from restitution.units import ANGLE
+
+if TYPE_CHECKING:
+    from restitution.indentation.oscillation import Oscillation
+    from restitution.indentation.tapping import Tapping
+
+_DEGREES = Quantity("phase", ANGLE, "phase to the drive [deg]", r"$\phi$")
+
+
+def overview(result: Oscillation, *, figure: Figure | None = None) -> Figure:
+    """Draw depth and force over a period, and force over depth with the ellipse that the textbook reads.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> solid = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=float("inf"))
+    >>> wave = rs.oscillate(solid, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=0.2)
+    >>> len(overview(wave).axes)
+    3
+    """
+    words = f"E' reads {100 * result.storage_error:+.2g} %, E'' {100 * result.loss_error:+.2g} % off"
+    with style.page("AB;CC", height=5.4, figure=figure, title=words) as (page, panels):
+        history = result.history
+        for draw, ax in zip((curves.depth_time, curves.force_time), panels, strict=False):
+            draw(ax, history)
+            ax.set_xlabel(ax.get_xlabel().replace(HISTORY["time"].words, "time"))
+        curves.force_indentation(panels[2], history)
+        mean, first = result.force_harmonics[0].real, result.force_harmonics[1]
+        depth, swing = result.depth_harmonics[0].real, result.depth_harmonics[1]
+        waves = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 257))
+        ellipse = history.assign(
+            indentation_depth=("time", depth + np.imag(swing * waves)), force=("time", mean + np.imag(first * waves))
+        )
+        style.draw(
+            panels[2], (HISTORY["indentation_depth"], ellipse["indentation_depth"].values),
+            (HISTORY["force"], ellipse["force"].values), color=style.ORANGE, linestyle="--", label="first harmonics",
+        )  # fmt: skip
+        panels[2].legend(loc="upper left")
+    return page
+
+
+def tapping_curves(result: Tapping, *, figure: Figure | None = None) -> Figure:
+    """Draw amplitude, phase, largest force and loss per tap over the distance.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> solid = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=float("inf"))
+    >>> options = {"spring_constant": 1.0, "quality_factor": 10.0, "frequency": 0.16, "free_amplitude": 1.0}
+    >>> len(tapping_curves(rs.tap(solid, rs.Parabola(1.0), [0.9, 0.8], **options)).axes)
+    4
+    """
+    with style.page("AB;CD", height=5.0, figure=figure, title="Tapping over the distance") as (page, panels):
+        across = COLUMNS["distance"], result.distance
+        columns = (
+            (COLUMNS["amplitude"], result.amplitude), (_DEGREES, np.degrees(result.phase)),
+            (COLUMNS["max_force"], result.max_force), (COLUMNS["dissipated"], result.dissipated),
+        )  # fmt: skip
+        for ax, column, color in zip(
+            panels, columns, (style.BLUE, style.GREEN, style.VERMILION, style.ORANGE), strict=True
+        ):
+            style.draw(ax, across, column, color=color, marker=".")
+        panels[1].set_ylabel(_DEGREES.words)
+    return page

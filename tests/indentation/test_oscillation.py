@@ -1,0 +1,122 @@
+"""Oscillating indentation: table and row O1 of the design page on cycles, closed forms, and cycles by panels."""
+
+import math
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from refusals import named
+from restitution.indentation.oscillation import OscillationStatus
+
+# E* = 1 + 4 exp(-t): the reduced modulus of an incompressible material is four times that in shear.
+SOLID = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=math.inf)
+UNIT = 0.5 / math.pi  # frequency of w = 1
+# Amplitude over depth, errors of E' and E'' in per cent, and smallest radius over that at the mean depth.
+TABLE = [
+    (0.003, -0.11, -0.21, 0.995), (0.01, -0.35, -0.69, 0.982), (0.03, -1.1, -2.1, 0.944), (0.1, -3.8, -7.3, 0.800),
+    (0.3, -14.0, -27.0, 0.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("share", "storage", "loss", "radius"), TABLE)
+def test_the_reading_of_the_textbook_neglects_the_rim(share, storage, loss, radius):
+    wave = rs.oscillate(SOLID, rs.Parabola(1.0), depth=1.0, amplitude=share, frequency=UNIT)
+    assert 100.0 * wave.storage_error == pytest.approx(
+        storage, abs=0.005 if share < 0.02 else 0.5 if share > 0.2 else 0.05
+    )
+    assert 100.0 * wave.loss_error == pytest.approx(loss, abs=0.005 if share < 0.02 else 0.5 if share > 0.2 else 0.05)
+    assert wave.min_contact_radius == pytest.approx(radius, abs=6e-4)
+    assert wave.complex_modulus == pytest.approx(3.0 + 2.0j, rel=1e-12)
+    assert wave.status is OscillationStatus.STEADY
+
+
+def test_the_sixth_of_six_cycles():
+    """Row O1: ramp to 1 within 1, hold to 41, then d = 1 + 0.1 sin(t - 41)."""
+    wave = rs.oscillate(
+        SOLID, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=UNIT, cycles=6, rise_time=1.0, hold_time=40.0
+    )
+    assert wave.force_harmonics[0].real == pytest.approx(1.34301000185, abs=1e-9)
+    assert wave.force_harmonics[1].real == pytest.approx(0.57746212548, abs=1e-9)
+    assert wave.force_harmonics[1].imag == pytest.approx(0.37074589525, abs=1e-9)
+    assert wave.min_contact_radius == pytest.approx(0.799652970, abs=1e-8)
+    assert wave.status is OscillationStatus.LAST_CYCLE
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [rs.Parabola(2.0), rs.Cone(1.2), rs.Sphere(3.0), rs.TruncatedCone(0.5, 0.2), rs.Ellipsoid(1.0, 2.0)],
+    ids=["parabola", "cone", "sphere", "truncated cone", "ellipsoid"],
+)
+def test_the_steady_state_of_elements_is_that_of_many_cycles(profile):
+    """The rim by periodic elements and twenty cycles by panels share nothing but the changes of state."""
+    series = rs.PronySeries(0.3, [1.0, 0.4], [1.0, 0.2])
+    material = rs.Material(series, bulk=math.inf)
+    options = {"depth": 0.3, "amplitude": 0.05, "frequency": 0.4}
+    steady = rs.oscillate(material, profile, **options)
+    many = rs.oscillate(material, profile, **options, cycles=20, hold_time=60.0, rtol=1e-9)
+    scale = abs(many.force_harmonics[0])
+    assert steady.force_harmonics == pytest.approx(many.force_harmonics, abs=1e-8 * scale)
+    assert steady.dissipated == pytest.approx(many.dissipated, rel=1e-6)
+    assert steady.min_contact_radius == pytest.approx(many.min_contact_radius, rel=1e-6)
+
+
+def test_a_flat_punch_is_read_exactly():
+    """Its radius is constant: F_1 = 2 a E*(i w) d_1."""
+    wave = rs.oscillate(SOLID, rs.FlatPunch(0.3), depth=1.0, amplitude=0.1, frequency=UNIT)
+    assert wave.apparent_modulus == pytest.approx(3.0 + 2.0j, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_cone_follows_the_law_of_first_order(seed):
+    """The rim's share is linear in the amplitude for a cone until contact is lost (a' = const), at any modulus."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 4))
+    series = rs.PronySeries(1.0, rng.uniform(0.1, 1.0, count), 10.0 ** rng.uniform(-1.0, 1.0, count))
+    material, angle = rs.Material(series, bulk=math.inf), float(rng.uniform(0.3, 1.3))
+    shares = np.array([0.002, 0.02, 0.04])
+    waves = [rs.oscillate(material, rs.Cone(angle), depth=0.5, amplitude=0.5 * x, frequency=0.3) for x in shares]
+    errors = np.array([[wave.storage_error, wave.loss_error] for wave in waves])
+    assert np.all(errors < 0.0)
+    assert errors[1:] / shares[1:, None] == pytest.approx(np.tile(errors[0] / shares[0], (2, 1)), rel=1e-8)
+
+
+def test_an_elastic_body_dissipates_nothing():
+    wave = rs.oscillate(rs.elastic(youngs_modulus=1.0, poisson_ratio=0.5), rs.Parabola(1.0), depth=1.0, amplitude=0.4, frequency=1.0)
+    assert abs(wave.dissipated) < 1e-12
+    # F = 4/3 E* sqrt(R) d^(3/2) at once.
+    expected = 4.0 / 3.0 * (1.0 / 0.75) * wave.indentation_depth**1.5
+    assert wave.force == pytest.approx(expected, rel=1e-4)
+
+
+def test_an_oscillating_force_is_that_of_the_depth_that_it_makes():
+    wave = rs.oscillate(SOLID, rs.Parabola(1.0), force=1.3, amplitude=0.5, frequency=UNIT)
+    assert wave.status is OscillationStatus.STEADY
+    assert wave.force_harmonics[0] == pytest.approx(1.3, rel=1e-9)
+    assert wave.force_harmonics[1] == pytest.approx(0.5, rel=1e-9)
+    # Below the amplitude at which the depth is a sine, both readings agree.
+    small = rs.oscillate(SOLID, rs.Parabola(1.0), force=1.3, amplitude=0.005, frequency=UNIT)
+    depth = small.depth_harmonics
+    again = rs.oscillate(SOLID, rs.Parabola(1.0), depth=depth[0].real, amplitude=abs(depth[1]), frequency=UNIT)
+    assert small.storage_error == pytest.approx(again.storage_error, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"depth": 1.0, "amplitude": -1.0, "frequency": 1.0}, "amplitude"),
+        ({"depth": 1.0, "amplitude": 0.1, "frequency": 0.0}, "frequency"),
+        ({"amplitude": 0.1, "frequency": 1.0}, "depth, force"),
+        ({"force": 1.0, "amplitude": 1.0, "frequency": 1.0}, "amplitude"),
+        ({"depth": 1.0, "amplitude": 0.1, "frequency": 1.0, "cycles": 0}, "cycles"),
+    ],
+)
+def test_silly_input_is_refused(options, field):
+    assert named(lambda: rs.oscillate(SOLID, rs.Parabola(1.0), **options))[0] == field
+
+
+def test_a_result_shows_itself():
+    wave = rs.oscillate(SOLID, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=UNIT)
+    assert "error of the reading" in str(wave)
+    assert wave.history.sizes["time"] == wave.time.size
+    assert len(wave.plot().axes) == 3

@@ -1,0 +1,113 @@
+"""Tapping: row T1 of the design page on cycles, free oscillation, energy, and plain taps."""
+
+import math
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from refusals import named
+from restitution.indentation.tapping import TappingStatus
+
+SOLID = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=math.inf)
+OPTIONS = {"spring_constant": 1.0, "quality_factor": 10.0, "frequency": 0.5 / math.pi, "free_amplitude": 1.0}
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-10])
+def test_the_row_of_a_standard_solid(rtol):
+    """m = k = 1, Q = 10, drive cos(t)/10, D = 0.8; 12 digits from panels of two orders and 69 plain taps."""
+    curve = rs.tap(SOLID, rs.Parabola(1.0), 0.8, **OPTIONS, rtol=rtol)
+    assert curve.status[0] == TappingStatus.PERIODIC
+    assert curve.amplitude[0] == pytest.approx(0.925092312856, abs=rtol)
+    assert math.degrees(curve.phase[0]) == pytest.approx(-70.32667892693, abs=100.0 * rtol)
+    assert curve.dissipated[0] == pytest.approx(0.004591248550, abs=rtol)
+    assert curve.contact_share[0] == pytest.approx(0.1330560150, abs=10.0 * rtol)
+    assert curve.mean_force[0] == pytest.approx(0.0170985472, abs=max(rtol, 1e-10))
+
+
+def test_units_scale():
+    """The same row for a tip of 10 nm on a material of 1 MPa: all lengths, forces and times scale."""
+    length, modulus, time = 1e-8, 1e6, 1e-6
+    material = rs.Material(rs.PronySeries(0.25 * modulus, [modulus], [time]), bulk=math.inf)
+    curve = rs.tap(
+        material, rs.Parabola(length), 0.8 * length, spring_constant=modulus * length, quality_factor=10.0,
+        frequency=0.5 / math.pi / time, drive=0.1 * modulus * length**2,
+    )  # fmt: skip
+    assert curve.free_amplitude == pytest.approx(length, rel=1e-12)
+    assert curve.amplitude[0] == pytest.approx(0.925092312856 * length, rel=1e-8)
+    assert curve.dissipated[0] == pytest.approx(0.004591248550 * modulus * length**3, rel=1e-7)
+
+
+def test_what_the_drive_gives_is_lost():
+    """A period takes pi P A sin(-phase) from the drive; air takes pi c w A^2 of it but for higher harmonics."""
+    curve = rs.tap(SOLID, rs.Parabola(1.0), np.array([0.95, 0.9, 0.8, 0.7]), **OPTIONS)
+    given = math.pi * 0.1 * curve.amplitude * np.sin(-curve.phase)
+    air = math.pi * 0.1 * curve.amplitude**2
+    # Higher harmonics of the velocity carry some 1e-4 of the air's share.
+    assert curve.dissipated == pytest.approx(given - air, rel=5e-3, abs=1e-5)
+    assert np.all(np.diff(curve.dissipated) > 0.0)
+    assert np.all(np.diff(curve.amplitude) < 0.0)
+
+
+def test_an_elastic_surface_takes_no_energy():
+    curve = rs.tap(rs.elastic(youngs_modulus=1.0, poisson_ratio=0.5), rs.Parabola(1.0), [0.9, 0.8], **OPTIONS)
+    assert np.all(curve.status == TappingStatus.PERIODIC)
+    assert np.abs(curve.dissipated).max() < 1e-8
+
+
+def test_a_distance_beyond_the_free_amplitude():
+    curve = rs.tap(SOLID, rs.Parabola(1.0), [1.2, 0.9], **OPTIONS, resonance_frequency=0.17)
+    assert curve.status.tolist() == [TappingStatus.FREE, TappingStatus.PERIODIC]
+    assert curve.amplitude[0] == pytest.approx(1.0, rel=1e-12)
+    # Below the resonance: tan(phase) = -(r/Q)/(1 - r^2).
+    r = 0.5 / math.pi / 0.17
+    assert curve.phase[0] == pytest.approx(-math.atan2(r / 10.0, 1.0 - r * r), rel=1e-12)
+
+
+def test_too_few_taps_are_a_status():
+    curve = rs.tap(SOLID, rs.Parabola(1.0), 0.8, **OPTIONS, max_taps=5)
+    assert curve.status[0] == TappingStatus.NOT_PERIODIC
+    assert curve.taps[0] == 5
+    assert 0.5 < curve.amplitude[0] < 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(12))
+def test_extrapolated_taps_end_where_plain_taps_do(seed, monkeypatch):
+    """Random solids and distances; plain taps run through the whole transient."""
+    import restitution.indentation.tapping as tapping
+
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 3))
+    series = rs.PronySeries(0.25, rng.uniform(0.2, 2.0, count), 10.0 ** rng.uniform(-1.0, 0.5, count))
+    material = rs.Material(series, bulk=math.inf)
+    options = OPTIONS | {"quality_factor": float(rng.uniform(3.0, 8.0))}
+    distance = float(rng.uniform(0.7, 0.95))
+    quick = rs.tap(material, rs.Parabola(1.0), distance, **options)
+    monkeypatch.setattr(tapping, "_MEMORY", 1)
+    plain = rs.tap(material, rs.Parabola(1.0), distance, **options)
+    assert quick.status[0] == plain.status[0] == TappingStatus.PERIODIC
+    assert quick.amplitude[0] == pytest.approx(plain.amplitude[0], abs=3e-8)
+    assert quick.phase[0] == pytest.approx(plain.phase[0], abs=1e-7)
+    assert quick.taps[0] < plain.taps[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"quality_factor": 0.4}, "quality_factor"),
+        ({"free_amplitude": None}, "free_amplitude, drive"),
+        ({"spring_constant": -1.0}, "spring_constant"),
+        ({"max_taps": 1}, "max_taps"),
+        ({"rtol": 1.0}, "rtol"),
+    ],
+)
+def test_silly_input_is_refused(change, field):
+    assert named(lambda: rs.tap(SOLID, rs.Parabola(1.0), 0.8, **(OPTIONS | change)))[0] == field
+
+
+def test_a_result_shows_itself():
+    curve = rs.tap(SOLID, rs.Parabola(1.0), [1.1, 0.9], **OPTIONS)
+    assert "PERIODIC" in str(curve)
+    assert curve.to_dataset().sizes["distance"] == 2
+    assert len(curve.plot().axes) == 4
