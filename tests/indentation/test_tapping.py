@@ -39,12 +39,11 @@ def test_units_scale():
 
 
 def test_what_the_drive_gives_is_lost():
-    """A period takes pi P A sin(-phase) from the drive; air takes pi c w A^2 of it but for higher harmonics."""
+    """A period takes pi P A sin(-phase) from the drive; air takes pi c w A^2 of it, and a little by higher harmonics."""
     curve = rs.tap(SOLID, rs.Parabola(1.0), np.array([0.95, 0.9, 0.8, 0.7]), **OPTIONS)
-    given = math.pi * 0.1 * curve.amplitude * np.sin(-curve.phase)
-    air = math.pi * 0.1 * curve.amplitude**2
-    # Higher harmonics of the velocity carry some 1e-4 of the air's share.
-    assert curve.dissipated == pytest.approx(given - air, rel=5e-3, abs=1e-5)
+    left = math.pi * 0.1 * curve.amplitude * (np.sin(-curve.phase) - curve.amplitude)
+    assert np.all(curve.dissipated < left)
+    assert curve.dissipated == pytest.approx(left, rel=0.1)
     assert np.all(np.diff(curve.dissipated) > 0.0)
     assert np.all(np.diff(curve.amplitude) < 0.0)
 

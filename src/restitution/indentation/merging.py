@@ -123,4 +123,4 @@ def _one(now: _Values, first: int, last: int, tolerance: float) -> Array | None:
     basis = chebyshev.chebvander(2.0 * _CHECKS - 1.0, rule.c.size - 1)
     error = np.abs(coefficients[1:] @ basis.T - now.at(place(_CHECKS)))
     tail = np.abs(coefficients[1:, -2:]).sum(axis=1)
-    return coefficients if max(float(error.max()), float(tail.max())) <= tolerance else None
+    return coefficients if max(error.max(initial=0.0), tail.max(initial=0.0)) <= tolerance else None

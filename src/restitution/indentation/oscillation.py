@@ -295,8 +295,8 @@ def _until_steady(
 ) -> tuple[PanelSolution, int, OscillationStatus]:  # fmt: skip
     """Return a solution whose last two cycles are alike, the number of cycles, and whether they are."""
     count, period = 8, 1.0 / wave[2]
+    solution = _cycles(contact, series, name, wave, before, count, rtol)
     while True:
-        solution = _cycles(contact, series, name, wave, before, count, rtol)
         stop = sum(before) + count * period
         times = stop - period * np.linspace(0.02, 0.98, 33)
         depth, _, force, _ = solution.at(times)
@@ -306,7 +306,10 @@ def _until_steady(
             return solution, count, OscillationStatus.STEADY
         if 2 * count > _MOST_CYCLES:
             return solution, count, OscillationStatus.NOT_STEADY
-        count *= 2
+        try:
+            solution, count = _cycles(contact, series, name, wave, before, 2 * count, rtol), 2 * count
+        except InputError:
+            return solution, count, OscillationStatus.NOT_STEADY
 
 
 def _last_cycle(

@@ -52,11 +52,12 @@ class TappingStatus(Outcome):
     FREE = 1, "the tip does not reach the surface"
     NOT_PERIODIC = 2, "the taps had not become periodic; the numbers are those of the last one"
     NOT_SOLVED = 3, "a tap could not be solved; the numbers are NaN"
+    IN_CONTACT = 4, "the tip stays in contact at the top of its way; the numbers are NaN"
 
     @property
     def failed(self) -> bool:
         """Whether there are no numbers."""
-        return self is TappingStatus.NOT_SOLVED
+        return self >= TappingStatus.NOT_SOLVED
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -147,6 +148,10 @@ class _Cantilever(NamedTuple):
         return self.push / complex(self.stiffness - self.mass * w * w, self.damping * w)
 
 
+class _StaysInContact(Exception):
+    """The tip does not leave the surface within a period."""
+
+
 class _Start(NamedTuple):
     """State at the beginning of a period: depth, velocity, and the surface."""
 
@@ -187,6 +192,9 @@ class _Tapper:
 
     def end(self, solution: PanelSolution) -> _Start:
         """Return the state at the end."""
+        ends = solution.contact_intervals[:, 1]
+        if ends.size and not np.isfinite(ends[-1]):
+            raise _StaysInContact
         depth, rate, _, _ = solution.at(solution.history.stop)
         return _Start(float(depth[0]), float(rate[0]), solution.surface(self.contact))
 
@@ -362,6 +370,8 @@ def _at_distance(
         solution, after, status = tapper.steady(distance, begin, most)
     except InputError:
         return {}, None, TappingStatus.NOT_SOLVED
+    except _StaysInContact:
+        return {}, None, TappingStatus.IN_CONTACT
     times, weights, (depth, _, force) = solution.quadrature()
     height, omega = -(depth + distance), tapper.lever.omega
     # The drive is cos(w t - free phase) here.

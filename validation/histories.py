@@ -1,0 +1,93 @@
+"""Random histories by panels: how many are solved, and how far they are from stricter solutions and from Ting.
+
+`python validation/histories.py [number of programs]` prints the table of docs/development/decisions/histories.md.
+"""
+
+import math
+import sys
+import time
+import warnings
+
+import numpy as np
+
+import restitution as rs
+from restitution.errors import InputError
+from restitution.indentation.history import History
+from restitution.indentation.panels import solve_by_panels
+
+RTOL = 1e-8
+PROFILES = (
+    rs.Parabola(1e-2), rs.Cone(0.5), rs.Sphere(1e-2), rs.TruncatedCone(0.5, 1e-5), rs.Pyramid(1.2)
+)  # fmt: skip
+
+
+def draw(rng, dashpots):
+    """A profile, a solid or a liquid of up to 19 terms, and times and depths of straight lines, holds and steps."""
+    profile = PROFILES[rng.integers(len(PROFILES))]
+    count = int(rng.integers(0, 6) if rng.random() < 0.8 else rng.integers(6, 20))
+    equilibrium = float(count == 0 or rng.random() < 0.75)
+    first = -3.0 if rng.random() < 0.5 else -1.0
+    times = np.sort(10.0 ** rng.uniform(first, 1.5, count))
+    viscosity = 0.3 * 10.0 ** rng.uniform(-2.0, 0.0) if dashpots else 0.0
+    series = rs.PronySeries(
+        1e6 * equilibrium, 1e6 * 10.0 ** rng.uniform(-1.0, 1.0, count), times, parallel_viscosity=1e6 * viscosity
+    )
+    size = int(rng.integers(2, 10))
+    t = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 1.0, size))])
+    start = 0.0 if rng.random() < 0.5 else -rng.uniform(0.0, 0.5)
+    d = np.concatenate([[start, rng.uniform(0.5, 1.0)], rng.uniform(-0.3, 1.0, size - 1)])
+    for n in 2 + np.flatnonzero(rng.random(size - 2) < 0.2):
+        d[n] = d[n - 1]
+    return profile, series, t, 1e-4 * d
+
+
+def history_of(kind, t, d):
+    """The history of a kind, and the arguments of the solver."""
+    if kind == "force":
+        force = 1e6 * np.abs(d)
+        force[0] = 0.0
+        return History.from_points(t, force), "force", None
+    stiffness = None if kind == "depth" else 1e3
+    return History.from_points(t, d), "depth", stiffness
+
+
+def check(kind, dashpots, count):
+    """Solve random programs; return how many are solved, the largest difference, and the mean time."""
+    solved, worst, spent = 0, 0.0, 0.0
+    for seed in range(count):
+        rng = np.random.default_rng([7, seed])
+        profile, series, t, d = draw(rng, dashpots)
+        history, name, stiffness = history_of(kind, t, d)
+        begin = time.perf_counter()
+        try:
+            solution = solve_by_panels(profile, series, history, name, RTOL, stiffness)
+        except InputError:
+            continue
+        spent += time.perf_counter() - begin
+        solved += 1
+        try:
+            strict = solve_by_panels(profile, series, history, name, 1e-2 * RTOL, stiffness)
+        except InputError:
+            continue
+        moments = np.sort(rng.uniform(t[0], t[-1], 50))
+        column = 0 if kind == "force" else 2
+        values, expected = solution.at(moments)[column], strict.at(moments)[column]
+        if expected.max() > 0.0:
+            worst = max(worst, float(np.abs(values - expected).max() / expected.max()))
+        assert solution.work >= solution.elements.stored - 1e-9 * solution.units.force * solution.units.length
+    return solved, worst, 1e3 * spent / max(solved, 1)
+
+
+def main():
+    warnings.simplefilter("ignore")
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 300
+    print("| driven by | dashpot | solved | largest difference | mean time [ms] |\n|---|---|---|---|---|")
+    for kind in ("depth", "force", "spring"):
+        for dashpots in (False, True):
+            solved, worst, mean = check(kind, dashpots, count)
+            print(f"| {kind} | {'yes' if dashpots else 'no'} | {solved} of {count} | {worst:.1e} | {mean:.1f} |", flush=True)
+    assert math.isfinite(worst)
+
+
+if __name__ == "__main__":
+    main()
