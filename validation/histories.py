@@ -85,7 +85,10 @@ def main():
     for kind in ("depth", "force", "spring"):
         for dashpots in (False, True):
             solved, worst, mean = check(kind, dashpots, count)
-            print(f"| {kind} | {'yes' if dashpots else 'no'} | {solved} of {count} | {worst:.1e} | {mean:.1f} |", flush=True)
+            print(
+                f"| {kind} | {'yes' if dashpots else 'no'} | {solved} of {count} | {worst:.1e} | {mean:.1f} |",
+                flush=True,
+            )
     assert math.isfinite(worst)
 
 

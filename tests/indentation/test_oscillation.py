@@ -82,7 +82,9 @@ def test_a_cone_follows_the_law_of_first_order(seed):
 
 
 def test_an_elastic_body_dissipates_nothing():
-    wave = rs.oscillate(rs.elastic(youngs_modulus=1.0, poisson_ratio=0.5), rs.Parabola(1.0), depth=1.0, amplitude=0.4, frequency=1.0)
+    wave = rs.oscillate(
+        rs.elastic(youngs_modulus=1.0, poisson_ratio=0.5), rs.Parabola(1.0), depth=1.0, amplitude=0.4, frequency=1.0
+    )
     assert abs(wave.dissipated) < 1e-12
     # F = 4/3 E* sqrt(R) d^(3/2) at once.
     expected = 4.0 / 3.0 * (1.0 / 0.75) * wave.indentation_depth**1.5

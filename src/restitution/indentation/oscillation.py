@@ -236,8 +236,8 @@ def oscillate(
 
 
 def _result(
-    contact: Contact, series: PronySeries, depths: NDArray[Any], forces: NDArray[Any], rate: float, radii: tuple[float, float],
-    share: float, status: OscillationStatus,
+    contact: Contact, series: PronySeries, depths: NDArray[Any], forces: NDArray[Any], rate: float,
+    radii: tuple[float, float], share: float, status: OscillationStatus,
 ) -> Oscillation:  # fmt: skip
     time = np.linspace(0.0, 1.0, _TIMES)
     waves = np.exp(2j * math.pi * np.arange(_ORDERS)[:, None] * time)
