@@ -9,7 +9,6 @@ import restitution as rs
 from refusals import in_one_line, warns
 from restitution.identification import map as map_module
 from restitution.identification.map import MapStatus
-from restitution.indentation.solve import IndentationBlock
 from restitution.material.prony import PronySeries
 
 TIP = rs.Parabola(2.5e-6)
@@ -20,13 +19,19 @@ DEPTH = np.interp(TIME, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
 SD = 1e-11
 
 
+def force_of(equilibrium, branch, time, place):
+    """Force over `TIME` of an incompressible standard solid with this contact point, by the solver of indentations."""
+    solid = rs.Material(PronySeries(equilibrium, [branch], [time]), bulk=math.inf)
+    result = rs.indent(solid, TIP, depth=np.array([0.0, 1.4e-6, 0.0]) - place, time=[0.0, 1.4, 2.8])
+    return result.sample(TIME).force.values
+
+
 def curves_of(count, seed, spread=0.4):
     """Curves of random standard solids and contact points, and the truth, shape (4, count)."""
     rng = np.random.default_rng(seed)
     equilibrium, branch, time = np.array([[70.0], [270.0], [0.3]]) * np.exp(rng.normal(0.0, spread, (3, count)))
     places = rng.uniform(0.3e-6, 0.5e-6, count)
-    reduced = PronySeries(4.0 * equilibrium, 4.0 * branch[:, None], time[:, None])
-    forces, _ = IndentationBlock(TIP, [(TIME, DEPTH, TIME)], 2e-6).forces(reduced, places)
+    forces = np.stack([force_of(*numbers) for numbers in zip(equilibrium, branch, time, places, strict=True)])
     forces += rng.normal(0.0, SD, forces.shape)
     curves = [rs.IndentationCurve(TIME, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD)) for force in forces]
     return curves, np.stack([equilibrium, branch, branch * time, places])

@@ -40,21 +40,6 @@ class IndentationStatus(Outcome):
 
     SEPARATED = outcome.SEPARATED, "the contact ended within the prescribed history"
     IN_CONTACT = outcome.IN_CONTACT, "the bodies were still in contact when the prescribed history ended"
-    NO_TOUCH = outcome.NO_TOUCH, "the bodies do not touch"
-    TOUCHES_AT_START = outcome.TOUCHES_AT_START, "the bodies touch at the start already"
-    BEYOND_PROFILE = outcome.BEYOND_PROFILE, "the indentation is deeper than the profile"
-    GROWS_AGAIN = outcome.GROWS_AGAIN, "the contact grows again before it ends, which a fit does not follow"
-    TOUCHES_AGAIN = outcome.TOUCHES_AGAIN, "the surface may reach the indenter again, which a fit does not follow"
-    NOT_RESOLVED = (
-        outcome.NOT_RESOLVED,
-        "the history has too many kinks, or rises too fast for the digits of its times",
-    )
-    OVERFLOW = outcome.OVERFLOW, "a modulus, time or force is not finite, or beyond the range of numbers"
-
-    @property
-    def failed(self) -> bool:
-        """Whether there is no result."""
-        return self > IndentationStatus.IN_CONTACT
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextvars import ContextVar
 from functools import lru_cache
-from threading import local
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import Array, finite, single, single_positive, within
 from restitution.contact.geometry import Contact, Geometry, of_type
 from restitution.contact.profiles import Profile
-from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
-from restitution.indentation.history import NO_FORCE, UNITS, History, contact_part, graded, without_collinear
+from restitution.indentation.history import NO_FORCE, UNITS, History, contact_part, graded
 from restitution.indentation.panels import (
     PanelSolution,
     Units,
@@ -37,12 +35,7 @@ from restitution.kernel.indentation import (
     ELEMENT_SHARE,
     LARGEST,
     SMALLEST,
-    Histories,
-    Indenter,
     Recovery,
-    Room,
-    Rows,
-    indent_rows,
     recover,
     sample,
     through_jump,
@@ -58,7 +51,6 @@ from restitution.kernel.memory import (
     quadrature,
     remember,
 )
-from restitution.kernel.path import power_path, table_path
 from restitution.kernel.shrinking import (
     Checks,
     check_points,
@@ -71,7 +63,6 @@ from restitution.kernel.shrinking import (
 )
 from restitution.material.prony import PronySeries, Retardation
 from restitution.material.viscoelastic import Material, single_material
-from restitution.parallel import on_threads
 
 # Evolution of the contact: growth (Lee and Radok), shrinkage and end (Ting), recovery of the surface.
 
@@ -629,116 +620,3 @@ def _scaled_retardation(series: PronySeries, units: Units) -> Retardation:
         creep.branch_compliances * modulus,
         creep.retardation_times / units.time,
     )
-
-
-# Many indentations at once: a material, a prescribed depth and a contact point in each row.
-
-# Rows in a task of a thread: about 10 ms.
-_CHUNK = 64
-# Elements of a growing contact for which a thread has room, beside four in each segment.
-_ELEMENTS = 1024
-
-
-class IndentationBlock:
-    """Prescribed depths of one profile, for which the forces of many materials and contact points are computed.
-
-    Parameters
-    ----------
-    profile : Geometry
-        Profile of the indenter, with scalar parameters.
-    histories : sequence of (time, depth, samples)
-        For each curve: times [s] and depths [m] of points joined by straight lines, and the ascending times [s] of the
-        samples within them.
-    deepest : float
-        Largest depth [m] below a contact point that a table of the profile must cover.
-    """
-
-    def __init__(self, profile: Geometry, histories: Sequence[tuple[Array, Array, Array]], deepest: float) -> None:
-        points = [without_collinear(time, depth) for time, depth, _ in histories]
-        samples = [times for _, _, times in histories]
-        self.n_samples = np.array([times.size for times in samples])
-        self._histories = Histories(
-            _offsets([time.size for time, _ in points]), np.concatenate([time for time, _ in points]),
-            np.concatenate([depth for _, depth in points]), _offsets(self.n_samples), np.concatenate(samples),
-        )  # fmt: skip
-        self._segments = max(time.size for time, _ in points) - 1
-        end = float(np.min(profile.max_depth))
-        if profile.path_exponent is not None and profile.path_coefficient is not None:
-            self._path = power_path(float(profile.path_exponent))
-            self._indenter = Indenter(end, 1.0, float(profile.path_coefficient))
-        else:
-            unit = min(deepest, end)
-            table, radius = path_table(profile, unit), float(profile.stiffness_radius(unit))
-            self._path = table_path(scaled(table, unit, radius))
-            self._indenter = Indenter(unit, unit, radius)
-
-    def forces(
-        self, reduced: PronySeries, contact_points: Array, curves: NDArray[np.int64] | None = None, *,
-        rtol: float = 1e-6, workers: int | None = 1,
-    ) -> tuple[Array, NDArray[np.int64]]:  # fmt: skip
-        """Return the forces of rows of materials at the samples.
-
-        Parameters
-        ----------
-        reduced : PronySeries
-            Reduced moduli E*(t) of n materials.
-        contact_points : array, shape (n,)
-            Depth readings [m] at first touch.
-        curves : array of int, shape (n,)
-            Index of the history of each row; the first history by default.
-        rtol : float
-            Error of forces over the largest one.
-        workers : int, optional
-            Number of threads; the number of cores for None.
-
-        Returns
-        -------
-        forces : array, shape (n, n_samples)
-            Forces [N]; NaN in a row without a result, and after the last sample of its curve.
-        statuses : array of int, shape (n,)
-            `restitution.indentation.result.IndentationStatus`.
-        """
-        n = contact_points.size
-        places = np.zeros(n, dtype=np.int64) if curves is None else np.asarray(curves, dtype=np.int64)
-        forces = np.full((n, int(self.n_samples.max())), np.nan)
-        statuses = np.empty(n, dtype=np.int64)
-        columns = (
-            *map(np.ascontiguousarray, reduced.columns),
-            np.ascontiguousarray(contact_points, dtype=np.float64),
-            places,
-        )
-        # Arrays of each thread, for all its chunks of rows.
-        kept = local()
-
-        def run(start: int) -> None:
-            if not hasattr(kept, "room"):
-                kept.room = self._room(reduced.n_branches)
-            part = slice(start, start + _CHUNK)
-            rows = Rows(*(column[part] for column in columns))
-            indent_rows(rtol, rows, self._histories, self._indenter, kept.room, forces[part], statuses[part])
-
-        starts = range(0, n, _CHUNK)
-        if len(starts) == 1 or workers == 1:
-            for start in starts:
-                run(start)
-        else:
-            on_threads(run, starts, workers, lambda: None)
-        return forces, statuses
-
-    def _room(self, modes: int) -> Room:
-        """Return the arrays for the indentations of one thread."""
-        m, nothing, samples = self._segments, np.empty(0), int(self.n_samples.max())
-        rates, none = np.empty(modes), allocate(np.empty(0), 0)
-        contact = ScaledContact(
-            DEPTH, np.empty(m + 1), np.empty((m, 2)), 0.0, np.empty(modes), rates, 0.0, 1.0, 0.0, nothing, nothing,
-            none, none, self._path,
-        )  # fmt: skip
-        segments, past = room_for(rates, m, _ELEMENTS + 4 * m)
-        return Room(
-            quadrature(), contact, segments, past, _room_for_recovery(0), scratch(modes), room_for_checks(m, modes),
-            np.empty(samples), np.empty((5, samples)),
-        )  # fmt: skip
-
-
-def _offsets(sizes: Sequence[int] | NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)

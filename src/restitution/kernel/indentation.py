@@ -14,8 +14,6 @@ from typing import Any, NamedTuple
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.growing import (
     Past,
-    depth_rounding,
-    grow_contact,
     growing_contact,
     length_within,
     root_of_depth,
@@ -29,7 +27,6 @@ from restitution.kernel.memory import (
     Quadrature,
     ScaledContact,
     Scratch,
-    Segments,
     expand,
     legendre_slopes,
     legendre_values,
@@ -39,27 +36,10 @@ from restitution.kernel.memory import (
     truncation_error,
     variation,
 )
-from restitution.kernel.outcome import (
-    BEYOND_PROFILE,
-    GROWS_AGAIN,
-    IN_CONTACT,
-    NO_TOUCH,
-    NOT_RESOLVED,
-    OVERFLOW,
-    SEPARATED,
-    TOUCHES_AGAIN,
-    TOUCHES_AT_START,
-)
 from restitution.kernel.path import radius_and_integral
 from restitution.kernel.shrinking import (
-    Checks,
-    check_points,
-    end_of_contact,
     equal_contact,
     innermost_load,
-    innermost_load_rises,
-    load_rounding,
-    regrowth,
     remaining,
     shrinking_contact,
 )
@@ -332,201 +312,3 @@ def through_jump(
 ELEMENT_SHARE = 0.05
 # Range of depths, radii and forces: their squares must be normal numbers.
 SMALLEST, LARGEST = 1e-150, 1e150
-
-
-class Indenter(NamedTuple):
-    """Range and units of the profile `room.contact.path`."""
-
-    deepest: float  # Depth at which it ends
-    depth: float  # Depth and contact radius that are 1 in a table; of a power law 1 and its coefficient
-    radius: float
-
-
-class Room(NamedTuple):
-    """Arrays for the longest history and the most modes of many indentations, which are computed one by one."""
-
-    quadrature: Quadrature
-    contact: ScaledContact
-    segments: Segments
-    past: Past
-    recovery: Recovery  # Empty: a prescribed depth needs none
-    work: Scratch
-    checks: Checks
-    moments: Any  # (N,): scaled times of the samples
-    columns: Any  # (5, N)
-
-
-class Rows(NamedTuple):
-    """Many indentations: one material, history and contact point in each row; in SI."""
-
-    equilibria: Any  # (n,): E*(t) = equilibrium + viscosity delta(t) + sum moduli_k exp(-t/times_k)
-    viscosities: Any  # (n,)
-    moduli: Any  # (n, K): 0 if a row has fewer modes
-    times: Any  # (n, K)
-    contact_points: Any  # (n,): depth reading at touch, which is subtracted
-    curves: Any  # (n,): index of the history
-
-
-class Histories(NamedTuple):
-    """Prescribed depths as straight lines between points, and the times of the samples; c histories one by one."""
-
-    points: Any  # (c + 1,): index of the first point of each history, and the number of points
-    knots: Any  # (P,): times, and depths there; the same time twice is a jump
-    depths: Any
-    samples: Any  # (c + 1,): index of the first sample of each history, and the number of samples
-    times: Any  # (S,): ascending
-
-
-@compiled
-def _indent(
-    rtol: float, rows: Rows, row: int, histories: Histories, indenter: Indenter, room: Room, force: Any
-) -> int:
-    """Write the force of one row at the samples of its history; return how the indentation ended."""
-    curve = rows.curves[row]
-    begin, end = histories.points[curve], histories.points[curve + 1]
-    first, touch, peak = _first_touch(histories, begin, end, rows.contact_points[row])
-    if first == begin:
-        return TOUCHES_AT_START
-    if first == end:
-        return NO_TOUCH
-    if peak > indenter.deepest:
-        return BEYOND_PROFILE
-    duration = histories.knots[end - 1] - touch
-    length = indenter.depth if room.contact.path.exponent < 0.0 else peak
-    contact, load = _scaled(rows, row, indenter, room, duration, length, end - first)
-    # Comparisons with NaN are false.
-    if not load > 0.0:
-        return OVERFLOW
-    if (
-        _write_history(histories, first, touch, rows.contact_points[row], length, contact)
-        and rows.viscosities[row] > 0.0
-    ):
-        return OVERFLOW
-    past, status = _evolved(contact, room, rtol)
-    if status != SEPARATED:
-        return status
-    _sample_forces(contact, past, room, histories, curve, touch, load, force)
-    return SEPARATED if past.end <= 1.0 else IN_CONTACT
-
-
-@inlined
-def _first_touch(histories: Histories, begin: int, end: int, contact_point: float) -> tuple[int, float, float]:
-    """First point in contact, or `end`; time of first touch on the line to this point; largest depth from there on."""
-    knots, depths = histories.knots, histories.depths
-    j = begin
-    while j < end and depths[j] <= contact_point:
-        j += 1
-    if j in (begin, end):
-        return j, 0.0, 0.0
-    peak = 0.0
-    for i in range(j, end):
-        peak = max(peak, depths[i] - contact_point)
-    low = contact_point - depths[j - 1]
-    return j, knots[j - 1] + low / (low + depths[j] - contact_point) * (knots[j] - knots[j - 1]), peak
-
-
-@inlined
-def _scaled(
-    rows: Rows, row: int, indenter: Indenter, room: Room, duration: float, length: float, segments: int
-) -> tuple[ScaledContact, float]:
-    """Scaled contact of a row, whose history is not written yet, and the unit of force; 0 if a number overflows."""
-    contact, path = room.contact, room.contact.path
-    typical = rows.equilibria[row] + rows.viscosities[row] / duration
-    for k in range(rows.moduli.shape[1]):
-        typical += rows.moduli[row, k] * min(1.0, rows.times[row, k] / duration)
-    radius = indenter.radius
-    if path.exponent >= 0.0:
-        radius *= length ** (0.5 * path.exponent)
-    load = 2.0 * typical * radius * length
-    if not (SMALLEST < length < LARGEST and SMALLEST < radius < LARGEST and SMALLEST < load < LARGEST):
-        load = 0.0
-    K, shortest = 0, 1.0
-    for k in range(rows.moduli.shape[1]):
-        # Rows with fewer modes are padded with modes without a modulus.
-        if rows.moduli[row, k] > 0.0:
-            contact.moduli[K] = rows.moduli[row, k] / typical
-            contact.rates[K] = duration / rows.times[row, k]
-            if not contact.moduli[K] * contact.rates[K] < LARGEST:
-                load = 0.0
-            shortest = min(shortest, rows.times[row, k] / duration)
-            K += 1
-    return ScaledContact(
-        contact.control, contact.knots[: segments + 1], contact.values[:segments], rows.equilibria[row] / typical,
-        contact.moduli[:K], contact.rates[:K], rows.viscosities[row] / typical / duration, shortest,
-        contact.glass, contact.compliances, contact.recoveries, contact.level, contact.slope, path,
-    ), load  # fmt: skip
-
-
-@inlined
-def _write_history(
-    histories: Histories, first: int, touch: float, contact_point: float, length: float, contact: ScaledContact
-) -> bool:
-    """Write the scaled history from first touch on; return whether it jumps."""
-    knots, depths = histories.knots, histories.depths
-    m = contact.values.shape[0]
-    duration = knots[first + m - 1] - touch
-    jumps = False
-    contact.knots[0] = 0.0
-    for i in range(m):
-        contact.knots[i + 1] = (knots[first + i] - touch) / duration
-        start = depths[first + i - 1] - contact_point if i > 0 else 0.0
-        contact.values[i, 0] = start / length
-        contact.values[i, 1] = (depths[first + i] - contact_point - start) / length
-        jumps = jumps or contact.knots[i + 1] == contact.knots[i]
-    return jumps
-
-
-@inlined
-def _evolved(contact: ScaledContact, room: Room, rtol: float) -> tuple[Past, int]:
-    """Return the growing contact with its memory and the end of contact; and SEPARATED, or why there is no result."""
-    rates, work, past = contact.rates, room.work, room.past
-    depth = Memory(rates, past.depth.begin, past.depth.polynomial, past.depth.transient)
-    integral = Memory(rates, past.integral.begin, past.integral.polynomial, past.integral.transient)
-    past = Past(past.elements, past.total, depth, integral, past.first, past.turning, past.end)
-    total, first, turning = grow_contact(contact, room.quadrature, work, ELEMENT_SHARE * rtol, room.segments, past)
-    if total < 0:
-        return past, NOT_RESOLVED
-    past = Past(past.elements, total, depth, integral, first, turning, past.end)
-    rounding, _ = depth_rounding(past)
-    if rounding > rtol:
-        return past, NOT_RESOLVED
-    count = check_points(contact, past, room.checks)
-    checks = Checks(room.checks.segments[:count], room.checks.times[:count])
-    separation = end_of_contact(contact, past, work, checks)
-    past = Past(past.elements, total, depth, integral, first, turning, separation)
-    allowed, growth = rtol + 10.0 * rounding, load_rounding(contact, past)
-    if contact.path.exponent != 0.0 and regrowth(contact, past, work, checks, allowed, growth) >= 0:
-        return past, GROWS_AGAIN
-    if past.end < 1.0 and innermost_load_rises(contact, past, work, checks, rtol, growth):
-        return past, TOUCHES_AGAIN
-    return past, SEPARATED
-
-
-@inlined
-def _sample_forces(
-    contact: ScaledContact, past: Past, room: Room, histories: Histories, curve: int, touch: float, load: float,
-    force: Any,
-) -> None:  # fmt: skip
-    """Write the forces at the samples of a history; `load` is the unit of force."""
-    first, last = histories.samples[curve], histories.samples[curve + 1]
-    duration = histories.knots[histories.points[curve + 1] - 1] - touch
-    n = first
-    while n < last and histories.times[n] < touch:
-        force[n - first] = 0.0
-        n += 1
-    early = n
-    for n in range(early, last):
-        room.moments[n - early] = min((histories.times[n] - touch) / duration, 1.0)
-    sample(contact, past, room.recovery, room.work, room.moments[: last - early], room.columns)
-    for n in range(early, last):
-        # A force near zero may have either sign by rounding; there is no adhesion.
-        force[n - first] = max(room.columns[2, n - early], 0.0) * load
-
-
-@entry_point
-def indent_rows(
-    rtol: float, rows: Rows, histories: Histories, indenter: Indenter, room: Room, forces: Any, statuses: Any
-) -> None:
-    """Write the forces of each row at the samples of its history, and how the indentation ended."""
-    for row in range(rows.curves.shape[0]):
-        statuses[row] = _indent(rtol, rows, row, histories, indenter, room, forces[row])

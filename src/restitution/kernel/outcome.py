@@ -5,9 +5,7 @@
     SEPARATED, SINKS_IN, CAPTURED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_FINITE, NOT_ACCURATE, TOO_DEEP, INADMISSIBLE,
 ) = range(9)  # fmt: skip
 # The same for an indentation, in `restitution.indentation.result.IndentationStatus`.
-(
-    IN_CONTACT, NO_TOUCH, TOUCHES_AT_START, BEYOND_PROFILE, GROWS_AGAIN, TOUCHES_AGAIN, NOT_RESOLVED, OVERFLOW,
-) = range(1, 9)  # fmt: skip
+IN_CONTACT = 1
 
 # Largest e of a body that counts as held, with e = 0, by a liquid or by a target that moves.
 LEAST_RESTITUTION = 1e-6
