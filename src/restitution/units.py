@@ -62,7 +62,7 @@ ANGLE = Dimension("angle", "rad", "80 deg")
 TEMPERATURE = Dimension("temperature", "K", "20 degC")
 TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
 MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
-FREQUENCY = Dimension("frequency", "1/s")
+FREQUENCY = Dimension("frequency", "1/s", "", Powers(time=-1))
 STIFFNESS = Dimension("stiffness", "N/m", "0.1 N/m", Powers(1, 0, -2))
 
 _SHOWN = (
