@@ -1,5 +1,6 @@
 """Oscillating indentation: table and row O1 of the design page on cycles, closed forms, and cycles by panels."""
 
+import json
 import math
 
 import numpy as np
@@ -81,6 +82,28 @@ def test_a_cone_follows_the_law_of_first_order(seed):
     assert errors[1:] / shares[1:, None] == pytest.approx(np.tile(errors[0] / shares[0], (2, 1)), rel=1e-8)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_dashpot_against_elements_in_small_steps(seed):
+    """Kelvin-Voigt, q = E u + eta u': 400 equal elements, 2000 steps a period of second order, twelve periods."""
+    rng = np.random.default_rng(seed)
+    modulus, viscosity, share = 4.0, float(rng.uniform(0.3, 4.0)), float(rng.uniform(0.05, 0.3))
+    radii = math.sqrt(1.0 + share) * (np.arange(400) + 0.5) / 400
+    steps, surface, first = 2000, np.zeros(400), 0j
+    decay = math.exp(-modulus / viscosity / steps)
+    for k in range(12 * steps):
+        body = 1.0 + share * math.sin(2.0 * math.pi * (k + 1) / steps) - radii**2
+        after = np.maximum(body, surface * decay)
+        load = 0.5 * modulus * (after + surface) + viscosity * steps * (after - surface)
+        load[body < surface * decay] = 0.0
+        surface = after
+        if k >= 11 * steps:
+            first += load.sum() * np.exp(-2j * math.pi * (k + 0.5) / steps) / steps
+    expected = 2.0 * first * math.sqrt(1.0 + share) / 400 * 2j
+    material = rs.Material(rs.PronySeries(1.0, [], [], parallel_viscosity=0.25 * viscosity), bulk=math.inf)
+    wave = rs.oscillate(material, rs.Parabola(1.0), depth=1.0, amplitude=share, frequency=1.0)
+    assert wave.force_harmonics[1] == pytest.approx(expected, rel=2e-5)
+
+
 def test_an_elastic_body_dissipates_nothing():
     wave = rs.oscillate(
         rs.elastic(youngs_modulus=1.0, poisson_ratio=0.5), rs.Parabola(1.0), depth=1.0, amplitude=0.4, frequency=1.0
@@ -117,8 +140,17 @@ def test_silly_input_is_refused(options, field):
     assert named(lambda: rs.oscillate(SOLID, rs.Parabola(1.0), **options))[0] == field
 
 
+def test_a_liquid_has_no_steady_state():
+    """It yields until the indenter has no load; its cycles are solved."""
+    liquid = rs.Material(rs.PronySeries(0.0, [1.0], [1.0]), bulk=math.inf)
+    options = {"depth": 1.0, "amplitude": 0.1, "frequency": UNIT}
+    assert named(lambda: rs.oscillate(liquid, rs.Parabola(1.0), **options))[0] == "cycles"
+    assert rs.oscillate(liquid, rs.Parabola(1.0), **options, cycles=2).force_harmonics[0].real > 0.0
+
+
 def test_a_result_shows_itself():
     wave = rs.oscillate(SOLID, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=UNIT)
     assert "error of the reading" in str(wave)
+    assert json.loads(json.dumps(wave.to_dict()))["loss_modulus"] == pytest.approx(2.0, rel=1e-12)
     assert wave.history.sizes["time"] == wave.time.size
     assert len(wave.plot().axes) == 3

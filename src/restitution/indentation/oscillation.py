@@ -72,8 +72,9 @@ class Oscillation(Result):
     """
 
     _numbers = (
-        "frequency", "apparent_modulus", "complex_modulus", "storage_error", "loss_error", "min_contact_radius",
-        "max_contact_radius", "contact_share", "dissipated", "status",
+        "frequency", "storage_modulus", "loss_modulus", "apparent_storage_modulus", "apparent_loss_modulus",
+        "storage_error", "loss_error", "min_contact_radius", "max_contact_radius", "contact_share", "dissipated",
+        "status",
     )  # fmt: skip
     _picture = "oscillation.overview"
 
@@ -90,6 +91,26 @@ class Oscillation(Result):
     contact_share: float
     status: OscillationStatus
     contact: Contact
+
+    @property
+    def storage_modulus(self) -> float:
+        """E' [Pa] of the materials."""
+        return self.complex_modulus.real
+
+    @property
+    def loss_modulus(self) -> float:
+        """E'' [Pa] of the materials."""
+        return self.complex_modulus.imag
+
+    @property
+    def apparent_storage_modulus(self) -> float:
+        """E' [Pa] as the textbook reads it."""
+        return self.apparent_modulus.real
+
+    @property
+    def apparent_loss_modulus(self) -> float:
+        """E'' [Pa] as the textbook reads it."""
+        return self.apparent_modulus.imag
 
     @property
     def storage_error(self) -> float:
@@ -255,6 +276,8 @@ def _result(
 
 def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, rate: float) -> Oscillation:
     """Return the steady state under a prescribed depth."""
+    if series.is_liquid:
+        raise InputError("cycles", rule="must be given for a liquid, which yields until the indenter has no load")
     profile, omega = contact.profile, 2.0 * math.pi * rate
     typical = abs(complex(series.complex_modulus(omega)))
     radius = float(np.asarray(profile.stiffness_radius(mean)))

@@ -22,7 +22,11 @@ _SLOPES = np.polynomial.polynomial.polyvander(_ROOTS, _ROOTS.size - 2) * np.aran
 _SLOPES = _SLOPES @ np.linalg.inv(np.polynomial.polynomial.polyvander(_ROOTS, _ROOTS.size - 1))[1:]
 # Shares of a period at which the end of a phase is looked for.
 _SHARES = np.unique(np.concatenate([np.geomspace(1e-9, 0.01, 60), np.linspace(0.01, 1.0, 240)]))
-_FIRST_ITERATIONS, _MOST_ITERATIONS = 12, 40
+_FIRST_ITERATIONS, _MOST_ITERATIONS = 40, 40
+# Share of the rim, next to the elements that never leave, that counts to them.
+_NEXT = 1e-4
+# Rounding of loads and gaps over their scales, and the shortest contact and the shortest flight of a solution.
+_BLUR, _SHORTEST = 1e-13, 1e-7
 
 
 class Steady(NamedTuple):
@@ -90,13 +94,14 @@ class _Rim:
         touching = np.arcsin(share) / (2.0 * math.pi)
         parts = np.zeros((self.depths.size, solid.recoveries.size))
         leaving = touching
+        blur, glass = _BLUR * (self.mean + self.amplitude), abs(self.stiffness) / self.amplitude
         for _ in range(_FIRST_ITERATIONS):
             excess = parts @ solid.moduli_of.T - self.driven(touching)
-            leaving = _first_below(lambda t, w=touching, e=excess: self.load(t, w, e), touching)
+            leaving = _first_below(lambda t, w=touching, e=excess: self.load(t, w, e), touching, blur * glass)
             decay = np.exp(-(leaving - touching)[:, None] * solid.rates)
             loads = self.driven(leaving) + decay * excess
             free = solid.displacement * self.displacement(leaving)[:, None] + loads @ solid.loads.T
-            touching = _first_below(lambda t, w=leaving, p=free: self.gap(t, w, p), leaving) - 1.0
+            touching = _first_below(lambda t, w=leaving, p=free: self.gap(t, w, p), leaving, blur) - 1.0
             parts = self.periodic(leaving, touching)
         leaving, touching = self._newton(leaving, touching)
         return leaving, touching, self.periodic(leaving, touching) @ solid.moduli_of.T - self.driven(touching)
@@ -127,8 +132,17 @@ class _Rim:
             times = times - np.clip(change, -least, least)
             if np.abs(change).max() < 1e-11:
                 break
-        residual = np.abs(self._residuals(times)) / [[scale], [self.amplitude]]
-        if not residual.max() <= 1e-9:
+        # Newton's method may leave for a contact, or a flight, without a length; then the iterates are kept.
+        scales = np.array([[scale], [self.amplitude]])
+        first = np.stack([leaving, touching])
+        residual, kept = (np.max(np.abs(self._residuals(each)) / scales, axis=0) for each in (times, first))
+        length = times[0] - times[1]
+        better = (residual <= kept) & (length > _SHORTEST) & (length < 1.0 - _SHORTEST)
+        times, residual = np.where(better, times, first), np.where(better, residual, kept)
+        # Loads of a short phase are small in proportion to it, and so is what its times contribute.
+        length = times[0] - times[1]
+        weight = np.clip(np.minimum(length, 1.0 - length), 0.0, 1.0)
+        if not np.max(residual * weight) <= 1e-9:
             raise InputError("cycles", rule="must be given: the steady state of this oscillation is not found")
         return times[0], times[1]
 
@@ -154,16 +168,15 @@ class _Rim:
         return total
 
 
-def _first_below(function: Callable[[Array], Array], start: Array) -> Array:
+def _first_below(function: Callable[[Array], Array], start: Array, rounding: float) -> Array:
     """Return the first time after each start, within a period, at which a function falls below zero.
 
-    Where it does not, the time of its least value.
+    At the start it is zero within rounding, and rises. Where it does not fall, the time of its least value.
     """
     times = start[:, None] + _SHARES
     values = function(times)
-    below = values < 0.0
-    # Rounding after the start, where the function is zero.
-    above = np.cumsum(values > 0.0, axis=1) > 0
+    below = values < -rounding
+    above = np.cumsum(values > rounding, axis=1) > 0
     hit = below & above
     found = hit.any(axis=1)
     n = np.where(found, hit.argmax(axis=1), values.argmin(axis=1))
@@ -193,13 +206,19 @@ def steady_state(
     def radii(s: Array) -> Array:
         return np.asarray(profile.stiffness_radius(s * length)) / radius
 
-    # The element at the axis is the first to touch and the last to leave.
-    rim = _Rim(solid, mean, amplitude, np.append(depths, inner if inner > 0.0 else 0.0))
     always = inner > 0.0
-    if always:
-        rim.depths = depths
+    # Next to those that never leave, the load vanishes for a moment, which the sums do not feel.
+    stays = always & (depths - inner < _NEXT * (top - inner))
+    # The element at the axis is the first to touch and the last to leave.
+    rim = _Rim(solid, mean, amplitude, depths[~stays] if always else np.append(depths, 0.0))
     leaving, touching, excess = rim.solve()
     parts = rim.coefficients(leaving, touching, excess, orders)
+    if always:
+        near = _Rim(solid, mean, amplitude, depths[stays])
+        begin = np.full(near.depths.size, -0.25)
+        whole = near.coefficients(begin + 1.0, begin, np.zeros((begin.size, solid.rates.size)), orders)
+        parts = np.concatenate([whole, parts])
+        leaving, touching = np.append(begin + 1.0, leaving), np.append(begin, touching)
     growth = (radii(depths).reshape(_PARTS, -1) @ _SLOPES.T) * _WEIGHTS
     total = growth.ravel() @ parts[: depths.size]
     share = 1.0
