@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from restitution.case import axes, identification, impact, indentation, material, profile, sweep
+from restitution.case import axes, identification, impact, indentation, material, oscillation, profile, sweep
 from restitution.case.observations import KINDS
 from restitution.case.quantity import Reader
 from restitution.case.section import Section
@@ -69,6 +69,8 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 | impact | `[body]`, `[material]`, `[impact]`; others are optional | `restitution solve`, `surrogate`, `map` |
 | bounces | the same; also `[bounces]` | `restitution bounce` |
 | indentation | `[profile]`, `[material]`, `[indentation]`; others are optional | `restitution indent` |
+| oscillation | `[profile]`, `[material]`, `[oscillation]`; others are optional | `restitution oscillate` |
+| tapping | `[profile]`, `[material]`, `[tapping]`; others are optional | `restitution tap` |
 | identification | `[identification]`, `[[data]]` | `restitution identify` |
 | design | `[material]`, `[design]` | `restitution design` |
 | sweep | an impact with `[axes]` or `[samples]`; also `[sweep]` | `restitution sweep` |
@@ -184,6 +186,8 @@ def page() -> str:
     lines += table("`[bounces]`", impact.BouncesSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)
     lines += table("`[indentation]`", indentation.IndentationSection)
+    lines += table("`[oscillation]`", oscillation.OscillationSection)
+    lines += table("`[tapping]`", oscillation.TappingSection)
     lines += table("`[solver]` of an indentation", impact.AccuracySection)
     lines += table("`[identification]`", identification.IdentificationSection)
     lines += [

@@ -62,7 +62,7 @@ ANGLE = Dimension("angle", "rad", "80 deg")
 TEMPERATURE = Dimension("temperature", "K", "20 degC")
 TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
 MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
-FREQUENCY = Dimension("frequency", "1/s", "", Powers(time=-1))
+FREQUENCY = Dimension("frequency", "1/s", "100 Hz", Powers(time=-1))
 STIFFNESS = Dimension("stiffness", "N/m", "0.1 N/m", Powers(1, 0, -2))
 
 _SHOWN = (
@@ -70,8 +70,9 @@ _SHOWN = (
     VISCOSITY, ANGULAR_FREQUENCY, ANGLE, TEMPERATURE,
 )  # fmt: skip
 _WRITTEN = (
-    # No key of a case file has these, but a person may write one by mistake. They precede the angular frequency.
+    # It precedes the angular frequency.
     FREQUENCY,
+    # No key of a case file has these, but a person may write one by mistake.
     Dimension("area", "m^2"),
     Dimension("volume", "m^3"),
     Dimension("power", "W"),

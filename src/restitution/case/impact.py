@@ -127,6 +127,8 @@ class CaseFile(Section):
 
     elsewhere: ClassVar[dict[str, str]] = {
         "indentation": "a prescribed indentation is for `restitution indent`",
+        "oscillation": "an oscillating indentation is for `restitution oscillate`",
+        "tapping": "tapping is for `restitution tap`",
         "axes": "axes are for `restitution sweep`",
         "samples": "random draws are for `restitution sweep`",
     }

@@ -126,8 +126,8 @@ class IndentationSection(Section):
         return name, _SHAPES[self.shape](value, **self.values(_SHAPE_KEYS))
 
 
-class IndentationFile(Section):
-    """A whole case file of an indentation."""
+class IndenterFile(Section):
+    """Title, profile and materials of a case file of an indenter."""
 
     elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
         ("body", "impact", "counter_body"), "an impact is for `restitution solve`"
@@ -137,14 +137,19 @@ class IndentationFile(Section):
     profile: AnyProfile
     material: AnyMaterial
     counter_material: AnyMaterial | None = None
-    indentation: IndentationSection
-    solver: AccuracySection = AccuracySection()
 
     @model_validator(mode="after")
-    def _check(self) -> IndentationFile:
+    def _has_radius(self) -> IndenterFile:
         if self.profile.needs_body_radius:
             refuse("is missing; an indenter has no body to take it from", "profile.radius")
         return self
+
+
+class IndentationFile(IndenterFile):
+    """A whole case file of an indentation."""
+
+    indentation: IndentationSection
+    solver: AccuracySection = AccuracySection()
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The commands for single cases: `solve`, `standard-solid`, `bounce`, `indent` and `cite`."""
+"""The commands for single cases: `solve`, `standard-solid`, `bounce`, `indent`, `oscillate`, `tap` and `cite`."""
 
 from __future__ import annotations
 
@@ -137,6 +137,41 @@ def indent(
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
     if history is not None:
         write_table(result.sample(n_points=problem.n_points), history)
+
+
+def oscillate(case: cli.CaseFile, json: cli.Json = False, plot: cli.Plot = None) -> None:
+    """Oscillate an indenter about a mean depth or force: harmonics, and how far the reading of moduli is off.
+
+    The case file has the sections profile, material and oscillation.
+    Example: restitution oscillate examples/oscillation.toml --plot loop.png
+    """
+    from restitution.case.oscillation import read_oscillation
+
+    problem = read_oscillation(case)
+    with cli.compilation():
+        result = problem.oscillate()
+    tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
+
+
+def tap(
+    case: cli.CaseFile,
+    json: cli.Json = False,
+    plot: cli.Plot = None,
+    out: Annotated[Path | None, target("Write a row for each distance", "--out", *TABLES)] = None,
+) -> None:
+    """Tap a surface with a cantilever: amplitude, phase, forces and loss over the distance.
+
+    The case file has the sections profile, material and tapping.
+    Example: restitution tap examples/tapping.toml --plot curves.png
+    """
+    from restitution.case.oscillation import read_tapping
+
+    problem = read_tapping(case)
+    with cli.compilation(), cli.progress_bar("tapping", rate="distances/s") as progress:
+        result = problem.tap(progress)
+    tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
+    if out is not None:
+        write_table(result.to_dataset(), out)
 
 
 def cite(

@@ -1,0 +1,199 @@
+"""Case files of oscillating indentations and of tapping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, StrictInt, model_validator
+
+from restitution.case.impact import AccuracySection, notes_on
+from restitution.case.indentation import IndenterFile
+from restitution.case.quantity import LIST, nonnegative, positive, within
+from restitution.case.section import Section, in_file, read_sections, read_toml
+from restitution.contact.geometry import Geometry
+from restitution.impact.problem import Window, window_around
+from restitution.material.viscoelastic import Material
+from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
+from restitution.units import FREQUENCY, STIFFNESS
+
+if TYPE_CHECKING:
+    from restitution.indentation.oscillation import Oscillation
+    from restitution.indentation.tapping import Tapping
+
+_ANY = (-1e300, 1e300)
+Frequency = Annotated[float, positive(FREQUENCY, "frequency of the drive")]
+
+
+class OscillationSection(Section):
+    """The mean and the amplitude of a prescribed depth or force, and the frequency."""
+
+    depth: Annotated[float, positive(LENGTH, "mean of the depth")] | None = None
+    amplitude: Annotated[float, positive(LENGTH, "amplitude of the depth")] | None = None
+    force: Annotated[float, positive(FORCE, "mean of the force, in place of the depth")] | None = None
+    force_amplitude: Annotated[float, positive(FORCE, "amplitude of the force")] | None = None
+    frequency: Frequency
+    cycles: Annotated[
+        StrictInt | None, Field(ge=1, description="cycles, of which the last counts; the steady state by default")
+    ] = None
+    rise_time: (
+        Annotated[float, positive(TIME, "duration of the ramp before the cycles; a period by default")] | None
+    ) = None
+    hold_time: Annotated[float, nonnegative(TIME, "time at the mean before the cycles; 0 by default")] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> OscillationSection:
+        name = self.one_of("depth", "force")
+        own, other = ("amplitude", "force_amplitude") if name == "depth" else ("force_amplitude", "amplitude")
+        self.refuse_present(f"belongs to another mean than {name}, whose amplitude is {own}", other)
+        self.one_of(own, other)
+        return self
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Keyword arguments of `oscillate`."""
+        swing = {"amplitude": self.amplitude if self.force is None else self.force_amplitude}
+        return self.values(("depth", "force", "frequency", "cycles", "rise_time", "hold_time")) | swing
+
+
+class TappingSection(Section):
+    """The cantilever, its drive and the distances."""
+
+    distance: Annotated[
+        list[Annotated[float, within(LENGTH, *_ANY, "distances of the resting tip from the surface")]], LIST
+    ]
+    spring_constant: Annotated[float, positive(STIFFNESS, "spring constant of the cantilever")]
+    quality_factor: Annotated[float, within(NUMBER, 0.5, 1e12, "quality factor of the cantilever")]
+    frequency: Frequency
+    free_amplitude: Annotated[float, positive(LENGTH, "amplitude without a surface")] | None = None
+    drive: Annotated[float, positive(FORCE, "force of the drive, in place of the free amplitude")] | None = None
+    resonance_frequency: (
+        Annotated[float, positive(FREQUENCY, "undamped resonance of the cantilever; that of the drive by default")]
+        | None
+    ) = None
+    max_taps: Annotated[StrictInt, Field(ge=4, description="largest number of taps at a distance")] = 1000
+
+    @model_validator(mode="after")
+    def _check(self) -> TappingSection:
+        self.one_of("free_amplitude", "drive")
+        return self
+
+
+class OscillationFile(IndenterFile):
+    """A whole case file of an oscillating indentation."""
+
+    oscillation: OscillationSection
+    solver: AccuracySection = AccuracySection()
+
+
+class TappingFile(IndenterFile):
+    """A whole case file of tapping."""
+
+    tapping: TappingSection
+    solver: AccuracySection = AccuracySection()
+
+
+@dataclass(frozen=True)
+class OscillationCase:
+    """An oscillating indentation, or tapping, as a case file describes it, in SI."""
+
+    path: Path
+    section: str
+    title: str | None
+    material: Material  # of the half-space
+    profile: Geometry  # of the contact
+    counter_material: Material | None  # of the indenter, where it deforms
+    options: dict[str, Any]  # keyword arguments of `oscillate` or `tap`
+
+    def oscillate(self) -> Oscillation:
+        """Solve the oscillation."""
+        # The solver takes a while to import, which a faulty file need not wait for.
+        from restitution.indentation.oscillation import oscillate
+
+        with in_file(self.path, self.section, rtol="solver"):
+            return oscillate(self.material, self.profile, counter_material=self.counter_material, **self.options)
+
+    def tap(self, progress: Callable[[int, int], None] | None = None) -> Tapping:
+        """Solve the taps over the distances."""
+        from restitution.indentation.tapping import tap
+
+        bodies = {"counter_material": self.counter_material, "progress": progress}
+        with in_file(self.path, self.section, rtol="solver"):
+            return tap(self.material, self.profile, **bodies, **self.options)
+
+    def notes(self) -> list[str]:
+        """Return the assumptions about the materials."""
+        return notes_on(self.material, self.counter_material)
+
+
+def read_oscillation(path: str | Path) -> OscillationCase:
+    """Read a TOML file of an oscillating indentation; a `CaseError` has a line for each mistake.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> text = '''
+    ... [profile]
+    ... radius = "2.5 um"
+    ... [material]
+    ... library = "polyisobutylene"
+    ... [oscillation]
+    ... depth = "50 nm"
+    ... amplitude = "5 nm"
+    ... frequency = "10 Hz"
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "wave.toml").write_text(text)
+    ...     case = read_oscillation(Path(folder, "wave.toml"))
+    >>> print(case.options["frequency"], case.options["amplitude"])
+    10.0 5e-09
+    """
+    path = Path(path)
+    file = read_sections(OscillationFile, path, read_toml(path))
+    section, period = file.oscillation, 1.0 / file.oscillation.frequency
+    longest = (section.rise_time or period) + (section.hold_time or 0.0) + (section.cycles or 1) * period
+    window = window_around(period)._replace(high=2.0 * longest)
+    return _case(path, "oscillation", file, window, section.options)
+
+
+def read_tapping(path: str | Path) -> OscillationCase:
+    """Read a TOML file of tapping; a `CaseError` has a line for each mistake.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> text = '''
+    ... [profile]
+    ... radius = "10 nm"
+    ... [material]
+    ... library = "polyisobutylene"
+    ... [tapping]
+    ... distance = "[300, 200] nm"
+    ... spring_constant = "5.8 N/m"
+    ... quality_factor = 167
+    ... frequency = "45 kHz"
+    ... free_amplitude = "350 nm"
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "tap.toml").write_text(text)
+    ...     case = read_tapping(Path(folder, "tap.toml"))
+    >>> print(case.options["frequency"], case.options["distance"])
+    45000.0 [3e-07, 2e-07]
+    """
+    path = Path(path)
+    file = read_sections(TappingFile, path, read_toml(path))
+    section = file.tapping
+    window = window_around(1.0 / section.frequency)
+    return _case(path, "tapping", file, window, section.values(type(section).model_fields))
+
+
+def _case(
+    path: Path, name: str, file: OscillationFile | TappingFile, window: Window, options: dict[str, Any]
+) -> OscillationCase:
+    """Return the case of a file whose section has been read."""
+    with in_file(path):
+        counter = None if file.counter_material is None else file.counter_material.build(window)
+        material, profile = file.material.build(window), file.profile.build(None)
+    return OscillationCase(path, name, file.title, material, profile, counter, options | file.solver.options)

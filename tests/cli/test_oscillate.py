@@ -1,0 +1,112 @@
+"""The commands oscillate and tap: tables, files and refusals."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+import restitution as rs
+from cases import case_file
+from checkout import EXAMPLES
+from commands import done, refused
+from refusals import named
+from restitution.case.oscillation import read_oscillation, read_tapping
+
+# Row T1 and the table of the design page on cycles, scaled: E* = E (1 + 4 exp(-t/tau)) with E = 1 MPa, tau = 1 us,
+# lengths of 10 nm. In shear the moduli are a quarter.
+SOLID = """
+bulk_modulus = "incompressible"
+shear = { equilibrium_modulus = "0.25 MPa", branch_moduli = "[1] MPa", relaxation_times = "[1] us" }
+"""
+WAVE = 'depth = "10 nm"\namplitude = "1 nm"\nfrequency = "159.15494309189535 kHz"\n'
+TAP = """
+distance = "[8] nm"
+spring_constant = "0.01 N/m"
+quality_factor = 10
+frequency = "159.15494309189535 kHz"
+free_amplitude = "10 nm"
+"""
+
+
+def indenter(path: str, **sections: str) -> None:
+    case_file(path, body=None, impact=None, profile='radius = "10 nm"', material=SOLID, **sections)
+
+
+@pytest.fixture(autouse=True)
+def _files(folder: Path) -> None:
+    indenter("wave.toml", oscillation=WAVE)
+    indenter("tap.toml", tapping=TAP)
+
+
+def test_an_oscillation() -> None:
+    answer = done("oscillate", "wave.toml", "--plot", "loop.png")
+    lines = [" ".join(line.split()) for line in answer.stdout.splitlines()]
+    assert "storage modulus E' 3 MPa" in lines
+    assert "loss modulus E'' 2 MPa" in lines
+    assert lines[-1] == "the steady state"
+    assert Path("loop.png").stat().st_size > 10_000
+    content = json.loads(done("oscillate", "wave.toml", "--json").stdout)
+    assert 100.0 * content["storage_error"] == pytest.approx(-3.8, abs=0.05)
+    assert 100.0 * content["loss_error"] == pytest.approx(-7.3, abs=0.05)
+    assert content["status"] == "STEADY"
+
+
+def test_taps() -> None:
+    content = json.loads(done("tap", "tap.toml", "--json", "--out", "curve.csv", "--plot", "curve.png").stdout)
+    assert content["amplitude"] == pytest.approx([9.25092312856e-9], rel=1e-8)
+    with Path("curve.csv").open() as file:
+        header, row = csv.reader(file)
+    assert header[:2] == ["distance [m]", "amplitude [m]"]
+    assert float(row[1]) == pytest.approx(9.25092312856e-9, rel=1e-8)
+    assert Path("curve.png").stat().st_size > 10_000
+    assert "PERIODIC" in done("tap", "tap.toml").stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (WAVE.replace("depth", "force").replace("10 nm", "1 nN"), "oscillation.amplitude"),
+        (WAVE.replace('frequency = "159.15494309189535 kHz"', ""), "oscillation.frequency"),
+        (WAVE.replace("kHz", "nm"), "oscillation.frequency"),
+        (WAVE + "cycles = 0", "oscillation.cycles"),
+        (WAVE + 'force = "1 nN"', "oscillation"),
+    ],
+)
+def test_mistakes_of_an_oscillation(change: str, field: str) -> None:
+    indenter("wave.toml", oscillation=change)
+    assert named(lambda: read_oscillation("wave.toml"))[0] == field
+    assert refused("oscillate", "wave.toml").startswith("wave.toml: oscillation")
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (TAP.replace("[8] nm", "8 nm"), "tapping.distance"),
+        (TAP + 'drive = "1 nN"', "tapping"),
+        (TAP.replace("= 10", "= 0.2"), "tapping.quality_factor"),
+        (TAP.replace("N/m", "N"), "tapping.spring_constant"),
+    ],
+)
+def test_mistakes_of_taps(change: str, field: str) -> None:
+    indenter("tap.toml", tapping=change)
+    assert named(lambda: read_tapping("tap.toml"))[0] == field
+    assert refused("tap", "tap.toml").startswith("tap.toml: tapping")
+
+
+def test_a_solver_refuses_with_the_file() -> None:
+    indenter("wave.toml", oscillation=WAVE, solver="rtol = 0.5")
+    assert named(lambda: read_oscillation("wave.toml").oscillate())[0] == "solver.rtol"
+
+
+def test_the_examples() -> None:
+    wave = read_oscillation(EXAMPLES / "oscillation.toml").oscillate()
+    # E* = 4/3 of E(t) = 200 + 800 exp(-t/0.3 s) Pa of an incompressible material.
+    spring, dashpot = 200.0 / 0.75, 800.0 / 0.75
+    assert wave.complex_modulus == pytest.approx(
+        spring + dashpot * 0.6j * 3.141592653589793 / (1 + 0.6j * 3.141592653589793)
+    )
+    assert wave.storage_error < -0.05
+    curve = read_tapping(EXAMPLES / "tapping.toml").tap()
+    assert set(curve.status.tolist()) == {0}
+    assert isinstance(curve, rs.Tapping)
