@@ -111,7 +111,9 @@ def check_same(impact: Impact, expected: ImpactResult, units: tuple[float, float
     assert abs(result.restitution_coefficient - expected.restitution_coefficient) <= bound
     # The contact time is undetermined if the rebound velocity is below the tolerance.
     if expected.status is Status.SEPARATED and expected.restitution_coefficient > 1e-3 * RTOL:
-        assert result.contact_time == pytest.approx(expected.contact_time * time, rel=1e-7)
+        # A slow rebound ends as late as its velocity is small: its share of error is that of e.
+        share = max(1e-7, bound / float(expected.restitution_coefficient))
+        assert result.contact_time == pytest.approx(expected.contact_time * time, rel=share)
         assert result.max_indentation_depth == pytest.approx(expected.max_indentation_depth * length, rel=1e-8)
         assert result.max_force == pytest.approx(expected.max_force * mass * length / time**2, rel=1e-7)
 

@@ -18,7 +18,7 @@ from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.curves import IndentationCurve, curves_block, weights_of, without_baseline
 from restitution.identification.fit import Estimation, estimate
 from restitution.identification.observations import modulus
-from restitution.identification.parameters import Parameters, parameters, penalties, rows_of
+from restitution.identification.parameters import MOST_TERMS, Parameters, parameters, penalties, rows_of
 from restitution.identification.uncertainty import FAR, Uncertainty, quantile
 from restitution.numerics.least_squares import descend
 from restitution.parallel import on_threads
@@ -250,8 +250,8 @@ def identify_map(
     if not items or math.prod(dimensions) != len(items):
         raise InputError("shape", dimensions, f"must be that of {len(items)} curves")
     space = parameters(
-        model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=None, terms=whole("terms", terms),
-        temperature=None,
+        model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=None,
+        terms=whole("terms", terms, 1, MOST_TERMS), temperature=None,
     )  # fmt: skip
     table = _Table(space, len(items))
     seed = _seed(items, space)

@@ -36,6 +36,8 @@ Model = Callable[..., Material | FractionalMaterial]
 
 # Half the width of the range of a logit; exponents near 1 take very many terms.
 _LOGIT = 12.0
+# Terms of a series that a fit may have.
+MOST_TERMS = 1000
 _EXPONENTS = -4.0, 2.2
 # Bounds a factor of 1e4 about the effective modulus and the contact time.
 _WIDE = math.log(1e4)

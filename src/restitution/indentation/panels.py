@@ -381,6 +381,8 @@ def solve_by_panels(
             pull = History(history.knots, history.coefficients * stiffness)
             drive = Drive(pull, False, min(peak, deepest), stiffness=stiffness)
     solution = PanelSolution(profile, series, drive, rtol, None if surface is None else surface.marks)
+    if not solution.contact_intervals.size:
+        raise InputError(field, rule="does not bring the bodies into contact")
     if solution.max_depth > deepest:
         raise InputError(field, rule=f"must not press the tip deeper than {deepest:g} m, {profile.end}")
     return solution
