@@ -593,7 +593,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     break
                 continue
             if not error <= tolerance:
-                if error < _COARSE and kind < 0 and chases < _MOST_CHASES:
+                if passing == TIME_PASSES and error < _COARSE and kind < 0 and chases < _MOST_CHASES:
                     # The front is not smooth while its way ends elsewhere, but where it ends becomes clearer.
                     chases += 1
                     last, before = NODES - 1, NODES - 5
