@@ -325,7 +325,7 @@ def _until_steady(
         depth, _, force, _ = solution.at(times)
         earlier, _, weaker, _ = solution.at(times - period)
         change = max(np.abs(depth - earlier).max() / depth.max(), np.abs(force - weaker).max() / force.max())
-        if change <= 0.1 * rtol + 1e-12:
+        if change <= rtol:
             return solution, count, OscillationStatus.STEADY
         if 2 * count > _MOST_CYCLES:
             return solution, count, OscillationStatus.NOT_STEADY
