@@ -96,17 +96,17 @@ def test_mistakes_of_taps(change: str, field: str) -> None:
 
 def test_a_solver_refuses_with_the_file() -> None:
     indenter("wave.toml", oscillation=WAVE, solver="rtol = 0.5")
-    assert named(lambda: read_oscillation("wave.toml").oscillate())[0] == "solver.rtol"
+    assert named(lambda: read_oscillation("wave.toml").solve())[0] == "solver.rtol"
 
 
 def test_the_examples() -> None:
-    wave = read_oscillation(EXAMPLES / "oscillation.toml").oscillate()
+    wave = read_oscillation(EXAMPLES / "oscillation.toml").solve()
     # E* = 4/3 of E(t) = 200 + 800 exp(-t/0.3 s) Pa of an incompressible material.
     spring, dashpot = 200.0 / 0.75, 800.0 / 0.75
     assert wave.complex_modulus == pytest.approx(
         spring + dashpot * 0.6j * 3.141592653589793 / (1 + 0.6j * 3.141592653589793)
     )
     assert wave.storage_error < -0.05
-    curve = read_tapping(EXAMPLES / "tapping.toml").tap()
+    curve = read_tapping(EXAMPLES / "tapping.toml").solve()
     assert set(curve.status.tolist()) == {0}
     assert isinstance(curve, rs.Tapping)

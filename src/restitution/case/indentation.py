@@ -16,7 +16,7 @@ from restitution.case.profile import AnyProfile
 from restitution.case.quantity import LIST, named_columns, nonnegative, positive, read_columns, within
 from restitution.case.section import IN_FILE, Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.geometry import Geometry
-from restitution.impact.problem import window_around
+from restitution.impact.problem import Window, window_around
 from restitution.indentation.history import History, cycles, hold, ramp, sine_arch, triangle
 from restitution.material.viscoelastic import Material
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
@@ -153,14 +153,33 @@ class IndentationFile(IndenterFile):
 
 
 @dataclass(frozen=True)
-class IndentationCase:
-    """A prescribed indentation as a case file describes it, in SI."""
+class IndenterCase:
+    """Bodies of a case file of an indenter, in SI."""
 
     path: Path
     title: str | None
     material: Material  # of the half-space
     profile: Geometry  # of the contact
     counter_material: Material | None  # of the indenter, where it deforms
+
+    def notes(self) -> list[str]:
+        """Return the assumptions about the materials."""
+        return notes_on(self.material, self.counter_material)
+
+
+def bodies_of(
+    file: IndenterFile, path: Path, window: Window
+) -> tuple[Path, str | None, Material, Geometry, Material | None]:
+    """Return the fields of `IndenterCase`, with materials for a window of time."""
+    with in_file(path):
+        counter = None if file.counter_material is None else file.counter_material.build(window)
+        return path, file.title, file.material.build(window), file.profile.build(None), counter
+
+
+@dataclass(frozen=True)
+class IndentationCase(IndenterCase):
+    """A prescribed indentation as a case file describes it, in SI."""
+
     prescribed: str  # "depth" or "force"
     history: History
     n_points: int  # of even times of the table that is written
@@ -174,10 +193,6 @@ class IndentationCase:
         with in_file(self.path, rtol="solver", **dict.fromkeys(("depth", "force", "time"), "indentation")):
             options: dict[str, Any] = {self.prescribed: self.history} | self.options
             return indent(self.material, self.profile, counter_material=self.counter_material, **options)
-
-    def notes(self) -> list[str]:
-        """Return the assumptions about the materials."""
-        return notes_on(self.material, self.counter_material)
 
 
 def read_indentation(path: str | Path) -> IndentationCase:
@@ -216,8 +231,5 @@ def read_indentation(path: str | Path) -> IndentationCase:
     pieces = np.diff(history.knots)
     fastest = max(_SHARE * float(pieces[pieces > 0.0].min()), _EARLIER * window.low)
     window = window._replace(low=min(window.low, fastest))
-    with in_file(path):
-        counter = None if case.counter_material is None else case.counter_material.build(window)
-        material, profile = case.material.build(window), case.profile.build(None)
     options = case.solver.options | section.values(("spring_constant",))
-    return IndentationCase(path, case.title, material, profile, counter, name, history, section.n_points, options)
+    return IndentationCase(*bodies_of(case, path, window), name, history, section.n_points, options)

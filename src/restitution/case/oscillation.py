@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, StrictInt, model_validator
 
-from restitution.case.impact import AccuracySection, notes_on
-from restitution.case.indentation import IndenterFile
+from restitution.case.impact import AccuracySection
+from restitution.case.indentation import IndenterCase, IndenterFile, bodies_of
 from restitution.case.quantity import LIST, nonnegative, positive, within
 from restitution.case.section import Section, in_file, read_sections, read_toml
-from restitution.contact.geometry import Geometry
-from restitution.impact.problem import Window, window_around
-from restitution.material.viscoelastic import Material
+from restitution.impact.problem import window_around
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 from restitution.units import FREQUENCY, STIFFNESS
 
@@ -36,7 +34,8 @@ class OscillationSection(Section):
     force_amplitude: Annotated[float, positive(FORCE, "amplitude of the force")] | None = None
     frequency: Frequency
     cycles: Annotated[
-        StrictInt | None, Field(ge=1, description="cycles, of which the last counts; the steady state by default")
+        StrictInt | None,
+        Field(ge=1, description="number of cycles; the last one counts; by default the steady state"),
     ] = None
     rise_time: (
         Annotated[float, positive(TIME, "duration of the ramp before the cycles; a period by default")] | None
@@ -96,36 +95,33 @@ class TappingFile(IndenterFile):
 
 
 @dataclass(frozen=True)
-class OscillationCase:
-    """An oscillating indentation, or tapping, as a case file describes it, in SI."""
+class OscillationCase(IndenterCase):
+    """An oscillating indentation as a case file describes it, in SI."""
 
-    path: Path
-    section: str
-    title: str | None
-    material: Material  # of the half-space
-    profile: Geometry  # of the contact
-    counter_material: Material | None  # of the indenter, where it deforms
-    options: dict[str, Any]  # keyword arguments of `oscillate` or `tap`
+    options: dict[str, Any]  # keyword arguments of `oscillate`
 
-    def oscillate(self) -> Oscillation:
+    def solve(self) -> Oscillation:
         """Solve the oscillation."""
         # The solver takes a while to import, which a faulty file need not wait for.
         from restitution.indentation.oscillation import oscillate
 
-        with in_file(self.path, self.section, rtol="solver"):
+        with in_file(self.path, "oscillation", rtol="solver"):
             return oscillate(self.material, self.profile, counter_material=self.counter_material, **self.options)
 
-    def tap(self, progress: Callable[[int, int], None] | None = None) -> Tapping:
+
+@dataclass(frozen=True)
+class TappingCase(IndenterCase):
+    """Tapping as a case file describes it, in SI."""
+
+    options: dict[str, Any]  # keyword arguments of `tap`
+
+    def solve(self, progress: Callable[[int, int], None] | None = None) -> Tapping:
         """Solve the taps over the distances."""
         from restitution.indentation.tapping import tap
 
         bodies = {"counter_material": self.counter_material, "progress": progress}
-        with in_file(self.path, self.section, rtol="solver"):
+        with in_file(self.path, "tapping", rtol="solver"):
             return tap(self.material, self.profile, **bodies, **self.options)
-
-    def notes(self) -> list[str]:
-        """Return the assumptions about the materials."""
-        return notes_on(self.material, self.counter_material)
 
 
 def read_oscillation(path: str | Path) -> OscillationCase:
@@ -155,10 +151,10 @@ def read_oscillation(path: str | Path) -> OscillationCase:
     section, period = file.oscillation, 1.0 / file.oscillation.frequency
     longest = (section.rise_time or period) + (section.hold_time or 0.0) + (section.cycles or 1) * period
     window = window_around(period)._replace(high=2.0 * longest)
-    return _case(path, "oscillation", file, window, section.options)
+    return OscillationCase(*bodies_of(file, path, window), section.options | file.solver.options)
 
 
-def read_tapping(path: str | Path) -> OscillationCase:
+def read_tapping(path: str | Path) -> TappingCase:
     """Read a TOML file of tapping; a `CaseError` has a line for each mistake.
 
     Examples
@@ -186,14 +182,5 @@ def read_tapping(path: str | Path) -> OscillationCase:
     file = read_sections(TappingFile, path, read_toml(path))
     section = file.tapping
     window = window_around(1.0 / section.frequency)
-    return _case(path, "tapping", file, window, section.values(type(section).model_fields))
-
-
-def _case(
-    path: Path, name: str, file: OscillationFile | TappingFile, window: Window, options: dict[str, Any]
-) -> OscillationCase:
-    """Return the case of a file whose section has been read."""
-    with in_file(path):
-        counter = None if file.counter_material is None else file.counter_material.build(window)
-        material, profile = file.material.build(window), file.profile.build(None)
-    return OscillationCase(path, name, file.title, material, profile, counter, options | file.solver.options)
+    options = section.values(type(section).model_fields) | file.solver.options
+    return TappingCase(*bodies_of(file, path, window), options)

@@ -149,7 +149,7 @@ def oscillate(case: cli.CaseFile, json: cli.Json = False, plot: cli.Plot = None)
 
     problem = read_oscillation(case)
     with cli.compilation():
-        result = problem.oscillate()
+        result = problem.solve()
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
 
 
@@ -168,7 +168,7 @@ def tap(
 
     problem = read_tapping(case)
     with cli.compilation(), cli.progress_bar("tapping", rate="distances/s") as progress:
-        result = problem.tap(progress)
+        result = problem.solve(progress)
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
     if out is not None:
         write_table(result.to_dataset(), out)

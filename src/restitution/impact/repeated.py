@@ -41,14 +41,7 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
     while True:
         history = History(np.array([0.0, time]), np.array([[push, 0.0]]))
         drive = Drive(
-            history,
-            False,
-            peak,
-            mass=float(impact.mass),
-            velocity=velocity,
-            touches=True,
-            once=True,
-            depth=level,
+            history, False, peak, mass=float(impact.mass), velocity=velocity, touches=True, once=True, depth=level,
             first=_FIRST_STEP * reach / velocity,
         )  # fmt: skip
         solution = PanelSolution(
@@ -77,6 +70,8 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
         status = Status.SINKS_IN
     kept = solution.elements.stored - surface.stored
     kinetic: Array = 0.5 * float(impact.mass) * rate * rate
+    motion = Trajectory(times, depth, rate, force, radius, kinetic)
+    samples = Sampled(motion, solution.work - kept, kept, 0.0, solution)
     return {
         "restitution_coefficient": e,
         "contact_time": end if parted else math.inf,
@@ -85,9 +80,5 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
         "max_contact_radius": solution.max_contact_radius,
         "residual_indentation_depth": float(depth[-1]),
         "status": status,
-        "samples": None
-        if not parted
-        else Sampled(
-            Trajectory(times, depth, rate, force, radius, kinetic), solution.work - kept, kept, 0.0, solution
-        ),
+        "samples": samples if parted else None,
     }

@@ -188,11 +188,16 @@ class History:
         slopes = polyder(np.moveaxis(self.coefficients[piece], -1, 0))
         return (polyval(u, slopes, tensor=False) / width)[()]
 
-    def _place(self, time: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
-        t = np.asarray(finite("time", time, "s"))
+    def within(self, time: ArrayLike) -> Array:
+        """Return times [s] as an array; refuse those outside of the history."""
+        t = np.asarray(finite("time", time, "s"), dtype=np.float64)
         if np.any((t < self.start) | (t > self.stop)):
             rule = f"must be in [{self.start:g}, {self.stop:g}] s, where the history is given"
             raise InputError("time", float(t.min() if t.min() < self.start else t.max()), rule, "s")
+        return t
+
+    def _place(self, time: ArrayLike) -> tuple[NDArray[np.intp], Array, Array]:
+        t = self.within(time)
         piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.coefficients) - 1)
         width = self.knots[piece + 1] - self.knots[piece]
         return piece, (t - self.knots[piece]) / width, width

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from restitution.checks import Array
-from restitution.indentation.surface import Imprint
+from restitution.indentation.surface import Imprint, share_of_step
 from restitution.kernel.merging import merge_panels
 from restitution.kernel.panels import FLAT, FROZEN, NODES, scheme
 
@@ -51,9 +51,6 @@ def _now(imprint: Imprint, recoveries: Array) -> Array:
     z = imprint.end[:, None] * rule.c
     basis = chebyshev.chebvander(2.0 * z - 1.0, z.shape[1] - 1)
     rows = np.einsum("pqk,pik->qpi", imprint.coefficients, basis)
-    kind = imprint.kind[:, None]
-    passed = np.where(kind > 0, z ** np.maximum(kind, 1), 1.0 - (1.0 - z) ** np.maximum(-kind, 1))
-    passed[imprint.kind == FROZEN] = 0.0
-    elapsed = -(imprint.start[:, None] + imprint.length[:, None] * passed)
+    elapsed = -(imprint.start[:, None] + imprint.length[:, None] * share_of_step(imprint.kind, z))
     rows[1:] *= np.exp(-recoveries[:, None, None] * elapsed)
     return np.ascontiguousarray(np.einsum("ki,qpi->pqk", rule.coefficients, rows))

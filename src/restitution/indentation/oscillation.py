@@ -191,7 +191,7 @@ def oscillate(
     frequency : float
         Frequency f [Hz], > 0.
     cycles : int, optional
-        Number of cycles, of which the last counts; by default the steady state.
+        Number of cycles; the last one counts. By default the steady state.
     rise_time, hold_time : float
         Duration [s] of the ramp to the mean, a period by default, and of the hold before the first of the `cycles`.
     counter_material : Material, optional

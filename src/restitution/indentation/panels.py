@@ -11,13 +11,21 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, finite
+from restitution.checks import Array
 from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE, History, contact_part
 from restitution.indentation.merging import merged
 from restitution.indentation.solid import solid_of
-from restitution.indentation.surface import Elements, Imprint, Surface, panels_of, read_imprint, write_imprint
+from restitution.indentation.surface import (
+    Elements,
+    Imprint,
+    Surface,
+    panels_of,
+    read_imprint,
+    share_of_step,
+    write_imprint,
+)
 from restitution.kernel.indentation import LARGEST, SMALLEST
 from restitution.kernel.panels import NODES, scheme
 from restitution.kernel.path import Path, power_path, table_path
@@ -39,6 +47,7 @@ from restitution.kernel.stepper import (
     room,
 )
 from restitution.material.prony import PronySeries
+from restitution.numerics.quadrature import PLACES, WEIGHTS
 
 if TYPE_CHECKING:
     from restitution.contact.geometry import Contact, Geometry
@@ -51,9 +60,6 @@ _FIRST_PANELS, _FIRST_STEPS = 64, 256
 _MOST_STEPS = 1 << 20
 # Largest power of the map of time after a touch.
 _MOST_POWER = 12
-# Gauss quadrature over [0, 1].
-_ROOTS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(16))
-_PLACES = _ROOTS + 0.5
 # Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
 # to about 1e-14.
 _SAME_TIME = 1e-12
@@ -242,12 +248,7 @@ class PanelSolution:
 
         At a kink or a jump the values behind it, or those before it.
         """
-        t = np.atleast_1d(np.asarray(finite("time", times, "s"), dtype=np.float64))
-        start, stop = self.history.start, self.history.stop
-        if t.size and (t.min() < start or t.max() > stop):
-            worst = float(t.min() if t.min() < start else t.max())
-            rule = f"must be in [{start:g}, {stop:g}] s, where the history is given"
-            raise InputError("time", worst, rule, "s")
+        t = np.atleast_1d(self.history.within(times))
         units = self.units
         (depth, rate, force, y), touches = self._sample((t - units.touch) / units.time, before)
         radius = np.where(touches, self._profile.contact_radius(y**2 * units.length), 0.0)
@@ -271,16 +272,15 @@ class PanelSolution:
     def quadrature(self) -> tuple[Array, Array, Array]:
         """Return times [s], weights [s], and depth [m], rate [m/s], force [N], shape (3, n), for integrals."""
         starts, lengths, kinds, places = self._records
-        kind, z = kinds[:, None], _PLACES[None]
+        kind, z = kinds[:, None], PLACES[None]
         power = np.abs(kind)
-        passed = np.where(kind > 0, z**power, 1.0 - (1.0 - z) ** power)
         pace = power * np.where(kind > 0, z ** (power - 1), (1.0 - z) ** (power - 1))
-        basis = chebyshev.chebvander(2.0 * _PLACES - 1.0, NODES - 1)
+        basis = chebyshev.chebvander(2.0 * PLACES - 1.0, NODES - 1)
         units = self.units
         sizes = np.array([units.length, units.length / units.time, units.force])
         columns = self._room.records.columns[places, :3] @ basis.T * sizes[:, None]
-        times = units.touch + units.time * (starts[:, None] + lengths[:, None] * passed)
-        weights = units.time * lengths[:, None] * pace * _WEIGHTS
+        times = units.touch + units.time * (starts[:, None] + lengths[:, None] * share_of_step(kinds, z))
+        weights = units.time * lengths[:, None] * pace * WEIGHTS
         return times.ravel(), weights.ravel(), np.moveaxis(columns, 1, 0).reshape(3, -1)
 
     # Energy and surface at the end.

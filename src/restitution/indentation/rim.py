@@ -13,13 +13,11 @@ from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.errors import InputError
 from restitution.kernel.panels import Solid
+from restitution.numerics.quadrature import PLACES, SLOPES, WEIGHTS
 
 # Gauss quadrature over parts of [0, 1], in a place z with the depth of an element s = s0 + (s1 - s0) (3 z^2 - 2 z^3).
 _PARTS = 6
-_ROOTS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(16))
-_PLACES = ((_ROOTS + 0.5)[None] + np.arange(_PARTS)[:, None]).ravel() / _PARTS
-_SLOPES = np.polynomial.polynomial.polyvander(_ROOTS, _ROOTS.size - 2) * np.arange(1, _ROOTS.size)
-_SLOPES = _SLOPES @ np.linalg.inv(np.polynomial.polynomial.polyvander(_ROOTS, _ROOTS.size - 1))[1:]
+_PLACES = (PLACES[None] + np.arange(_PARTS)[:, None]).ravel() / _PARTS
 # Shares of a period at which the end of a phase is looked for.
 _SHARES = np.unique(np.concatenate([np.geomspace(1e-9, 0.01, 60), np.linspace(0.01, 1.0, 240)]))
 _FIRST_ITERATIONS, _MOST_ITERATIONS = 40, 40
@@ -219,7 +217,7 @@ def steady_state(
         whole = near.coefficients(begin + 1.0, begin, np.zeros((begin.size, solid.rates.size)), orders)
         parts = np.concatenate([whole, parts])
         leaving, touching = np.append(begin + 1.0, leaving), np.append(begin, touching)
-    growth = (radii(depths).reshape(_PARTS, -1) @ _SLOPES.T) * _WEIGHTS
+    growth = (radii(depths).reshape(_PARTS, -1) @ SLOPES.T) * WEIGHTS
     total = growth.ravel() @ parts[: depths.size]
     share = 1.0
     if always:

@@ -500,12 +500,7 @@ class Solution:
 
         At a kink or a jump the values behind it, or those before it.
         """
-        t = np.atleast_1d(np.asarray(finite("time", times, "s"), dtype=np.float64))
-        start, stop = self.history.start, self.history.stop
-        if t.size and (t.min() < start or t.max() > stop):
-            worst = float(t.min() if t.min() < start else t.max())
-            rule = f"must be in [{start:g}, {stop:g}] s, where the history is given"
-            raise InputError("time", worst, rule, "s")
+        t = np.atleast_1d(self.history.within(times))
         order = np.argsort(t, kind="stable")
         t, units = t[order], self.units
         early = int(np.searchsorted(t, units.touch, side="right" if before else "left"))

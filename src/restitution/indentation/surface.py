@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev, polynomial
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array, nonnegative, single_nonnegative
@@ -16,18 +16,20 @@ from restitution.contact.profiles import Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.indentation.solid import solid_of
 from restitution.kernel.panels import FROZEN, Solid, Stack
+from restitution.numerics.quadrature import PLACES, SLOPES, WEIGHTS
 from restitution.units import LENGTH
 
 if TYPE_CHECKING:
     from restitution.contact.geometry import Contact, Geometry
     from restitution.material.prony import PronySeries
 
-# Gauss quadrature over [0, 1].
-_ROOTS, _WEIGHTS = (0.5 * part for part in np.polynomial.legendre.leggauss(16))
-_PLACES = _ROOTS + 0.5
-# Values at the Gauss nodes to slopes there.
-_SLOPES = polynomial.polyvander(_ROOTS, _ROOTS.size - 2) * np.arange(1, _ROOTS.size)
-_SLOPES = _SLOPES @ np.linalg.inv(polynomial.polyvander(_ROOTS, _ROOTS.size - 1))[1:]
+
+def share_of_step(kind: NDArray[np.int64], z: Array) -> Array:
+    """Return the share of its step that has passed at places z, shape (P, n), of panels; see `kernel.panels.share`."""
+    power = np.abs(kind)[:, None]
+    passed: Array = np.where(kind[:, None] > 0, z**power, 1.0 - (1.0 - z) ** power)
+    passed[kind == FROZEN] = 0.0
+    return passed
 
 
 class Panels(NamedTuple):
@@ -102,8 +104,8 @@ class Elements:
         total = 0.0
         for panels in (self._following, self._free):
             if panels.size:
-                y, _, density = self._at(panels, panels.end[:, None] * _PLACES)
-                total += panels.sign * float(np.sum((density * (self._radius(y) @ _SLOPES.T)) @ _WEIGHTS))
+                y, _, density = self._at(panels, panels.end[:, None] * PLACES)
+                total += panels.sign * float(np.sum((density * (self._radius(y) @ SLOPES.T)) @ WEIGHTS))
         if self._axis is not None:
             # A flat face.
             total += float(self._radius(np.zeros(1))[0]) * float(self._at(*self._axis)[2][0, 0])
@@ -168,10 +170,10 @@ class Elements:
                     high = middle
             outer = low
         # The root at x = r is smooth over the distance from there to the power 1/2.
-        y, displacement, _ = (values[0] for values in self._at(panel, outer + (inner - outer) * _PLACES[None] ** 2))
+        y, displacement, _ = (values[0] for values in self._at(panel, outer + (inner - outer) * PLACES[None] ** 2))
         x = self._radius(y)
         root = np.sqrt(np.maximum(r * r - x * x, 1e-300))
-        return -panel.sign * float(_WEIGHTS @ (displacement * (_SLOPES @ x) / root))
+        return -panel.sign * float(WEIGHTS @ (displacement * (SLOPES @ x) / root))
 
     def _radius(self, y: Array) -> Array:
         return np.asarray(self._profile.stiffness_radius(y * y * self._length)) / self._unit
@@ -182,10 +184,8 @@ class Elements:
         rates = solid.rates if panels.follows else solid.recoveries
         basis = chebyshev.chebvander(2.0 * z - 1.0, panels.coefficients.shape[-1] - 1)
         row = np.einsum("pqk,pnk->qpn", panels.coefficients[:, : 1 + rates.size], basis)
-        y, kind = np.maximum(row[0], 0.0), panels.kind[:, None]
-        passed = np.where(kind > 0, z ** np.maximum(kind, 1), 1.0 - (1.0 - z) ** np.maximum(-kind, 1))
-        passed[panels.kind == FROZEN] = 0.0
-        elapsed = self._time - panels.start[:, None] - panels.length[:, None] * passed
+        y = np.maximum(row[0], 0.0)
+        elapsed = self._time - panels.start[:, None] - panels.length[:, None] * share_of_step(panels.kind, z)
         parts = row[1:] * np.exp(-rates[:, None, None] * elapsed)
         if panels.follows:
             loads, displacement = parts + (solid.moduli * self._memory)[:, None, None], self._depth - y * y
