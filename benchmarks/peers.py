@@ -57,7 +57,7 @@ def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
     points, exact = sample(count)
     one = np.ones(count)
     reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)
-    batch = Batch(*reduced, one, one, 0.0 * one, one, 1.0)
+    batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
     block = batch.scaled()
     found: dict[str, list[dict[str, Any]]] = {}
     for method in SCIPY_METHODS:

@@ -5,9 +5,11 @@ virgin surface is touched. In contact its branches obey l_k' = E_k d' - l_k/tau_
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import legendre
 from scipy.optimize import brentq
 
 _PLACES = np.linspace(0.0, 1.0, 65)
@@ -83,3 +85,36 @@ class Follower:
             while now < stop:
                 now += element.advance(stop - now)
         return element.margin(0.0) if element.is_touched else 0.0
+
+
+def program(rng, size, lowest=-0.3):
+    """Random straight lines of the depth with holds, from the surface on."""
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, size))])
+    depths = np.concatenate([[0.0, rng.uniform(0.5, 1.0)], rng.uniform(lowest, 1.0, size - 1)])
+    for n in 2 + np.flatnonzero(rng.random(size - 2) < 0.2):
+        depths[n] = depths[n - 1]
+    return times, depths
+
+
+def followed_force(result, series, time):
+    """Force by Gauss quadrature over elements followed alone.
+
+    Between the radii of the contact at turnings and knots the load is smooth but for square roots at the ends, which
+    y = low + (high - low) (3 z^2 - 2 z^3) removes.
+    """
+    knots = result.history_given.knots
+    knots = np.append(knots[knots < time], time)
+    follower = Follower(series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, knots,
+                        result.history_given(knots))  # fmt: skip
+    moments = np.concatenate([knots, result.turning_times[result.turning_times < time]])
+    radii = np.concatenate([result.sample(moments, before=before).contact_radius.values for before in (True, False)])
+    last = float(result.sample([time]).contact_radius[0])
+    edges = np.unique(np.append(radii[(radii > 0.0) & (radii < last)].round(11), [0.0, last]))
+    places, weights = legendre.leggauss(20)
+    z, total = 0.5 * (1.0 + places), 0.0
+    for low, high in pairwise(edges):
+        if high - low > 1e-7:
+            y, slope = low + (high - low) * (3.0 - 2.0 * z) * z * z, (high - low) * 6.0 * z * (1.0 - z)
+            loads = np.array([follower.load(s, time) for s in y * y])
+            total += float(0.5 * weights @ (loads * slope))
+    return 2.0 * total

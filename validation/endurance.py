@@ -46,7 +46,7 @@ def paper_batch(seed: int) -> dict[str, np.ndarray]:
     nu, p2, p3 = draw_inputs(seed, BATCH)
     one = np.ones(BATCH)
     reduced = reduced_standard_solid(nu, one, 1.0 / p2, p2 * p3)
-    batch = Batch(*reduced, one, one, 0.0 * one, one, 1.0)
+    batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
     found = batch.solve(RTOL, workers=1, energy=True)
     work = solve_scaled(batch.scaled(), RTOL, workers=1)[:, 8]
     names = ("status", "restitution_coefficient", "energy_residual")

@@ -1,12 +1,14 @@
-"""Random histories by panels: how many are solved, and how far they are from stricter solutions and from Ting.
+"""Random histories by panels: how many are solved, and how far they are from stricter solutions and single elements.
 
-`python validation/histories.py [number of programs]` prints the table of docs/development/decisions/histories.md.
+`python validation/histories.py [number of programs]` prints the table of docs/development/decisions/histories.md, and
+`python validation/histories.py --followers [number of programs]` the comparison with elements followed alone.
 """
 
 import math
 import sys
 import time
 import warnings
+from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +16,10 @@ import restitution as rs
 from restitution.errors import InputError
 from restitution.indentation.history import History
 from restitution.indentation.panels import solve_by_panels
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+from element_follower import followed_force, program
 
 RTOL = 1e-8
 PROFILES = (
@@ -78,8 +84,38 @@ def check(kind, dashpots, count):
     return solved, worst, 1e3 * spent / max(solved, 1)
 
 
+def check_followers(count):
+    """Print how far the forces of random programs are from those of elements followed alone, at one time each."""
+    errors, refused, least = [], 0, math.inf
+    for seed in range(count):
+        rng = np.random.default_rng([23, seed])
+        terms = int(rng.integers(1, 5))
+        series = rs.PronySeries(
+            float(rng.random() < 0.7), 10.0 ** rng.uniform(-1.0, 1.0, terms), 10.0 ** rng.uniform(-1.5, 1.0, terms)
+        )
+        times, depths = program(rng, int(rng.integers(4, 15)))
+        try:
+            result = rs.indent(rs.Material(series.scaled(0.25), math.inf), rs.Parabola(1.0), depth=depths, time=times)
+        except InputError as error:
+            refused += 1
+            print(f"refused: {seed}: {error}", file=sys.stderr)
+            continue
+        begin, end = result.contact_intervals[rng.integers(len(result.contact_intervals))]
+        moment = float(rng.uniform(begin, min(end, times[-1])))
+        error = abs(float(result.sample([moment]).force[0]) - followed_force(result, series, moment))
+        errors.append(error / result.max_force / result.rtol)
+        least = min(least, result.dissipated / result.work)
+    worst, middle = np.max(errors), np.median(errors)
+    print(f"{count} programs of 4 to 14 lines against elements followed alone: {refused} refused; error of the force "
+          f"over that allowed: median {middle:.1e}, 99 % {np.quantile(errors, 0.99):.2g}, largest {worst:.2g}; "
+          f"least dissipation over work {least:.1e}")  # fmt: skip
+
+
 def main():
     warnings.simplefilter("ignore")
+    if "--followers" in sys.argv:
+        check_followers(int(sys.argv[2]) if len(sys.argv) > 2 else 1000)
+        return
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 300
     print("| driven by | dashpot | solved | largest difference | mean time [ms] |\n|---|---|---|---|---|")
     for kind in ("depth", "force", "spring"):

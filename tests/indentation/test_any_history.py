@@ -4,14 +4,12 @@ The rows D1 and D2 have been computed by panels of two orders and by single elem
 """
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.polynomial import legendre
 
 import restitution as rs
-from element_follower import Follower
+from element_follower import followed_force, program
 from restitution import InputError, Material, PronySeries, indent
 from restitution.contact.profiles import Cone, FlatPunch, Parabola
 
@@ -31,15 +29,6 @@ def half_space(series):
 
 
 SOLID = half_space(STANDARD)
-
-
-def program(rng, size, lowest=-0.3):
-    """Random straight lines of the depth with holds, from the surface on."""
-    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, size))])
-    depths = np.concatenate([[0.0, rng.uniform(0.5, 1.0)], rng.uniform(lowest, 1.0, size - 1)])
-    for n in 2 + np.flatnonzero(rng.random(size - 2) < 0.2):
-        depths[n] = depths[n - 1]
-    return times, depths
 
 
 def test_a_program_that_grows_again_before_the_end():
@@ -84,30 +73,6 @@ def test_errors_follow_the_tolerance(rtol):
     sampled = result.sample([1.2, 2.2, 3.6, 4.0]).force.values
     expected = np.array([1.158364205738, 1.982448536156, 1.645754205936, 5.400711141634])
     assert np.abs(sampled - expected).max() <= rtol * 5.400711141634
-
-
-def followed_force(result, series, time):
-    """Force by Gauss quadrature over elements followed alone.
-
-    Between the radii of the contact at turnings and knots the load is smooth but for square roots at the ends, which
-    y = low + (high - low) (3 z^2 - 2 z^3) removes.
-    """
-    knots = result.history_given.knots
-    knots = np.append(knots[knots < time], time)
-    follower = Follower(series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, knots,
-                        result.history_given(knots))  # fmt: skip
-    moments = np.concatenate([knots, result.turning_times[result.turning_times < time]])
-    radii = np.concatenate([result.sample(moments, before=before).contact_radius.values for before in (True, False)])
-    last = float(result.sample([time]).contact_radius[0])
-    edges = np.unique(np.append(radii[(radii > 0.0) & (radii < last)].round(11), [0.0, last]))
-    places, weights = legendre.leggauss(20)
-    z, total = 0.5 * (1.0 + places), 0.0
-    for low, high in pairwise(edges):
-        if high - low > 1e-7:
-            y, slope = low + (high - low) * (3.0 - 2.0 * z) * z * z, (high - low) * 6.0 * z * (1.0 - z)
-            loads = np.array([follower.load(s, time) for s in y * y])
-            total += float(0.5 * weights @ (loads * slope))
-    return 2.0 * total
 
 
 def check_program(seed):
