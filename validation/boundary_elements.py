@@ -124,7 +124,7 @@ def half_space(series: rs.PronySeries) -> rs.Material:
 
 
 def compare(series: rs.PronySeries, times: Any, depths: Any, tip: Any, profile: Any, counts: Any) -> list[Any]:
-    """Return for each count the largest differences of the force, over the largest force, and of the radius in rings."""
+    """Return for each count the largest differences of force, over the largest force, and of radius, in rings."""
     exact = rs.indent(half_space(series), tip, depth=np.array(depths), time=np.array(times), rtol=1e-10)
     rows = []
     for count in counts:
@@ -171,9 +171,7 @@ def main(small: bool) -> None:
     errors = np.array([row[0] for row in rows])
     print(f"\n{number} random programs, {count} rings: median {np.median(errors):.1e}, largest {errors.max():.1e}.")
     strays, share = sum(row[2] for row in rows), max(row[3] for row in rows)
-    print(
-        f"Steps with a contact other than a disc: {strays}; their largest pressure over that of the run: {share:.0e}"
-    )
+    print(f"Steps with a contact other than a disc: {strays}; their largest pressure over that of a run: {share:.0e}")
 
 
 if __name__ == "__main__":

@@ -4,9 +4,8 @@ A parabolic tip of 2.5 um approaches from 1.5 um above the surface, goes 0.8 to 
 for 0.2 to 1 s, and returns; 2 kHz, 20 pN of noise, and noise of the depth of 0 to 3 nm. In half of the records it goes
 back by a random part of the depth after the hold, approaches again, and returns then. Standard solids with
 instantaneous moduli from 0.5 to 5 kPa, ratios E1/Einf from 0.3 to 5 and times from 0.05 to 0.5 s. The forces are those
-of panels of order ten (`restitution.kernel.program`), which share no step with the elements of the curves. The noise
-of the force is stated, or estimated in every fourth record; that of the depth is estimated. Contact point, baseline
-and its slope are unknown.
+of `restitution.indent`, which shares no step with the elements of the curves. The noise of the force is stated, or
+estimated in every fourth record; that of the depth is estimated. Contact point, baseline and its slope are unknown.
 
 Usage: python validation/identification_records.py [--size 400] [--seed 1] [--workers 2] [--out FILE]
 """
@@ -20,16 +19,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.polynomial import chebyshev
 from rich.progress import track
 
 import restitution as rs
-from restitution.indentation.solid import solid_of
-from restitution.kernel.panels import scheme
-from restitution.kernel.path import power_path
-from restitution.kernel.program import DONE, run
-from restitution.kernel.stepper import RECORDS, Driver, Problem, Scales, room
-from restitution.material.prony import PronySeries
 
 TIP, FIXED = rs.Parabola(2.5e-6), {"poisson_ratio": 0.5}
 LEVELS = (0.0, 0.05e-9, 0.1e-9, 0.3e-9, 1e-9, 3e-9)
@@ -61,28 +53,8 @@ def record(level: float, random: Any) -> tuple[Any, tuple[float, ...], bool]:
 
 
 def force_of(truth: tuple[float, ...], knots: Any, places: Any, times: Any) -> Any:
-    """Forces at times under straight lines of the depth, which begin above the surface, by panels."""
-    equilibrium, branch, viscosity = truth
-    touch = knots[0] - places[0] * (knots[1] - knots[0]) / (places[1] - places[0])
-    unit, length = knots[-1] - touch, float(places.max())
-    series = PronySeries(1.0, [branch / equilibrium], [viscosity / branch / unit])
-    t, d = np.append(0.0, (knots[1:] - touch) / unit), np.append(0.0, places[1:] / length)
-    lines, none = np.column_stack([d[:-1], np.diff(d)]), np.zeros(t.size, dtype=bool)
-    driver = Driver(True, t, lines, none, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    solid = solid_of(series)
-    state = room(solid, 2000, 20000)
-    scale = 1.0 + branch / equilibrium
-    problem = Problem(solid, power_path(1.0), driver, scheme(), Scales(1.0, scale, scale, 1e-8), 2)
-    assert run(problem, state, np.zeros(3), 20000) == DONE
-    records, size = state.records, state.places[RECORDS]
-    force = np.zeros(times.size)
-    for n in np.flatnonzero(times > touch):
-        moment = (times[n] - touch) / unit
-        k = np.searchsorted(records.start[:size], moment, side="right") - 1
-        passed, kind = min((moment - records.start[k]) / records.length[k], 1.0), records.kind[k]
-        z = 1.0 - (1.0 - passed) ** (-1.0 / kind) if kind < 0 else passed ** (1.0 / kind)
-        force[n] = 2.0 * chebyshev.chebval(2.0 * z - 1.0, records.columns[k, 2])
-    return 4.0 * equilibrium * length * np.sqrt(TIP.radius * length) * force
+    """Forces at times under straight lines of the depth, which begin above the surface."""
+    return rs.indent(rs.standard_solid(*truth, **FIXED), TIP, depth=places, time=knots).sample(times).force.values
 
 
 def repetition(seed: int, number: int) -> list[dict[str, Any]]:

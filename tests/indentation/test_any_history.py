@@ -67,6 +67,23 @@ def test_a_program_that_loses_contact_and_finds_it_again():
     assert np.all(between.contact_radius.values == 0.0)
 
 
+@pytest.mark.parametrize("start", [-0.5, 0.0])
+def test_a_touch_at_a_knot(start):
+    """Rows D1 and D2 behind an approach, or a hold on the surface, that ends at a knot."""
+    for rows, ends in (
+        (D1, [[0.5, 4.005019696093]]),
+        (D2, [[0.5, 1.820544140396], [2.324499921590, 3.263744683366], [3.850181414693, 4.758027894026]]),
+    ):
+        result = indent(SOLID, TIP, time=[0.0, *np.add(rows["time"], 0.5)], depth=[start, *rows["depth"]])
+        if start < 0.0:
+            assert result.contact_intervals == pytest.approx(np.array(ends), abs=1e-8)
+        expected = indent(SOLID, TIP, **rows)
+        moments = np.linspace(0.01, 4.1, 50)
+        assert result.sample(moments + 0.5).force.values == pytest.approx(
+            expected.sample(moments).force.values, abs=2e-8 * expected.max_force
+        )
+
+
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_errors_follow_the_tolerance(rtol):
     result = indent(SOLID, TIP, rtol=rtol, **D2)

@@ -29,13 +29,12 @@ from restitution.indentation.surface import (
 from restitution.kernel.indentation import LARGEST, SMALLEST
 from restitution.kernel.panels import NODES, scheme
 from restitution.kernel.path import Path, power_path, table_path
-from restitution.kernel.program import APART, DONE, ENDS, NO_ROOM, TOO_STEEP, TOUCHES, run, touch_surface
+from restitution.kernel.program import APART, DONE, ENDS, NO_ROOM, TOO_STEEP, run, touch_surface
 from restitution.kernel.stepper import (
     DEPTH,
     FOLLOWING,
     FREE,
     FREE_PANELS,
-    GROWS,
     RATE,
     RECORDS,
     TIME,
@@ -178,19 +177,18 @@ class PanelSolution:
         # The end of the history, without the rounding of the units.
         return np.minimum(self.units.touch + self.units.time * np.asarray(scaled), self.history.stop)
 
-    def _moments(self, *events: int) -> Array:
-        """Return the times [s] of events."""
-        records, size = self._room.records, int(self._room.places[RECORDS])
-        at = np.isin(records.event[:size], events)
-        return self._time((records.start + records.length)[:size][at])
-
     @property
     def contact_intervals(self) -> Array:
         """Times [s] at which contacts begin and end, shape (n, 2); the last end is infinite if it is not reached."""
-        begins, ends = self._moments(TOUCHES), self._moments(ENDS)
+        # A touch or an end at a knot belongs to no step, so that phases count beside events.
         records, size = self._room.records, int(self._room.places[RECORDS])
-        if size and records.phase[0] == GROWS:
-            begins = np.append(self._time(records.start[0]), begins)
+        touches, parts = records.phase[:size] != FREE, records.event[:size] == ENDS
+        first = touches & np.append(True, ~touches[:-1] | parts[:-1])[:size]
+        last = touches & (parts | np.append(~touches[1:], False)[:size])
+        begins, ends = (
+            self._time(records.start[:size][first]),
+            self._time((records.start + records.length)[:size][last]),
+        )
         return np.column_stack([begins, np.append(ends, np.full(begins.size - ends.size, math.inf))])
 
     @property
