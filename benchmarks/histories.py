@@ -38,7 +38,7 @@ def impacts() -> list[tuple[str, float]]:
     surface = rs.solve(BALL, rtol=1e-8).surface(after=0.001)
     first = seconds(lambda: rs.solve(BALL, rtol=1e-8))
     again = seconds(lambda: rs.solve(BALL, rtol=1e-8, surface=surface))
-    return [("impact on a virgin surface, 1e-8", first), ("impact on the spot of an earlier one, 1e-8", again)]
+    return [("impact on a virgin surface", first), ("impact on the spot of an earlier one", again)]
 
 
 def ripples(count: int) -> tuple[Any, Any]:

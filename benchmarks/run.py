@@ -105,9 +105,8 @@ def measure(given: argparse.Namespace) -> None:
         results[name] = section(note)
         # Load of the machine: this process alone gives 1.
         results.setdefault("load", {})[name] = os.getloadavg()[0]
+        results["seconds"] = before + time.perf_counter() - begin
         given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
-    results["seconds"] = before + time.perf_counter() - begin
-    given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
