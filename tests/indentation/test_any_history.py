@@ -322,3 +322,13 @@ def test_a_contact_has_no_free_surface():
     refused("radius", lambda: pressed.imprint(1.0, -0.1), -0.1)
     pyramid = indent(SOLID, rs.Pyramid(1.2, 4), depth=rs.ramp(1.0, 1.0))
     refused("profile", lambda: pyramid.imprint(1.0, 0.1))
+
+
+@pytest.mark.parametrize("name", ["force", "depth"])
+def test_the_work_of_a_step_does_not_depend_on_the_start_of_the_time(name):
+    rng = np.random.default_rng(5)
+    for start in rng.choice([0.1, 0.5, 1.0 / 3.0, 1e3, -7.3], 40):
+        times, values = np.array([0.0, 0.0, rng.uniform(0.1, 1.0)]), [0.0, 0.5, rng.uniform(0.1, 0.6)]
+        expected = indent(SOLID, TIP, time=times, **{name: values}).work
+        # The duration has the rounding of the times.
+        assert indent(SOLID, TIP, time=start + times, **{name: values}).work == pytest.approx(expected, rel=1e-8)

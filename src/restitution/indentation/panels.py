@@ -185,10 +185,9 @@ class PanelSolution:
         touches, parts = records.phase[:size] != FREE, records.event[:size] == ENDS
         first = touches & np.append(True, ~touches[:-1] | parts[:-1])[:size]
         last = touches & (parts | np.append(~touches[1:], False)[:size])
-        begins, ends = (
-            self._time(records.start[:size][first]),
-            self._time((records.start + records.length)[:size][last]),
-        )
+        starts = records.start[:size]
+        stops = np.append(starts[1:], self._room.state[TIME])
+        begins, ends = self._time(starts[first]), self._time(stops[last])
         return np.column_stack([begins, np.append(ends, np.full(begins.size - ends.size, math.inf))])
 
     @property

@@ -21,7 +21,8 @@ def loop_work(solution: Solution) -> float:
     rtol = solution.rtol
 
     def power(times: Array) -> Array:
-        _, rate, force, _ = solution.at(times)
+        # Rounding moves times out of a history that does not begin at zero.
+        _, rate, force, _ = solution.at(np.clip(times, solution.history.start, solution.history.stop))
         # Under a force the rate may be infinite at touch, where the product vanishes.
         return np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
 
