@@ -11,7 +11,7 @@ import pytest
 import restitution as rs
 from element_follower import followed_force, program
 from restitution import InputError, Material, PronySeries, indent
-from restitution.contact.profiles import Cone, FlatPunch, Parabola
+from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, TruncatedCone
 
 # E*(t) = 1 + 4 exp(-t).
 STANDARD = PronySeries(1.0, [4.0], [1.0])
@@ -332,3 +332,15 @@ def test_the_work_of_a_step_does_not_depend_on_the_start_of_the_time(name):
         expected = indent(SOLID, TIP, time=times, **{name: values}).work
         # The duration has the rounding of the times.
         assert indent(SOLID, TIP, time=start + times, **{name: values}).work == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("profile", [FlatEndedParabola, TruncatedCone])
+def test_a_force_reaches_the_end_of_its_table(profile):
+    """The force on an elastic half-space is 2 E* Pi(d), which the profile has in closed form."""
+    rng = np.random.default_rng(3)
+    for size in 10.0 ** rng.uniform(-6.0, 0.0, 60):
+        tip = profile(size, 0.2 * size) if profile is FlatEndedParabola else profile(0.2 * size, 1.2)
+        peak = rng.uniform(0.1, 1.0) * size**2
+        result = indent(half_space(PronySeries(1.0)), tip, time=[0.0, 0.3, 1.0], force=[0.0, peak, 0.2 * peak])
+        depth = float(result.sample([0.3]).indentation_depth[0])
+        assert 2.0 * tip.force_integral_at_depth(depth) == pytest.approx(peak, rel=1e-8)

@@ -428,7 +428,8 @@ def largest_depth(series: PronySeries, profile: Geometry, force: float, duration
             low = middle
         else:
             high = middle
-    return min(math.exp(high), most)
+    # An elastic body reaches the bound, with its own rounding.
+    return min((1.0 + 1e-12) * math.exp(high), most)
 
 
 def path_power(profile: Geometry, depth: float) -> tuple[float, float]:
