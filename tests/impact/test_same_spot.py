@@ -141,6 +141,20 @@ def test_a_slow_body_on_a_fresh_imprint_may_gain_energy():
     assert result.plot().axes[1].get_ylim()[1] > result.restitution_coefficient.max()
 
 
+def test_a_surface_that_meets_the_body_on_its_way_up_ends_the_bounces():
+    """The last flight is below the path of the body, as long as it rises, until both meet."""
+    result = bounces(IMPACT, gravity=1.0, with_weight=False, same_spot=True)
+    assert result.ended == "lifted"
+    alone = solve(IMPACT)
+    for n in range(1, result.n_bounces):
+        flight = result.touch_time[n] - result.touch_time[n - 1] - result.contact_time[n - 1]
+        alone = solve(replace(IMPACT, velocity=result.velocity[n]), surface=alone.surface(after=flight))
+    away, depth = float(alone.rebound_velocity), float(alone.residual_indentation_depth)
+    times = np.linspace(0.0, away, 1001)[1:]
+    gaps = [alone.surface(after=time).depth - (depth - away * time + 0.5 * time**2) for time in times]
+    assert gaps[0] > 0.0 > gaps[-1]
+
+
 # Errors
 
 

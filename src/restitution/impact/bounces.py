@@ -39,6 +39,7 @@ class Ending(StrEnum):
     CAPTURED = "captured", "the weight holds the body in contact"
     SUNK = "sunk", "the material is a liquid and the body sinks in"
     BELOW_SURFACE = "below surface", "the body does not rise above the undeformed surface"
+    LIFTED = "lifted", "the recovering surface meets the body on its way up"
     LOW = "low", "the next rise would be lower than min_height"
     MAX_BOUNCES = "max bounces", "max_bounces is reached; the body would bounce on"
     STOPPED = "stopped", "the argument stop ended the series; the body would bounce on"
@@ -248,6 +249,7 @@ class _Touch(NamedTuple):
     result: ImpactResult
     height: float  # greatest height [m] over the undeformed surface, 0 where the body stays
     in_imprint: bool = False  # whether the body may go on below the undeformed surface
+    is_lifted: bool = False  # whether the surface meets the body before it falls
 
 
 def _first_impact(impact: Impact, height: float | None, gravity: float, with_weight: bool) -> tuple[Impact, float]:
@@ -285,11 +287,14 @@ def _series_on_one_spot(first: Impact, gravity: float, rtol: float) -> Iterator[
     """Yield one impact after another on the imprint of the earlier ones."""
     impact, result = first, solve_exact(first, rtol)
     while True:
-        yield _Touch(result, _rise(result, impact, gravity), True)
-        left = result.surface()
-        flight = _flight(left, result, gravity)
-        impact = replace(first, velocity=gravity * flight - float(result.rebound_velocity))
-        result = solve(impact, rtol=max(rtol, 1e-11), surface=left.after(flight))
+        rise, left, flight, velocity = _rise(result, impact, gravity), None, 0.0, 1.0
+        if result.status is Status.SEPARATED:
+            left = result.surface()
+            flight = _flight(left, result, gravity)
+            velocity = gravity * flight - float(result.rebound_velocity)
+        yield _Touch(result, rise, in_imprint=True, is_lifted=velocity <= 0.0)
+        impact = replace(first, velocity=velocity)
+        result = solve(impact, rtol=max(rtol, 1e-11), surface=None if left is None else left.after(flight))
 
 
 def _flight(surface: Surface, result: ImpactResult, gravity: float) -> float:
@@ -335,6 +340,7 @@ def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> End
         Ending.CAPTURED: touch.result.status == Status.CAPTURED,
         Ending.SUNK: touch.result.status == Status.SINKS_IN,
         Ending.BELOW_SURFACE: touch.height <= 0.0 and not touch.in_imprint,
+        Ending.LIFTED: touch.is_lifted,
         Ending.LOW: touch.height + max(depth, 0.0) * touch.in_imprint < floor,
         Ending.MAX_BOUNCES: is_last,
         Ending.STOPPED: is_stopped,
