@@ -351,6 +351,11 @@ def write_growing_sums(solid: Solid, rule: Scheme, room: Room) -> None:
 def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int) -> None:
     """Write fronts, memory and forces at the nodes from the depths and rates there."""
     nodes, source = room.nodes, room.vectors[0]
+    if phase == FREE:
+        # The memory of a contact begins with it.
+        for i in range(1, NODES):
+            nodes[F, i], nodes[Y, i] = 0.0, 0.0
+        return
     for k in range(solid.rates.shape[0]):
         for i in range(1, NODES):
             source[i] = room.h[k, 0] + nodes[D, i] - nodes[D, 0]
@@ -358,13 +363,9 @@ def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int)
     for i in range(1, NODES):
         if phase == SHRINKS:
             write_shrinking_front(solid, room, path, i)
-        elif phase == GROWS:
-            write_growing_front(solid, room, path, i)
         else:
-            nodes[F, i], nodes[Y, i] = 0.0, 0.0
+            write_growing_front(solid, room, path, i)
     room.places[NO_FRONT_YET] = 0
-    if phase == FREE:
-        return
     if phase == GROWS:
         write_growing_sums(solid, rule, room)
     for i in range(1, NODES):
@@ -552,7 +553,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     nodes, phase = room.nodes, step.phase
     write_start(solid, path, room, phase)
     write_given(problem, room, step)
-    write_inverses(solid, rule, room)
+    if phase != FREE:
+        write_inverses(solid, rule, room)
     if driver.by_depth or step.passing == RATE_JUMPS:
         write_forces(solid, path, rule, room, phase)
         return True
