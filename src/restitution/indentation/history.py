@@ -22,8 +22,8 @@ UNITS = {"depth": HISTORY["indentation_depth"].unit, "force": HISTORY["force"].u
 # A prescribed force is zero below this share of the largest one: rounding of a return to zero.
 NO_FORCE = 1e-13
 _DEGREE = 9
-# Error of a fitted piece over the largest value, and the most pieces.
-_FIT = 2e-14
+# Error of a fitted piece over the largest value, rounding of its slope, and the most pieces.
+_FIT, _ROUNDING = 2e-14, 1e-13
 _MOST_PIECES = 4096
 _FIRST_PIECES = 12
 # Share of the duration below which a piece that does not fit holds a jump.
@@ -165,6 +165,10 @@ class History:
         order = np.argsort(starts)
         coefficients = np.concatenate([piece[1] for piece in fitted])[order]
         coefficients[np.abs(coefficients) < 1e-15 * scale] = 0.0
+        # A slope of rounding, at a zero, would make a touch of its own.
+        level = (coefficients[:, 0] == 0.0) & (np.abs(coefficients[:, 1]) <= _ROUNDING * scale)
+        coefficients[level, 2] += coefficients[level, 1]
+        coefficients[level, 1] = 0.0
         return cls(np.append(starts[order], t[-1]), coefficients)
 
     @property

@@ -307,6 +307,7 @@ def write_growing_front(solid: Solid, room: Room, path: Path, i: int) -> None:
     if p < 0:
         # Virgin surface.
         y = math.sqrt(max(nodes[D, i], 0.0))
+        nodes[SLOPE, i] = 2.0 * y
         room.displacements[:, i] = 0.0
     else:
         write_displacements(solid, room.free, p, room.z[i], room.times[i], room.displacements[:, i], basis, slopes)
