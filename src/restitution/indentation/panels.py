@@ -343,7 +343,7 @@ def _driver(drive: Drive, units: Units) -> Driver:
     size = units.length if drive.by_depth else units.force
     stiffness, rate = units.length / units.force, 1.0 / units.time
     return Driver(
-        drive.by_depth, knots, drive.history.coefficients / size, np.zeros(knots.size, dtype=np.bool_),
+        drive.by_depth, knots, drive.history.coefficients / size, drive.history.smooth_knots,
         drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
         drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
     )  # fmt: skip
