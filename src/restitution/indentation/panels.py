@@ -131,7 +131,9 @@ class PanelSolution:
         area = float(np.asarray(profile.stiffness_radius(size * units.length))) / units.radius
         scales = Scales(size, size * area, size, _STEP_SHARE * rtol)
         power = _touch_power(drive.touch, exponent)
-        self._problem = Problem(self._solid, self._path, _driver(drive, units), scheme(), scales, power)
+        self._problem = Problem(
+            self._solid, self._path, _driver(drive, units, series.parallel_viscosity), scheme(), scales, power
+        )
         self._room = self._run(drive, imprint)
         self._records = self._passing_records()
 
@@ -337,13 +339,15 @@ class PanelSolution:
         return self
 
 
-def _driver(drive: Drive, units: Units) -> Driver:
+def _driver(drive: Drive, units: Units, dashpot: float) -> Driver:
     """Return what moves the body in dimensionless numbers; forces are halved, as F = 2 int q da."""
+    # On a dashpot a rate that jumps by rounding is a load that does. Otherwise a turn at a knot is best known as one.
+    smooth = drive.history.smooth_knots if dashpot > 0.0 else np.zeros(drive.history.knots.size, dtype=np.bool_)
     knots = (drive.history.knots - units.touch) / units.time
     size = units.length if drive.by_depth else units.force
     stiffness, rate = units.length / units.force, 1.0 / units.time
     return Driver(
-        drive.by_depth, knots, drive.history.coefficients / size, drive.history.smooth_knots,
+        drive.by_depth, knots, drive.history.coefficients / size, smooth,
         drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
         drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
     )  # fmt: skip
