@@ -571,9 +571,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     last, ratio = math.inf, 1.0
     reach = (step.length if driver.mass > 0.0 else 1.0) / scales.depth
     for iteration in range(_MOST_ITERATIONS):
-        # A good matrix serves again.
-        if ratio > 0.1:
-            write_jacobian(solid, driver, rule, room, phase)
+        # A new matrix costs less than the search for the fronts.
+        write_jacobian(solid, driver, rule, room, phase)
         if not newton_step(driver, rule, room):
             return False
         change, size = 0.0, 1.0
@@ -585,7 +584,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
             return False
         apply_correction(driver, rule, room, 1.0)
         write_forces(solid, path, rule, room, phase)
-        if change <= max(1e-3 * scales.tolerance, 2e-15 * size) or (change <= 1e-12 and ratio >= 0.5):
+        left = change * ratio / (1.0 - ratio) if iteration > 0 and ratio < 0.5 else change
+        if left <= max(1e-3 * scales.tolerance, 2e-15 * size) or (change <= 1e-12 and ratio >= 0.5):
             return True
         last = change
     return False
