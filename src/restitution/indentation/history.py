@@ -22,10 +22,12 @@ UNITS = {"depth": HISTORY["indentation_depth"].unit, "force": HISTORY["force"].u
 # A prescribed force is zero below this share of the largest one: rounding of a return to zero.
 NO_FORCE = 1e-13
 _DEGREE = 9
-# Error of a fitted piece over the largest value, and the most pieces.
-_FIT = 2e-14
+# Error of a fitted piece over the largest value, rounding of its slope, and the most pieces.
+_FIT, _ROUNDING = 2e-14, 1e-13
 _MOST_PIECES = 4096
 _FIRST_PIECES = 12
+# Jumps of the value and its first derivatives that are rounding of a fit, over the largest value, in a piece.
+_SMOOTH = (1e-13, 1e-11, 1e-9)
 # Share of the duration below which a piece that does not fit holds a jump.
 _SHORTEST = 2e-14
 _JUMP_ADVICE = "a step is two points at the same time, in arrays"
@@ -165,6 +167,10 @@ class History:
         order = np.argsort(starts)
         coefficients = np.concatenate([piece[1] for piece in fitted])[order]
         coefficients[np.abs(coefficients) < 1e-15 * scale] = 0.0
+        # A slope of rounding, at a zero, would make a touch of its own.
+        level = (coefficients[:, 0] == 0.0) & (np.abs(coefficients[:, 1]) <= _ROUNDING * scale)
+        coefficients[level, 2] += coefficients[level, 1]
+        coefficients[level, 1] = 0.0
         return cls(np.append(starts[order], t[-1]), coefficients)
 
     @property
@@ -201,6 +207,23 @@ class History:
         piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.coefficients) - 1)
         width = self.knots[piece + 1] - self.knots[piece]
         return piece, (t - self.knots[piece]) / width, width
+
+    @property
+    def smooth_knots(self) -> NDArray[np.bool_]:
+        """Whether value, slope and second derivative pass each knot without a jump, up to rounding, shape (m + 1,)."""
+        smooth, widths, pieces = np.zeros(self.knots.size, dtype=np.bool_), np.diff(self.knots), self.coefficients
+        if len(pieces) == 1 or pieces.shape[1] <= 2:
+            return smooth
+        scale, shorter = np.abs(pieces).max(), np.minimum(widths[1:], widths[:-1])
+        smooth[1:-1] = shorter > 0.0
+        orders = np.arange(pieces.shape[1])
+        ends, power = np.ones(orders.size), np.ones(widths.size)
+        for order, rounding in enumerate(_SMOOTH):
+            with np.errstate(divide="ignore", invalid="ignore"):
+                jump = ends[order] * pieces[1:, order] / power[1:] - (pieces @ ends)[:-1] / power[:-1]
+                smooth[1:-1] &= np.abs(jump) * shorter**order <= rounding * scale
+            ends, power = ends * (orders - order), power * widths
+        return smooth
 
     def until(self, time: float) -> History:
         """Return the history up to a time [s] within it."""

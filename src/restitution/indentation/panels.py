@@ -16,7 +16,7 @@ from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE, History, contact_part
 from restitution.indentation.merging import merged
-from restitution.indentation.solid import solid_of
+from restitution.indentation.solid import in_units, solid_of
 from restitution.indentation.surface import (
     Elements,
     Imprint,
@@ -27,7 +27,7 @@ from restitution.indentation.surface import (
     write_imprint,
 )
 from restitution.kernel.indentation import LARGEST, SMALLEST
-from restitution.kernel.panels import NODES, scheme
+from restitution.kernel.panels import NODES, Solid, scheme
 from restitution.kernel.path import Path, power_path, table_path
 from restitution.kernel.program import APART, DONE, ENDS, NO_ROOM, TOO_STEEP, run, touch_surface
 from restitution.kernel.stepper import (
@@ -124,16 +124,16 @@ class PanelSolution:
     ) -> None:
         self.history, self.by_depth = drive.history, drive.by_depth
         self._profile, self._series, self._drive, self._rtol, self._imprint = profile, series, drive, rtol, imprint
-        self.units, dimensionless = _units(profile, series, drive)
-        self._solid = solid_of(dimensionless)
+        self.units, self._path, self._solid = _units(profile, series, drive)
         units = self.units
-        self._path = path_of(profile, units.length)[0]
         exponent = self._path.exponent if self._path.exponent >= 0.0 else 1.0
         size = drive.scale
         area = float(np.asarray(profile.stiffness_radius(size * units.length))) / units.radius
         scales = Scales(size, size * area, size, _STEP_SHARE * rtol)
         power = _touch_power(drive.touch, exponent)
-        self._problem = Problem(self._solid, self._path, _driver(drive, units), scheme(), scales, power)
+        self._problem = Problem(
+            self._solid, self._path, _driver(drive, units, series.parallel_viscosity), scheme(), scales, power
+        )
         self._room = self._run(drive, imprint)
         self._records = self._passing_records()
 
@@ -177,7 +177,7 @@ class PanelSolution:
         # The end of the history, without the rounding of the units.
         return np.minimum(self.units.touch + self.units.time * np.asarray(scaled), self.history.stop)
 
-    @property
+    @cached_property
     def contact_intervals(self) -> Array:
         """Times [s] at which contacts begin and end, shape (n, 2); the last end is infinite if it is not reached."""
         # A touch or an end at a knot belongs to no step, so that phases count beside events.
@@ -190,7 +190,7 @@ class PanelSolution:
         begins, ends = self._time(starts[first]), self._time(stops[last])
         return np.column_stack([begins, np.append(ends, np.full(begins.size - ends.size, math.inf))])
 
-    @property
+    @cached_property
     def turning_times(self) -> Array:
         """Times [s] at which the contact changes between growth and shrinkage."""
         records, size = self._room.records, int(self._room.places[RECORDS])
@@ -339,13 +339,15 @@ class PanelSolution:
         return self
 
 
-def _driver(drive: Drive, units: Units) -> Driver:
+def _driver(drive: Drive, units: Units, dashpot: float) -> Driver:
     """Return what moves the body in dimensionless numbers; forces are halved, as F = 2 int q da."""
+    # On a dashpot a rate that jumps by rounding is a load that does. Otherwise a turn at a knot is best known as one.
+    smooth = drive.history.smooth_knots if dashpot > 0.0 else np.zeros(drive.history.knots.size, dtype=np.bool_)
     knots = (drive.history.knots - units.touch) / units.time
     size = units.length if drive.by_depth else units.force
     stiffness, rate = units.length / units.force, 1.0 / units.time
     return Driver(
-        drive.by_depth, knots, drive.history.coefficients / size, np.zeros(knots.size, dtype=np.bool_),
+        drive.by_depth, knots, drive.history.coefficients / size, smooth,
         drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
         drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
     )  # fmt: skip
@@ -462,22 +464,18 @@ def even_times(history: History, further: Sequence[float], n_points: int) -> Arr
     return times
 
 
-def _units(profile: Geometry, series: PronySeries, drive: Drive) -> tuple[Units, PronySeries]:
-    """Return the units of a contact, and its modulus in them."""
+def _units(profile: Geometry, series: PronySeries, drive: Drive) -> tuple[Units, Path, Solid]:
+    """Return the units of a contact, and its path and its modulus in them."""
     start, duration = drive.history.start, drive.history.stop - drive.history.start
     if not SMALLEST < duration < LARGEST:
         raise InputError("time", duration, f"must last between {SMALLEST:g} and {LARGEST:g} s", "s")
-    moduli, times = series.branch_moduli, series.relaxation_times
-    typical = series.equilibrium_modulus + float(moduli @ np.minimum(1.0, times / duration))
-    typical += series.parallel_viscosity / duration
-    _, radius, error = path_of(profile, drive.peak)
+    solid = solid_of(series)
+    typical = solid.equilibrium + float(solid.moduli @ np.minimum(1.0, 1.0 / (solid.rates * duration)))
+    typical += solid.viscosity / duration
+    path, radius, error = path_of(profile, drive.peak)
     with np.errstate(over="ignore", under="ignore"):
         force = 2.0 * typical * radius * drive.peak
     if not all(SMALLEST < value < LARGEST for value in (drive.peak, radius, force)):
         rule = f"leads to a depth of {drive.peak:.3g} m, a contact radius of {radius:.3g} m and a force of "
         raise InputError("history", rule=rule + f"{force:.3g} N; each must be in [{SMALLEST:g}, {LARGEST:g}]")
-    dimensionless = PronySeries(
-        series.equilibrium_modulus / typical, moduli / typical, times / duration,
-        parallel_viscosity=series.parallel_viscosity / typical / duration,
-    )  # fmt: skip
-    return Units(start, duration, drive.peak, radius, force, error), dimensionless
+    return Units(start, duration, drive.peak, radius, force, error), path, in_units(solid, typical, duration)

@@ -1,6 +1,7 @@
 """Numbers of a relaxation modulus for the elements of `restitution.kernel.panels`."""
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from restitution.kernel.record import Solids
 from restitution.material.prony import PronySeries, secular_roots
 
 
+# Many histories of one material follow each other, and its roots take longer than a short one.
+@lru_cache(maxsize=32)
 def solid_of(series: PronySeries) -> Solid:
     """Return the numbers of one Prony series, and of its inverse.
 
@@ -32,6 +35,15 @@ def solid_of(series: PronySeries) -> Solid:
     return Solid(
         equilibrium, viscosity, moduli, 1.0 / times, equilibrium + float(moduli.sum()), recoveries, displacement,
         np.ascontiguousarray(loads), np.ascontiguousarray(touching),
+    )  # fmt: skip
+
+
+def in_units(solid: Solid, modulus: float, time: float) -> Solid:
+    """Return the same numbers in units of a modulus [Pa] and a time [s]."""
+    return Solid(
+        solid.equilibrium / modulus, solid.viscosity / modulus / time, solid.moduli / modulus, solid.rates * time,
+        solid.glass / modulus, solid.recoveries * time, solid.displacement, solid.loads * modulus,
+        solid.moduli_of / modulus,
     )  # fmt: skip
 
 

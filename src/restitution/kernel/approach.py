@@ -24,7 +24,7 @@ from restitution.kernel.collocation import (
     product,
     tail,
 )
-from restitution.kernel.compile import compiled, inlined, merged
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.element import (
     CONVERGED,
     DIVERGED,
@@ -297,7 +297,7 @@ def _length_to(scheme: Scheme, work: Work, element: int, end: float, slope: floa
     return length
 
 
-@merged
+@compiled
 def _write_touch(problem: Problem, table: Any) -> None:
     """Write the state at first touch to the first column of `table`."""
     rows = table.shape[0]
@@ -311,7 +311,7 @@ def _write_touch(problem: Problem, table: Any) -> None:
     table[F_, 0] = drag * table[V_, 0]
 
 
-@merged
+@compiled
 def _stiff_share(problem: Problem, table: Any, h: float) -> float:
     """Share of the force at the end of an element that modes faster than the element carry."""
     force = 0.0
@@ -321,7 +321,7 @@ def _stiff_share(problem: Problem, table: Any, h: float) -> float:
     return min(abs(force) / max(table[F_, WIDTH], 1e-300), 1.0)
 
 
-@merged
+@compiled
 def _end_without_turning(problem: Problem, table: Any) -> int:
     """Judge whether a body comes to rest in an element: SINKS_IN, CAPTURED, or `_GOES_ON`.
 

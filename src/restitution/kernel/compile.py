@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import caching, config, event, types
+from numba.core import caching, codegen, compiler, config, event, types
 
 from restitution.errors import RestitutionWarning
 from restitution.files import user_cache
@@ -21,7 +21,44 @@ from restitution.files import user_cache
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
 # Only `contract`: full fastmath removes the NaN checks on which the status codes depend and is no faster.
 _FLAGS: dict[str, Any] = {"_nrt": False, "nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
-_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+class _Part(codegen.JITCodeLibrary):
+    """Code of a function that only the kernel calls: entry points optimise it, and make its machine code.
+
+    Numba would do both at each level of calls, each time with all that is called below.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        self._ensure_finalized()
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        return _NoEnvironment
+
+
+class _NoEnvironment:
+    """Place for the Python objects of a function, which a function without machine code does not need."""
+
+    @staticmethod
+    def set_env(*_: Any) -> None:
+        pass
+
+
+class _PartCompiler(compiler.Compiler):
+    def __init__(self, typingctx: Any, targetctx: Any, library: Any, *arguments: Any) -> None:
+        part = _Part(targetctx.codegen(), "part") if library is None else library
+        super().__init__(typingctx, targetctx, part, *arguments)
+
+
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _PartCompiler}
 
 
 @cache
@@ -172,10 +209,10 @@ def entry_point(function: Callable[..., Any]) -> Any:
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile a stage of an impact, which only the kernel calls, as a separate function.
 
-    One large function takes twice as long to compile, and so do wrappers for calls from Python.
+    One large function takes twice as long to compile.
     """
     # Stated, since numba hands `forceinline` down from a caller to what it compiles for it.
-    dispatcher = cached(numba.njit(forceinline=False, **_INNER, **_FLAGS)(function), function)
+    dispatcher = numba.njit(forceinline=False, **_INNER, **_FLAGS)(function)
     return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)
 
 
@@ -202,11 +239,3 @@ def inlined(function: Callable[..., Any]) -> Any:
     """Compile a piece of the kernel into its callers, where the sizes that they pass are constants."""
     dispatcher = numba.njit(forceinline=True, **_INNER, **_FLAGS)(function)
     return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)
-
-
-def merged(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Merge a piece of the kernel into its only caller before compilation.
-
-    Compiled alone, it would take the time of its own code and of everything that it calls once more.
-    """
-    return function if config.DISABLE_JIT else numba.njit(inline="always", **_FLAGS)(function)

@@ -5,7 +5,7 @@ from typing import Any
 
 from restitution.kernel.approach import FIRST, approach
 from restitution.kernel.collocation import Scheme, combine, lagrange_lanes
-from restitution.kernel.compile import entry_point, merged
+from restitution.kernel.compile import compiled, entry_point
 from restitution.kernel.lanes import WIDTH, read8, total
 from restitution.kernel.outcome import (
     CAPTURED,
@@ -64,7 +64,7 @@ _BISECTIONS = 60  # of the search for the depth at rest
 _GROWTH = 1.5  # factor by which its interval grows before
 
 
-@merged
+@compiled
 def _peak_force(scheme: Scheme, work: Work) -> float:
     """Return the largest force of the approach: the largest value at a node, then a search on the polynomial."""
     S = WIDTH
@@ -106,7 +106,7 @@ def _peak_force(scheme: Scheme, work: Work) -> float:
     return best
 
 
-@merged
+@compiled
 def _resting_place(problem: Problem, s: float) -> float:
     """Place, not before s, at which the foundation alone carries the load; 0 if it is beyond the end of a table."""
     low, high = s, s
@@ -123,7 +123,7 @@ def _resting_place(problem: Problem, s: float) -> float:
     return high
 
 
-@merged
+@compiled
 def _depth_left(scheme: Scheme, work: Work, depth: float) -> float:
     """Return the depth at the end of the stored rebound from that of the turning point."""
     for element in range(work.counts[N_REBOUND] + 1):
@@ -132,7 +132,7 @@ def _depth_left(scheme: Scheme, work: Work, depth: float) -> float:
     return depth
 
 
-@merged
+@compiled
 def _enlarged(problem: Problem, e: float, depth: float, peak: float) -> float:
     """Return the factor by which e enlarges relative errors of the velocity.
 
@@ -145,7 +145,7 @@ def _enlarged(problem: Problem, e: float, depth: float, peak: float) -> float:
     return math.sqrt(peak * depth) / max(e, _LEAST_E)
 
 
-@merged
+@compiled
 def _first_tolerance(problem: Problem, tolerance: float, accept: float) -> float:
     """Return the tolerance of the elements where they do not lose their order, or the lower one where they do."""
     finer = tolerance * (_WITH_TABLE if problem.path.exponent == TABLE else 1.0)
@@ -157,7 +157,7 @@ def _first_tolerance(problem: Problem, tolerance: float, accept: float) -> float
     return finer
 
 
-@merged
+@compiled
 def _there(problem: Problem, scheme: Scheme, work: Work, status: int, outcome: Any) -> int:
     """Write the largest values of an approach that ended with this status; return it, or TOO_DEEP."""
     s = work.turning[S_]
@@ -174,7 +174,7 @@ def _there(problem: Problem, scheme: Scheme, work: Work, status: int, outcome: A
     return status
 
 
-@merged
+@compiled
 def _back(problem: Problem, scheme: Scheme, work: Work, finer: float, sharper: float, outcome: Any) -> int:
     """Solve the rebound and write the depth that is left; return the status."""
     status = rebound(problem, scheme, work, finer, sharper, math.inf)
@@ -188,7 +188,7 @@ def _back(problem: Problem, scheme: Scheme, work: Work, finer: float, sharper: f
     return status
 
 
-@merged
+@compiled
 def _write_end(problem: Problem, work: Work, status: int, outcome: Any) -> None:
     """Write how an impact ended, its contact time and e."""
     if status == SEPARATED:

@@ -85,6 +85,8 @@ _AT_AXIS = 1e-10
 # Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
 # accepted leaves its error to the fronts that pass it.
 _FRONT_SHARE = 0.1
+# Error of a free surface, over the depth of the run, with which a touch is found.
+_RESOLVED = 1e-3
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
 _MOST_TRIES = 200
@@ -267,10 +269,18 @@ def step_error(problem: Problem, room: Room, phase: int) -> float:
     """Return the error of depth, force, shared load and front over their scales.
 
     The front does not count where loads do not feel its scatter: where they have decayed nearly to zero, or the tip
-    meets an imprint of nearly its own shape.
+    meets an imprint of nearly its own shape. A free body has no load, and of the surface only the touch matters, which
+    is found in a resolved one and then solved for.
     """
     solid, scales, rule, nodes = problem.solid, problem.scales, problem.rule, room.nodes
     values, row = room.vectors[7], room.vectors[6]
+    if phase == FREE:
+        worst = tail(rule, nodes[D], row) / scales.depth
+        if room.places[FREE_PANELS] > 0:
+            for i in range(NODES):
+                values[i] = surface_at_axis(solid, room, room.times[i])
+            worst = max(worst, tail(rule, values, row) / scales.depth * scales.tolerance / _RESOLVED)
+        return worst
     for i in range(NODES):
         values[i] = 0.0
         for k in range(solid.rates.shape[0]):
@@ -511,9 +521,13 @@ def kind_behind_joint(room: Room, phase: int) -> int:
 
 
 @inlined
-def factor_of(tolerance: float, error: float, least: float, most: float) -> float:
-    """Return the factor for the length of the next step after one with this error."""
-    return min(max(0.8 * (tolerance / max(error, 1e-30)) ** (1.0 / STAGES), least), most)
+def factor_of(tolerance: float, error: float, kind: int, least: float, most: float) -> float:
+    """Return the factor for the length of the next step after one with this error.
+
+    Over z a power of the time has a higher degree, so that the error falls with a lower power of the length.
+    """
+    order = STAGES / min(max(abs(kind), 1.0), 4.0)
+    return min(max(0.8 * (tolerance / max(error, 1e-30)) ** (1.0 / order), least), most)
 
 
 @compiled
@@ -526,7 +540,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
     span = driver.knots[piece + 1] - driver.knots[piece] if passing == TIME_PASSES else 1.0
     duration = driver.knots[driver.knots.shape[0] - 1] - driver.knots[0]
     phase, done, switches = room.places[PHASE], 0.0, 0
-    first_kind, joint, guess = int(start[0]), int(start[1]), min(start[2], span)
+    first_kind, joint, guess, reach = int(start[0]), int(start[1]), min(start[2], span), math.inf
+    aim, old_length, old_error = 0.0, math.inf, 0.0
     while done < span:
         left = span - done
         length = min(guess, left)
@@ -575,10 +590,15 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 if event == NOTHING:
                     if error <= tolerance:
                         break
-                    length *= factor_of(tolerance, error, 0.1, 0.7) if error < math.inf else 0.25
+                    length *= factor_of(tolerance, error, kind, 0.1, 0.7) if error < math.inf else 0.25
                     continue
                 panels, p = end_of_way(room, phase)
                 backward = event == ENDS or (event == JOINT and panels.joint[p] >= FLAT)
+                aim = done + length * passed
+                if backward and length * passed > reach:
+                    # A step of half the way is smooth.
+                    length *= min(0.5 * passed, 0.7)
+                    continue
                 if backward and first_kind != 1:
                     # A step has one map: first a step that does not reach the event.
                     length *= 0.5 * passed
@@ -603,8 +623,13 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     if 1e-4 * length < abs(change) < 0.3 * length and length + change <= left:
                         length += change
                         continue
+                if kind < 0 and error < math.inf:
+                    # The end of the front's way is aimed at again from where this step would do.
+                    reach = min(reach, 1.2 * length * factor_of(tolerance, error, kind, 0.0, 1.0))
+                    length *= factor_of(tolerance, error, 1, 0.1, 0.5)
+                else:
+                    length *= factor_of(tolerance, error, kind, 0.1, 0.7) if error < math.inf else 0.25
                 hunted, kind = NOTHING, first_kind
-                length *= factor_of(tolerance, error, 0.1, 0.7) if error < math.inf else 0.25
                 continue
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
@@ -645,12 +670,18 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             accept(problem, room, step, hunted, joint, stop)
             guess = max(length, 0.5 * guess)
             if hunted == NOTHING:
-                guess = length * factor_of(tolerance, error, 0.3, 4.0)
+                # The error of the step before tells how fast the solution becomes smoother.
+                trend = length / old_length * (old_error / max(error, 1e-30)) ** (1.0 / STAGES)
+                old_length, old_error = length, error
+                guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * min(max(trend, 1.0), 2.0)
+                if aim - done > reach:
+                    guess = min(guess, 0.5 * (aim - done))
         if hunted != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
             # The innermost elements left within rounding.
             hunted = ENDS
             end_contact(problem, room)
         began, joint, first_kind = first_kind, SMOOTH, 1
+        reach = reach if hunted == NOTHING else math.inf
         if hunted == TURNS:
             phase, joint = (SHRINKS if phase == GROWS else GROWS), FLAT
         elif hunted == TOUCHES:

@@ -27,7 +27,7 @@ from restitution.kernel.collocation import (
     tail,
     value,
 )
-from restitution.kernel.compile import compiled, inlined, merged
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.element import (
     CONVERGED,
     DIVERGED,
@@ -413,7 +413,7 @@ def rebound(problem: Problem, scheme: Scheme, work: Work, tolerance: float, acce
     return SEPARATED
 
 
-@merged
+@compiled
 def _relaxed_share(problem: Problem, ahead: float) -> float:
     """Time D/E of the dashpot and the springs of `_predict`, if the approach takes the time `ahead` up to its end."""
     t = ahead
@@ -432,7 +432,7 @@ def _relaxed_share(problem: Problem, ahead: float) -> float:
     return ratio
 
 
-@merged
+@compiled
 def _predict(problem: Problem, scheme: Scheme, work: Work, element: int, h: float, previous: float) -> None:
     """Predict u = dt/dlambda at the nodes by extrapolation of u/s1 from the last element.
 

@@ -307,6 +307,7 @@ def write_growing_front(solid: Solid, room: Room, path: Path, i: int) -> None:
     if p < 0:
         # Virgin surface.
         y = math.sqrt(max(nodes[D, i], 0.0))
+        nodes[SLOPE, i] = 2.0 * y
         room.displacements[:, i] = 0.0
     else:
         write_displacements(solid, room.free, p, room.z[i], room.times[i], room.displacements[:, i], basis, slopes)
@@ -351,6 +352,11 @@ def write_growing_sums(solid: Solid, rule: Scheme, room: Room) -> None:
 def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int) -> None:
     """Write fronts, memory and forces at the nodes from the depths and rates there."""
     nodes, source = room.nodes, room.vectors[0]
+    if phase == FREE:
+        # The memory of a contact begins with it.
+        for i in range(1, NODES):
+            nodes[F, i], nodes[Y, i] = 0.0, 0.0
+        return
     for k in range(solid.rates.shape[0]):
         for i in range(1, NODES):
             source[i] = room.h[k, 0] + nodes[D, i] - nodes[D, 0]
@@ -358,13 +364,9 @@ def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int)
     for i in range(1, NODES):
         if phase == SHRINKS:
             write_shrinking_front(solid, room, path, i)
-        elif phase == GROWS:
-            write_growing_front(solid, room, path, i)
         else:
-            nodes[F, i], nodes[Y, i] = 0.0, 0.0
+            write_growing_front(solid, room, path, i)
     room.places[NO_FRONT_YET] = 0
-    if phase == FREE:
-        return
     if phase == GROWS:
         write_growing_sums(solid, rule, room)
     for i in range(1, NODES):
@@ -552,7 +554,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     nodes, phase = room.nodes, step.phase
     write_start(solid, path, room, phase)
     write_given(problem, room, step)
-    write_inverses(solid, rule, room)
+    if phase != FREE:
+        write_inverses(solid, rule, room)
     if driver.by_depth or step.passing == RATE_JUMPS:
         write_forces(solid, path, rule, room, phase)
         return True
@@ -568,9 +571,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     last, ratio = math.inf, 1.0
     reach = (step.length if driver.mass > 0.0 else 1.0) / scales.depth
     for iteration in range(_MOST_ITERATIONS):
-        # A good matrix serves again.
-        if ratio > 0.1:
-            write_jacobian(solid, driver, rule, room, phase)
+        # A new matrix costs less than the search for the fronts.
+        write_jacobian(solid, driver, rule, room, phase)
         if not newton_step(driver, rule, room):
             return False
         change, size = 0.0, 1.0
@@ -582,7 +584,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
             return False
         apply_correction(driver, rule, room, 1.0)
         write_forces(solid, path, rule, room, phase)
-        if change <= max(1e-3 * scales.tolerance, 2e-15 * size) or (change <= 1e-12 and ratio >= 0.5):
+        left = change * ratio / (1.0 - ratio) if iteration > 0 and ratio < 0.5 else change
+        if left <= max(1e-3 * scales.tolerance, 2e-15 * size) or (change <= 1e-12 and ratio >= 0.5):
             return True
         last = change
     return False
