@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from independent_elements import Lever, tap_elements
 from refusals import named
 from restitution.indentation.tapping import TappingStatus
 
@@ -23,6 +24,62 @@ def test_the_row_of_a_standard_solid(rtol):
     assert curve.dissipated[0] == pytest.approx(0.004591248550, abs=rtol)
     assert curve.contact_share[0] == pytest.approx(0.1330560150, abs=10.0 * rtol)
     assert curve.mean_force[0] == pytest.approx(0.0170985472, abs=max(rtol, 1e-10))
+
+
+def beside_elements(lever, count, steps, taps):
+    """Return the numbers of equal elements, extrapolated from two sizes, and their difference."""
+    arguments = {"equilibrium": 1.0, "moduli": np.array([4.0]), "times": np.array([1.0]), "depth": 1.0, "taps": taps}
+    coarse, fine = (tap_elements(lever, **arguments, count=n * count, steps=n * steps) for n in (1, 2))
+    return fine + (fine - coarse) / 3.0, np.abs(fine - coarse)
+
+
+def numbers_of(curve, n=0):
+    """Return what `tap_elements` does."""
+    return np.array([getattr(curve, k)[n] for k in ("amplitude", "phase", "mean_force", "max_force", "dissipated")])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("distance", "share"), [(-0.2, 0.789), (-0.3, 1.0)])
+def test_a_tip_that_hardly_leaves_or_stays_in_contact(distance, share):
+    """Equal elements with a second-order step, which start from rest; each tap starts in contact."""
+    curve = rs.tap(SOLID, rs.Parabola(1.0), distance, **OPTIONS)
+    assert curve.status[0] == TappingStatus.PERIODIC
+    assert curve.contact_share[0] == pytest.approx(share, abs=2e-3)
+    expected, change = beside_elements(Lever(10.0, 0.1, distance), 100, 400, 40)
+    # Elements change state within a step, and the largest force is one of 800 values: 1/800^2 remains, and less.
+    assert np.all(np.abs(numbers_of(curve) - expected) < 0.5 * change + [1e-6, 1e-5, 1e-6, 1e-5, 1e-6])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_every_distance_of_a_solid_is_solved(seed):
+    """From free taps to a tip that stays in contact: what the drive gives is lost in air and in the surface.
+
+    The power of the drive is P w A sin(-phase)/2 exactly; the lever takes c w^2 A^2/2 and more in higher harmonics.
+    """
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 4))
+    series = rs.PronySeries(0.25, rng.uniform(0.2, 2.0, count), 10.0 ** rng.uniform(-1.0, 1.0, count))
+    material = rs.Material(series, bulk=math.inf)
+    quality, profile = float(10.0 ** rng.uniform(0.5, 1.5)), (rs.Parabola(1.0), rs.Cone(0.8))[seed % 2]
+    places = np.sort(rng.uniform(-1.5, 1.0, 6))[::-1]
+    curve = rs.tap(material, profile, places, **(OPTIONS | {"quality_factor": quality}))
+    assert np.all(curve.status == TappingStatus.PERIODIC)
+    left = math.pi / quality * curve.amplitude * (np.sin(-curve.phase) - curve.amplitude)
+    assert np.all((curve.dissipated > -1e-8) & (curve.dissipated < left + 1e-8))
+
+
+def test_a_distance_where_a_free_tip_would_begin_below_the_surface():
+    """The mean force holds the mean deflection of the lever, and for a small swing it is that of the relaxed solid.
+
+    F = 4/3 sqrt(R) d^(3/2) with the equilibrium modulus 1 at the mean depth, within the square of the swing.
+    """
+    curve = rs.tap(SOLID, rs.Parabola(1.0), -2.0, **(OPTIONS | {"free_amplitude": 0.01}))
+    assert curve.status[0] == TappingStatus.PERIODIC
+    assert curve.contact_share[0] == 1.0
+    # k (2 - d) = F(d)
+    depth = 2.0 - curve.mean_force[0]
+    assert curve.mean_force[0] == pytest.approx(4.0 / 3.0 * depth**1.5, rel=1e-4)
 
 
 def test_units_scale():

@@ -14,13 +14,15 @@ from restitution.kernel.panels import FLAT, FROZEN, NODES, scheme
 _FEW, _HALVINGS = 16, 64
 
 
-def merged(imprint: Imprint, recoveries: Array, tolerance: float) -> Imprint:
+def merged(imprint: Imprint, count: int, recoveries: Array, tolerance: float) -> Imprint:
     """Return an imprint with fewer panels, whose displacements [m] now differ by less than a tolerance [m].
 
     Parameters
     ----------
     imprint : Imprint
         The free surface.
+    count : int
+        Number of its outermost panels to merge.
     recoveries : array
         Rates of recovery r_j [1/s].
     tolerance : float
@@ -31,9 +33,10 @@ def merged(imprint: Imprint, recoveries: Array, tolerance: float) -> Imprint:
     A merged panel holds the state of its elements at one instant. A kink that is too weak to be felt goes.
     Displacements near the edge are functions of the root of the distance from it, and so is z of the outermost panel.
     """
-    count = imprint.end.size
     if count <= _FEW:
         return imprint
+    rest = Imprint(*(part[count:] for part in imprint))
+    imprint = Imprint(*(part[:count] for part in imprint))
     panels = _now(imprint, recoveries)
     rows, firsts = np.empty_like(panels), np.empty(count, dtype=np.int64)
     parts, pending = np.empty(recoveries.size), np.empty((_HALVINGS, 2), dtype=np.int64)
@@ -42,7 +45,9 @@ def merged(imprint: Imprint, recoveries: Array, tolerance: float) -> Imprint:
     joints = imprint.joint[firsts[:size]]
     joints[0] = FLAT
     zeros = np.zeros(size)
-    return Imprint(rows[:size].copy(), zeros, zeros, np.full(size, FROZEN, dtype=np.int64), np.ones(size), joints)
+    frozen = np.full(size, FROZEN, dtype=np.int64)
+    outer = Imprint(rows[:size], zeros, zeros, frozen, np.ones(size), joints)
+    return Imprint(*(np.concatenate(parts) for parts in zip(outer, rest, strict=True)))
 
 
 def _now(imprint: Imprint, recoveries: Array) -> Array:

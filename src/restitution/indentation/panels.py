@@ -27,7 +27,7 @@ from restitution.indentation.surface import (
     write_imprint,
 )
 from restitution.kernel.indentation import LARGEST, SMALLEST
-from restitution.kernel.panels import NODES, Solid, scheme
+from restitution.kernel.panels import NODES, Solid, Stack, scheme
 from restitution.kernel.path import Path, power_path, table_path
 from restitution.kernel.program import APART, DONE, ENDS, NO_ROOM, TOO_STEEP, run, touch_surface
 from restitution.kernel.stepper import (
@@ -35,6 +35,7 @@ from restitution.kernel.stepper import (
     FOLLOWING,
     FREE,
     FREE_PANELS,
+    PHASE,
     RATE,
     RECORDS,
     TIME,
@@ -95,6 +96,16 @@ class Drive(NamedTuple):
         return self.depth
 
 
+class Grip(NamedTuple):
+    """Contact at the end of a run, dimensionless; another run in the same units goes on from it at time zero."""
+
+    following: Stack
+    state: Array
+    memory: Array
+    sums: Array
+    phase: int
+
+
 class Units(NamedTuple):
     """Units of the dimensionless numbers in SI."""
 
@@ -120,8 +131,9 @@ class PanelSolution:
     """Exact solution of a contact over any history."""
 
     def __init__(
-        self, profile: Geometry, series: PronySeries, drive: Drive, rtol: float, imprint: Imprint | None = None
-    ) -> None:
+        self, profile: Geometry, series: PronySeries, drive: Drive, rtol: float, imprint: Imprint | None = None,
+        grip: Grip | None = None,
+    ) -> None:  # fmt: skip
         self.history, self.by_depth = drive.history, drive.by_depth
         self._profile, self._series, self._drive, self._rtol, self._imprint = profile, series, drive, rtol, imprint
         self.units, self._path, self._solid = _units(profile, series, drive)
@@ -134,14 +146,16 @@ class PanelSolution:
         self._problem = Problem(
             self._solid, self._path, _driver(drive, units, series.parallel_viscosity), scheme(), scales, power
         )
-        self._room = self._run(drive, imprint)
+        self._room = self._run(drive, imprint, grip)
         self._records = self._passing_records()
 
-    def _run(self, drive: Drive, imprint: Imprint | None) -> Room:
+    def _run(self, drive: Drive, imprint: Imprint | None, grip: Grip | None) -> Room:
         pieces = drive.history.knots.size
         panels, steps = _FIRST_PANELS + pieces, _FIRST_STEPS + 4 * pieces
         if imprint is not None:
             panels += imprint.end.size
+        if grip is not None:
+            panels += grip.following.end.size
         while True:
             work = room(self._solid, panels, steps)
             if imprint is not None:
@@ -149,6 +163,8 @@ class PanelSolution:
                 work.places[FREE_PANELS] = imprint.end.size
             work.state[DEPTH] = drive.first_depth / self.units.length
             work.state[RATE] = drive.velocity * self.units.time / self.units.length
+            if grip is not None:
+                _write_grip(self._problem, work, grip)
             if drive.touches:
                 touch_surface(self._problem, work, 0.0, float(work.state[RATE]))
             outcome = run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), _MOST_STEPS)
@@ -314,14 +330,35 @@ class PanelSolution:
 
     def surface(self, contact: Contact) -> Surface:
         """Return the surface at the end of the history; refuse one in contact."""
-        work, units = self._room, self.units
-        if work.places[FOLLOWING] > 0:
+        if self._room.places[FOLLOWING] > 0:
             rule = "must end without contact for a surface; let the body retract, or prescribe a force of zero"
             raise InputError("history", rule=rule)
+        return Surface(contact, 0.0, self._series, self.imprint)
+
+    @property
+    def imprint(self) -> Imprint:
+        """Free surface at the end of the history, around a contact or not."""
+        work, units = self._room, self.units
         now, count = float(work.state[TIME]), int(work.places[FREE_PANELS])
         marks = read_imprint(work.free, count, now, units.length, units.time)
+        if work.places[FOLLOWING] > 0:
+            # At the edge of a contact the gap has a double zero, which a merged panel would move.
+            count = int(np.count_nonzero(work.free.start[:count] < 0.0))
         tolerance = _MERGE_SHARE * self._rtol * self._drive.scale * units.length
-        return Surface(contact, 0.0, self._series, merged(marks, self._solid.recoveries / units.time, tolerance))
+        return merged(marks, count, self._solid.recoveries / units.time, tolerance)
+
+    @property
+    def grip(self) -> Grip | None:
+        """Contact at the end of the history; None without one."""
+        work = self._room
+        count = int(work.places[FOLLOWING])
+        if count == 0:
+            return None
+        following = Stack(*(part[:count].copy() for part in work.following))
+        state = work.state.copy()
+        following.start[:] -= state[TIME]
+        state[[TIME, WORK]] = 0.0
+        return Grip(following, state, work.memory.copy(), work.sums.copy(), int(work.places[PHASE]))
 
     def until(self, time: float) -> PanelSolution:
         """Return the solution of the same history up to a time [s]."""
@@ -337,6 +374,16 @@ class PanelSolution:
     def panels(self) -> PanelSolution:
         """The solution by panels: this one."""
         return self
+
+
+def _write_grip(problem: Problem, work: Room, grip: Grip) -> None:
+    """Let a run go on from a contact, as at a smooth knot."""
+    problem.driver.smooth[0] = True
+    count = grip.following.end.size
+    for part, values in zip(work.following, grip.following, strict=True):
+        part[:count] = values
+    work.state[:], work.memory[:], work.sums[:] = grip.state, grip.memory, grip.sums
+    work.places[FOLLOWING], work.places[PHASE] = count, grip.phase
 
 
 def _driver(drive: Drive, units: Units, dashpot: float) -> Driver:

@@ -14,9 +14,9 @@ from restitution.checks import Array, finite, function, single_positive, whole, 
 from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, PanelSolution
+from restitution.indentation.panels import Drive, Grip, PanelSolution
 from restitution.indentation.solve import contact_of
-from restitution.indentation.surface import Surface
+from restitution.indentation.surface import Imprint
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, Quantity, dataset
@@ -52,7 +52,6 @@ class TappingStatus(Outcome):
     FREE = 1, "the tip does not reach the surface"
     NOT_PERIODIC = 2, "the taps had not become periodic; the numbers are those of the last one"
     NOT_SOLVED = 3, "a tap could not be solved; the numbers are NaN"
-    IN_CONTACT = 4, "the tip stays in contact at the top of its way; the numbers are NaN"
 
     @property
     def failed(self) -> bool:
@@ -148,16 +147,14 @@ class _Cantilever(NamedTuple):
         return self.push / complex(self.stiffness - self.mass * w * w, self.damping * w)
 
 
-class _StaysInContact(Exception):
-    """The tip does not leave the surface within a period."""
-
-
 class _Start(NamedTuple):
-    """State at the beginning of a period: depth, velocity, and the surface."""
+    """State at the beginning of a period: depth, velocity, the free surface, and the contact if there is one."""
 
     depth: float
     velocity: float
-    surface: Surface | None
+    imprint: Imprint | None = None
+    grip: Grip | None = None
+    level: float = 0.0  # depth of the surface at the axis
 
 
 class _Tapper:
@@ -183,20 +180,18 @@ class _Tapper:
             amplitude=-lever.push, frequency=lever.omega, phase=-self.phase, depth=start.depth,
             velocity=start.velocity, first=0.1 * self.period, scale=min(max(reach / peak, _LEAST_SCALE), 1.0),
         )  # fmt: skip
-        marks = None if start.surface is None else start.surface.marks
-        return PanelSolution(profile, self.series, drive, self.rtol, marks)
+        return PanelSolution(profile, self.series, drive, self.rtol, start.imprint, start.grip)
 
     def free(self, distance: float) -> _Start:
-        """Return the start of a free oscillation."""
-        return _Start(-distance - self.amplitude, 0.0, None)
+        """Return the start of a free oscillation, or a tip at rest on the surface where that would begin below it."""
+        return _Start(min(-distance - self.amplitude, 0.0), 0.0)
 
     def end(self, solution: PanelSolution) -> _Start:
         """Return the state at the end."""
-        ends = solution.contact_intervals[:, 1]
-        if ends.size and not np.isfinite(ends[-1]):
-            raise _StaysInContact
         depth, rate, _, _ = solution.at(solution.history.stop)
-        return _Start(float(depth[0]), float(rate[0]), solution.surface(self.contact))
+        if not math.isfinite(depth[0] + rate[0]):
+            raise InputError("distance", rule="leads to a tap that could not be solved")
+        return _Start(float(depth[0]), float(rate[0]), solution.imprint, solution.grip, solution.elements.axis_depth)
 
     def steady(self, distance: float, start: _Start, most: int) -> tuple[PanelSolution, _Start, TappingStatus]:
         """Return the last tap, its end, and whether taps have become periodic.
@@ -224,9 +219,11 @@ class _Tapper:
             best = min(best, change)
             starts, changes = [*starts, x][-_MEMORY:], [*changes, y - x][-_MEMORY:]
             start = after
-            if len(changes) > 2 and confirmed == 0:
-                x = _extrapolated(np.array(starts), np.array(changes))
-                start = _Start(float(x[0] * scale[0]), float(x[1] * scale[1]), after.surface)
+            # A body in contact has no other depth than this.
+            if len(changes) > 2 and confirmed == 0 and after.grip is None:
+                depth, velocity = (_extrapolated(np.array(starts), np.array(changes)) * scale).tolist()
+                if depth < after.level:
+                    start = after._replace(depth=depth, velocity=velocity)
 
 
 def _extrapolated(starts: Array, changes: Array) -> Array:
@@ -370,8 +367,6 @@ def _at_distance(
         solution, after, status = tapper.steady(distance, begin, most)
     except InputError:
         return {}, None, TappingStatus.NOT_SOLVED
-    except _StaysInContact:
-        return {}, None, TappingStatus.IN_CONTACT
     times, weights, (depth, _, force) = solution.quadrature()
     height, omega = -(depth + distance), tapper.lever.omega
     # The drive is cos(w t - free phase) here.

@@ -94,6 +94,8 @@ _MOST_TRIES = 200
 _MOST_SWITCHES = 60
 _MOST_JUMPS = 20
 _MOST_CHASES = 8
+# Steps of one start that are lengthened to an event behind them: not again and again, if none is smooth enough.
+_MOST_AIMS = 4
 
 
 @inlined
@@ -447,6 +449,12 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         panels, p = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])
         nodes[Y, last] = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
+        if phase == GROWS:
+            # The front is known less well than the joint; the elements between them have no load yet.
+            radius = radius_and_integral(problem.path, nodes[Y, last])[0]
+            for k in range(K):
+                room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
+            nodes[A, last] = radius
     elif event == ENDS:
         # A root of rounding else, with which the next touch would not be smooth.
         nodes[Y, last] = 0.0
@@ -553,7 +561,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         instant, jumps = grain, 0
         speed = max(abs(room.state[RATE]), scales.depth / duration)
         moment = max(grain, 0.05 * tolerance * scales.stress / (problem.solid.glass * speed))
-        kind, hunted, tries, chases, aimed = first_kind, NOTHING, 0, 0, math.inf
+        kind, hunted, tries, chases, aims, aimed = first_kind, NOTHING, 0, 0, 0, math.inf
         last_length, last_value, error = 0.0, -math.inf, math.inf
         while True:
             tries += 1
@@ -583,6 +591,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     continue
                 if event == NOTHING and tolerance < error < _COARSE and aimed > length and phase != FREE:
                     event, passed = event_ahead(problem, room, phase, kind)
+                    aims += 1
+                    if aims > _MOST_AIMS:
+                        event = NOTHING
                     if event != NOTHING:
                         aimed = length
                         if length * passed > left:

@@ -49,6 +49,8 @@ PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
 D, V, Y, A, PI, F, EVENT, GIVEN, SLOPE = range(9)
 
 _MOST_ITERATIONS = 30
+# Difference of the forces of a panel and of the step before, over the error of a step.
+_SAME_FORCE = 10.0
 
 
 class Driver(NamedTuple):
@@ -517,12 +519,28 @@ def write_start(solid: Solid, path: Path, room: Room, phase: int) -> None:
     for i in range(NODES):
         room.at[i], room.z[i] = p, z
     if phase == SHRINKS:
-        write_loads(solid, panels, p, z, state[TIME], room.h[:, 0], 0.0, room.loads[:, 0], room.parts, basis, slopes)
+        write_loads(
+            solid, panels, p, z, state[TIME], room.h[:, 0], nodes[A, 0], room.loads[:, 0], room.L[:, 0], basis, slopes
+        )  # fmt: skip
         return
     room.displacements[:, 0] = 0.0
     if p >= 0:
         write_displacements(solid, room.free, p, z, state[TIME], room.displacements[:, 0], basis, slopes)
     touch(solid, room.displacements[:, 0], room.loads[:, 0])
+
+
+@compiled
+def adopt_panel(solid: Solid, scales: Scales, room: Room) -> None:
+    """Start from the force that the panel at the front has, where it differs from that of the last step by its errors.
+
+    Else it would jump at the first node, and no step would be smooth enough.
+    """
+    change = 0.0
+    for k in range(solid.rates.shape[0]):
+        change += room.L[k, 0] - room.sums[k]
+    excess = abs(change) / (scales.tolerance * scales.force)
+    if 1.0 < excess <= _SAME_FORCE:
+        room.nodes[F, 0] += change
 
 
 @compiled
@@ -553,6 +571,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     solid, path, driver, rule, scales = problem.solid, problem.path, problem.driver, problem.rule, problem.scales
     nodes, phase = room.nodes, step.phase
     write_start(solid, path, room, phase)
+    if phase == SHRINKS:
+        adopt_panel(solid, scales, room)
     write_given(problem, room, step)
     if phase != FREE:
         write_inverses(solid, rule, room)
