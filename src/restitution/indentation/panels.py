@@ -202,7 +202,7 @@ class PanelSolution:
         first = touches & np.append(True, ~touches[:-1] | parts[:-1])[:size]
         last = touches & (parts | np.append(~touches[1:], False)[:size])
         starts = records.start[:size]
-        stops = np.append(starts[1:], self._room.state[TIME])
+        stops = np.append(starts[1:], self._room.state[TIME])[:size]
         begins, ends = self._time(starts[first]), self._time(stops[last])
         return np.column_stack([begins, np.append(ends, np.full(begins.size - ends.size, math.inf))])
 
