@@ -94,7 +94,9 @@ from .material.shift import WLF as WLF
 from .material.shift import Arrhenius as Arrhenius
 from .material.shift import ShiftTable as ShiftTable
 from .material.viscoelastic import Material as Material
+from .material.viscoelastic import dundurs_parameter as dundurs_parameter
 from .material.viscoelastic import reduced_modulus as reduced_modulus
+from .material.viscoelastic import reduced_shear_modulus as reduced_shear_modulus
 from .plot.sweep import plot_sweep as plot_sweep
 from .rebound_resilience import Resilience as Resilience
 from .rebound_resilience import implied_loss_tangent as implied_loss_tangent

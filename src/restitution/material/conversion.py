@@ -212,6 +212,12 @@ def reduced(shear: PronySeries, bulk: PronySeries, *, strict: bool = True) -> Pr
     return connected(shear, bulk, ((4.0, 0.0), (4.0 / 3.0, 4.0), (0.0, 3.0)), strict=strict)
 
 
+def reduced_in_shear(shear: PronySeries, bulk: PronySeries) -> PronySeries:
+    """Return the reduced shear modulus G* = (8/3)G(3K + G)/(3K + 2G), in Carson transforms, of one that sticks."""
+    # Where (8/3)G + 8K + (8/3)G = 0, also (8/3)G = -4K.
+    return connected(shear, bulk, ((8.0 / 3.0, 0.0), (8.0 / 3.0, 8.0), (0.0, 4.0)))
+
+
 def reduced_standard_solid(
     poisson_ratio: Array, equilibrium_modulus: Array, branch_modulus: Array, relaxation_time: Array
 ) -> PronySeries:

@@ -14,7 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.axes import Axes, aligned, named, spread_array
 from restitution.checks import common_shape, instance, nonnegative, number, pair, positive
 from restitution.errors import InputError, InputTypeError
-from restitution.material.conversion import on_common_times, poisson_ratio, reduced, series_connection
+from restitution.material.conversion import (
+    on_common_times,
+    poisson_ratio,
+    reduced,
+    reduced_in_shear,
+    series_connection,
+)
 from restitution.material.prony import PronySeries, in_range, secular_roots
 from restitution.material.shift import Shift
 from restitution.quantities import check
@@ -311,6 +317,11 @@ class Material:
         """Reduced modulus of the contact with a rigid body."""
         return reduced(self.shear, self.bulk if isinstance(self.bulk, PronySeries) else RIGID)
 
+    @cached_property
+    def _reduced_in_shear(self) -> PronySeries:
+        """Reduced shear modulus of the contact with a rigid body."""
+        return reduced_in_shear(self.shear, self.bulk if isinstance(self.bulk, PronySeries) else RIGID)
+
     def relaxation_poisson_ratio(self, time: ArrayLike) -> Any:
         """Return the Poisson ratio nu(t) [-], the lateral contraction at times t >= 0 [s] after a step of strain.
 
@@ -466,3 +477,80 @@ def reduced_modulus(material: Material, counter_material: Material | None = None
         instance("counter_material", counter_material, Material, "must be a Material")
         return series_connection(reduced_modulus(material), reduced_modulus(counter_material))
     return material._reduced  # pyright: ignore[reportPrivateUsage]
+
+
+def reduced_shear_modulus(material: Material, counter_material: Material | None = None) -> PronySeries:
+    """Return the reduced relaxation modulus in shear G*(t) [Pa] of a contact that sticks, simplified.
+
+    A tangential displacement u of a contact of radius a that nowhere slips has the force 2 G* a u if G* is constant.
+    The Carson transforms obey
+
+        G* = (8/3)G(3K + G)/(3K + 2G) = 4G/(2 - nu),    1/G* = 1/G1* + 1/G2* for two bodies.
+
+    Each is a series connection (of (8/3)G and (8/3)(3K + G), or of the two bodies) and so again a Prony series.
+
+    Parameters
+    ----------
+    material, counter_material
+        Materials of the half-space and of the other body; None if the latter is rigid.
+
+    Notes
+    -----
+    Mindlin, J. Appl. Mech. 16 (1949) 259, and the correspondence principle. Normal and tangential contact are
+    independent of each other where `dundurs_parameter` is 0.
+
+    Examples
+    --------
+    >>> series = reduced_shear_modulus(Material(PronySeries(1.0, [4.0], [1.0]), bulk=4.0))
+    >>> print(series.relaxation_times.round(6), series.branch_moduli.round(6))
+    [1.       1.571429] [5.333333 2.493506]
+    """
+    instance("material", material, Material, "must be a Material")
+    if counter_material is not None:
+        instance("counter_material", counter_material, Material, "must be a Material")
+        return series_connection(reduced_shear_modulus(material), reduced_shear_modulus(counter_material))
+    return material._reduced_in_shear  # pyright: ignore[reportPrivateUsage]
+
+
+def dundurs_parameter(material: Material, counter_material: Material | None = None, *, static: bool = False) -> Any:
+    """Return Dundurs' parameter beta [-] of a contact, which couples its normal and its tangential displacements.
+
+    ``beta = (3 E*/4) [1/(3 K1 + G1) - 1/(3 K2 + G2)]``, for a rigid counter body ``(1 - 2 nu)/(2(1 - nu))``. It is 0
+    for equal bodies, for an incompressible one on a rigid one, and for two incompressible ones.
+
+    Parameters
+    ----------
+    material, counter_material
+        Materials of the half-space and of the other body; None if the latter is rigid.
+    static : bool
+        Whether the moduli are those at equilibrium, not the instantaneous ones.
+
+    Returns
+    -------
+    float or array
+        beta, in the shape of the materials; NaN where the ratio of the moduli of both bodies is not known.
+
+    Notes
+    -----
+    J. Dundurs, J. Appl. Mech. 36 (1969) 650.
+
+    Examples
+    --------
+    >>> polymer = Material(PronySeries(1.0, [4.0], [1.0]), bulk=4.0)
+    >>> print(round(dundurs_parameter(polymer), 12), dundurs_parameter(polymer, polymer))
+    0.46875 0.0
+    """
+    shares, moduli = list[Any](), list[Any]()
+    for field, body in (("material", material), ("counter_material", counter_material)):
+        if body is None and field == "counter_material":
+            return shares[0]
+        instance(field, body, Material, "must be a Material")
+        nu = np.asarray(body.poisson_ratio if static else body.instantaneous_poisson_ratio)
+        shares.append(((1.0 - 2.0 * nu) / (2.0 * (1.0 - nu)))[()])
+        series = reduced_modulus(body)
+        moduli.append(np.asarray(series.equilibrium_modulus if static else series.instantaneous_modulus))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = moduli[0] / moduli[1]
+        # The softer body decides.
+        both = (shares[0] - shares[1] * ratio) / (1.0 + ratio)
+        return np.where(np.isposinf(ratio), -shares[1], both)[()]
