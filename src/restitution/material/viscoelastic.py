@@ -541,14 +541,15 @@ def dundurs_parameter(material: Material, counter_material: Material | None = No
     0.46875 0.0
     """
     shares, moduli = list[Any](), list[Any]()
-    for field, body in (("material", material), ("counter_material", counter_material)):
-        if body is None and field == "counter_material":
-            return shares[0]
+    bodies = {"material": material} | ({} if counter_material is None else {"counter_material": counter_material})
+    for field, body in bodies.items():
         instance(field, body, Material, "must be a Material")
         nu = np.asarray(body.poisson_ratio if static else body.instantaneous_poisson_ratio)
         shares.append(((1.0 - 2.0 * nu) / (2.0 * (1.0 - nu)))[()])
         series = reduced_modulus(body)
         moduli.append(np.asarray(series.equilibrium_modulus if static else series.instantaneous_modulus))
+    if counter_material is None:
+        return shares[0]
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = moduli[0] / moduli[1]
         # The softer body decides.
