@@ -1,0 +1,222 @@
+"""Tangential half of an impact: rows of two programs, closed forms, an independent program, order and energy."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import gamma
+
+from restitution import (
+    Impact,
+    Material,
+    Parabola,
+    PowerLaw,
+    TruncatedCone,
+    elastic,
+    kelvin_voigt,
+    reduced_shear_modulus,
+    standard_solid,
+)
+from restitution.impact.batch import Batch
+from restitution.impact.tangential import Slider
+from sliding_elements import tangential_restitution
+
+SPHERE = 3.5  # mobility of a solid sphere, 1 + 5/2
+RUBBER = Material(1.0, math.inf)
+
+
+def rigid_on(material, profile=None, counter=None, **options):
+    return Impact(material, profile or Parabola(1.0), mass=1.0, velocity=1.0, counter_material=counter, **options)
+
+
+def solid(nu, p2, p3):
+    """Impact of a rigid sphere on a standard solid in the units of the paper."""
+    return rigid_on(standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu))
+
+
+def slider(impact, ratios=None):
+    solution = Batch.from_impact(impact).solve_stored(1e-11)[1]
+    return Slider(
+        solution, reduced_shear_modulus(impact.material, impact.counter_material), impact.reduced_modulus, ratios
+    )
+
+
+def shares(found):
+    """Energies over what is lost, and the residual of the balance over the energy before."""
+    lost = 1.0 - found.restitution**2
+    parts = found.friction, found.viscous, found.stored
+    return [part / lost for part in parts], sum(parts) - lost
+
+
+# Two programs: elements with Richardson's extrapolation, and Radau and DOP853 without slip; errors below 1e-9.
+@pytest.mark.parametrize(
+    ("nu", "p2", "p3", "slope", "e_t", "energies"),
+    [
+        (0.5, 0.1, 1.0, 1.0, 0.0817924, (0.0145, 0.9403, 0.0452)),
+        (0.5, 0.01, 0.3, 0.0, 0.1849573, (0.0, 0.9713, 0.0287)),
+        (0.3, 0.1, 1.0, 2.0, 0.0529265, (0.3832, 0.5975, 0.0193)),
+    ],
+)
+def test_rows_of_two_programs(nu, p2, p3, slope, e_t, energies):
+    found = slider(solid(nu, p2, p3)).solve(slope, SPHERE, 1e-6)
+    assert found.error <= 1e-6
+    assert found.restitution == pytest.approx(e_t, abs=6e-8 if slope == 0.0 else 1e-6)
+    parts, residual = shares(found)
+    assert parts == pytest.approx(energies, abs=6e-5)
+    assert abs(residual) < 1e-5
+
+
+# psi = (G*/E*) v_c/(mu v0) before and after an elastic impact, nu = 0.3, of Maw, Barber and Fawcett's kind; error 3e-6.
+PSI = {
+    0.2: 0.035958, 0.5: 0.047831, 1.0: -0.059697, 1.5: -0.428017, 2.0: -0.837211, 2.5: -1.162291, 3.0: -1.379683,
+    4.0: -1.436513, 4.5: -1.217617, 5.0: -0.764706, 6.0: 0.235294, 8.0: 2.235294,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("bodies", [1, 2])
+def test_elastic_baseline_of_one_and_of_two_bodies(bodies):
+    material = elastic(shear_modulus=1.0, poisson_ratio=0.3)
+    one = slider(rigid_on(material, counter=material if bodies == 2 else None))
+    ratio = 2.0 * 0.7 / 1.7
+    for before, after in PSI.items():
+        found = one.solve(before / ratio, SPHERE, 1e-5 / before)
+        assert -found.restitution * before == pytest.approx(after, abs=1.3e-5)
+    for before in (1.5, 3.0):
+        found = one.solve(before / ratio, SPHERE, 1e-6)
+        assert -found.restitution * before == pytest.approx(PSI[before], abs=5e-6)
+
+
+def closed_form(chi):
+    """e_t of an elastic impact without slip, from the hypergeometric equation of the compression."""
+    root = math.sqrt(0.01 + 2.4 * chi)
+    a, b = 0.5 * (0.1 + root), 0.5 * (0.1 - root)
+    return 1.0 - 2.0 * math.pi * (gamma(0.6) / (gamma(0.6 - a) * gamma(0.6 - b))) ** 2
+
+
+@pytest.mark.parametrize("chi", [0.37, 0.5, 1.0, 7 / 6, 1.44117647, 1.5, 2.0, 7 / 3, 5.0])
+def test_elastic_closed_form_without_slip(chi):
+    """chi = (1 + 1/kappa) G*/(2 E*), and G*/E* = 2/3."""
+    assert closed_form(0.5) == pytest.approx(1.0, abs=1e-14)
+    found = slider(rigid_on(RUBBER)).solve(0.0, 3.0 * chi, 1e-9)
+    assert found.restitution == pytest.approx(closed_form(chi), abs=1e-9)
+
+
+@pytest.mark.parametrize(("nu", "glass", "static"), [(0.5, 0.103967, 0.103967), (0.3, -0.317094, -0.231266)])
+def test_short_and_long_relaxation_are_elastic(nu, glass, static):
+    """Without slip; p3 = 1e-4 and 1e4 are 0.104153, 0.103947 and -0.231266, -0.317123 by an independent program."""
+    rows = {0.5: (0.104153, 0.103947), 0.3: (-0.231266, -0.317123)}[nu]
+    for p3, expected, limit in zip((1e-4, 1e4), rows, (static, glass), strict=True):
+        e_t = slider(solid(nu, 0.1, p3)).solve(0.0, SPHERE, 1e-8).restitution
+        assert e_t == pytest.approx(expected, abs=1e-6)
+        assert e_t == pytest.approx(limit, abs=5e-4)
+
+
+def test_without_slip_compressibility_fades_continuously():
+    rows = {0.49: 0.0702848, 0.499: 0.0776885, 0.4999: 0.0785036, 0.5: 0.0785945}
+    for nu, e_t in rows.items():
+        assert slider(solid(nu, 0.1, 1.0)).solve(0.0, SPHERE, 1e-9).restitution == pytest.approx(e_t, abs=1e-7)
+
+
+@pytest.mark.parametrize("case", [(0.5, 0.1, 1.0), (0.3, 0.1, 1.0), (-0.5, 0.3, 0.3)])
+def test_much_friction_is_the_limit_without_slip(case):
+    one = slider(solid(*case))
+    limit = one.solve(0.0, SPHERE, 1e-8).restitution
+    # A slipping rim takes a share of the order of the slope.
+    assert one.solve(1e-3, SPHERE, 1e-5).restitution == pytest.approx(limit, abs=6e-5)
+
+
+def test_energy_closes_without_slip():
+    generator = np.random.default_rng(2)
+    for _ in range(10):
+        nu, p2, p3, kappa = generator.uniform(-0.9, 0.5), *10.0 ** generator.uniform((-2, -1.5), (1, 1.5)), 0.4
+        found = slider(solid(nu, p2, p3)).solve(0.0, 1.0 + 1.0 / kappa, 1e-8)
+        assert abs(shares(found)[1]) < 1e-9
+
+
+def test_full_sliding_is_recognised_and_exact():
+    """e_t = -1 + (1 + 1/kappa)(1 + e)/slope; for (0.5, 0.1, 1) from the slope 3.9354 on."""
+    one = slider(solid(0.5, 0.1, 1.0), (1.5, 1.5))
+    assert one.slides(3.9356, SPHERE)
+    assert not one.slides(3.9352, SPHERE)
+    assert one.solve(4.0, SPHERE, 1e-6).restitution == pytest.approx(0.0654873, abs=5e-8)
+    # Without a criterion the elements find the same.
+    blind = slider(solid(0.5, 0.1, 1.0)).solve(4.0, SPHERE, 1e-6)
+    assert blind.restitution == one.solve(4.0, SPHERE, 1e-6).restitution
+    assert blind.error == 0.0
+    # Below, a core sticks at the end and e_t leaves the closed form continuously.
+    far, near = (one.solve(slope, SPHERE, 1e-6) for slope in (3.9, 3.93))
+    assert near.motion[:, 3].any()
+    assert 1e-5 < -1.0 + SPHERE * one.impulse / 3.93 - near.restitution < 2e-4
+    assert -1.0 + SPHERE * one.impulse / 3.9 - far.restitution > 3e-4
+
+
+def test_sliding_of_a_compressible_solid_is_recognised_only_where_the_elements_find_it():
+    """The criterion is sufficient: with nu = 0.3, p2 = 0.1, the ratio E*/G* rises from 0.847 to 1.214."""
+    one = slider(solid(0.3, 0.1, 1.0), (1.5 * 28.5 / 50.5, 1.7 / 1.4))
+    blind = slider(solid(0.3, 0.1, 1.0))
+    found = [slope for slope in np.arange(2.0, 8.0, 0.25) if one.slides(slope, SPHERE)]
+    assert found
+    assert all(not blind.solve(slope, SPHERE, 1e-3).motion[:, 3].any() for slope in found)
+
+
+def test_no_friction_is_no_force():
+    found = slider(solid(0.3, 0.1, 1.0)).solve(math.inf, SPHERE, 1e-6)
+    assert (found.restitution, found.friction, found.viscous, found.stored) == (-1.0, 0.0, 0.0, 0.0)
+
+
+# The error of the independent program is of first order for relaxation times below its step.
+@pytest.mark.parametrize(
+    ("impact", "slope", "tolerance"),
+    [
+        (solid(0.3, 0.1, 1.0), 2.0, 1.5e-6),
+        (solid(-0.6, 0.5, 0.1), 0.7, 1.5e-6),
+        (solid(0.3, 0.1, 0.01), 1.0, 2e-5),
+        (rigid_on(standard_solid(1.0, 5.0, 1.0, poisson_ratio=0.4), PowerLaw(3.0, 1.0)), 1.5, 5e-6),
+        (rigid_on(standard_solid(1.0, 5.0, 1.0, poisson_ratio=0.4), TruncatedCone(1.0, 0.3)), 1.5, 1e-5),
+    ],
+)
+def test_against_an_independent_program(impact, slope, tolerance):
+    coarse, fine = (tangential_restitution(impact, slope, 0.4, count) for count in (400, 800))
+    found = slider(impact).solve(slope, SPHERE, 1e-6)
+    assert found.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=tolerance)
+
+
+def test_two_unlike_bodies_against_an_independent_program():
+    materials = standard_solid(1.0, 5.0, 1.0, poisson_ratio=0.2), standard_solid(3.0, 2.0, 0.3, poisson_ratio=0.45)
+    impact = rigid_on(materials[0], counter=materials[1])
+    coarse, fine = (tangential_restitution(impact, 1.3, 0.4, count) for count in (400, 800))
+    found = slider(impact).solve(1.3, SPHERE, 1e-6)
+    assert found.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=2e-6)
+
+
+@pytest.mark.parametrize("case", [(0.5, 0.1, 1.0, 1.0), (0.3, 0.1, 1.0, 2.0), (0.3, 0.1, 0.001, 1.0)])
+def test_second_order_also_for_relaxation_times_far_below_the_step(case):
+    """Errors fall by four with the step. At p3 = 0.001 the step is 40 relaxation times long."""
+    one = slider(solid(*case[:3]))
+    values = [one._step(case[3], SPHERE, count).restitution for count in (50, 100, 200, 400)]
+    ratios = np.divide(*np.diff(values)[[[0, 1], [1, 2]]])
+    assert ratios == pytest.approx(4.0, abs=1.0)
+
+
+def test_a_dashpot_is_the_limit_of_a_fast_branch():
+    """A Kelvin-Voigt solid against one whose dashpot has a spring, with and without slip."""
+    viscous = rigid_on(kelvin_voigt(1.0, 0.3, poisson_ratio=0.5))
+    tau = 1e-5
+    branch = solid(0.5, tau / 0.3, 0.3)
+    for slope, tolerance in ((0.0, 1e-4), (1.0, 1e-4)):
+        found = [slider(impact).solve(slope, SPHERE, 1e-5).restitution for impact in (viscous, branch)]
+        assert found[0] == pytest.approx(found[1], abs=tolerance)
+
+
+def test_random_impacts_gain_no_energy():
+    """Every part is at least 0, and the balance closes to 3e-3 of the energy before: a thin slipping rim is coarse."""
+    generator = np.random.default_rng(11)
+    for _ in range(60):
+        nu = generator.choice([0.5, generator.uniform(-0.9, 0.5)])
+        p2, p3, slope = 10.0 ** generator.uniform((-3, -3, -1.3), (1, 2, 1))
+        found = slider(solid(nu, p2, p3)).solve(slope, 1.0 + 1.0 / generator.uniform(0.1, 0.67), 1e-4)
+        assert found.error <= 1e-4
+        assert abs(found.restitution) <= 1.0
+        assert min(found.friction, found.viscous, found.stored) >= -1e-6
+        assert abs(shares(found)[1]) < 6e-3
+        assert found.gaps < 0.01
