@@ -268,6 +268,46 @@ HISTORY = _by_name(
 )
 """Columns of a history over time."""
 
+OBLIQUE_INPUTS = _by_name(
+    _nonnegative("friction", NUMBER, "coefficient of friction", r"$\mu$", infinite=True),
+    Quantity("tangential_velocity", VELOCITY, "tangential velocity of the centre", r"$v_x$"),
+    Quantity("spin", ANGULAR_FREQUENCY, "spin", r"$\omega$"),
+    Quantity("angle", ANGLE, "angle of incidence from the normal", r"$\alpha$", -math.pi / 2, math.pi / 2, open=True),
+    _positive("speed", VELOCITY, "speed of the centre", r"$u_0$"),
+    _positive("gyration", NUMBER, "moment of inertia over m R^2", r"$\kappa$"),
+)
+"""Inputs of an oblique impact, besides those of its normal impact."""
+
+OBLIQUE = _by_name(
+    Quantity("tangential_restitution_coefficient", NUMBER, "tangential restitution coefficient", r"$e_t$", -1.0, 1.0),
+    Quantity("rebound_tangential_velocity", VELOCITY, "tangential velocity of the centre after", r"$v_x'$"),
+    Quantity("rebound_spin", ANGULAR_FREQUENCY, "spin after", r"$\omega'$"),
+    Quantity("rebound_angle", ANGLE, "angle of the rebound from the normal", r"$\alpha'$"),
+    Quantity("impulse_ratio", NUMBER, "tangential over normal impulse", r"$J_x/J_z$"),
+    _nonnegative("stick_time", TIME, "time in which some of the contact sticks", r"$T_\mathrm{stick}$"),
+    _nonnegative("slip_time", TIME, "time in which all of the contact slides", r"$T_\mathrm{slip}$"),
+    _nonnegative("tangential_energy_in", ENERGY, "energy of the contact point before", r"$E_{x0}$"),
+    _nonnegative("tangential_energy_out", ENERGY, "energy of the contact point after", r"$E_x'$"),
+    _nonnegative("friction_energy", ENERGY, "energy lost by friction", r"$E_\mu$"),
+    _nonnegative(
+        "tangential_dissipated_energy", ENERGY, "energy dissipated by tangential loads", r"$E_{x\mathrm{d}}$"
+    ),
+    _nonnegative("tangential_stored_energy", ENERGY, "energy stored by tangential loads", r"$E_{x\mathrm{s}}$"),
+    Quantity("tangential_energy_residual", NUMBER, "residual of the tangential energy balance", r"$r_x$"),
+)
+"""Outputs of an oblique impact, besides those of its normal impact."""
+
+OBLIQUE_HISTORY = _by_name(
+    HISTORY["time"],
+    Quantity("contact_point_velocity", VELOCITY, "velocity of the contact point", r"$v_c$"),
+    Quantity("tangential_force", FORCE, "tangential force", r"$F_x$"),
+    HISTORY["force"],
+    HISTORY["contact_radius"],
+    _nonnegative("stick_radius", LENGTH, "radius that sticks", r"$c$"),
+    _nonnegative("slip_velocity", VELOCITY, "largest velocity of slip", r"$v_\mathrm{slip}$"),
+)
+"""Columns of the history of an oblique impact."""
+
 BOUNCES = _by_name(
     _nonnegative("touch_time", TIME, "time of touch", r"$t$"),
     _positive("interval", TIME, "time to the next touch", r"$D$"),

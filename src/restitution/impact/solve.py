@@ -191,7 +191,7 @@ def standard_solid_restitution(
         reduced = reduced_standard_solid(p1, ones, 1.0 / p2, p2 * p3)
     batch = Batch(*reduced.columns, ones, ones, 0.0 * ones, ones, 1.0)
     outputs = batch.solve(rtol, workers=workers, progress=progress)
-    _judge(outputs["status"], errors or ("warn" if shape else "raise"))
+    judge(outputs["status"], errors or ("warn" if shape else "raise"))
     return _named(shaped(outputs["restitution_coefficient"], shape), axes)
 
 
@@ -220,7 +220,7 @@ def _check_options(method: Any, rtol: Any, errors: Any, workers: Any, progress: 
         function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
 
 
-def _judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
+def judge(statuses: Array, errors: Errors, stacklevel: int = 3) -> None:
     """Raise an error or warn if solves failed."""
     kinds = statuses.astype(np.int64)
     message = failures(np.bincount(kinds, minlength=len(Status)).tolist(), kinds.size)
@@ -248,7 +248,7 @@ def solve_exact(
             raise InputError("profile", rule=rule)
         if progress is not None:
             progress(1, 1)
-    _judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)
+    judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)
     columns = {name: column for name, column in columns.items() if name == STATUS or OUTPUTS[name].derive is None}
     result = _result(impact, "exact", rtol, columns, solution, shape)
     if shape:
