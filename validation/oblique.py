@@ -43,7 +43,11 @@ The points were read from the figures of the paper, and the lines of MFIX from i
 linear springs. Both bodies are elastic here, so e = 1. Nothing is fitted. Above 30 degrees all of the contact slides;
 friction was presumably read there, so that only the smaller angles test the theory.
 
-![measured and computed rebounds](../docs/_static/oblique.png)
+```{figure} _static/oblique.png
+:alt: Tangential velocity after over before, and spin after, over the angle of incidence
+
+Ratio of the tangential velocities and spin after the impact.
+```
 
 """
 
