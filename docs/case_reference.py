@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from restitution.case import axes, identification, impact, indentation, material, oscillation, profile, sweep
+from restitution.case import axes, identification, impact, indentation, material, oblique, oscillation, profile, sweep
 from restitution.case.observations import KINDS
 from restitution.case.quantity import Reader
 from restitution.case.section import Section
@@ -68,6 +68,7 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 |---|---|---|
 | impact | `[body]`, `[material]`, `[impact]`; others are optional | `restitution solve`, `surrogate`, `map` |
 | bounces | the same; also `[bounces]` | `restitution bounce` |
+| oblique impact | an impact with `[oblique]` | `restitution oblique` |
 | indentation | `[profile]`, `[material]`, `[indentation]`; others are optional | `restitution indent` |
 | oscillation | `[profile]`, `[material]`, `[oscillation]`; others are optional | `restitution oscillate` |
 | tapping | `[profile]`, `[material]`, `[tapping]`; others are optional | `restitution tap` |
@@ -184,6 +185,7 @@ def page() -> str:
     lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
     lines += table("`[impact]`", impact.ImpactSection)
     lines += table("`[bounces]`", impact.BouncesSection)
+    lines += table("`[oblique]`", oblique.ObliqueSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)
     lines += table("`[indentation]`", indentation.IndentationSection)
     lines += table("`[oscillation]`", oscillation.OscillationSection)

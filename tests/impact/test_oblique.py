@@ -130,6 +130,15 @@ def test_without_and_with_endless_friction():
     assert much.tangential_restitution_coefficient == pytest.approx(rough.tangential_restitution_coefficient, abs=3e-4)
 
 
+@pytest.mark.parametrize("gyration", [0.2, 0.4, 1.0])
+def test_a_flat_punch_swings(gyration):
+    """Normal and tangential swings without slip: e_t = -cos(pi sqrt(2 chi)), chi = (1 + 1/kappa) G*/(2 E*)."""
+    punch = rs.Impact(rs.Material(1e6, math.inf), rs.FlatPunch(1e-3), mass=1e-3, velocity=0.1)
+    expected = -math.cos(math.pi * math.sqrt(2.0 * (1.0 + 1.0 / gyration) / 3.0))
+    rough = rs.oblique(punch, friction=math.inf, tangential_velocity=0.01, gyration=gyration)
+    assert rough.tangential_restitution_coefficient == pytest.approx(expected, abs=2e-9)
+
+
 def test_history_ends_with_the_outputs_and_obeys_the_law_of_friction():
     found = rs.oblique(BALL, friction=0.3, tangential_velocity=0.8, spin=20.0)
     history, force = found.history, found.normal.max_force

@@ -129,6 +129,7 @@ class CaseFile(Section):
         "indentation": "a prescribed indentation is for `restitution indent`",
         "oscillation": "an oscillating indentation is for `restitution oscillate`",
         "tapping": "tapping is for `restitution tap`",
+        "oblique": "an oblique impact is for `restitution oblique`",
         "axes": "axes are for `restitution sweep`",
         "samples": "random draws are for `restitution sweep`",
     }

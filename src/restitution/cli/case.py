@@ -1,4 +1,4 @@
-"""The commands for single cases: `solve`, `standard-solid`, `bounce`, `indent`, `oscillate`, `tap` and `cite`."""
+"""The commands for single cases: `solve`, `oblique`, `bounce`, `indent`, `oscillate`, `tap`, `cite` and so on."""
 
 from __future__ import annotations
 
@@ -87,6 +87,34 @@ def standard_solid(
         return
     title = f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}"
     tables.show(replace(of_impact(result, title, dimensionless=True), **doubts))
+
+
+def oblique(
+    case: cli.CaseFile,
+    json: cli.Json = False,
+    plot: cli.Plot = None,
+    history: cli.History = None,
+    extrapolate: cli.Extrapolate = False,
+) -> None:
+    """Throw a body at an angle, with friction and spin: tangential restitution, angle and spin of the rebound.
+
+    The case file of the normal impact has the section oblique: friction, tangential_velocity or angle, spin.
+    Example: restitution oblique examples/thrown_ball.toml --plot thrown.png
+    """
+    from restitution.case.oblique import read_oblique
+    from restitution.impact.window import require_known
+
+    problem = read_oblique(case)
+    with cli.compilation():
+        require_known(problem.case.impact, extrapolate=extrapolate)
+        result = problem.solve()
+    for option, path in (("--plot", plot), ("--history", history)):
+        if path is not None:
+            tables.require_end(result.normal, option, path)
+    notes = problem.case.notes(result.impact)
+    tables.answer(result, problem.case.title or str(case), problem.case.arrangement, json=json, plot=plot, notes=notes)
+    if history is not None:
+        write_table(result.history, history)
 
 
 def bounce(

@@ -48,7 +48,17 @@ def _options(
 _SOLVE, _DATA, _CODES, _MORE = "Solve", "From data to a material", "For other codes", "Explore, reproduce, cite"
 _COMMANDS = {
     _SOLVE: (
-        *(case.solve, case.bounce, case.indent, case.oscillate, case.tap, sweep.sweep, sweep.plot, sweep.map_),
+        *(
+            case.solve,
+            case.oblique,
+            case.bounce,
+            case.indent,
+            case.oscillate,
+            case.tap,
+            sweep.sweep,
+            sweep.plot,
+            sweep.map_,
+        ),
         *(rebound_resilience.resilience, case.standard_solid),
     ),
     _DATA: (material.material, identification.identify, identification.design, identification.moduli),
