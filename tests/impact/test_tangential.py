@@ -202,6 +202,15 @@ def test_two_unlike_bodies_against_an_independent_program():
     assert found.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=2e-6)
 
 
+def test_a_layer_far_thinner_than_a_step():
+    """The independent program with 3200 and 6400 steps, which resolve it, has 0.00704309, and 0.0069727 with 400."""
+    one = slider(solid(0.3, 0.1, 0.003))
+    assert one.solve(1.0, SPHERE, 1e-6).restitution == pytest.approx(0.0070431, abs=2e-6)
+    # The same with steps of up to 53 relaxation times.
+    coarse, fine = (one._step(1.0, SPHERE, count).restitution for count in (100, 200))
+    assert (4.0 * fine - coarse) / 3.0 == pytest.approx(0.0070431, abs=1e-5)
+
+
 @pytest.mark.parametrize("case", [(0.5, 0.1, 1.0, 1.0), (0.3, 0.1, 1.0, 2.0), (0.3, 0.1, 0.001, 1.0)])
 def test_second_order_also_for_relaxation_times_far_below_the_step(case):
     """Errors fall by four with the step. At p3 = 0.001 the step is 40 relaxation times long."""
