@@ -89,6 +89,8 @@ def test_dataarrays_meet_by_name():
     assert dict(table.sizes) == {"velocity": 2, "angle": 3}
     assert table.rebound_angle.attrs["units"] == "rad"
     one = rs.oblique(BALL, friction=0.3, tangential_velocity=math.tan(0.6), rtol=1e-4)
+    assert len(found.plot().axes) == 2
+    assert str(found).startswith("6 oblique impacts")
     row = table.sel(velocity=1.0, angle=0.6)
     assert float(row.tangential_restitution_coefficient) == pytest.approx(
         one.tangential_restitution_coefficient, abs=1e-12

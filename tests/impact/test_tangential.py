@@ -86,6 +86,13 @@ def test_elastic_baseline_of_one_and_of_two_bodies(bodies):
         assert -found.restitution * before == pytest.approx(PSI[before], abs=5e-6)
 
 
+def test_the_cell_with_the_radius_of_sticking_is_integrated_with_its_kink():
+    """From 50 and 100 steps; the trapezoidal rule alone would miss the row by 1e-5."""
+    one = slider(rigid_on(elastic(shear_modulus=1.0, poisson_ratio=0.3)))
+    coarse, fine = (one._step(0.5 * 1.7 / 1.4, SPHERE, count).restitution for count in (50, 100))
+    assert -0.5 * (4.0 * fine - coarse) / 3.0 == pytest.approx(PSI[0.5], abs=3e-6)
+
+
 def closed_form(chi):
     """e_t of an elastic impact without slip, from the hypergeometric equation of the compression."""
     root = math.sqrt(0.01 + 2.4 * chi)

@@ -84,7 +84,7 @@ def of_several(result: ObliqueResult) -> Figure:
         for name, values in {
             "e_t": result.tangential_restitution_coefficient, "friction": result.friction,
             "along": result.tangential_velocity, "spin": result.spin, "after": result.rebound_angle,
-            "normal": result.normal.velocity, "radius": result.impact.profile.ball_radius,
+            "normal": result.impact.velocity, "radius": result.impact.profile.ball_radius,
         }.items()
     }  # fmt: skip
     turning = np.where(flat["spin"] == 0.0, 0.0, flat["spin"] * flat["radius"])
