@@ -163,7 +163,8 @@ def statement(law: Array, data: Array) -> str:
     return (
         f"By its law alone the peak force differs by {ends(law[:, 2])}, the depth of the tip by {ends(law[:, 3])}, "
         f"the depth of the tip below the surface before the touch by {ends(pushed[:, 1] / pushed[:, 2] - 1.0)}, the "
-        f"loss by {ends(law[:, 5])}, and the phase by up to {np.abs(data[:, 1, 1] - data[:, 2, 1]).max():.1f} degrees. "
+        f"loss by {ends(law[:, 5])}, and the phase by up to "
+        f"{np.abs(data[:, 1, 1] - data[:, 2, 1]).max():.1f} degrees. "
         f"All of the published simulation beside the exact contact with the pull: peak force "
         f"{ends(data[:, 0, 2] / data[:, 3, 2] - 1.0)}, depth {ends(data[:, 0, 3] / data[:, 3, 3] - 1.0)}, loss "
         f"{ends(data[:, 0, 5] / data[:, 3, 5] - 1.0)}."
