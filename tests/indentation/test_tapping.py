@@ -47,7 +47,7 @@ def test_a_tip_that_hardly_leaves_or_stays_in_contact(distance, share):
     assert curve.contact_share[0] == pytest.approx(share, abs=2e-3)
     expected, change = beside_elements(Lever(10.0, 0.1, distance), 100, 400, 40)
     # Elements change state within a step, and the largest force is one of 800 values: 1/800^2 remains, and less.
-    assert np.all(np.abs(numbers_of(curve) - expected) < 0.5 * change + [1e-6, 1e-5, 1e-6, 1e-5, 1e-6])
+    assert np.all(np.abs(numbers_of(curve) - expected) < np.array([1e-6, 1e-5, 1e-6, 1e-5, 1e-6]) + 0.5 * change)
 
 
 @pytest.mark.slow
@@ -80,6 +80,40 @@ def test_a_distance_where_a_free_tip_would_begin_below_the_surface():
     # k (2 - d) = F(d)
     depth = 2.0 - curve.mean_force[0]
     assert curve.mean_force[0] == pytest.approx(4.0 / 3.0 * depth**1.5, rel=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("distance", [1.01, 0.8, -0.2])
+def test_a_van_der_waals_force(distance):
+    """C = H R/6 = 6e-4, a0 = 0.05: equal elements feel C/(gap + a0)^2 over the surface as it is, C/a0^2 in contact."""
+    curve = rs.tap(
+        SOLID, rs.Parabola(1.0), distance, **OPTIONS, hamaker=36e-4, intermolecular_distance=0.05, rtol=1e-7
+    )  # fmt: skip
+    assert curve.status[0] == TappingStatus.PERIODIC
+    expected, change = beside_elements(Lever(10.0, 0.1, distance, 6e-4, 0.05), 100, 800, 50)
+    # The force has a kink within a step of 0.004, a tenth of a0: 1e-3 of what the pull changes, 0.07 m and 0.4 rad.
+    assert np.all(np.abs(numbers_of(curve) - expected) < np.array([7e-5, 4e-4, 2e-5, 2e-4, 2e-5]) + change)
+
+
+@pytest.mark.parametrize("profile", [rs.Cone(0.8), rs.FlatPunch(1.0)])
+def test_a_van_der_waals_force_needs_a_radius(profile):
+    assert named(lambda: rs.tap(SOLID, profile, 0.8, **OPTIONS, hamaker=1e-19))[0] == "hamaker"
+
+
+def test_a_weak_pull_beyond_reach_detunes_the_lever():
+    """Without contact the pull softens the lever by its mean slope: phase and amplitude of a linear oscillator.
+
+    For D >> A the force C/(D + a0 + z)^2 has the slope -2 C/(D + a0)^3, within (A/D)^2.
+    """
+    curve = rs.tap(SOLID, rs.Parabola(1.0), 30.0, **OPTIONS, hamaker=600.0, intermolecular_distance=0.1)
+    # The mean pull brings the tip closer.
+    mean = -curve.mean_force[0]
+    softer = 2.0 * 100.0 / (30.1 - mean) ** 3
+    response = 0.1 / complex(-softer, 0.1)
+    assert curve.contact_share[0] == 0.0
+    assert curve.amplitude[0] == pytest.approx(abs(response), rel=3e-3 * softer / 0.1)
+    assert curve.phase[0] == pytest.approx(math.atan2(response.imag, response.real), abs=3e-3 * softer / 0.1)
+    assert abs(curve.dissipated[0]) < 1e-8
 
 
 def test_units_scale():
@@ -155,6 +189,8 @@ def test_extrapolated_taps_end_where_plain_taps_do(seed, monkeypatch):
         ({"spring_constant": -1.0}, "spring_constant"),
         ({"max_taps": 1}, "max_taps"),
         ({"rtol": 1.0}, "rtol"),
+        ({"hamaker": 0.0}, "hamaker"),
+        ({"hamaker": 1.0, "intermolecular_distance": -1.0}, "intermolecular_distance"),
     ],
 )
 def test_silly_input_is_refused(change, field):

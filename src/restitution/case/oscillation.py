@@ -15,7 +15,7 @@ from restitution.case.quantity import LIST, nonnegative, positive, within
 from restitution.case.section import Section, in_file, read_sections, read_toml
 from restitution.impact.problem import window_around
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
-from restitution.units import FREQUENCY, STIFFNESS
+from restitution.units import ENERGY, FREQUENCY, STIFFNESS
 
 if TYPE_CHECKING:
     from restitution.indentation.oscillation import Oscillation
@@ -71,6 +71,12 @@ class TappingSection(Section):
     resonance_frequency: (
         Annotated[float, positive(FREQUENCY, "undamped resonance of the cantilever; that of the drive by default")]
         | None
+    ) = None
+    hamaker: (
+        Annotated[float, positive(ENERGY, "Hamaker constant of tip and surface; no such force by default")] | None
+    ) = None
+    intermolecular_distance: (
+        Annotated[float, positive(LENGTH, "distance of their atoms in contact; 0.165 nm by default")] | None
     ) = None
     max_taps: Annotated[StrictInt, Field(ge=4, description="largest number of taps at a distance")] = 1000
 

@@ -35,8 +35,7 @@ def merged(imprint: Imprint, count: int, recoveries: Array, tolerance: float) ->
     """
     if count <= _FEW:
         return imprint
-    rest = Imprint(*(part[count:] for part in imprint))
-    imprint = Imprint(*(part[:count] for part in imprint))
+    rest, imprint = imprint.some(slice(count, None)), imprint.some(slice(count))
     panels = _now(imprint, recoveries)
     rows, firsts = np.empty_like(panels), np.empty(count, dtype=np.int64)
     parts, pending = np.empty(recoveries.size), np.empty((_HALVINGS, 2), dtype=np.int64)
@@ -47,7 +46,7 @@ def merged(imprint: Imprint, count: int, recoveries: Array, tolerance: float) ->
     zeros = np.zeros(size)
     frozen = np.full(size, FROZEN, dtype=np.int64)
     outer = Imprint(rows[:size], zeros, zeros, frozen, np.ones(size), joints)
-    return Imprint(*(np.concatenate(parts) for parts in zip(outer, rest, strict=True)))
+    return outer.around(rest)
 
 
 def _now(imprint: Imprint, recoveries: Array) -> Array:

@@ -68,7 +68,8 @@ _SAME_TIME = 1e-12
 class Drive(NamedTuple):
     """What moves the body: a depth, a force on it, or the base of a spring that holds it; and its inertia.
 
-    Without `by_depth`, `m d'' + c d' + k d = f(t) + A cos(w t + phi) - F`, where f is `history`.
+    Without `by_depth`, `m d'' + c d' + k d = f(t) + A cos(w t + phi) - F + pull`, where f is `history`. A mass feels
+    the pull `C/(gap + cutoff)^2` of the surface; forces and work of the solution are those of F - pull.
     """
 
     history: History  # f; the depth [m] where it is given
@@ -87,6 +88,8 @@ class Drive(NamedTuple):
     once: bool = False  # whether only the first contact counts
     first: float = math.inf  # length of the first step to try [s]
     scale: float = 1.0  # depth over the peak, with which errors are compared
+    attraction: float = 0.0  # C [N m^2]
+    cutoff: float = 1.0  # [m]
 
     @property
     def first_depth(self) -> float:
@@ -304,7 +307,7 @@ class PanelSolution:
         columns = self._room.records.columns[self._records[3], 2]
         basis = chebyshev.chebvander(np.linspace(-1.0, 1.0, 8 * NODES), NODES - 1)
         values = columns @ basis.T
-        best = 0.0
+        best = -math.inf
         # The largest node and its neighbours give the vertex.
         for n in np.argsort(values.max(axis=1))[-3:]:
             extremes = chebyshev.chebroots(chebyshev.chebder(columns[n]))
@@ -397,6 +400,7 @@ def _driver(drive: Drive, units: Units, dashpot: float) -> Driver:
         drive.by_depth, knots, drive.history.coefficients / size, smooth,
         drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
         drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
+        drive.attraction / (units.force * units.length**2), drive.cutoff / units.length,
     )  # fmt: skip
 
 

@@ -205,6 +205,21 @@ class Imprint(NamedTuple):
     end: Array  # (P,)
     joint: NDArray[np.int64]  # (P,)
 
+    def some(self, rows: slice) -> Imprint:
+        """Return some of the panels."""
+        return Imprint(
+            self.coefficients[rows], self.start[rows], self.length[rows], self.kind[rows], self.end[rows],
+            self.joint[rows],
+        )  # fmt: skip
+
+    def around(self, inner: Imprint) -> Imprint:
+        """Return these panels and those further inside."""
+        return Imprint(
+            np.concatenate([self.coefficients, inner.coefficients]), np.append(self.start, inner.start),
+            np.append(self.length, inner.length), np.append(self.kind, inner.kind), np.append(self.end, inner.end),
+            np.append(self.joint, inner.joint),
+        )  # fmt: skip
+
 
 def read_imprint(free: Stack, count: int, now: float, length: float, time: float) -> Imprint:
     """Return free panels of the kernel, whose units of length [m] and time [s] are given, as an imprint."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,12 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array, finite, function, single_positive, whole, within
 from restitution.contact.geometry import Contact, Geometry
+from restitution.contact.profiles import Parabola, Sphere
 from restitution.errors import InputError
 from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, Grip, PanelSolution
 from restitution.indentation.solve import contact_of
 from restitution.indentation.surface import Imprint
-from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, Quantity, dataset
 from restitution.result import Outcome, Result, Summary, Table
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 # Change of amplitude from tap to tap over the free amplitude, at which taps are periodic: of rtol.
 _PERIODIC = 0.1
 _CONFIRMED = 3
+# Tolerances of a tap, of rtol, one after the other: other steps may solve what these do not.
+_SHARES = (1.0, 0.3, 0.1, 0.03)
 # Past taps from which the next start is extrapolated, and growth of the change at which it is not.
 _MEMORY, _GROWTH = 5, 3.0
 _LEAST_SCALE = 1e-3
@@ -131,7 +134,7 @@ class Tapping(Result):
         return f"{self.distance.size} distances, free amplitude {in_words(self.free_amplitude, 'm')}"
 
 
-class _Cantilever(NamedTuple):
+class Cantilever(NamedTuple):
     """Oscillator `m z'' + c z' + k z = P cos(w t) + F`, with the height z of the tip over its rest."""
 
     mass: float
@@ -147,7 +150,14 @@ class _Cantilever(NamedTuple):
         return self.push / complex(self.stiffness - self.mass * w * w, self.damping * w)
 
 
-class _Start(NamedTuple):
+class Pull(NamedTuple):
+    """Van der Waals force `-C/(gap + cutoff)^2` of the surface on the tip, constant in contact."""
+
+    attraction: float = 0.0  # C = H R/6 [N m^2]
+    cutoff: float = 1.0  # [m]
+
+
+class Start(NamedTuple):
     """State at the beginning of a period: depth, velocity, the free surface, and the contact if there is one."""
 
     depth: float
@@ -157,17 +167,17 @@ class _Start(NamedTuple):
     level: float = 0.0  # depth of the surface at the axis
 
 
-class _Tapper:
+class Tapper:
     """Taps of one cantilever on one material."""
 
-    def __init__(self, contact: Contact, series: PronySeries, lever: _Cantilever, rtol: float) -> None:
-        self.contact, self.series, self.lever, self.rtol = contact, series, lever, rtol
+    def __init__(self, contact: Contact, lever: Cantilever, pull: Pull, rtol: float) -> None:
+        self.contact, self.lever, self.pull, self.rtol = contact, lever, pull, rtol
         free = lever.response
         self.amplitude, self.phase = abs(free), math.atan2(free.imag, free.real)
         self.period = 2.0 * math.pi / lever.omega
         self.count = 0
 
-    def run(self, distance: float, start: _Start, periods: int = 1) -> PanelSolution:
+    def run(self, distance: float, start: Start, periods: int = 1) -> PanelSolution:
         """Return the motion over a number of periods, which begin where a free tip is highest."""
         lever, profile = self.lever, self.contact.profile
         time = self.period * periods
@@ -179,21 +189,26 @@ class _Tapper:
             history, False, peak, mass=lever.mass, damping=lever.damping, stiffness=lever.stiffness,
             amplitude=-lever.push, frequency=lever.omega, phase=-self.phase, depth=start.depth,
             velocity=start.velocity, first=0.1 * self.period, scale=min(max(reach / peak, _LEAST_SCALE), 1.0),
+            attraction=self.pull.attraction, cutoff=self.pull.cutoff,
         )  # fmt: skip
-        return PanelSolution(profile, self.series, drive, self.rtol, start.imprint, start.grip)
+        series = self.contact.reduced_modulus
+        for share in _SHARES:
+            with suppress(InputError):
+                return PanelSolution(profile, series, drive, share * self.rtol, start.imprint, start.grip)
+        raise InputError("distance", distance, "leads to a tap that could not be solved", "m")
 
-    def free(self, distance: float) -> _Start:
+    def free(self, distance: float) -> Start:
         """Return the start of a free oscillation, or a tip at rest on the surface where that would begin below it."""
-        return _Start(min(-distance - self.amplitude, 0.0), 0.0)
+        return Start(min(-distance - self.amplitude, 0.0), 0.0)
 
-    def end(self, solution: PanelSolution) -> _Start:
+    def end(self, solution: PanelSolution) -> Start:
         """Return the state at the end."""
         depth, rate, _, _ = solution.at(solution.history.stop)
         if not math.isfinite(depth[0] + rate[0]):
-            raise InputError("distance", rule="leads to a tap that could not be solved")
-        return _Start(float(depth[0]), float(rate[0]), solution.imprint, solution.grip, solution.elements.axis_depth)
+            raise InputError("distance", rule="leads to a tap that has no end")
+        return Start(float(depth[0]), float(rate[0]), solution.imprint, solution.grip, solution.elements.axis_depth)
 
-    def steady(self, distance: float, start: _Start, most: int) -> tuple[PanelSolution, _Start, TappingStatus]:
+    def steady(self, distance: float, start: Start, most: int) -> tuple[PanelSolution, Start, TappingStatus]:
         """Return the last tap, its end, and whether taps have become periodic.
 
         The start of the next tap is extrapolated from the changes in the last ones (Anderson's method), while the
@@ -246,6 +261,8 @@ def tap(
     free_amplitude: float | None = None,
     drive: float | None = None,
     resonance_frequency: float | None = None,
+    hamaker: float | None = None,
+    intermolecular_distance: float = 1.65e-10,
     counter_material: Material | None = None,
     max_taps: int = 1000,
     progress: Callable[[int, int], None] | None = None,
@@ -272,6 +289,10 @@ def tap(
         Amplitude [m] without a surface, or the force [N] of the drive; exactly one of the two.
     resonance_frequency : float, optional
         Undamped resonance of the cantilever [Hz]; that of the drive by default.
+    hamaker : float, optional
+        Hamaker constant H [J] of the van der Waals force between a round tip and the surface; none by default.
+    intermolecular_distance : float
+        Distance a0 [m] of the atoms in contact.
     counter_material : Material, optional
         Material of the tip; rigid by default.
     max_taps : int
@@ -295,8 +316,17 @@ def tap(
     Notes
     -----
     `m z'' + (m w0/Q) z' + k z = P cos(w t) + F(d)` with the depth d = -(D + z) of the tip, m = k/w0^2, and the exact
-    contact force of `indent` with all that the surface keeps from the taps before. One mode of the cantilever, and no
-    forces outside of the contact.
+    contact force of `indent` with all that the surface keeps from the taps before. One mode of the cantilever.
+
+    With `hamaker` the force on the tip is, in the usual form of tapping mode [1]_, `-H R/(6 (g + a0)^2)` at a gap g
+    between the tip and the surface, as it then is, and less by `H R/(6 a0^2)` in contact. It acts on the tip alone:
+    adhesion that deforms the surface is not modelled, and is small for a stiff surface and a sharp tip (Tabor's number
+    below 0.1). Forces and loss are those of both. Where several motions are steady, the curve is on the branch that an
+    approach reaches.
+
+    References
+    ----------
+    .. [1] R. Garcia, R. Perez, Surf. Sci. Rep. 47 (2002) 197-301, equations of the DMT model in section 3.
 
     Examples
     --------
@@ -319,14 +349,15 @@ def tap(
     most = whole("max_taps", max_taps, 4)
     if progress is not None:
         function("progress", progress, "must be callable with (distances done, all distances)", 2)
-    lever = _lever(spring_constant, quality_factor, frequency, resonance_frequency, free_amplitude, drive)
-    tapper = _Tapper(contact, contact.reduced_modulus, lever, rtol)
+    lever = cantilever(spring_constant, quality_factor, frequency, resonance_frequency, free_amplitude, drive)
+    pull = pull_of(hamaker, intermolecular_distance, contact.profile)
+    tapper = Tapper(contact, lever, pull, rtol)
     columns = {name: np.full(places.size, np.nan) for name in COLUMNS if name != "distance"}
     status, taps = np.zeros(places.size, dtype=np.int64), np.zeros(places.size, dtype=np.int64)
-    start: _Start | None = None
+    start: Start | None = None
     for n, place in enumerate(places):
         before = tapper.count
-        if place >= tapper.amplitude:
+        if place >= tapper.amplitude and not pull.attraction:
             status[n], start = TappingStatus.FREE, None
             numbers = dict.fromkeys(columns, 0.0) | {"amplitude": tapper.amplitude, "phase": tapper.phase}
             numbers["max_indentation_depth"] = tapper.amplitude - place
@@ -340,10 +371,10 @@ def tap(
     return Tapping(places, **columns, status=status, taps=taps, free_amplitude=tapper.amplitude, contact=contact)
 
 
-def _lever(
+def cantilever(
     spring_constant: float, quality_factor: float, frequency: float, resonance_frequency: float | None,
     free_amplitude: float | None, drive: float | None,
-) -> _Cantilever:  # fmt: skip
+) -> Cantilever:  # fmt: skip
     k, rate = single_positive("spring_constant", spring_constant, "N/m"), single_positive("frequency", frequency, "Hz")
     own = rate if resonance_frequency is None else single_positive("resonance_frequency", resonance_frequency, "Hz")
     quality = single_positive("quality_factor", quality_factor)
@@ -351,29 +382,43 @@ def _lever(
         raise InputError("quality_factor", quality, "must be > 0.5, an oscillator")
     omega = 2.0 * math.pi * own
     mass = k / omega**2
-    lever = _Cantilever(mass, mass * omega / quality, k, 1.0, 2.0 * math.pi * rate)
+    lever = Cantilever(mass, mass * omega / quality, k, 1.0, 2.0 * math.pi * rate)
     if drive is not None:
         return lever._replace(push=single_positive("drive", drive, "N"))
     amplitude = single_positive("free_amplitude", 1.0 if free_amplitude is None else free_amplitude, "m")
     return lever._replace(push=amplitude / abs(lever.response))
 
 
+def pull_of(hamaker: float | None, distance: float, profile: Geometry) -> Pull:
+    cutoff = single_positive("intermolecular_distance", distance, "m")
+    if hamaker is None:
+        return Pull()
+    if not isinstance(profile, Parabola | Sphere):
+        raise InputError("hamaker", hamaker, "needs a parabola or a sphere, for whose radius the force holds", "J")
+    return Pull(single_positive("hamaker", hamaker, "J") * float(profile.radius) / 6.0, cutoff)
+
+
 def _at_distance(
-    tapper: _Tapper, distance: float, start: _Start | None, most: int
-) -> tuple[dict[str, float], _Start | None, TappingStatus]:
+    tapper: Tapper, distance: float, start: Start | None, most: int
+) -> tuple[dict[str, float], Start | None, TappingStatus]:
     """Return the numbers at a distance, the state for the next one, and the status."""
     begin = tapper.free(distance) if start is None else start
     try:
         solution, after, status = tapper.steady(distance, begin, most)
     except InputError:
         return {}, None, TappingStatus.NOT_SOLVED
+    return numbers_of_tap(tapper, distance, solution), after, status
+
+
+def numbers_of_tap(tapper: Tapper, distance: float, solution: PanelSolution) -> dict[str, float]:
+    """Return the numbers of a tap."""
     times, weights, (depth, _, force) = solution.quadrature()
     height, omega = -(depth + distance), tapper.lever.omega
     # The drive is cos(w t - free phase) here.
     harmonic = 2.0 / tapper.period * np.sum(weights * height * np.exp(-1j * omega * times))
     harmonic *= np.exp(1j * tapper.phase)
     intervals = np.minimum(solution.contact_intervals, solution.history.stop)
-    numbers = {
+    return {
         "amplitude": abs(harmonic),
         "phase": math.atan2(harmonic.imag, harmonic.real),
         "contact_share": float(np.sum(intervals[:, 1] - intervals[:, 0])) / tapper.period,
@@ -382,4 +427,3 @@ def _at_distance(
         "max_indentation_depth": float(depth.max()),
         "dissipated": solution.work,
     }
-    return numbers, after, status

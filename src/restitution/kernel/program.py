@@ -45,6 +45,7 @@ from restitution.kernel.stepper import (
     GROWS,
     PHASE,
     PI,
+    PULL,
     RATE,
     RATE_BEFORE,
     RATE_BEHIND,
@@ -288,7 +289,8 @@ def step_error(problem: Problem, room: Room, phase: int) -> float:
         for k in range(solid.rates.shape[0]):
             values[i] += solid.moduli[k] * room.h[k, i]
     worst = tail(rule, values, row) / scales.stress
-    for part in (tail(rule, nodes[D], row) / scales.depth, tail(rule, nodes[F], row) / scales.force):
+    pull = tail(rule, nodes[PULL], row) / scales.force if problem.driver.attraction > 0.0 else 0.0
+    for part in (tail(rule, nodes[D], row) / scales.depth, tail(rule, nodes[F], row) / scales.force, pull):
         # Comparisons with NaN are false.
         if not part <= worst:
             worst = part
@@ -433,18 +435,20 @@ def begin_contact(problem: Problem, room: Room) -> None:
 def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, stop: float) -> None:
     """Move the state to the end of a step, at time `stop`."""
     rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
-    records, n, slopes = room.records, room.places[RECORDS], room.vectors[7]
+    records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
     phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
     records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
     records.phase[n], records.event[n] = phase, event
     to_coefficients(rule, nodes[D], records.columns[n, 0])
     to_coefficients(rule, nodes[V], records.columns[n, 1])
-    to_coefficients(rule, nodes[F], records.columns[n, 2])
+    for i in range(NODES):
+        net[i] = nodes[F, i] - nodes[PULL, i]
+    to_coefficients(rule, net, records.columns[n, 2])
     to_coefficients(rule, nodes[Y], records.columns[n, 3])
     room.places[RECORDS] = n + 1
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
-        room.state[WORK] += rule.A[STAGES - 1, i - 1] * nodes[F, i] * slopes[i]
+        room.state[WORK] += rule.A[STAGES - 1, i - 1] * net[i] * slopes[i]
     if event == JOINT:
         panels, p = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])

@@ -5,7 +5,7 @@ of a step are those of Radau IIA collocation; the unknown is the depth there, or
 What drives the body is, with f piecewise polynomial plus a cosine,
 
     by depth:   d = f(t)
-    otherwise:  m d'' + c d' + k d = f(t) - F        (a force for m = c = k = 0, a spring for m = c = 0)
+    otherwise:  m d'' + c d' + k d = f(t) - F + pull    (a force for m = c = k = 0, a spring for m = c = 0)
 
 The memory of all increments of the depth, and of those that the growing contact feels, is
 
@@ -46,7 +46,7 @@ TIME_PASSES, VALUE_JUMPS, RATE_JUMPS = range(3)
 # Numbers in `Room.state` and in `Room.places`, and rows of `Room.nodes`.
 TIME, FRONT, DEPTH, RATE, WORK, FORCE, RATE_BEFORE, RATE_BEHIND = range(8)
 PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
-D, V, Y, A, PI, F, EVENT, GIVEN, SLOPE = range(9)
+D, V, Y, A, PI, F, EVENT, GIVEN, SLOPE, PULL = range(10)
 
 _MOST_ITERATIONS = 30
 # Difference of the forces of a panel and of the step before, over the error of a step.
@@ -67,6 +67,8 @@ class Driver(NamedTuple):
     frequency: float
     phase: float
     once: bool = False  # whether the run ends with the first contact
+    attraction: float = 0.0  # C of the pull C/(gap + cutoff)^2 by the surface on a mass
+    cutoff: float = 1.0
 
 
 class Scales(NamedTuple):
@@ -124,7 +126,7 @@ class Room(NamedTuple):
     sums: Any  # (K,): L_k now
     times: Any  # (N,)
     weights: Any  # (N,): slope of the time over z
-    nodes: Any  # (9, N), see D; SLOPE is that of load or gap over y at the front
+    nodes: Any  # (10, N), see D; SLOPE is that of load or gap over y at the front
     h: Any  # (K, N)
     L: Any  # (K, N)
     loads: Any  # (K, N): l_k at the front
@@ -149,7 +151,7 @@ def room(solid: Solid, panels: int, records: int) -> Room:
     )  # fmt: skip
     return Room(
         stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(8), np.zeros(5, dtype=whole), np.zeros(K),
-        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((9, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
+        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((10, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
         np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)), np.zeros((S, S)),
         np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
     )  # fmt: skip
@@ -398,6 +400,11 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
             M[i, j] = value + (driver.stiffness if i == j else 0.0)
     if driver.mass == 0.0:
         return
+    if driver.attraction > 0.0 and phase == FREE:
+        for i in range(S):
+            # 2 C/(gap + cutoff)^3
+            pull = min(nodes[PULL, i + 1], driver.attraction / driver.cutoff**2)
+            M[i, i] -= 2.0 * pull * math.sqrt(pull / driver.attraction)
     # m (v - v0) + A w (c v + k d + F - f) = 0 with d = d0 + A w v: m + A w (c + eta a + (k + dF/dd) A w).
     for i in range(S):
         for j in range(S):
@@ -432,7 +439,7 @@ def newton_step(driver: Driver, rule: Scheme, room: Room) -> bool:
         for j in range(S):
             n = j + 1
             push = driver.damping * nodes[V, n] + driver.stiffness * nodes[D, n] + nodes[F, n] - nodes[GIVEN, n]
-            total += rule.A[i, j] * room.weights[n] * push
+            total += rule.A[i, j] * room.weights[n] * (push - nodes[PULL, n])
         M[i, S] = -total
     return solve_linear(M)
 
@@ -466,6 +473,18 @@ def surface_at_axis(solid: Solid, room: Room, t: float) -> float:
     if p < 0:
         return 0.0
     return gap(solid, room.free, p, room.free.end[p], t, 0.0, room.basis[0], room.basis[1])[0]
+
+
+@compiled
+def write_pull(solid: Solid, driver: Driver, room: Room, phase: int) -> None:
+    """Write the pull of the surface at the nodes: by the gap at the axis, and constant in contact."""
+    nodes, most = room.nodes, driver.attraction / (driver.cutoff * driver.cutoff)
+    for i in range(NODES):
+        nodes[PULL, i] = most
+        if phase == FREE and most > 0.0:
+            distance = (surface_at_axis(solid, room, room.times[i]) - nodes[D, i]) / driver.cutoff
+            # A trial beyond the touch goes on along the tangent.
+            nodes[PULL, i] = most / (1.0 + distance) ** 2 if distance > 0.0 else most * (1.0 - 2.0 * distance)
 
 
 @compiled
@@ -588,6 +607,7 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     predict(solid, path, driver, room, phase)
     apply_correction(driver, rule, room, 0.0)
     write_forces(solid, path, rule, room, phase)
+    write_pull(solid, driver, room, phase)
     last, ratio = math.inf, 1.0
     reach = (step.length if driver.mass > 0.0 else 1.0) / scales.depth
     for iteration in range(_MOST_ITERATIONS):
@@ -604,6 +624,7 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
             return False
         apply_correction(driver, rule, room, 1.0)
         write_forces(solid, path, rule, room, phase)
+        write_pull(solid, driver, room, phase)
         left = change * ratio / (1.0 - ratio) if iteration > 0 and ratio < 0.5 else change
         if left <= max(1e-3 * scales.tolerance, 2e-15 * size) or (change <= 1e-12 and ratio >= 0.5):
             return True
