@@ -38,7 +38,7 @@ _LOUDNESS = 0.6
 # Neighbourhood [s] in which sounds are counted.
 _NEAR = 1.0
 # Echoes come within this time [s]; two of them have the same delay [s] and share (its logarithm) within these.
-_ECHO, _SAME_DELAY, _SAME_SHARE, _CLEAR, _SIGHTINGS = 0.12, 0.0005, 0.4, 5.0, 3
+_ECHO, _SAME_DELAY, _SAME_SHARE, _CLEAR, _SIGHTINGS, _AUDIBLE = 0.12, 0.0005, 0.4, 5.0, 3, 5.0
 _PAIRS = 1000
 # States that are kept for each two last sounds.
 _STATES = 8
@@ -113,20 +113,27 @@ def find_bounces(recording: Recording) -> Picks:
     if not np.all(np.isfinite(samples)) or np.ptp(samples) == 0.0:
         raise InputError("", rule="must have a sound: all samples are equal or not finite")
     filtered = _whitened(samples - samples.mean(), rate)
-    places, strengths, loudness, noise = _sudden(filtered, rate)
-    real = ~_echoes(places / rate, strengths, loudness)
-    places, strengths, loudness = places[real], strengths[real], loudness[real]
-    chain = _series(places / rate, strengths, loudness, seconds)
-    if len(chain) < _FEWEST:
+    places = _chosen(filtered, rate, seconds)
+    if places.size:
+        # The spectrum of the touches that were found shows fainter ones.
+        more = _chosen(_matched(filtered, rate, places), rate, seconds)
+        places = more if more.size >= places.size else places
+    if places.size < _FEWEST:
         rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
         raise InputError("", rule=f"{rule}; none was found")
-    return _refined(filtered, rate, places[chain], noise)
+    return _refined(filtered, rate, places)
+
+
+def _chosen(filtered: Array, rate: int, seconds: float) -> NDArray[np.intp]:
+    """Return the samples near which the touches begin; none if there is no series."""
+    places, strengths, loudness = _sudden(filtered, rate)
+    real = ~_echoes(places / rate, strengths, loudness)
+    places, strengths, loudness = places[real], strengths[real], loudness[real]
+    return places[_series(places / rate, strengths, loudness, seconds)]
 
 
 def _whitened(samples: Array, rate: int) -> Array:
     """Return samples through a filter that makes the noise white, with an impulse response that begins at once."""
-    from scipy.signal import fftconvolve
-
     n = 1 << max(6, math.ceil(math.log2(0.04 * rate)))
     window = np.hanning(n + 1)[:-1]
     frames = np.lib.stride_tricks.sliding_window_view(samples, n)[:: max(n // 2, (samples.size - n) // 4000)]
@@ -140,7 +147,24 @@ def _whitened(samples: Array, rate: int) -> Array:
         typical = np.ones(n // 2 + 1)
     log_gain = -0.5 * np.log(np.maximum(typical, 1e-300 + 1e-12 * typical.max()))
     log_gain += np.log(np.minimum(1.0, np.maximum(frequency / _LOW, 1e-2) ** 2))
-    # Folding the cepstrum gives the filter of this gain with the least delay.
+    return _shaped(samples, log_gain)
+
+
+def _matched(filtered: Array, rate: int, places: NDArray[np.intp]) -> Array:
+    """Return samples through a filter of the spectrum that the sounds at some places have above white noise."""
+    n = 1 << max(5, math.ceil(math.log2(0.006 * rate)))
+    pieces = np.array([filtered[place : place + n] for place in places if place + n <= filtered.size])
+    spectrum = (np.abs(np.fft.rfft(pieces * np.hanning(2 * n)[n:], axis=1)) ** 2).mean(axis=0)
+    share = np.maximum(spectrum / np.quantile(spectrum, 0.05) - 1.0, 0.0)
+    return _shaped(filtered, 0.5 * np.log(np.maximum(share / share.max(), 0.01)))
+
+
+def _shaped(samples: Array, log_gain: Array) -> Array:
+    """Return samples through the filter of this gain, up to a factor, that responds soonest."""
+    from scipy.signal import fftconvolve
+
+    n = 2 * (log_gain.size - 1)
+    # Folding the cepstrum gives the filter of least delay.
     cepstrum = np.fft.irfft(log_gain - log_gain.mean(), n)
     cepstrum[1 : n // 2] *= 2.0 * np.cos(0.5 * math.pi * np.linspace(0.0, 1.0, n // 2)[1:]) ** 2
     cepstrum[n // 2 :] = 0.0
@@ -148,8 +172,8 @@ def _whitened(samples: Array, rate: int) -> Array:
     return fftconvolve(samples, response)[: samples.size]
 
 
-def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array, float]:
-    """Return places of sudden sounds, their strengths and peaks, and the standard deviation of the noise."""
+def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array]:
+    """Return places of sudden sounds, their strengths, and their peaks over the standard deviation of the noise."""
     from scipy.ndimage import maximum_filter1d
 
     total = np.concatenate([[0.0], np.cumsum(filtered * filtered)])
@@ -183,7 +207,7 @@ def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array,
     places = at[found + np.array(shifts, dtype=np.intp)]
     size = round(0.004 * rate)
     loudness = np.array([np.abs(filtered[max(p - 2, 0) : p + size]).max() for p in places])
-    return places, strength[found], loudness, noise
+    return places, strength[found], np.maximum(loudness / noise, 1e-3)
 
 
 def _mean(total: Array, start: Any, end: Any) -> Array:
@@ -240,10 +264,14 @@ def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
     delay, share = later[first, second], np.log(loudness[second] / loudness[first])
     alike = (np.abs(delay[:, None] - delay) < _SAME_DELAY) & (np.abs(share[:, None] - share) < _SAME_SHARE)
     alike &= (first[:, None] != second) & (second[:, None] != first)
+    alike &= np.abs(time[first][:, None] - time[first]) < _NEAR
+    # Sounds near the first one whose echoes would be heard; most of them must have one.
+    heard = (np.exp(share)[:, None] * loudness > _AUDIBLE) & (np.abs(time[first][:, None] - time) < _NEAR)
+    enough = np.maximum(_SIGHTINGS, 0.5 * heard.sum(axis=1))
     echo = np.zeros(time.size, dtype=bool)
     # Echoes of two touches are as far from each other as the touches; the more frequent distance is that of the echo.
-    while alike.size and (support := alike.sum(axis=1)).max() >= _SIGHTINGS:
-        best = int(np.lexsort((share, -support))[0])
+    while alike.size and ((support := alike.sum(axis=1)) >= enough).any():
+        best = int(np.lexsort((share, -support * (support >= enough)))[0])
         echo[second[alike[best]]] = True
         alike &= ~(echo[first] | echo[second]) & ~(echo[first] | echo[second])[:, None]
     return echo
@@ -261,7 +289,7 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
     louder = log_loudness - log_loudness[:, None]
     # The first sounds of a series may come at any time.
     begin = -math.log(seconds * _LONGEST * 0.8) - log_rate[:, None] - log_rate - log_gap
-    begin -= 0.5 * ((louder + 0.1) / (2.0 * _LOUDNESS)) ** 2
+    begin -= 0.5 * ((louder + 0.25) / (1.2 * _LOUDNESS)) ** 2
     ends: list[_Ends] = [_Ends.none() for _ in time]
     rows: list[tuple[int, int, int, int]] = []
     best, best_row = -math.inf, -1
@@ -315,8 +343,11 @@ class _Ends(NamedTuple):
         return _Ends(*(np.concatenate(pair) for pair in zip(self, more, strict=True)))
 
 
-def _refined(filtered: Array, rate: int, places: NDArray[np.intp], noise: float) -> Picks:
+def _refined(filtered: Array, rate: int, places: NDArray[np.intp]) -> Picks:
     """Return the picks of touches near places."""
+    size = round(0.005 * rate)
+    power = (filtered[: filtered.size // size * size].reshape(-1, size) ** 2).mean(axis=1)
+    noise = math.sqrt(max(float(np.quantile(power, 0.25)), 1e-10 * float(np.square(filtered).max())))
     rows = [_onset(filtered, rate, int(place), noise) for place in places]
     time, error, peak = np.array(rows).T
     return Picks(time / rate, error / rate, peak)
