@@ -47,6 +47,8 @@ _FEWEST = 4
 _LOW = 120.0
 # Mean delay of the first loud sample, and its scatter, in samples.
 _LATE, _ROUNDED = 0.6, 0.6
+# Instants with a larger standard error [s] end the series.
+_VAGUE = 0.0015
 # Longest recording [s].
 _MOST_SECONDS = 600.0
 
@@ -121,7 +123,13 @@ def find_bounces(recording: Recording) -> Picks:
     if places.size < _FEWEST:
         rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
         raise InputError("", rule=f"{rule}; none was found")
-    return _refined(filtered, rate, places)
+    picks = _refined(filtered, rate, places)
+    vague = np.flatnonzero(picks.error > _VAGUE)
+    first = int(vague[vague < places.size // 3].max(initial=-1)) + 1
+    last = int(vague[vague >= first].min(initial=places.size))
+    if last - first < _FEWEST:
+        raise InputError("", rule=f"must have at least {_FEWEST} bounces that are clear above the noise, not {last - first}")
+    return Picks(*(column[first:last] for column in picks))
 
 
 def _chosen(filtered: Array, rate: int, seconds: float) -> NDArray[np.intp]:
@@ -266,7 +274,8 @@ def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
     alike &= (first[:, None] != second) & (second[:, None] != first)
     alike &= np.abs(time[first][:, None] - time[first]) < _NEAR
     # Sounds near the first one whose echoes would be heard; most of them must have one.
-    heard = (np.exp(share)[:, None] * loudness > _AUDIBLE) & (np.abs(time[first][:, None] - time) < _NEAR)
+    heard = ~pairs.any(axis=0) & (np.exp(share)[:, None] * loudness > _AUDIBLE)
+    heard &= np.abs(time[first][:, None] - time) < _NEAR
     enough = np.maximum(_SIGHTINGS, 0.5 * heard.sum(axis=1))
     echo = np.zeros(time.size, dtype=bool)
     # Echoes of two touches are as far from each other as the touches; the more frequent distance is that of the echo.
