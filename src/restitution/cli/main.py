@@ -51,7 +51,10 @@ _COMMANDS = {
         *(case.solve, case.bounce, case.indent, case.oscillate, case.tap, sweep.sweep, sweep.plot, sweep.map_),
         *(rebound_resilience.resilience, case.standard_solid),
     ),
-    _DATA: (material.material, identification.identify, identification.design, identification.moduli),
+    _DATA: (
+        *(material.material, identification.bounces, identification.identify, identification.design),
+        identification.moduli,
+    ),
     _CODES: (laws.calibrate, laws.export, sweep.surrogate),
     _MORE: (explorer.explore, case.cite),
 }
