@@ -82,7 +82,9 @@ def speech(rng: np.random.Generator, rate: int, n: int) -> Array:
         for formant in (rng.uniform(300, 800), rng.uniform(900, 2500), rng.uniform(2500, 3400)):
             radius, angle = np.exp(-np.pi * 100.0 / rate), 2.0 * np.pi * formant / rate
             source = source + 0.5 * lfilter([1.0], [1.0, -2.0 * radius * np.cos(angle), radius**2], source)
-        rise = np.minimum(1.0, np.minimum(np.arange(length), np.arange(length)[::-1]) / (rate * rng.uniform(0.005, 0.04)))
+        rise = np.minimum(
+            1.0, np.minimum(np.arange(length), np.arange(length)[::-1]) / (rate * rng.uniform(0.005, 0.04))
+        )
         end = min(at + length, n)
         samples[at:end] += (source * rise / np.abs(source).max() * rng.uniform(0.3, 1.0))[: end - at]
         at += length + int(rate * rng.uniform(0.02, 0.25))

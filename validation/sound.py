@@ -35,7 +35,7 @@ Made by `validation/sound.py`, with the sounds of `tests/sounds.py`: {count} sou
 1.2 m, e from 0.55 to 0.93) at {rates} samples a second. A touch is a sum of 2 to 5 damped tones from 500 Hz to 8 kHz,
 with decay times of 1.5 to 8 ms; its loudness falls as a power 0.8 to 1.4 of the velocity and scatters by 15 %. The
 noise has a standard deviation of 1, and the first touch a peak of 6 to 300. Echo: the impulse response of a room with
-one to three echoes of 0.1 to 0.35 within 90 ms and a tail. Clipped: at 0.2 to 0.7 of the largest sample, but not within
+one to three echoes of 0.1 to 0.35 within 90 ms and a tail. Clipped: at 0.2 to 0.7 of the largest sample, but above
 the noise. Hum: 50 or 60 Hz and harmonics, up to ten times the noise. Speech: syllables until 0.1 s before the first
 touch, as loud as 0.1 to 1 of it. Coloured noise: neighbours are correlated by 0.3 to 0.9.
 
@@ -120,9 +120,8 @@ def table_of_kinds(found: list[Trial]) -> str:
         due, hit = (sum(int(count) for count in counts) for counts in (
             [d.sum() for _, d, _, _ in own], [(d & (p >= 0)).sum() for _, d, p, _ in own]))  # fmt: skip
         lost = sum(not trial.picks.time.size for trial, *_ in own)
-        lines.append(
-            f"| {len(own)} with {kind} | {due} | {100.0 * hit / due:.1f} | {lost} | {sum(wrong for *_, wrong in own)} |"
-        )
+        wrong = sum(invented for *_, invented in own)
+        lines.append(f"| {len(own)} with {kind} | {due} | {100.0 * hit / due:.1f} | {lost} | {wrong} |")
     return "\n".join(lines)
 
 
@@ -179,7 +178,9 @@ def main() -> None:
         part = rows[(rows[:, 1] > low) & (rows[:, 1] <= high)]
         z = part[:, 3] / part[:, 4]
         inside, rms = 100.0 * np.mean(np.abs(z[np.isfinite(z)]) < 1.96), 1e6 * np.sqrt(np.nanmean(part[:, 3] ** 2))
-        by_noise.append(f"| {low:g} to {high:g} | {len(part)} | {100.0 * part[:, 2].mean():.1f} | {rms:.0f} | {inside:.1f} |")
+        by_noise.append(
+            f"| {low:g} to {high:g} | {len(part)} | {100.0 * part[:, 2].mean():.1f} | {rms:.0f} | {inside:.1f} |"
+        )
     by_rate: list[str] = []
     for rate in sounds.RATES:
         part = rows[rows[:, 0] == rate]

@@ -33,7 +33,7 @@ def read_bounces(
     air_density: Any = 1.2,
     drag_coefficient: Any = 0.47,
 ) -> MeasuredBounces:
-    """Return the bounces of a ball in a sound, in labels of Audacity, or in a table of instants, heights or speeds.
+    r"""Return the bounces of a ball in a sound, in labels of Audacity, or in a table of instants, heights or speeds.
 
     Parameters
     ----------
@@ -68,15 +68,15 @@ def read_bounces(
     Notes
     -----
     The restitution coefficient is the velocity after a bounce, from the interval behind it, over that before it, from
-    the interval before it: ``e = (t3 - t2)/(t2 - t1)`` but for the contact time and the drag. Every sound comes late by
-    the way to the microphone; only changes of this way during the bounces count.
+    the interval before it: ``e = (t3 - t2)/(t2 - t1)`` but for the contact time and the drag. Every sound comes late
+    by the way to the microphone; only changes of this way during the bounces count.
 
     Examples
     --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "labels.txt")
-    ...     _ = file.write_text("0.500\\t0.500\\tone\\n1.000\\t1.000\\ttwo\\n1.400\\t1.400\\t\\n1.720\\t1.720\\t\\n")
+    ...     _ = file.write_text("0.5\t0.5\tone\n1.0\t1.0\ttwo\n1.4\t1.4\t\n1.72\t1.72\t\n")
     ...     read_bounces(file).restitution_coefficient.round(3)
     array([nan, 0.8, 0.8, nan])
     """

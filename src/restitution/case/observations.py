@@ -71,9 +71,9 @@ def read_observations(
         ``velocity [m/s],restitution_coefficient,contact_time_ms``. Rebounds have the columns `velocity` and
         `restitution_coefficient`, or `v_in` and `v_out`, or `drop_height` and `rebound_height` (falls in vacuum with
         standard gravity), a force history `time` and `force` or `acceleration`, bounces `time` alone, an indentation
-        `time`, `depth` and `force`. With kind="bounce_times", other columns beside `time` are not read. Further columns are `radius`, `mass`, `contact_time`, `max_force`,
-        `external_force` and `temperature` of rebounds. A column of standard deviations has the prefix `sd_`. Other
-        files go to `read_material`.
+        `time`, `depth` and `force`. With kind="bounce_times", columns beside `time` are not read. Further columns
+        are `radius`, `mass`, `contact_time`, `max_force`, `external_force` and `temperature` of rebounds. A column of
+        standard deviations has the prefix `sd_`. Other files go to `read_material`.
     kind : str, optional
         `rebounds`, `force_history`, `acceleration_history`, `bounce_times`, `indentation` or `moduli`, to refuse a
         file of any other kind.

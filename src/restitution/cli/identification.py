@@ -117,9 +117,13 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
 
 
 def bounces(
-    file: Annotated[Path, argument("FILE", "Sound in WAV, labels of Audacity, or a table of times, heights or speeds.")],
+    file: Annotated[
+        Path, argument("FILE", "Sound in WAV, labels of Audacity, or a table of times, heights or speeds.")
+    ],
     radius: Annotated[float | None, quantity("--radius", LENGTH, "Radius of the ball.")] = None,
-    mass: Annotated[float | None, quantity("--mass", MASS, "Mass of the ball; with the radius, the drag of air.")] = None,
+    mass: Annotated[
+        float | None, quantity("--mass", MASS, "Mass of the ball; with the radius, the drag of air.")
+    ] = None,
     contact_time: Annotated[
         float | None, quantity("--contact-time", TIME, "Contact time of the first bounce that has an e.")
     ] = None,
@@ -132,7 +136,8 @@ def bounces(
     """Find the bounces of a ball in a sound: e and loss tangent of each, with errors.
 
     With mass, radius and contact time the moduli follow too. Tables have the columns time, drop_height and
-    rebound_height, or v_in and v_out. Example: restitution bounces examples/identification/bounces.wav --plot sound.png
+    rebound_height, or v_in and v_out.
+    Example: restitution bounces examples/identification/bounces.wav --plot sound.png
     """
     with cli.user_input(), cli.collected_warnings() as warnings:
         result = rs.read_bounces(file, radius=radius, mass=mass, contact_time=contact_time, air_density=air_density)

@@ -107,7 +107,7 @@ class MeasuredBounces(Result):
     recording : Recording or None
         The sound.
     observations : Observations or None
-        The same data for `identify`; None if radius or mass is not known.
+        The same data for `identify`; None if radius or mass is not known, or with less than four instants.
     """
 
     _numbers = (*_COLUMNS, "statements", "warnings")
@@ -222,7 +222,7 @@ def from_instants(picks: Picks, ball: Ball, recording: Recording | None = None) 
     return MeasuredBounces(
         **columns, statements=(*lines, *_of_formulas(rebounds)), recording=recording,
         warnings=() if np.all(good) else (f"e is above 1 at touch {int(np.argmin(good)) + 2}: a touch is missing",),
-        observations=_instants(picks, ball) if is_known else None,
+        observations=_instants(picks, ball) if is_known and n >= 4 and np.all(good) else None,
     )  # fmt: skip
 
 
@@ -265,11 +265,16 @@ def _empty(n: int) -> dict[str, Array]:
 def _take(columns: dict[str, Array], moduli: EffectiveModuli, places: Any, *, sized: bool) -> None:
     """Put the moduli of bounces at their places; those that need radius and mass only where these are known."""
     columns["loss_tangent"][places] = moduli.loss_tangent
-    columns["loss_tangent_error"] = LOSS * columns["restitution_coefficient_error"] / columns["restitution_coefficient"]
+    columns["loss_tangent_error"] = (
+        LOSS * columns["restitution_coefficient_error"] / columns["restitution_coefficient"]
+    )
     there = np.isfinite(moduli.angular_frequency)
     columns["angular_frequency"][places[there]] = moduli.angular_frequency[there]
     if sized:
-        columns["storage_modulus"][places], columns["loss_modulus"][places] = moduli.storage_modulus, moduli.loss_modulus
+        columns["storage_modulus"][places], columns["loss_modulus"][places] = (
+            moduli.storage_modulus,
+            moduli.loss_modulus,
+        )
 
 
 def _of_formulas(rebounds: Rebounds) -> tuple[str, ...]:

@@ -111,7 +111,9 @@ def find_bounces(recording: Recording) -> Picks:
         raise InputError("rate", rate, "must be at least 4000 samples a second")
     seconds = samples.size / rate
     if not 0.2 <= seconds <= _MOST_SECONDS:
-        raise InputError("", rule=f"must last from 0.2 s to {_MOST_SECONDS:g} s, not {seconds:.3g} s: cut the recording")
+        raise InputError(
+            "", rule=f"must last from 0.2 s to {_MOST_SECONDS:g} s, not {seconds:.3g} s: cut the recording"
+        )
     if not np.all(np.isfinite(samples)) or np.ptp(samples) == 0.0:
         raise InputError("", rule="must have a sound: all samples are equal or not finite")
     filtered = _whitened(samples - samples.mean(), rate)
@@ -128,7 +130,9 @@ def find_bounces(recording: Recording) -> Picks:
     first = int(vague[vague < places.size // 3].max(initial=-1)) + 1
     last = int(vague[vague >= first].min(initial=places.size))
     if last - first < _FEWEST:
-        raise InputError("", rule=f"must have at least {_FEWEST} bounces that are clear above the noise, not {last - first}")
+        raise InputError(
+            "", rule=f"must have at least {_FEWEST} bounces that are clear above the noise, not {last - first}"
+        )
     return Picks(*(column[first:last] for column in picks))
 
 

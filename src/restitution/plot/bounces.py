@@ -30,7 +30,9 @@ def measured(bounces: MeasuredBounces) -> Figure:
             there = np.isfinite(values) & np.isfinite(bounces.velocity)
             error = np.nan_to_num(getattr(bounces, f"{name}_error")[there])
             x = style.axis(INPUTS["velocity"], bounces.velocity[there])
-            ax.errorbar(bounces.velocity[there] * x.factor, values[there], error, fmt="o", color=style.BLUE, markersize=4)
+            ax.errorbar(
+                bounces.velocity[there] * x.factor, values[there], error, fmt="o", color=style.BLUE, markersize=4
+            )
             style.labelled(ax, x.label, quantity.label(""))
     return figure
 
