@@ -135,7 +135,9 @@ def _picks(time: Array, error: Array | None) -> Picks:
         place = int(np.argmax(np.diff(time) <= 0.0)) + 1
         raise InputError("time", float(time[place]), "must be strictly ascending", "s", index=(place,))
     unknown = np.full(time.size, np.nan)
-    return Picks(time, unknown if error is None else checks.positive("sd_time", error, "s"), unknown)
+    if error is not None:
+        checks.positive("sd_time", error, "s")
+    return Picks(time, unknown if error is None else error, unknown)
 
 
 def _of_table(source: Path, names: list[str], ball: Ball) -> MeasuredBounces:

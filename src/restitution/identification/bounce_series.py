@@ -61,7 +61,8 @@ class Ball(NamedTuple):
     def checked(self) -> Ball:
         """Return the same ball, each number of which is in its range."""
         return Ball(
-            *(number_or_none(name, getattr(self, name)) for name in ("radius", "mass")),
+            number_or_none("radius", self.radius),
+            number_or_none("mass", self.mass),
             None if self.contact_time is None else checks.single_positive("contact_time", self.contact_time, "s"),
             check_single("gravity", self.gravity),
             checks.single_nonnegative("air_density", self.air_density, "kg/m^3"),
@@ -218,9 +219,10 @@ def from_instants(picks: Picks, ball: Ball, recording: Recording | None = None) 
     radius, mass = ball.radius or UNKNOWN[0], ball.mass or UNKNOWN[1]
     rebounds = Rebounds(down[:-1][good], e[good], radius=radius, mass=mass, contact_time=known)
     is_known = ball.radius is not None and ball.mass is not None
-    _take(columns, effective_moduli(rebounds), np.flatnonzero(good) + 1, sized=is_known)
+    moduli = effective_moduli(rebounds)
+    _take(columns, moduli, np.flatnonzero(good) + 1, sized=is_known)
     return MeasuredBounces(
-        **columns, statements=(*lines, *_of_formulas(rebounds)), recording=recording,
+        **columns, statements=(*lines, *moduli.statements), recording=recording,
         warnings=() if np.all(good) else (f"e is above 1 at touch {int(np.argmin(good)) + 2}: a touch is missing",),
         observations=_instants(picks, ball) if is_known and n >= 4 and np.all(good) else None,
     )  # fmt: skip
@@ -245,7 +247,8 @@ def from_rebounds(rebounds: Rebounds, *, sized: bool) -> MeasuredBounces:
         of_velocity = 0.0 if blur is None else rebounds.restitution_coefficient * blur / rebounds.velocity
         columns["restitution_coefficient_error"] = np.hypot(error, of_velocity)
     _take(columns, moduli, np.arange(rebounds.velocity.size), sized=sized)
-    return MeasuredBounces(**columns, statements=_of_formulas(rebounds), observations=rebounds if sized else None)
+    fields: dict[str, Any] = {**columns, "observations": rebounds if sized else None}
+    return MeasuredBounces(statements=moduli.statements, **fields)
 
 
 def _shown(value: float, error: float) -> str:
@@ -275,7 +278,3 @@ def _take(columns: dict[str, Array], moduli: EffectiveModuli, places: Any, *, si
             moduli.storage_modulus,
             moduli.loss_modulus,
         )
-
-
-def _of_formulas(rebounds: Rebounds) -> tuple[str, ...]:
-    return effective_moduli(rebounds).statements

@@ -48,7 +48,7 @@ _LOW = 120.0
 # Mean delay of the first loud sample, and its scatter, in samples.
 _LATE, _ROUNDED = 0.6, 0.6
 # Instants with a larger standard error [s] end the series.
-_VAGUE = 0.0015
+_VAGUE = 0.0012
 # Longest recording [s].
 _MOST_SECONDS = 600.0
 
@@ -285,7 +285,10 @@ def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
     # Echoes of two touches are as far from each other as the touches; the more frequent distance is that of the echo.
     while alike.size and ((support := alike.sum(axis=1)) >= enough).any():
         best = int(np.lexsort((share, -support * (support >= enough)))[0])
-        echo[second[alike[best]]] = True
+        # Noise changes the share of faint ones.
+        near = np.abs(share - np.median(share[alike[best]])) < 1.5 * _SAME_SHARE
+        echo[second[near & np.diag(alike) & (np.abs(delay - np.median(delay[alike[best]])) < _SAME_DELAY)]] = True
+        echo[second[best]] = True
         alike &= ~(echo[first] | echo[second]) & ~(echo[first] | echo[second])[:, None]
     return echo
 
@@ -353,7 +356,11 @@ class _Ends(NamedTuple):
     def with_more(self, middle: int, ratio: Array, score: Array, row: int) -> _Ends:
         size = ratio.size
         more = _Ends(np.full(size, middle), ratio, score, np.arange(row, row + size))
-        return _Ends(*(np.concatenate(pair) for pair in zip(self, more, strict=True)))
+        join = np.concatenate
+        return _Ends(
+            join([self.middle, more.middle]), join([self.ratio, more.ratio]), join([self.score, more.score]),
+            join([self.row, more.row]),
+        )  # fmt: skip
 
 
 def _refined(filtered: Array, rate: int, places: NDArray[np.intp]) -> Picks:
