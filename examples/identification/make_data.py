@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from scipy.io import wavfile
 
 import restitution as rs
 
@@ -40,6 +41,20 @@ def sound(rng: np.random.Generator) -> None:
     write("sound.csv", "time [s]", found.touch_time + 5e-5 * rng.standard_normal(found.touch_time.size))
 
 
+def recording(rng: np.random.Generator) -> None:
+    """The sound of the same ball, made of damped tones and noise: 8000 samples a second of 16 bits."""
+    foam = rs.kelvin_voigt(**FOAM, poisson_ratio=0.5, density=1000.0)
+    found = rs.bounces(rs.drop(rs.Body(foam, radius=0.02), rs.Body(None), height=0.3), max_bounces=9)
+    rate, after = 8000, np.arange(400)
+    samples = 0.004 * rng.standard_normal(int(4.2 * rate))
+    for touch, velocity in zip(found.touch_time + 0.5, found.velocity, strict=True):
+        first = int(np.ceil(touch * rate))
+        t = (first + after) / rate - touch
+        tones = np.sin(2.0 * np.pi * np.outer([700.0, 1230.0, 2110.0], t)) * np.exp(-t / 0.005)
+        samples[first : first + t.size] += 0.1 * velocity * tones.sum(axis=0)
+    wavfile.write(FOLDER / "bounces.wav", rate, np.round(samples * 32767.0).astype(np.int16))
+
+
 def afm(rng: np.random.Generator) -> None:
     """A tip of 2.5 um on a gel, 1 um deep at 1 um/s, force to 10 pN; the contact point is unknown."""
     time = np.linspace(0.0, 2.8, 481)
@@ -51,5 +66,5 @@ def afm(rng: np.random.Generator) -> None:
 
 
 if __name__ == "__main__":
-    for make in (balls, sound, afm):
+    for make in (balls, sound, recording, afm):
         make(np.random.default_rng(2026))

@@ -2,6 +2,7 @@
 
 from .calibration.calibrate import calibrate as calibrate
 from .calibration.result import Calibration as Calibration
+from .case.bounces import read_bounces as read_bounces
 from .case.impact import Case as Case
 from .case.impact import read_case as read_case
 from .case.observations import read_observations as read_observations
@@ -24,6 +25,7 @@ from .errors import RestitutionWarning as RestitutionWarning
 from .explorer.launch import Explorer as Explorer
 from .explorer.launch import explore as explore
 from .files import write_table as write_table
+from .identification.bounce_series import MeasuredBounces as MeasuredBounces
 from .identification.curve_files import read_curves as read_curves
 from .identification.curves import IndentationCurve as IndentationCurve
 from .identification.design import design as design

@@ -350,7 +350,9 @@ SHIFTS = _by_name(
 
 MEASURED = MODULI | _by_name(
     *(INPUTS[name] for name in ("velocity", "radius", "mass", "external_force", "temperature")),
-    *(OUTPUTS[name] for name in ("restitution_coefficient", "contact_time", "max_force")),
+    *(OUTPUTS[name] for name in ("restitution_coefficient", "contact_time", "max_force", "rebound_velocity")),
+    INPUTS["drop_height"],
+    _positive("rebound_height", LENGTH, "height of the rebound", r"$h$"),
     *(BOUNCES[name] for name in ("touch_time", "interval")),
     Quantity("time", TIME, "time", r"$t$"),
     Quantity("force", FORCE, "normal force", r"$F$"),

@@ -8,19 +8,23 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from restitution import checks
 from restitution.case.quantity import in_si, open_sheet
 from restitution.errors import InputError
 from restitution.files import path_of
 from restitution.identification.observations import Noise, Observations
+from restitution.impact.problem import STANDARD_GRAVITY
 from restitution.material.readers import read_material
-from restitution.material.sheet import FileError
+from restitution.material.sheet import FileError, Sheet
 from restitution.quantities import MEASURED, advice
 
 _DEVIATION = "sd_"
 _SYMBOLS = {
     "t": "time", "d": "depth", "F": "force", "a": "acceleration", "v": "velocity", "e": "restitution_coefficient",
     "R": "radius", "m": "mass", "tc": "contact_time", "Fmax": "max_force",
+    "v_in": "velocity", "v_out": "rebound_velocity",
 }  # fmt: skip
 
 
@@ -48,8 +52,11 @@ KINDS: Mapping[str, Kind] = {
     "moduli": Kind("observations.Moduli", ()),
 }
 """Kinds of observations by name; a file is of the first kind with its columns."""
-_COLUMNS = frozenset(name for kind in KINDS.values() for name in (*kind.required, *kind.optional))
+# Columns of rebounds in place of a velocity and a restitution coefficient.
+_REBOUNDS = ("drop_height", "rebound_height"), ("velocity", "rebound_velocity")
+_COLUMNS = frozenset(name for kind in KINDS.values() for name in (*kind.required, *kind.optional)).union(*_REBOUNDS)
 _NAMES = {prefix + name for name in (*_COLUMNS, *_SYMBOLS) for prefix in ("", _DEVIATION)} - _SYMBOLS.keys()
+_NAMES |= {"v_in", "v_out"}
 
 
 def read_observations(
@@ -62,10 +69,11 @@ def read_observations(
     path : path-like
         The file. Its header has the names of the columns, with the unit in brackets or after an underscore:
         ``velocity [m/s],restitution_coefficient,contact_time_ms``. Rebounds have the columns `velocity` and
-        `restitution_coefficient`, a force history `time` and `force` or `acceleration`, bounces `time` alone, an
-        indentation `time`, `depth` and `force`. Further columns are `radius`, `mass`, `contact_time`, `max_force`,
-        `external_force` and `temperature` of rebounds. A column of standard deviations has the prefix `sd_`. Other
-        files go to `read_material`.
+        `restitution_coefficient`, or `v_in` and `v_out`, or `drop_height` and `rebound_height` (falls in vacuum with
+        standard gravity), a force history `time` and `force` or `acceleration`, bounces `time` alone, an indentation
+        `time`, `depth` and `force`. With kind="bounce_times", columns beside `time` are not read. Further columns
+        are `radius`, `mass`, `contact_time`, `max_force`, `external_force` and `temperature` of rebounds. A column of
+        standard deviations has the prefix `sd_`. Other files go to `read_material`.
     kind : str, optional
         `rebounds`, `force_history`, `acceleration_history`, `bounce_times`, `indentation` or `moduli`, to refuse a
         file of any other kind.
@@ -118,15 +126,18 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
     if kind == "moduli":
         return moduli()
     try:
-        sheet, labels = open_sheet("", str(source), _NAMES, _SYMBOLS)
+        sheet, names = open_columns(source)
     except InputError:
         if kind is not None:
             raise
         return moduli()
-    names = [_DEVIATION + _SYMBOLS.get(name[3:], name[3:]) if name.startswith(_DEVIATION) else name for name in labels]
-    file_kind = next(name for name, entry in KINDS.items() if set(entry.required) <= set(names))
+    pair = next((pair for pair in _REBOUNDS if set(pair) <= set(names)), ())
+    present = {*names, *(KINDS["rebounds"].required if pair else ())}
+    file_kind = next(name for name, entry in KINDS.items() if set(entry.required) <= present)
     entry = KINDS[file_kind]
-    columns_of = (*entry.required, *entry.optional)
+    columns_of = (*(pair or entry.required), *entry.optional)
+    if kind == "bounce_times" and "time" in names:
+        return _made(kind, [], *_columns(sheet, ["time", f"{_DEVIATION}time"], names, deviations, arguments), source)
     strange = [n for n, name in enumerate(names) if name.removeprefix(_DEVIATION) not in columns_of]
     if kind is None and (file_kind == "moduli" or (file_kind == "bounce_times" and strange)):
         # Times with an unknown quantity are not bounces, but perhaps a relaxation.
@@ -138,23 +149,64 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
         rule = f"must have the columns {', '.join(KINDS[likely].required)}"
         raise FileError("", sheet.header_line, rule)
     if strange:
-        rule = f"unknown column {sheet.labels[strange[0]]!r}; {advice(labels[strange[0]], columns_of)}"
+        rule = f"unknown column {sheet.labels[strange[0]]!r}; {advice(names[strange[0]], columns_of)}"
         raise FileError("", sheet.header_line, rule)
-    columns: dict[str, Any] = {}
-    for index, name in enumerate(names):
-        if name in columns or name in arguments or (name.startswith(_DEVIATION) and name[3:] in deviations):
-            raise FileError("", sheet.header_line, f"column {name!r} is given twice: must be given once")
-        columns[name] = in_si(sheet, index, name, MEASURED[name.removeprefix(_DEVIATION)].dimension)
-    deviations |= {name[3:]: column for name, column in columns.items() if name.startswith(_DEVIATION)}
-    values = {name: column for name, column in columns.items() if not name.startswith(_DEVIATION)}
+    deviations, values = _columns(sheet, names, names, deviations, arguments)
+    if pair:
+        deviations, values = _as_rebounds(pair, deviations, values)
     try:
-        return _made(file_kind, [], deviations, values | arguments, source)
+        return _made(file_kind, [], deviations, values, source)
     except InputError as error:
         if error.index and error.field.removeprefix("noise.") in names:
             # A row of the table is a line of the file.
             value = InputError(error.field, error.value, error.rule, error.unit)
             raise FileError("", sheet.line(error.index[0]), str(value)) from None
         raise
+
+
+def open_columns(source: Path) -> tuple[Sheet, list[str]]:
+    """Return the table of a file and the names of its columns; standard deviations begin with `sd_`."""
+    sheet, labels = open_sheet("", str(source), _NAMES, _SYMBOLS)
+    return sheet, [
+        _DEVIATION + _SYMBOLS.get(name[3:], name[3:]) if name.startswith(_DEVIATION) else name for name in labels
+    ]
+
+
+def _columns(
+    sheet: Sheet, wanted: Sequence[str], names: Sequence[str], deviations: dict[str, Any], arguments: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return standard deviations and values by name: those that are given, and the wanted columns of a file in SI."""
+    columns: dict[str, Any] = {}
+    for index, name in enumerate(names):
+        if name not in wanted:
+            continue
+        if name in columns or name in arguments or (name.startswith(_DEVIATION) and name[3:] in deviations):
+            raise FileError("", sheet.header_line, f"column {name!r} is given twice: must be given once")
+        columns[name] = in_si(sheet, index, name, MEASURED[name.removeprefix(_DEVIATION)].dimension)
+    spread = {name[3:]: column for name, column in columns.items() if name.startswith(_DEVIATION)}
+    values = {name: column for name, column in columns.items() if not name.startswith(_DEVIATION)}
+    return deviations | spread, values | arguments
+
+
+def _as_rebounds(
+    pair: Sequence[str], deviations: dict[str, Any], values: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return standard deviations and values of rebounds from heights, or from velocities before and after.
+
+    With v = sqrt(2 g h), a height that is wrong by a share x makes the velocity wrong by x/2.
+    """
+    before, after = (checks.positive(name, values[name]) for name in pair)
+    power = 0.5 if pair[0] == "drop_height" else 1.0
+    e = (after / before) ** power
+    kept = {name: column for name, column in values.items() if name not in pair}
+    kept["velocity"] = np.sqrt(2.0 * STANDARD_GRAVITY * before) if power == 0.5 else before
+    spread = {name: size for name, size in deviations.items() if name not in pair}
+    # The noise of e is that at a known velocity, which has a noise of its own.
+    for name, height, key, size in zip(pair, (before, after), ("velocity", "restitution_coefficient"),
+                                       (kept["velocity"], e), strict=True):  # fmt: skip
+        if name in deviations:
+            spread[key] = power * checks.number(f"noise.{name}", deviations[name]) / height * size
+    return spread, kept | {"restitution_coefficient": e}
 
 
 def _made(

@@ -1,4 +1,4 @@
-"""The commands from data to a material: `identify`, `design` and `moduli`."""
+"""The commands from data to a material: `bounces`, `identify`, `design` and `moduli`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
 from restitution.cli.terminal import argument, option, quantity, target
-from restitution.units import LENGTH, MASS
+from restitution.units import DENSITY, LENGTH, MASS, TIME
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -114,6 +114,35 @@ def _rows(group: Mapping[str, Estimate]) -> list[tuple[str, ...]]:
         known_ends = any(map(math.isfinite, estimate.interval)) or any(estimate.open_ends)
         rows.append((name, value, shown(estimate.standard_error, digits=2), ends if known_ends else "-"))
     return rows
+
+
+def bounces(
+    file: Annotated[
+        Path, argument("FILE", "Sound in WAV, labels of Audacity, or a table of times, heights or speeds.")
+    ],
+    radius: Annotated[float | None, quantity("--radius", LENGTH, "Radius of the ball.")] = None,
+    mass: Annotated[
+        float | None, quantity("--mass", MASS, "Mass of the ball; with the radius, the drag of air.")
+    ] = None,
+    contact_time: Annotated[
+        float | None, quantity("--contact-time", TIME, "Contact time of the first bounce that has an e.")
+    ] = None,
+    air_density: Annotated[
+        float, quantity("--air-density", DENSITY, "Density of the air, 1.2 kg/m3 by default; 0 for no drag.")
+    ] = 1.2,  # kg/m3
+    json: cli.Json = False,
+    plot: cli.Plot = None,
+) -> None:
+    """Find the bounces of a ball in a sound: e and loss tangent of each, with errors.
+
+    With mass, radius and contact time the moduli follow too. Tables have the columns time, drop_height and
+    rebound_height, or v_in and v_out.
+    Example: restitution bounces examples/identification/bounces.wav --plot sound.png
+    """
+    with cli.user_input(), cli.collected_warnings() as warnings:
+        result = rs.read_bounces(file, radius=radius, mass=mass, contact_time=contact_time, air_density=air_density)
+    tables.answer(result, str(file), json=json, plot=plot)
+    cli.report("warning", *warnings)
 
 
 def design(case: cli.CaseFile, json: cli.Json = False, plot: cli.Plot = None) -> None:

@@ -61,7 +61,10 @@ _COMMANDS = {
         ),
         *(rebound_resilience.resilience, case.standard_solid),
     ),
-    _DATA: (material.material, identification.identify, identification.design, identification.moduli),
+    _DATA: (
+        *(material.material, identification.bounces, identification.identify, identification.design),
+        identification.moduli,
+    ),
     _CODES: (laws.calibrate, laws.export, sweep.surrogate),
     _MORE: (explorer.explore, case.cite),
 }

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 # Fits to exact impacts of random materials. Polynomials of L = -ln e without a constant, lowest power first.
 _FREQUENCY = 1.13 * math.pi
-_LOSS = 0.815
+LOSS = 0.815
 _STORAGE_FREQUENCY = 1.3 * math.pi
 _BY_TIME = (-0.213, -0.061)
 _BY_FORCE = (1.038, -0.484)
@@ -223,15 +223,15 @@ def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
         omega, by_time, tangent = moduli_of_bounces(loss, hertz, duration)
         storage = np.where(by_force, hertz * np.exp(_poly(_BY_FORCE, loss)), by_time)
         # Derivatives of the logarithm of the storage modulus with respect to those of e, v, and the time or the force.
-        shift = 2.0 / math.pi * _LOSS / (1.0 + tangent**2) * math.log(_FREQUENCY / _STORAGE_FREQUENCY)
+        shift = 2.0 / math.pi * LOSS / (1.0 + tangent**2) * math.log(_FREQUENCY / _STORAGE_FREQUENCY)
         by_e = -np.where(by_force, _slope(_BY_FORCE, loss), _slope(_BY_TIME, loss) + shift)
         by_v = np.where(by_force, -3.0, -0.5)
         other = np.where(by_force, force_error, time_error)
         storage_error = np.sqrt((by_e * e_error) ** 2 + (by_v * v_error) ** 2 + (2.5 * other) ** 2)
-        tangent_error = _LOSS * e_error
+        tangent_error = LOSS * e_error
         # Both factors of the loss modulus vary with e.
         without_e = storage_error**2 - (by_e * e_error) ** 2
-        loss_error = np.sqrt(((_LOSS - tangent * by_e) * e_error) ** 2 + tangent**2 * without_e)
+        loss_error = np.sqrt(((LOSS - tangent * by_e) * e_error) ** 2 + tangent**2 * without_e)
     beyond = timed & ~((storage > 0.0) & (storage < math.inf))
     if beyond.any():
         n = int(np.argmax(beyond))
@@ -249,7 +249,7 @@ def moduli_of_bounces(loss: Array, elastic: Array, contact_time: Array) -> tuple
 
     `elastic` is the modulus [Pa] of an elastic body of the same contact time [s].
     """
-    tangent = _LOSS * loss
+    tangent = LOSS * loss
     # The storage modulus is known at 1.3 pi/T and moves by its local slope.
     slope = 2.0 / math.pi * np.arctan(tangent)
     moved = _poly(_BY_TIME, loss) + slope * math.log(_FREQUENCY / _STORAGE_FREQUENCY)

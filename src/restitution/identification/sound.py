@@ -1,0 +1,403 @@
+"""Sound of a bouncing ball: recordings in WAV, and the instants of touch in them.
+
+A touch is a sound that begins suddenly. Its level is compared with that of the noise and of what was heard just
+before, so that echoes that die away, hum and slow sounds do not count. Many sudden sounds are left. Touches are those
+among them that form a series: each flight is shorter than the one before, by a ratio that hardly changes. A series is
+accepted only if chance would hardly make one from sounds as frequent as those outside the series.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution import checks
+from restitution.checks import Array
+from restitution.errors import InputError
+
+# Shortest and longest flight [s]; the longest is one of 7.6 m.
+_SHORTEST, _LONGEST = 0.012, 2.5
+# Windows [s] in which a touch is loud, and the one before it.
+_WINDOWS, _BEFORE = (0.001, 0.003, 0.01), 0.01
+_HOP = 0.00025
+# Least strength of a sudden sound, in standard deviations of the noise, and the most of them that are looked at.
+_WEAKEST, _MANY = 3.0, 200
+# A strength counts as one of Gaussian noise only up to here.
+_STRONGEST = 8.0
+# Ratios of a flight to the one before, and the change of their logarithm from one touch to the next.
+_RATIOS, _CHANGE, _SMOOTH = (0.2, 1.01), 0.15, 0.03
+# Logarithm of the odds against chance that each touch needs, and those that the series needs.
+_ODDS, _SERIES_ODDS = 4.0, 5.0
+# Scatter of the logarithm of the loudness.
+_LOUDNESS = 0.6
+# Neighbourhood [s] in which sounds are counted.
+_NEAR = 1.0
+# Echoes come within this time [s]; two of them have the same delay [s] and share (its logarithm) within these.
+_ECHO, _SAME_DELAY, _SAME_SHARE, _CLEAR, _SIGHTINGS, _AUDIBLE = 0.12, 0.0005, 0.4, 5.0, 3, 5.0
+_PAIRS = 1000
+# States that are kept for each two last sounds.
+_STATES = 8
+_FEWEST = 4
+# Frequencies [Hz] below this are weakened.
+_LOW = 120.0
+# Mean delay of the first loud sample, and its scatter, in samples.
+_LATE, _ROUNDED = 0.6, 0.6
+# Instants with a larger standard error [s] end the series.
+_VAGUE = 0.0012
+# Longest recording [s].
+_MOST_SECONDS = 600.0
+
+
+class Recording(NamedTuple):
+    """Sound over time."""
+
+    samples: Array  # of the loudest channel, 1 at full scale
+    rate: int  # samples a second
+
+
+class Picks(NamedTuple):
+    """Touches in a recording, arrays of shape (n,)."""
+
+    time: Array  # [s] from the start of the recording
+    error: Array  # standard error of the time [s]
+    signal_to_noise: Array  # peak of the filtered sound over the standard deviation of the filtered noise
+
+
+def read_wav(path: Path) -> Recording:
+    """Read a WAV file of 8 to 32 bits or of floating point; of several channels, the loudest."""
+    from scipy.io import wavfile
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", wavfile.WavFileWarning)
+            rate, samples = wavfile.read(path)
+    except OSError as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror}"
+        raise InputError("", rule=reason) from None
+    except Exception:  # the reader fails in many ways on a damaged file
+        raise InputError("", rule="cannot be read as WAV: must be uncompressed, of 8 to 32 bits a sample") from None
+    if samples.dtype == np.uint8:
+        samples = (samples.astype(np.float64) - 128.0) / 128.0
+    elif samples.dtype.kind == "i":
+        samples = samples / float(np.iinfo(samples.dtype).max)
+    return Recording(_loudest(samples), int(rate))
+
+
+def _loudest(samples: Any) -> Array:
+    """Return the channel with the highest variance, shape (n,)."""
+    samples = checks.number("samples", samples)
+    if samples.ndim == 1:
+        return samples
+    if samples.ndim != 2 or not samples.size:
+        raise InputError("samples", rule=f"must have the shape (n,) or (n, channels), not {samples.shape}")
+    return np.ascontiguousarray(samples[:, int(np.argmax(samples.var(axis=0)))])
+
+
+def find_bounces(recording: Recording) -> Picks:
+    """Return the touches of a bouncing body in a recording.
+
+    Raises
+    ------
+    InputError
+        If the recording is too short, too long or silent, or if it has no series of at least four touches.
+    """
+    samples, rate = _loudest(recording.samples), recording.rate
+    if rate < 4000:
+        raise InputError("rate", rate, "must be at least 4000 samples a second")
+    seconds = samples.size / rate
+    if not 0.2 <= seconds <= _MOST_SECONDS:
+        raise InputError(
+            "", rule=f"must last from 0.2 s to {_MOST_SECONDS:g} s, not {seconds:.3g} s: cut the recording"
+        )
+    if not np.all(np.isfinite(samples)) or np.ptp(samples) == 0.0:
+        raise InputError("", rule="must have a sound: all samples are equal or not finite")
+    filtered = _whitened(samples - samples.mean(), rate)
+    places = _chosen(filtered, rate, seconds)
+    if places.size:
+        # The spectrum of the touches that were found shows fainter ones.
+        more = _chosen(_matched(filtered, rate, places), rate, seconds)
+        places = more if more.size >= places.size else places
+    if places.size < _FEWEST:
+        rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
+        raise InputError("", rule=f"{rule}; none was found")
+    picks = _refined(filtered, rate, places)
+    vague = np.flatnonzero(picks.error > _VAGUE)
+    first = int(vague[vague < places.size // 3].max(initial=-1)) + 1
+    last = int(vague[vague >= first].min(initial=places.size))
+    if last - first < _FEWEST:
+        raise InputError(
+            "", rule=f"must have at least {_FEWEST} bounces that are clear above the noise, not {last - first}"
+        )
+    return Picks(*(column[first:last] for column in picks))
+
+
+def _chosen(filtered: Array, rate: int, seconds: float) -> NDArray[np.intp]:
+    """Return the samples near which the touches begin; none if there is no series."""
+    places, strengths, loudness = _sudden(filtered, rate)
+    real = ~_echoes(places / rate, strengths, loudness)
+    places, strengths, loudness = places[real], strengths[real], loudness[real]
+    return places[_series(places / rate, strengths, loudness, seconds)]
+
+
+def _whitened(samples: Array, rate: int) -> Array:
+    """Return samples through a filter that makes the noise white, with an impulse response that begins at once."""
+    n = 1 << max(6, math.ceil(math.log2(0.04 * rate)))
+    window = np.hanning(n + 1)[:-1]
+    frames = np.lib.stride_tricks.sliding_window_view(samples, n)[:: max(n // 2, (samples.size - n) // 4000)]
+    power = np.abs(np.fft.rfft(frames * window, axis=1)) ** 2
+    heard = power[power.sum(axis=1) > 0.0]
+    typical = np.median(heard, axis=0)
+    frequency = np.fft.rfftfreq(n, 1.0 / rate)
+    # Nothing is known of frequencies that the recording does not have.
+    typical = np.maximum(typical, 1e-4 * typical[frequency > _LOW].max())
+    if not typical.max() > 0.0:
+        typical = np.ones(n // 2 + 1)
+    log_gain = -0.5 * np.log(np.maximum(typical, 1e-300 + 1e-12 * typical.max()))
+    log_gain += np.log(np.minimum(1.0, np.maximum(frequency / _LOW, 1e-2) ** 2))
+    return _shaped(samples, log_gain)
+
+
+def _matched(filtered: Array, rate: int, places: NDArray[np.intp]) -> Array:
+    """Return samples through a filter of the spectrum that the sounds at some places have above white noise."""
+    n = 1 << max(5, math.ceil(math.log2(0.006 * rate)))
+    pieces = np.array([filtered[place : place + n] for place in places if place + n <= filtered.size])
+    spectrum = (np.abs(np.fft.rfft(pieces * np.hanning(2 * n)[n:], axis=1)) ** 2).mean(axis=0)
+    share = np.maximum(spectrum / np.quantile(spectrum, 0.05) - 1.0, 0.0)
+    return _shaped(filtered, 0.5 * np.log(np.maximum(share / share.max(), 0.01)))
+
+
+def _shaped(samples: Array, log_gain: Array) -> Array:
+    """Return samples through the filter of this gain, up to a factor, that responds soonest."""
+    from scipy.signal import fftconvolve
+
+    n = 2 * (log_gain.size - 1)
+    # Folding the cepstrum gives the filter of least delay.
+    cepstrum = np.fft.irfft(log_gain - log_gain.mean(), n)
+    cepstrum[1 : n // 2] *= 2.0 * np.cos(0.5 * math.pi * np.linspace(0.0, 1.0, n // 2)[1:]) ** 2
+    cepstrum[n // 2 :] = 0.0
+    response = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)), n)
+    return fftconvolve(samples, response)[: samples.size]
+
+
+def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array]:
+    """Return places of sudden sounds, their strengths, and their peaks over the standard deviation of the noise."""
+    from scipy.ndimage import maximum_filter1d
+
+    total = np.concatenate([[0.0], np.cumsum(filtered * filtered)])
+    hop = max(1, round(_HOP * rate))
+    at = np.arange(0, filtered.size, hop)
+    strengths, noise = list[Array](), math.inf
+    # The guard keeps the touch itself out of the window before it.
+    guard, before = round(0.0005 * rate), max(8, round(_BEFORE * rate))
+    earlier = _mean(total, at - guard - before, at - guard)
+    faintest = (1e-5 * np.abs(filtered).max()) ** 2
+    for window in _WINDOWS:
+        size = max(4, round(window * rate))
+        level = np.cbrt(_mean(total, at, at + size))
+        low, middle = np.quantile(level, (0.05, 0.25))
+        # Cube roots of mean squares are nearly Gaussian (Wilson and Hilferty); sounds do not change low quantiles.
+        spread = max((middle - low) / 0.971, middle * math.sqrt(2.0 / (9.0 * size)), np.cbrt(faintest))
+        mean = max(middle + 0.674 * spread, np.cbrt(faintest))
+        noise = min(noise, math.sqrt(mean**3))
+        past = np.maximum(np.cbrt(earlier), mean)
+        strengths.append((level - past) / (spread * past / mean))
+    strength = np.where(at < filtered.size - _WINDOWS[-1] * rate, np.max(strengths, axis=0), -np.inf)
+    reach = max(3, 2 * round(0.6 * _SHORTEST * rate / hop) + 1)
+    peaks = (strength >= maximum_filter1d(strength, reach)) & (strength > _WEAKEST)
+    found = np.flatnonzero(peaks)
+    found = found[np.concatenate([[True], np.diff(found) > 1])] if found.size else found
+    if found.size > _MANY:
+        found = np.sort(found[np.argsort(strength[found])[-_MANY:]])
+    # A long window may begin before the sound; the shorter ones are strongest where it begins.
+    short, ahead = np.sum(strengths[:-1], axis=0), round(_WINDOWS[-1] * rate / hop)
+    shifts = [int(np.argmax(short[n : n + ahead])) for n in found]
+    places = at[found + np.array(shifts, dtype=np.intp)]
+    size = round(0.004 * rate)
+    loudness = np.array([np.abs(filtered[max(p - 2, 0) : p + size]).max() for p in places])
+    return places, strength[found], np.maximum(loudness / noise, 1e-3)
+
+
+def _mean(total: Array, start: Any, end: Any) -> Array:
+    start, end = (np.clip(one, 0, total.size - 1) for one in (start, end))
+    return np.maximum(total[end] - total[start], 0.0) / np.maximum(end - start, 1)
+
+
+def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> list[int]:
+    """Return the places of the series of touches among sudden sounds; empty if chance could make it.
+
+    The logarithm of the odds of a series is the sum over its sounds of ``-ln(w r)``: w is the time in which the sound
+    had to come, and r the rate of sounds that are as strong.
+    """
+    if time.size < _FEWEST:
+        return []
+    found: list[tuple[float, list[int]]] = []
+    for counted in (False, True):  # of the other sounds, at first none or all count as chance
+        others = np.full(time.size, counted)
+        chain: list[int] = []
+        odds = -math.inf
+        for _ in range(4):
+            former = chain
+            chain, odds = _best_chain(time, _rates(time, strength, others), loudness, seconds)
+            others = np.ones(time.size, dtype=bool)
+            others[chain] = False
+            if chain == former:
+                break
+        found.append((odds, chain))
+    odds, chain = max(found)
+    return chain if odds >= _SERIES_ODDS else []
+
+
+def _rates(time: Array, strength: Array, others: NDArray[np.bool_]) -> Array:
+    """Return how many sounds a second are as strong by chance, from the other sounds near each one.
+
+    A weaker sound counts in part, as the distribution of strengths has a long tail.
+    """
+    share = np.minimum(1.0, strength / strength[:, None]) ** 2
+    share *= (strength > _CLEAR) | (strength >= strength[:, None])
+    share *= others & (np.abs(time[:, None] - time) < _NEAR)
+    np.fill_diagonal(share, 0.0)
+    noise = 1e3 * np.exp(-0.5 * np.minimum(strength, _STRONGEST) ** 2)
+    return np.maximum((share.sum(axis=1) + 0.1) / (2.0 * _NEAR), noise)
+
+
+def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
+    """Return which sounds are echoes: they follow louder ones as other sounds follow theirs, in delay and share."""
+    later = time - time[:, None]
+    pairs = (later > 0.0) & (later < _ECHO) & (strength > _CLEAR) & (loudness < 0.8 * loudness[:, None])
+    first, second = np.nonzero(pairs)
+    if first.size > _PAIRS:
+        chosen = np.argsort(-loudness[first], kind="stable")[:_PAIRS]
+        first, second = first[chosen], second[chosen]
+    delay, share = later[first, second], np.log(loudness[second] / loudness[first])
+    alike = (np.abs(delay[:, None] - delay) < _SAME_DELAY) & (np.abs(share[:, None] - share) < _SAME_SHARE)
+    alike &= (first[:, None] != second) & (second[:, None] != first)
+    alike &= np.abs(time[first][:, None] - time[first]) < _NEAR
+    # Sounds near the first one whose echoes would be heard; most of them must have one.
+    heard = ~pairs.any(axis=0) & (np.exp(share)[:, None] * loudness > _AUDIBLE)
+    heard &= np.abs(time[first][:, None] - time) < _NEAR
+    enough = np.maximum(_SIGHTINGS, 0.5 * heard.sum(axis=1))
+    echo = np.zeros(time.size, dtype=bool)
+    # Echoes of two touches are as far from each other as the touches; the more frequent distance is that of the echo.
+    while alike.size and ((support := alike.sum(axis=1)) >= enough).any():
+        best = int(np.lexsort((share, -support * (support >= enough)))[0])
+        # Noise changes the share of faint ones.
+        near = np.abs(share - np.median(share[alike[best]])) < 1.5 * _SAME_SHARE
+        echo[second[near & np.diag(alike) & (np.abs(delay - np.median(delay[alike[best]])) < _SAME_DELAY)]] = True
+        echo[second[best]] = True
+        alike &= ~(echo[first] | echo[second]) & ~(echo[first] | echo[second])[:, None]
+    return echo
+
+
+def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tuple[list[int], float]:
+    """Return the series of the highest odds and their logarithm.
+
+    A state is a series by its last three sounds a, b, c. Those that end in b, c are continued from those in a, b.
+    """
+    log_rate, log_loudness = np.log(rate), np.log(loudness)
+    gap = time - time[:, None]
+    allowed = (gap > _SHORTEST) & (gap < _LONGEST)
+    log_gap = np.log(np.where(allowed, gap, 1.0))
+    louder = log_loudness - log_loudness[:, None]
+    # The first sounds of a series may come at any time.
+    begin = -math.log(seconds * _LONGEST * 0.8) - log_rate[:, None] - log_rate - log_gap
+    begin -= 0.5 * ((louder + 0.25) / (1.2 * _LOUDNESS)) ** 2
+    ends: list[_Ends] = [_Ends.none() for _ in time]
+    rows: list[tuple[int, int, int, int]] = []
+    best, best_row = -math.inf, -1
+    for b in range(time.size):
+        before, after, old = np.flatnonzero(allowed[:, b]), np.flatnonzero(allowed[b]), ends[b]
+        if not (before.size and after.size):
+            continue
+        a = np.concatenate([before, old.middle])
+        ratio = log_gap[b, after] - log_gap[a, b][:, None]
+        score = np.concatenate([begin[before, b], old.score])[:, None] - log_rate[after] - _ODDS
+        score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
+        change = np.abs(ratio[before.size :] - old.ratio[:, None])
+        density = 0.8 / (_SMOOTH * math.sqrt(2.0 * math.pi)) * np.exp(-0.5 * (change / _SMOOTH) ** 2) + 0.1 / _CHANGE
+        score[before.size :] += np.where(change < _CHANGE, np.log(density), -np.inf) - log_gap[b, after]
+        score[(ratio <= math.log(_RATIOS[0])) | (ratio >= math.log(_RATIOS[1]))] = -np.inf
+        kept = np.argsort(-score, axis=0)[:_STATES]
+        parents = np.concatenate([np.full(before.size, -1), old.row])
+        for n, c in enumerate(after):
+            k = kept[:, n][score[kept[:, n], n] > -np.inf]
+            ends[c] = ends[c].with_more(b, ratio[k, n], score[k, n], len(rows))
+            rows += [(int(a[m]), b, int(c), int(parents[m])) for m in k]
+            if k.size and score[k[0], n] > best:
+                best, best_row = float(score[k[0], n]), len(rows) - k.size
+    if best_row < 0:
+        return [], -math.inf
+    first, second, third, parent = rows[best_row]
+    chain = [third, second, first]
+    while parent >= 0:
+        first, _, _, parent = rows[parent]
+        chain.append(first)
+    # The odds that each touch had to have are no odds of the series.
+    return chain[::-1], best + _ODDS * (len(chain) - 3)
+
+
+class _Ends(NamedTuple):
+    """States that end in one sound."""
+
+    middle: NDArray[np.intp]  # the sound before
+    ratio: Array  # logarithm of the last flight over the one before
+    score: Array
+    row: NDArray[np.intp]  # place of the state in the list of all
+
+    @classmethod
+    def none(cls) -> _Ends:
+        whole = np.empty(0, dtype=np.intp)
+        return cls(whole, np.empty(0), np.empty(0), whole)
+
+    def with_more(self, middle: int, ratio: Array, score: Array, row: int) -> _Ends:
+        size = ratio.size
+        more = _Ends(np.full(size, middle), ratio, score, np.arange(row, row + size))
+        join = np.concatenate
+        return _Ends(
+            join([self.middle, more.middle]), join([self.ratio, more.ratio]), join([self.score, more.score]),
+            join([self.row, more.row]),
+        )  # fmt: skip
+
+
+def _refined(filtered: Array, rate: int, places: NDArray[np.intp]) -> Picks:
+    """Return the picks of touches near places."""
+    size = round(0.005 * rate)
+    power = (filtered[: filtered.size // size * size].reshape(-1, size) ** 2).mean(axis=1)
+    noise = math.sqrt(max(float(np.quantile(power, 0.25)), 1e-10 * float(np.square(filtered).max())))
+    rows = [_onset(filtered, rate, int(place), noise) for place in places]
+    time, error, peak = np.array(rows).T
+    return Picks(time / rate, error / rate, peak)
+
+
+def _onset(filtered: Array, rate: int, place: int, noise: float) -> tuple[float, float, float]:
+    """Return the sample at which a sound begins, its standard error, and the peak over the noise.
+
+    Samples are Gaussian, of the variance s^2 of the noise before the sound and s^2 (1 + q exp(-t/tau)) at the time t
+    after its beginning. The likelihood of each beginning is the sum over some q and tau.
+    """
+    early, late = max(place - round(0.006 * rate), 0), min(place + round(0.006 * rate), filtered.size)
+    length = max(8, round(0.006 * rate))
+    quiet = filtered[max(early - round(0.006 * rate), 0) : max(early, 8)]
+    sigma = max(math.sqrt(float(np.mean(quiet * quiet))), noise)
+    y = np.zeros(late - early + length)
+    known = filtered[early : late + length]
+    y[: known.size] = known / sigma
+    loud = float(np.abs(y).max())
+    after = np.arange(length) / rate
+    likelihood = np.full(late - early + 1, -np.inf)
+    for share in (0.1, 0.25, 0.5):
+        for decay in (0.001, 0.003, 0.008):
+            variance = 1.0 + share * loud**2 * np.exp(-after / decay)
+            one = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
+            likelihood = np.logaddexp(likelihood, one)
+    weights = np.exp(likelihood - likelihood.max())
+    weights /= weights.sum()
+    n = np.arange(weights.size)
+    first = float(weights @ n)
+    spread = math.sqrt(float(weights @ (n - first) ** 2))
+    # The first sample comes after the touch, and a tone begins at zero.
+    return early + first - _LATE, math.hypot(spread, _ROUNDED), loud

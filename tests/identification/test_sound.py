@@ -1,0 +1,156 @@
+"""Touches of a ball in sounds of known instants; `validation/sound.py` has many more of them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.io import wavfile
+
+import sounds
+from refusals import in_one_line
+from restitution.identification.bounce_series import Ball, from_instants
+from restitution.identification.sound import Picks, Recording, find_bounces, read_wav
+
+
+def picks_of(sound):
+    return find_bounces(Recording(sound.samples, sound.rate))
+
+
+KINDS = (), ("echo",), ("clipped",), ("hum",), ("speech",), ("coloured",)
+CASES = [
+    pytest.param(rate, kinds, marks=[] if n % 6 == k else pytest.mark.slow)
+    for n, rate in enumerate(sounds.RATES)
+    for k, kinds in enumerate(KINDS)
+]
+
+
+@pytest.mark.parametrize(("rate", "kinds"), CASES)
+def test_loud_touches_are_found_where_they_are(rate, kinds):
+    seed = [11, rate, *map(ord, "".join(kinds)[:2])]
+    sound = sounds.sound(np.random.default_rng(seed), rate, loudest=150.0, kinds=kinds)
+    picks = picks_of(sound)
+    # Up to the first faint touch all are due; others may be there, but none in between.
+    due = np.cumprod(sound.signal_to_noise > 6.0).astype(bool)
+    distance = np.abs(sound.time[:, None] - picks.time)
+    assert np.all(distance[due].min(axis=1) < 0.002)
+    # 6 standard errors, as a few of thousands of errors are beyond 4 of them.
+    assert np.all(distance.min(axis=0) < np.maximum(6.0 * picks.error, 1e-3))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_errors_of_instants_and_of_e_are_covered(seed):
+    sound = sounds.sound(np.random.default_rng([12, seed]), 44100, loudest=60.0, shortest=0.1)
+    picks = picks_of(sound)
+    n = min(picks.time.size, sound.time.size)
+    z = (picks.time[:n] - sound.time[:n]) / picks.error[:n]
+    # The root mean square of n normal deviates is below 2 but for one case in thousands.
+    assert math.sqrt(float(np.mean(z**2))) < 2.0
+    assert np.all(picks.error[:n] < 1e-3)
+    result = from_instants(picks, Ball(air_density=0.0))
+    e, stated = (
+        column[1 : n - 1] for column in (result.restitution_coefficient, result.restitution_coefficient_error)
+    )
+    assert math.sqrt(float(np.mean(((e - sound.restitution_coefficient[1 : n - 1]) / stated) ** 2))) < 2.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_bounces_are_invented(seed):
+    rng = np.random.default_rng([13, seed])
+    samples = sounds.coloured(rng, 5 * 16000, 0.5)
+    if seed % 2:
+        samples += 20.0 * sounds.speech(rng, 16000, samples.size)
+    error = in_one_line(lambda: find_bounces(Recording(samples, 16000)))
+    assert "bounces" in error.rule
+
+
+def test_a_touch_is_later_than_its_echo_is_early():
+    """Echoes that are louder than later touches do not count."""
+    rng = np.random.default_rng(14)
+    time, velocity, _ = sounds.instants(np.random.default_rng([14, 3]))
+    samples = sounds.sounded(time + 0.5, 100.0 * velocity / velocity[0], sounds.click(rng, 44100), 44100, 4 * 44100)
+    echoed = samples.copy()
+    echoed[2646:] += 0.4 * samples[:-2646]  # 60 ms
+    echoed += rng.standard_normal(echoed.size)
+    picks = find_bounces(Recording(echoed, 44100))
+    at = np.abs(picks.time[:, None] - time - 0.5).min(axis=1)
+    assert np.all(at < 0.001)
+    assert picks.time.size >= 4
+
+
+def test_e_of_exact_flights_in_vacuum_and_air():
+    """Flights by their closed forms: 2 v/g in vacuum, and SciPy's integration with quadratic drag."""
+    from scipy.integrate import solve_ivp
+
+    radius, mass, e, g = 0.02, 0.004, 0.8, 9.80665
+    k = 0.5 * 1.2 * 0.47 * math.pi * radius**2 / mass
+
+    def flight(v):
+        def motion(_, y):
+            return [y[1], -g - k * y[1] * abs(y[1])]
+
+        def ground(_, y):
+            return y[0] if y[1] < 0.0 else 1.0
+
+        ground.terminal = True
+        end = solve_ivp(motion, (0.0, 3.0), [0.0, v], events=ground, rtol=1e-11, atol=1e-13, max_step=0.02)
+        return end.t_events[0][0], -end.y_events[0][0, 1]
+
+    time, v = [0.0], 3.0
+    for _ in range(5):
+        duration, v = flight(e * v)
+        time.append(time[-1] + duration)
+    picks = Picks(np.array(time), np.full(6, 1e-5), np.full(6, np.nan))
+    drag = from_instants(picks, Ball(radius, mass))
+    assert drag.restitution_coefficient[1:-1] == pytest.approx(e, rel=1e-6)
+    # Without the drag e is wrong by more than its scatter in such a light ball.
+    assert abs(from_instants(picks, Ball(air_density=0.0)).restitution_coefficient[1] / e - 1.0) > 0.01
+    speeds = 3.0 * 0.8 ** np.arange(5)
+    exact = np.concatenate([[0.0], np.cumsum(2.0 * speeds / g)])
+    vacuum = from_instants(Picks(exact, np.full(6, 1e-5), exact), Ball(air_density=0.0))
+    assert vacuum.restitution_coefficient[1:-1] == pytest.approx(0.8, rel=1e-12)
+    assert vacuum.velocity[1:] == pytest.approx(speeds, rel=1e-12)
+    assert vacuum.height[:-1] == pytest.approx(speeds**2 / (2.0 * g), rel=1e-12)
+    # e = (t3 - t2)/(t2 - t1), each instant known to 10 us.
+    first, second = np.diff(exact)[:2]
+    share = math.hypot(1e-5 / second, 1e-5 / first, 1e-5 / first + 1e-5 / second)
+    assert vacuum.restitution_coefficient_error[1] == pytest.approx(0.8 * share, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.int32, np.float32, np.float64, 24])
+def test_wav_of_all_kinds(kind, tmp_path):
+    rng = np.random.default_rng(15)
+    samples = np.clip(0.3 * rng.standard_normal((400, 2)) * [0.2, 1.0], -0.9, 0.9)
+    file = tmp_path / "sound.wav"
+    if kind == 24:
+        import wave
+
+        with wave.open(str(file), "wb") as out:
+            out.setparams((2, 3, 8000, 0, "NONE", "none"))
+            out.writeframes(b"".join(int(x * 2**23).to_bytes(3, "little", signed=True) for x in samples.ravel()))
+    elif kind is np.uint8:
+        wavfile.write(file, 8000, np.round(samples * 127.0 + 128.0).astype(kind))
+    elif np.issubdtype(kind, np.integer):
+        wavfile.write(file, 8000, np.round(samples * np.iinfo(kind).max).astype(kind))
+    else:
+        wavfile.write(file, 8000, samples.astype(kind))
+    read = read_wav(file)
+    # The louder channel, to the last digit of 8 bits at worst.
+    assert read.rate == 8000
+    assert read.samples == pytest.approx(samples[:, 1], abs=0.01 if kind is np.uint8 else 1e-4)
+
+
+def test_a_file_that_is_no_sound(tmp_path):
+    file = tmp_path / "sound.wav"
+    assert "no such file" in in_one_line(lambda: read_wav(file)).rule
+    file.write_bytes(b"RIFF\x00\x00\x00\x00WAVEjunk")
+    assert "WAV" in in_one_line(lambda: read_wav(file)).rule
+    file.write_bytes(b"time,e\n1,2\n")
+    assert "WAV" in in_one_line(lambda: read_wav(file)).rule
+
+
+@pytest.mark.parametrize(
+    ("samples", "rate"),
+    [(np.zeros(8000), 8000), (np.ones(100), 8000), (np.zeros(8000), 1000), (np.ones((2, 2, 2)), 8000)],
+)
+def test_sounds_that_are_refused(samples, rate):
+    in_one_line(lambda: find_bounces(Recording(samples, rate)))

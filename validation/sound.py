@@ -1,0 +1,202 @@
+"""Touches that `restitution bounces` finds in sounds of known instants.
+
+Writes validation/sound.md. Run: python validation/sound.py
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import restitution as rs
+from restitution.identification.bounce_series import Ball, from_instants
+from restitution.identification.sound import Picks, Recording, find_bounces
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+import sounds
+
+REPETITIONS = 6
+KINDS = {
+    "white noise": (), "echo": ("echo",), "clipped": ("clipped",), "hum": ("hum",), "speech": ("speech",),
+    "coloured noise": ("coloured",), "all at once": ("echo", "clipped", "hum", "speech", "coloured"),
+}  # fmt: skip
+# A pick belongs to the nearest touch within this time [s].
+NEAR = 0.004
+LEAST, FEWEST = 3.0, 5
+
+TEXT = """# Bounces in sounds
+
+Made by `validation/sound.py`, with the sounds of `tests/sounds.py`: {count} sounds of random balls (drop height 0.2 to
+1.2 m, e from 0.55 to 0.93) at {rates} samples a second. A touch is a sum of 2 to 5 damped tones from 500 Hz to 8 kHz,
+with decay times of 1.5 to 8 ms; its loudness falls as a power 0.8 to 1.4 of the velocity and scatters by 15 %. The
+noise has a standard deviation of 1, and the first touch a peak of 6 to 300. Echo: the impulse response of a room with
+one to three echoes of 0.1 to 0.35 within 90 ms and a tail. Clipped: at 0.2 to 0.7 of the largest sample, but above
+the noise. Hum: 50 or 60 Hz and harmonics, up to ten times the noise. Speech: syllables until 0.1 s before the first
+touch, as loud as 0.1 to 1 of it. Coloured noise: neighbours are correlated by 0.3 to 0.9.
+
+A touch counts if its peak, and that of all before it, is above three times the standard deviation of the noise; the
+instants of a series must have no gap. Only sounds with at least {fewest} such touches count. A pick is invented if no
+touch is within {near:.0f} ms and within four of its standard errors.
+
+## Touches found, by the kind of disturbance
+
+| sounds | touches | found, % | series not found | invented picks |
+|---|---|---|---|---|
+{by_kind}
+
+## By the signal to noise, without "all at once"
+
+| peak over noise | touches | found, % | rms error, us | error within 1.96 standard errors, % |
+|---|---|---|---|---|
+{by_noise}
+
+## By the rate, without "all at once"
+
+| samples a second | touches | found, % | median error, us | median standard error, us |
+|---|---|---|---|---|
+{by_rate}
+
+## Restitution coefficients
+
+Deviation of e from that of the sound, over its stated standard error, for {n_e} bounces: {e_share:.1f} % are within
+1.96; the median standard error of e is {e_error:.2g}.
+
+## Sounds without bounces
+
+Of {empty} sounds of 6 s with noise or speech and no ball, {wrong} gave a series of bounces.
+"""
+
+
+class Trial(NamedTuple):
+    """One sound and what was found in it."""
+
+    kind: str
+    sound: sounds.Sound
+    picks: Picks
+
+
+def picks_of(samples: np.ndarray, rate: int) -> Picks:
+    """Picks in samples; none if there is no series."""
+    try:
+        return find_bounces(Recording(samples, rate))
+    except rs.InputError:
+        return Picks(*(np.empty(0) for _ in Picks._fields))
+
+
+def trials(repetitions: int) -> list[Trial]:
+    found: list[Trial] = []
+    for n, (kind, parts) in enumerate(KINDS.items()):
+        for k in range(repetitions * len(sounds.RATES)):
+            rng = np.random.default_rng([24, n, k])
+            rate = sounds.RATES[k % len(sounds.RATES)]
+            loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
+            sound = sounds.sound(rng, rate, loudest=loudest, kinds=parts)
+            if int(np.cumprod(sound.signal_to_noise > LEAST).sum()) >= FEWEST:
+                found.append(Trial(kind, sound, picks_of(sound.samples, rate)))
+    return found
+
+
+def matched(trial: Trial) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return whether each touch counts, the pick of each touch (-1 for none), and the number of invented picks."""
+    sound, picks = trial.sound, trial.picks
+    due = np.cumprod(sound.signal_to_noise > LEAST).astype(bool)
+    if not picks.time.size:
+        return due, np.full(due.size, -1), 0
+    distance = np.abs(sound.time[:, None] - picks.time)
+    nearest = distance.argmin(axis=1)
+    own = np.where(distance.min(axis=1) < NEAR, nearest, -1)
+    return due, own, int((distance.min(axis=0) > np.maximum(NEAR, 4.0 * picks.error)).sum())
+
+
+def table_of_kinds(found: list[Trial]) -> str:
+    lines: list[str] = []
+    for kind in KINDS:
+        own = [(trial, *matched(trial)) for trial in found if trial.kind == kind]
+        due, hit = (sum(int(count) for count in counts) for counts in (
+            [d.sum() for _, d, _, _ in own], [(d & (p >= 0)).sum() for _, d, p, _ in own]))  # fmt: skip
+        lost = sum(not trial.picks.time.size for trial, *_ in own)
+        wrong = sum(invented for *_, invented in own)
+        lines.append(f"| {len(own)} with {kind} | {due} | {100.0 * hit / due:.1f} | {lost} | {wrong} |")
+    return "\n".join(lines)
+
+
+def touches(found: list[Trial]) -> np.ndarray:
+    """Rows of rate, peak, whether found, error and standard error [s] of the touches that count."""
+    rows: list[tuple[float, ...]] = []
+    for trial in found:
+        due, own, _ = matched(trial)
+        for n in np.flatnonzero(due):
+            pick, peak = own[n], trial.sound.signal_to_noise[n]
+            error = (np.nan, np.nan)
+            if pick >= 0:
+                error = trial.picks.time[pick] - trial.sound.time[n], trial.picks.error[pick]
+            rows.append((trial.sound.rate, peak, pick >= 0, *error))
+    return np.array(rows, dtype=float)
+
+
+def restitution(found: list[Trial]) -> np.ndarray:
+    """Rows of the deviation of e over its standard error, and the standard error."""
+    rows: list[tuple[float, float]] = []
+    for trial in found:
+        if not trial.picks.time.size:
+            continue
+        _, own, _ = matched(trial)
+        result = from_instants(trial.picks, Ball(air_density=0.0))
+        for n in range(1, own.size - 1):
+            if np.all(own[n - 1 : n + 2] >= 0) and np.all(np.diff(own[n - 1 : n + 2]) == 1):
+                error = result.restitution_coefficient_error[own[n]]
+                deviation = result.restitution_coefficient[own[n]] - trial.sound.restitution_coefficient[n]
+                rows.append((deviation / error, error))
+    return np.array(rows)
+
+
+def empty(repetitions: int) -> tuple[int, int]:
+    """Number of sounds without a ball, and of those in which bounces were found."""
+    wrong = count = 0
+    for k in range(3 * repetitions):
+        for rate in sounds.RATES[:5]:
+            rng = np.random.default_rng([25, k, rate])
+            samples = sounds.coloured(rng, 6 * rate, rng.uniform(0.0, 0.9))
+            if k % 2:
+                samples += np.exp(rng.uniform(0.0, 4.0)) * sounds.speech(rng, rate, 6 * rate)
+            count, wrong = count + 1, wrong + bool(picks_of(samples, rate).time.size)
+    return count, wrong
+
+
+def main() -> None:
+    repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else REPETITIONS
+    found = trials(repetitions)
+    single = [trial for trial in found if trial.kind != "all at once"]
+    rows = touches(single)
+    by_noise: list[str] = []
+    for low, high in ((3.0, 6.0), (6.0, 12.0), (12.0, 30.0), (30.0, 100.0), (100.0, np.inf)):
+        part = rows[(rows[:, 1] > low) & (rows[:, 1] <= high)]
+        z = part[:, 3] / part[:, 4]
+        inside, rms = 100.0 * np.mean(np.abs(z[np.isfinite(z)]) < 1.96), 1e6 * np.sqrt(np.nanmean(part[:, 3] ** 2))
+        by_noise.append(
+            f"| {low:g} to {high:g} | {len(part)} | {100.0 * part[:, 2].mean():.1f} | {rms:.0f} | {inside:.1f} |"
+        )
+    by_rate: list[str] = []
+    for rate in sounds.RATES:
+        part = rows[rows[:, 0] == rate]
+        error, stated = 1e6 * np.nanmedian(np.abs(part[:, 3])), 1e6 * np.nanmedian(part[:, 4])
+        by_rate.append(f"| {rate} | {len(part)} | {100.0 * part[:, 2].mean():.1f} | {error:.0f} | {stated:.0f} |")
+    e = restitution(single)
+    count, wrong = empty(repetitions)
+    text = TEXT.format(
+        count=len(found), rates=", ".join(map(str, sounds.RATES)), near=1e3 * NEAR, fewest=FEWEST,
+        by_kind=table_of_kinds(found), by_noise="\n".join(by_noise), by_rate="\n".join(by_rate), n_e=len(e),
+        e_share=100.0 * np.mean(np.abs(e[:, 0]) < 1.96), e_error=np.median(e[:, 1]), empty=count, wrong=wrong,
+    )  # fmt: skip
+    print(text)
+    Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore", RuntimeWarning)
+    main()
