@@ -96,6 +96,8 @@ from .material.shift import ShiftTable as ShiftTable
 from .material.viscoelastic import Material as Material
 from .material.viscoelastic import reduced_modulus as reduced_modulus
 from .plot.sweep import plot_sweep as plot_sweep
+from .propagation.derivatives import Derivatives as Derivatives
+from .propagation.derivatives import derivatives as derivatives
 from .rebound_resilience import Resilience as Resilience
 from .rebound_resilience import implied_loss_tangent as implied_loss_tangent
 from .rebound_resilience import resilience as resilience
