@@ -142,6 +142,26 @@ def in_words(value: float, unit: str) -> str:
     return f"{value * factor:.4g} {prefixed}".rstrip()
 
 
+def with_error(value: float, deviation: float, unit: str = "") -> tuple[str, str]:
+    """Return a number with its standard deviation, of two digits, as text, and the prefixed unit of both.
+
+    Examples
+    --------
+    >>> with_error(0.78662, 0.01234), with_error(0.0012346, 1.24e-5, "s")
+    (('0.787 +- 0.012', ''), ('1.235 +- 0.012', 'ms'))
+    """
+    factor, prefixed = scaled_unit([value, deviation], unit)
+    number, spread = value * factor, deviation * factor
+    if not (math.isfinite(number) and math.isfinite(spread)) or spread == 0.0:
+        return f"{number:.6g} +- {spread:.2g}", prefixed
+    digits = 1 - math.floor(math.log10(spread))
+    # A deviation of 0.0996 has the digits of 0.10.
+    digits = digits - 1 if round(spread, digits) >= 10.0 ** (2 - digits) else digits
+    if not -6 < digits < 12:
+        return f"{number:.8g} +- {spread:.2g}", prefixed
+    return f"{round(number, digits):.{max(digits, 0)}f} +- {round(spread, digits):.{max(digits, 0)}f}", prefixed
+
+
 def celsius(kelvin: float, digits: int = 6) -> str:
     """Return a temperature [K] as a number in °C, without the rounding of the difference.
 

@@ -1,4 +1,4 @@
-"""Pictures of error bars: elasticities of outputs."""
+"""Pictures of error bars: elasticities of outputs, and the shares of inputs in the variance of each output."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.plot import style
 from restitution.quantities import OUTPUTS
+from restitution.units import with_error
 
 if TYPE_CHECKING:
     from restitution.propagation.derivatives import Derivatives
+    from restitution.propagation.result import UncertaintyResult
 
 # Height of a bar and of the page around the bars [inches].
 _BAR, _FRAME = 0.16, 0.9
@@ -26,6 +28,17 @@ def elasticities(result: Derivatives) -> Figure:
     words = "change of the output over that of the input, both relative"
     labels = [OUTPUTS[name].symbol or name for name in result.outputs]
     return _bars(_single(result.elasticities), labels, result.inputs, words)
+
+
+def shares(result: UncertaintyResult) -> Figure:
+    """Return a picture of the shares of the inputs in the variance of each output of one impact."""
+    labels: list[str] = []
+    for name in result.outputs:
+        output, (value, deviation) = OUTPUTS[name], result[name]
+        text, unit = with_error(float(value), float(deviation), output.unit)
+        number = text.replace("+-", "±")
+        labels.append(f"{output.symbol} = {number} {unit}".rstrip())
+    return _bars(100.0 * _single(result.shares), labels, result.inputs, "share of the variance [%]")
 
 
 def _single(matrix: Array) -> Array:

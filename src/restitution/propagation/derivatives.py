@@ -50,8 +50,12 @@ class Derivatives(Result):
         Derivatives dy/dx, for arrays of impacts with their shape behind.
     errors : array, shape (n_output, n_input, ...)
         Estimates of their errors; infinite where an impact beside this one failed or ended in another way.
+    second : array, shape (n_output, n_input, ...)
+        Second derivatives by each input alone, of low accuracy.
     rtol : float
         Tolerance of the solves.
+    model : Model
+        The impacts as a function of the inputs.
     warnings : tuple of str
         Derivatives that are doubtful.
     """
@@ -65,11 +69,10 @@ class Derivatives(Result):
     at: dict[str, Numeric]
     matrix: Array
     errors: Array
+    second: Array
     rtol: float
+    model: Model = field(repr=False)
     warnings: tuple[str, ...] = ()
-    # Second derivatives by each input alone.
-    _second: Array = field(default_factory=lambda: np.empty(0), repr=False)
-    _model: Model | None = field(default=None, repr=False)
 
     def __getitem__(self, pair: tuple[str, str]) -> Any:
         """Return the derivative of an output by an input, a number or an array."""
@@ -92,7 +95,7 @@ class Derivatives(Result):
         """Return the derivatives over the inputs, with a variable `..._error` for each output."""
         import xarray as xr
 
-        axes = self._model.axes if self._model is not None else None
+        axes = self.model.axes
         shape = self.matrix.shape[2:]
         places = None if not shape else (axes or unnamed(shape)).array(np.zeros(shape))
         columns: dict[str, Any] = {}
@@ -260,7 +263,7 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
     at = {each.name: shaped(np.broadcast_to(each.value.reshape(-1), (math.prod(shape),)), shape)
           for each in model.inputs}  # fmt: skip
     doubts = _doubts(outputs, tuple(at), best, scale)
-    return Derivatives(outputs, tuple(at), values, at, best.first, best.error, tolerance, doubts, best.second, model)
+    return Derivatives(outputs, tuple(at), values, at, best.first, best.error, best.second, tolerance, model, doubts)
 
 
 def _points(model: Model, wanted: Sequence[int], share: float) -> dict[str, Array]:
