@@ -180,9 +180,20 @@ class UncertaintyResult(Result):
                        warnings=self.warnings)  # fmt: skip
 
     @property
+    def lines(self) -> tuple[str, ...]:
+        """The outputs of one impact in a line each: symbol, value, standard deviation, largest contributions."""
+        texts: list[str] = []
+        for name in self.outputs:
+            output, (value, deviation) = OUTPUTS[name], self[name]
+            text, unit = with_error(float(value), float(deviation), output.unit)
+            number = f"{plain_symbol(output.symbol)} = {text} {unit}".rstrip()
+            texts.append(f"{number} ({self.contributions(name)})")
+        return (*texts, *self._lines)
+
+    @property
     def _lines(self) -> tuple[str, ...]:
         drawn = "" if self.drawn is None else f" ({self.drawn.number} draws)"
-        return (f"{self.status.message}{drawn}",)
+        return (f"standard deviations: {self.status.message}{drawn}",)
 
     def contributions(self, output: str) -> str:
         """Return the inputs that contribute most to the variance of an output of one impact, in words."""

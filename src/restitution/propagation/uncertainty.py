@@ -182,7 +182,7 @@ def _block(key: Any, value: Any) -> Block:
         return Block((name,), np.array([[single_positive(f"inputs.{key}", value, quantity_of(name).unit) ** 2]]))
     if not isinstance(key, tuple) or not key or not all(isinstance(name, str) for name in key):
         raise InputTypeError("inputs", str(key), "must be a name, or a tuple of names with a covariance")
-    names = tuple(ALIASES.get(name, name) for name in key)
+    names = tuple(ALIASES.get(name) or name for name in cast("tuple[str, ...]", key))
     return Block(names, covariance_matrix(f"inputs.{', '.join(key)}", value, len(names)))
 
 
