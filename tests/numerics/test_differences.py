@@ -26,8 +26,8 @@ def test_errors_cover_sines_of_any_pace(side: int) -> None:
     pace, phase = 10.0 ** RNG.uniform(-3.0, -0.3, 2000), RNG.uniform(0.0, 2.0 * math.pi, 2000)
     slope = slopes(np.sin(PLACES[side][:, None] * pace + phase), side)
     missed = np.abs(slope.first - pace * np.cos(phase)) > slope.error
-    # The difference between orders 8 and 6 is above the error of order 8 but where it changes its sign; for slow
-    # sines, whose values have rounding errors alone, the estimate has the chances of the test of noise below.
+    # The eighth difference is far above the error of order 8; for slow sines, whose values have rounding errors alone,
+    # the estimate has the chances of the test of noise below.
     assert missed.mean() < 0.1
     assert np.median(slope.error) < 1e-5
 

@@ -40,10 +40,10 @@ def slopes(values: Any, side: Any) -> Slopes:
     Returns
     -------
     Slopes
-        The first derivative is that of the polynomial through all values, of order 8. Its error is estimated as the
-        difference to the polynomial through the seven nearest values, of order 6, plus twice the noise of the values
-        in it. The noise is the size of their differences of order 7 and 8, which a smooth function hardly has (J. J.
-        More and S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292).
+        The first derivative is that of the polynomial through all values, of order 8. Its error is estimated as twice
+        that of values with noise. The size of the noise is that of their differences of order 7 and 8, which a smooth
+        function hardly has (J. J. More and S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292). They see the terms that
+        the polynomial leaves out, too, as these are of higher order.
 
     Examples
     --------
@@ -54,11 +54,10 @@ def slopes(values: Any, side: Any) -> Slopes:
     y = np.asarray(values, dtype=np.float64)
     sides = np.broadcast_to(np.asarray(side), y.shape[1:])
     with np.errstate(invalid="ignore"):
-        full = np.einsum("...k,k...->...", _FULL[sides], y)
-        error = np.abs(full - np.einsum("...k,k...->...", _NEAREST[sides], y)) + 2.0 * noise(y) * _NORMS[sides]
-        error = error + 4.0 * np.finfo(float).eps * np.abs(y).max(axis=0)
+        first = np.einsum("...k,k...->...", _WEIGHTS[sides], y)
+        error = 2.0 * noise(y) * _NORMS[sides] + 4.0 * np.finfo(float).eps * np.abs(y).max(axis=0)
         near = np.where(sides == CENTRAL, y[3] - 2.0 * y[4] + y[5], y[0] - 2.0 * y[1] + y[2])
-    return Slopes(full, error, near)
+    return Slopes(first, error, near)
 
 
 def noise(values: Array) -> Array:
@@ -77,14 +76,5 @@ def _weights(places: Array) -> Array:
     ])  # fmt: skip
 
 
-def _nearest(places: Array) -> Array:
-    """Return the weights through the seven places that are nearest to zero; the others have none."""
-    near = np.sort(np.argsort(np.abs(places), kind="stable")[:7])
-    weights = np.zeros(places.size)
-    weights[near] = _weights(places[near])
-    return weights
-
-
-_FULL = np.array([_weights(places) for places in PLACES])
-_NEAREST = np.array([_nearest(places) for places in PLACES])
-_NORMS = np.sqrt((_FULL**2).sum(axis=1))
+_WEIGHTS = np.array([_weights(places) for places in PLACES])
+_NORMS = np.sqrt((_WEIGHTS**2).sum(axis=1))

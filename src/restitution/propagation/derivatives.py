@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 DERIVATIVE_RTOL = 1e-11
 """Tolerance of the solves whose differences are taken."""
 
+# Errors of outputs over the tolerance, which is that of e; 14 is the largest that surrogates found.
+_OF_OUTPUTS = 20.0
 # Shares of the usual steps that are tried in turn, and the relative error below which no further one is.
 _SHARES, _GOOD = (1.0, 0.25, 0.0625), 1e-9
 # Relative error of a derivative above which the result has a warning.
@@ -186,8 +188,8 @@ def derivatives(
     For each input, eight impacts beside the given one are solved, all in one array: at steps of 2 % of a positive
     number, of 0.02 in the logit of a number between two ends, of 0.5 K, or to one side at an end of a range. The
     derivative is that of the polynomial through the nine values, of order 8; see
-    `restitution.numerics.differences.slopes` for the estimate of its error, to which the tolerance of the solves is
-    added. Where the estimate is above 1e-9, smaller steps are tried and the best is taken.
+    `restitution.numerics.differences.slopes` for the estimate of its error, to which 20 times the tolerance of the
+    solves is added. Where the estimate is above 1e-9, smaller steps are tried and the best is taken.
 
     Examples
     --------
@@ -256,8 +258,9 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
                 better = new.error < best.error[output, k]
                 for target, part in zip(best, new, strict=True):
                     target[output, k] = np.where(better, part, target[output, k])
-        poor = best.error > max(_GOOD, 100.0 * tolerance) * (np.abs(best.first) + 0.1 * scale)
-        wanted = [k for k in wanted if poor[:, k].any()]
+        good = best.error <= _GOOD * np.abs(best.first) + 2.0 * _OF_OUTPUTS * tolerance * scale
+        # Nothing is good that is not found yet.
+        wanted = [k for k in wanted if not good[:, k].all()]
         if not wanted:
             break
     at = {each.name: shaped(np.broadcast_to(each.value.reshape(-1), (math.prod(shape),)), shape)
@@ -285,8 +288,8 @@ def _slopes(each: Input, share: float, values: Array, statuses: Array, rtol: flo
     sides, pace = (np.broadcast_to(part.reshape(shape if part.ndim else ()), shape)
                    for part in (each.sides(share), each.pace(share)))  # fmt: skip
     slope = slopes(values, sides)
-    # Errors of the solves that all points share change the slope of the logarithm by the tolerance.
-    error = slope.error + rtol * share * STEP * np.abs(values[0])
+    # Errors that all solves share change the slope of the logarithm by themselves.
+    error = slope.error + _OF_OUTPUTS * rtol * share * STEP * np.abs(values[0])
     good = (statuses == statuses[0]).all(axis=0) & np.isfinite(slope.first) & np.isfinite(error)
     return Slopes(slope.first / pace, np.where(good, error / np.abs(pace), np.inf), slope.second / pace**2)
 
