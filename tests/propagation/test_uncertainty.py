@@ -112,6 +112,27 @@ def test_draws_stay_in_the_range() -> None:
     assert shift == pytest.approx(expected, rel=5.0 * math.sqrt((math.pi / 2.0 - 1.0) / 500.0))
 
 
+def test_bodies_that_stay_have_no_contact_time() -> None:
+    """A weight holds the slow ones of the drawn bodies: e is 0, which counts, and the contact has no end."""
+    soft = rs.standard_solid(1e4, 1e7, 1e3, poisson_ratio=0.45)
+    ball = rs.Impact(soft, rs.Parabola(0.01), mass=0.005, velocity=1.0, external_force=0.05)
+    low, high = 1e-4, 1.0
+    for _ in range(20):
+        middle = math.sqrt(low * high)
+        captured = rs.solve(rs.vary(ball, {"velocity": middle})).status != rs.Status.SEPARATED
+        low, high = (middle, high) if captured else (low, middle)
+    outputs = ("restitution_coefficient", "contact_time")
+    found = rs.uncertainty(
+        rs.vary(ball, {"velocity": 1.5 * high}), {"velocity": 0.4 * high}, outputs, draws=200, rng=1
+    )
+    velocity = 1.5 * high + 0.4 * high * np.random.default_rng(1).standard_normal((1, 200))[0]
+    assert found.drawn is not None
+    assert found.drawn.lost == {"restitution_coefficient": 0, "contact_time": int((velocity < high).sum())}
+    assert np.isfinite(found.drawn.mean["contact_time"])
+    assert np.isnan(found.drawn.covariance).tolist() == [[False, True], [True, True]]
+    assert any("contact_time" in line for line in found.warnings)
+
+
 def test_number_at_zero() -> None:
     found = rs.uncertainty(HERTZ, {"external_force": 0.05}, "max_indentation_depth")
     # The largest depth grows by F0 d/F_max, from the balance of energies.

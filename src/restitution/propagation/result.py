@@ -46,7 +46,7 @@ class Drawn(NamedTuple):
     mean, standard_deviation, low, high : dict of str to float or array
         Mean, standard deviation, and the ends of the interval that holds 95 % of the draws.
     covariance : array, shape (n_output, n_output, ...)
-        Covariance of the outputs.
+        Covariance of the outputs; NaN for those that some draws do not have.
     lost : dict of str to int
         Draws without a finite value.
     agrees : dict of str to bool or array

@@ -342,7 +342,7 @@ def _draw(
         agrees = _agrees(y, moments, np.asarray(slopes.values[name]), np.asarray(spread[name]))
         numbers["agrees"][name] = agrees if shape else bool(agrees)
     stack = np.stack(kept)
-    away = stack - np.nanmean(stack, axis=1, keepdims=True) if not all(lost.values()) else stack * np.nan
+    away = stack - stack.mean(axis=1, keepdims=True)
     covariance = np.einsum("id...,jd...->ij...", away, away) / (draws - 1)
     return Drawn(draws, outside, numbers["mean"], numbers["deviation"], numbers["low"], numbers["high"], covariance,
                  lost, numbers["agrees"])  # fmt: skip
