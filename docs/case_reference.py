@@ -81,6 +81,14 @@ the body and the half-space in any order. Without `[counter_material]` one of th
 result. Only the warning of elastic waves depends on it: `material_of = "body"` in `[impact]` states that the body is
 of `[material]`, and that its size, not that of the target, holds the waves.
 """
+UNCERTAINTY = """
+## Standard deviations
+
+A number of an impact may have a standard deviation behind its value: `"10 +- 0.5 MPa"`, `"(10 ± 0.5) MPa"` or
+`"10 MPa +- 5 %"`, and in a list `"[4 +- 0.2, 3 +- 0.1] MPa"`. `restitution solve` takes them to the outputs; see
+[error bars](error_bars.md). Bounces, standard tests, exports and surrogates take the values alone; other files refuse
+them. A percentage is written `"(45 +- 1) %"`. The deviation of a temperature is a difference: `"20 +- 0.5 degC"`.
+"""
 AXES = """## `[axes]` and `[samples]`
 
 A key of `[axes]` is a key of the case, such as `body.radius` or `material.density`, or one of these short names:
@@ -183,10 +191,10 @@ def page() -> str:
     lines += table("`[material.shear]`, `[material.bulk]`: a Prony series", material.PronySection)
     lines += table("`[material.shift]`: Williams, Landel and Ferry", material.WLFSection)
     lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
-    lines += table("`[impact]`", impact.ImpactSection)
-    lines += table("`[bounces]`", impact.BouncesSection)
+    lines += [*table("`[impact]`", impact.ImpactSection), *table("`[bounces]`", impact.BouncesSection)]
     lines += table("`[oblique]`", oblique.ObliqueSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)
+    lines += [*UNCERTAINTY.rstrip().split("\n"), *table("`[uncertainty]` of an impact", impact.UncertaintySection)]
     lines += table("`[indentation]`", indentation.IndentationSection)
     lines += table("`[oscillation]`", oscillation.OscillationSection)
     lines += table("`[tapping]`", oscillation.TappingSection)

@@ -11,6 +11,7 @@ import xarray as xr
 import restitution as rs
 from cases import RUBBER
 from refusals import in_one_line
+from restitution.variation import numbers_by_name
 
 # Large velocities exceed the limits of the theory on purpose.
 pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
@@ -144,3 +145,13 @@ def test_an_incompressible_row_stands_beside_a_bulk_that_relaxes():
 )
 def test_what_cannot_be_varied_is_refused(field, numbers):
     assert in_one_line(lambda: rs.vary(BALL, numbers)).field == field
+
+
+@pytest.mark.parametrize("name", [*(name for name in SINGLES if "material" not in name), "p3"])
+def test_numbers_come_back_by_name(name: str) -> None:
+    (low, high), make = SINGLES[name] if name != "p3" else ((0.01, 1.0), lambda x: rs.vary(BALL, {"p3": x}))
+    x = float(RNG.uniform(low, high))
+    found = numbers_by_name(make(x), [name])
+    assert list(found.values()) == pytest.approx([x], rel=1e-12)
+    if name == "p3":
+        assert found["p3"] == pytest.approx(float(rs.dimensionless_groups(make(x)).p3), rel=1e-12)

@@ -103,6 +103,11 @@ from .material.viscoelastic import dundurs_parameter as dundurs_parameter
 from .material.viscoelastic import reduced_modulus as reduced_modulus
 from .material.viscoelastic import reduced_shear_modulus as reduced_shear_modulus
 from .plot.sweep import plot_sweep as plot_sweep
+from .propagation.derivatives import Derivatives as Derivatives
+from .propagation.derivatives import derivatives as derivatives
+from .propagation.result import UncertaintyResult as UncertaintyResult
+from .propagation.result import UncertaintyStatus as UncertaintyStatus
+from .propagation.uncertainty import uncertainty as uncertainty
 from .rebound_resilience import Resilience as Resilience
 from .rebound_resilience import implied_loss_tangent as implied_loss_tangent
 from .rebound_resilience import resilience as resilience

@@ -142,6 +142,26 @@ def in_words(value: float, unit: str) -> str:
     return f"{value * factor:.4g} {prefixed}".rstrip()
 
 
+def with_error(value: float, deviation: float, unit: str = "") -> tuple[str, str]:
+    """Return a number with its standard deviation, of two digits, as text, and the prefixed unit of both.
+
+    Examples
+    --------
+    >>> with_error(0.78662, 0.01234), with_error(0.0012346, 1.24e-5, "s")
+    (('0.787 +- 0.012', ''), ('1.235 +- 0.012', 'ms'))
+    """
+    factor, prefixed = scaled_unit([value, deviation], unit)
+    number, spread = value * factor, deviation * factor
+    if not (math.isfinite(number) and math.isfinite(spread)) or spread == 0.0:
+        return f"{number:.6g} +- {spread:.2g}", prefixed
+    digits = 1 - math.floor(math.log10(spread))
+    # A deviation of 0.0996 has the digits of 0.10.
+    digits = digits - 1 if round(spread, digits) >= 10.0 ** (2 - digits) else digits
+    if not -6 < digits < 12:
+        return f"{number:.8g} +- {spread:.2g}", prefixed
+    return f"{round(number, digits):.{max(digits, 0)}f} +- {round(spread, digits):.{max(digits, 0)}f}", prefixed
+
+
 def celsius(kelvin: float, digits: int = 6) -> str:
     """Return a temperature [K] as a number in °C, without the rounding of the difference.
 
@@ -216,6 +236,66 @@ _COMMON = (
 _MILLIPASCAL = re.compile(r"mPa|millipascals?")
 
 
+# A value with its standard deviation: 10 +- 0.5 MPa, (10 +- 0.5) MPa, 10 MPa +- 5 %.
+_SIGN = r"\s*(?:\+-|\+/-|±)\s*"
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_BOTH = re.compile(rf"\s*(\(?)\s*({_NUMBER}){_SIGN}({_NUMBER})\s*(\)?)\s*([^+±]*?)\s*", re.DOTALL)
+_EACH = re.compile(rf"\s*({_NUMBER}[^+±]*?){_SIGN}({_NUMBER}[^+±]*?)\s*", re.DOTALL)
+
+
+def has_deviation(text: str) -> bool:
+    """Return whether a text states a standard deviation behind its value.
+
+    >>> has_deviation("10 +- 0.5 MPa"), has_deviation("1e+3 Pa")
+    (True, False)
+    """
+    return re.search(r"\+-|\+/-|±", text) is not None
+
+
+def split_deviation(text: str) -> tuple[str, str]:
+    """Return a value with its standard deviation as two texts with units; an `InputError` refuses another form.
+
+    >>> split_deviation("10 +- 0.5 MPa"), split_deviation("(45 ± 1) %"), split_deviation("10 MPa +- 5 %")
+    (('10 MPa', '0.5 MPa'), ('45 %', '1 %'), ('10 MPa', '5 %'))
+    """
+    rule = 'must be a value with its standard deviation; write e.g. "10 +- 0.5 MPa" or "10 MPa +- 5 %"'
+    if len(text) > _LONGEST:
+        raise InputError("", rule=rule)
+    both = _BOTH.fullmatch(text)
+    if both is not None and bool(both[1]) == bool(both[4]):
+        if both[5] == "%" and not both[1]:
+            hint = f'write "({both[2]} +- {both[3]}) %", or the deviation as a number'
+            raise InputError(
+                "", rule=f"has a percentage of which it is not clear whether it is one of the value; {hint}"
+            )
+        return f"{both[2]} {both[5]}".rstrip(), f"{both[3]} {both[5]}".rstrip()
+    each = _EACH.fullmatch(text)
+    if each is None:
+        raise InputError("", rule=rule)
+    return each[1].strip(), each[2].strip()
+
+
+def deviation_in_si(text: str, value: float, dimension: Dimension) -> float:
+    """Return a standard deviation in SI from a text with a unit, or in per cent of a value that is no percentage.
+
+    >>> deviation_in_si("0.5 MPa", 1e7, MODULUS), deviation_in_si("5 %", 1e7, MODULUS)
+    (500000.0, 500000.0)
+    >>> round(deviation_in_si("0.5 degC", 293.15, TEMPERATURE), 9)
+    0.5
+    """
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    if match is not None and match[2] == "%" and dimension not in (NUMBER, TEMPERATURE):
+        size = 0.01 * float(match[1]) * abs(value)
+    else:
+        size = to_si(text, dimension)
+        if match is not None and match[2]:
+            # Zero on the scale of degrees Celsius is not zero in SI.
+            size -= to_si(f"0 {match[2]}", dimension)
+    if not 0.0 < size < math.inf:
+        raise InputError("", rule="must have a standard deviation that is finite and > 0")
+    return size
+
+
 @cache
 def unit_registry() -> Any:
     """Return the registry of units that all parts of the package share."""
@@ -238,6 +318,11 @@ def to_si(text: str, dimension: Dimension) -> float:
     restitution.errors.InputError: is a time, not a length; write e.g. "10 mm", or a plain number in m
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
+    if match is None and has_deviation(text):
+        rule = (
+            "must have no standard deviation here: it is for the numbers of an impact that `restitution solve` takes"
+        )
+        raise InputError("", rule=rule)
     if match is None:
         raise InputError("", rule=f"cannot be read as a number and a unit; {dimension.advice}")
     number, name = float(match[1]), match[2]

@@ -141,6 +141,61 @@ def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_
     return replace(impact, **parts | {"material": material, "counter_material": counter})
 
 
+def numbers_by_name(impact: Impact, names: Iterable[str], field: str = "names") -> dict[str, Any]:
+    """Return the numbers of an impact by the names that `vary` takes, in the order of the names.
+
+    Raises
+    ------
+    InputError
+        If a name is not known or is that of a material, two names set the same, or the material has no such number.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    >>> ball = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=0.1)
+    >>> print(*numbers_by_name(ball, ["radius", "viscosity"]).values())
+    0.01 1000.0
+    """
+    chosen = [ALIASES.get(name, name) for name in names]
+    check_names(impact, chosen, field)
+    for name in chosen:
+        if name in (*MATERIALS, *_LISTS):
+            raise InputError(field, name, "must be the name of a number, such as velocity or branch_moduli[0]")
+    return {name: _number(impact, name) for name in chosen}
+
+
+def _number(impact: Impact, name: str) -> Any:
+    """Return one number of an impact by its name."""
+    if name in BODY:
+        return getattr(impact, name)
+    if name in (geometry := impact.profile.numbers) and name not in MATERIAL_NAMES:
+        return geometry[name]
+    material, shear = impact.material, impact.material.shear
+    if name in ("equilibrium_modulus", "poisson_ratio", "temperature"):
+        value = getattr(shear if name == "equilibrium_modulus" else material, name)
+        if value is None:
+            raise InputError("names", name, "must be known: the material has none")
+        return value
+    if name == "bulk_modulus":
+        return material.bulk.equilibrium_modulus if isinstance(material.bulk, PronySeries) else material.bulk
+    if match := _PLACE.fullmatch(name):
+        values: Any = getattr(shear, match[1])
+        if int(match[2]) >= shear.n_branches:
+            raise InputError("names", name, f"must be one of {shear.n_branches} branches of the material")
+        return values[..., int(match[2])][()]
+    if shear.n_branches != 1:
+        rule = f"must be of one branch, here there are {shear.n_branches}; use branch_moduli[0] and so on"
+        raise InputError("names", name, rule)
+    modulus, time = shear.branch_moduli[..., 0], shear.relaxation_times[..., 0]
+    own: dict[str, Any] = {"branch_modulus": modulus, "relaxation_time": time, "viscosity": modulus * time}
+    if name == "p3":
+        radius: Any = np.asarray(impact.profile.path_coefficient) ** 2
+        unit = viscosity_unit(shear.equilibrium_modulus, impact.mass, impact.velocity, radius[()])
+        return (own["viscosity"] / unit)[()]
+    return own[name][()] if name in own else (shear.equilibrium_modulus / modulus)[()]
+
+
 def is_standard_solid(material: Material) -> bool:
     """Return whether materials have one branch, no dashpot in parallel, and a constant bulk modulus."""
     shear = material.shear

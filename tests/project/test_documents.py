@@ -43,7 +43,7 @@ def test_code_beside_the_data_prints_what_the_page_shows(name, capsys, monkeypat
     assert capsys.readouterr().out == "".join(blocks(f"docs/{name}.md", "text"))
 
 
-@pytest.mark.parametrize("name", ["docs/indentation.md", "docs/geometries.md"])
+@pytest.mark.parametrize("name", ["docs/indentation.md", "docs/geometries.md", "docs/error_bars.md"])
 def test_code_prints_what_the_page_shows(name, capsys):
     run(name)
     assert capsys.readouterr().out == "".join(blocks(name, "text"))
@@ -53,7 +53,9 @@ SOLID = 'equilibrium_modulus = "1 MPa"\nbranch_modulus = "2 MPa"\nviscosity = "2
 REST = case_file(material=SOLID, impact='velocity = "0.1 m/s"')
 
 
-@pytest.mark.parametrize(("name", "rest"), [("docs/quickstart.md", ""), ("docs/geometries.md", REST)])
+@pytest.mark.parametrize(
+    ("name", "rest"), [("docs/quickstart.md", ""), ("docs/error_bars.md", ""), ("docs/geometries.md", REST)]
+)
 def test_case_files_are_solved(name, rest, folder):
     rows = "\n".join(f"{0.01 * k},{2.0 * (0.01 * k) ** 1.5}" for k in range(41))
     Path("twin.csv").write_text(f"depth [mm],force [N]\n{rows}\n")

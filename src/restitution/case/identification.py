@@ -25,8 +25,8 @@ from restitution.case.axes import distribution, number, read_axis
 from restitution.case.material import AnyMaterial, ModelSection
 from restitution.case.observations import KINDS, read_observations
 from restitution.case.profile import AnyProfile
-from restitution.case.quantity import Reader, nonnegative, positive, split_list, within
-from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, toml_value
+from restitution.case.quantity import Reader, nonnegative, positive, within
+from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, split_list, toml_value
 from restitution.errors import InputError
 from restitution.identification.observations import Noise, Observations
 from restitution.identification.parameters import SPECTRUM

@@ -7,26 +7,29 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, StrictBool, StrictInt, model_validator
+from pydantic import Field, StrictBool, StrictInt, field_validator, model_validator
 
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import nonnegative, of, positive
-from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
+from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, without_deviations
 from restitution.checks import plain
 from restitution.contact.geometry import BALL_ON_TARGET
 from restitution.contact.profiles import Parabola, sphere_mass
+from restitution.errors import InputError
 from restitution.files import path_of
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, collision, fall_velocity, for_contact
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
-from restitution.quantities import LENGTH, NUMBER, TIME
+from restitution.quantities import DEFAULT_OUTPUTS, LENGTH, NUMBER, OUTPUTS, TIME, known
 
 if TYPE_CHECKING:
     from restitution.impact.bounces import Bounces
     from restitution.impact.result import ImpactResult
 
 MOST_BOUNCES = 1_000_000
+UNCERTAIN = ("body", "profile", "material", "counter_material", "counter_body", "impact")
+"""Sections whose numbers may have a standard deviation."""
 _SAME_SPOT = "whether each touch finds the imprint of the earlier ones, as it is then; a fresh surface otherwise"
 
 
@@ -122,6 +125,28 @@ class SolverSection(AccuracySection):
         return self
 
 
+class UncertaintySection(Section):
+    """Standard deviations of numbers of the impact, and how those of its outputs follow."""
+
+    deviations: Annotated[
+        dict[str, Any],
+        Field(description="standard deviations by the names of keys, as in `[axes]`, with a unit or in per cent"),
+    ] = {}  # noqa: RUF012 - pydantic copies it
+    outputs: Annotated[tuple[str, ...], Field(description="outputs that have them")] = DEFAULT_OUTPUTS
+    draws: Annotated[
+        StrictInt | None, Field(ge=10, le=1_000_000, description="random draws that check the linear deviations")
+    ] = None
+    seed: Annotated[StrictInt, Field(ge=0, description="seed of the draws")] = 0
+
+    @field_validator("outputs")
+    @classmethod
+    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        try:
+            return tuple(known("", name, OUTPUTS) for name in value)
+        except InputError as error:
+            refuse(error.rule)
+
+
 class CaseFile(Section):
     """A whole case file."""
 
@@ -143,6 +168,7 @@ class CaseFile(Section):
     impact: ImpactSection
     bounces: BouncesSection = BouncesSection()
     solver: SolverSection = SolverSection()
+    uncertainty: UncertaintySection | None = None
 
     @model_validator(mode="after")
     def _check(self) -> CaseFile:
@@ -212,7 +238,8 @@ def _or(value: Any, default: float) -> Any:
 class Case:
     """An impact as a case file describes it, in SI; made by `read_case`.
 
-    `options` are the keyword arguments of `solve`, `sections` the checked content of the file.
+    `options` are the keyword arguments of `solve`, `sections` the checked content of the file. `deviations` are the
+    standard deviations that stand behind values, as texts by the places of their keys.
     """
 
     path: Path
@@ -220,6 +247,12 @@ class Case:
     impact: Impact
     options: dict[str, Any]
     sections: CaseFile = field(repr=False)
+    deviations: dict[str, str] = field(default_factory=dict[str, str], repr=False)
+
+    @property
+    def states_deviations(self) -> bool:
+        """Whether the file has standard deviations, behind values or in a section."""
+        return bool(self.deviations) or self.sections.uncertainty is not None
 
     @property
     def arrangement(self) -> str:
@@ -320,7 +353,8 @@ def notes_on(material: Material, counter: Material | None) -> list[str]:
 def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     """Read a case file, in TOML: a quantity is a plain number in SI or a text with a unit such as "10 mm".
 
-    With `any_velocity` the file may lack the velocity, which does not matter then.
+    Numbers of the impact may have a standard deviation, as in "10 +- 0.5 mm", which `restitution solve` takes to the
+    outputs. With `any_velocity` the file may lack the velocity, which does not matter then.
 
     Raises
     ------
@@ -354,7 +388,9 @@ def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     motion: Any = content.setdefault("impact", {}) if any_velocity else None
     if isinstance(motion, dict) and not {"velocity", "drop_height"} & set(motion):
         motion["velocity"] = 1.0
+    with in_file(path):
+        deviations = without_deviations(content, UNCERTAIN)
     sections = read_sections(CaseFile, path, content)
     with in_file(path):
         impact = sections.build()
-    return Case(path, sections.title, impact, sections.solver.options, sections)
+    return Case(path, sections.title, impact, sections.solver.options, sections, deviations)

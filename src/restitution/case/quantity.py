@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,14 +12,13 @@ import numpy as np
 from pydantic import BeforeValidator
 from pydantic_core import core_schema
 
+from restitution.case.section import split_list
 from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.material.models import Constant
 from restitution.material.sheet import FileError, Sheet, decoded, read_bytes, read_sheet, split_lines
 from restitution.quantities import CONSTANTS, INPUTS, SHIFTS, Quantity
 from restitution.units import ANGLE, Dimension, to_si
-
-_LIST = re.compile(r"\s*\[([^\]]*)\]([^\]]*)")
 
 
 @dataclass(frozen=True)
@@ -76,17 +74,6 @@ def nonnegative(dimension: Dimension, words: str = "") -> Reader:
 def within(dimension: Dimension, low: float, high: float, words: str = "") -> Reader:
     """Read a quantity in the closed interval [low, high]."""
     return Reader(Quantity("value", dimension, words, low=low, high=high))
-
-
-def split_list(value: Any) -> Any:
-    """Turn "[1, 2, 3] s" into a list of texts with the unit of each; return anything else as it is."""
-    if not isinstance(value, str):
-        return value
-    match = _LIST.fullmatch(value)
-    if match is None:
-        raise InputError("", rule='must be a list; write e.g. [1, 2, 3] or "[1, 2, 3] s"')
-    items, unit = match[1].strip(), match[2].strip()
-    return [f"{item.strip()} {unit}".strip() for item in items.split(",")] if items else []
 
 
 LIST = BeforeValidator(split_list)

@@ -17,7 +17,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, Wit
 
 from restitution.errors import ABSENT, InputError
 from restitution.quantities import advice
+from restitution.units import has_deviation, split_deviation
 
+_LIST = re.compile(r"\s*\[([^\]]*)\]([^\]]*)")
+# Keys whose texts are no quantities.
+_WORDS = ("name", "file", "material_name", "library", "model", "type", "terms", "shift")
 # Mistakes that one message lists.
 _MOST_MISTAKES = 10
 # tomllib takes quadratic time and memory for keys of many parts.
@@ -198,6 +202,47 @@ def read_toml(path: Path) -> dict[str, Any]:
         fail("not valid TOML: nested too deeply")
     except ValueError as error:
         fail(f"not valid TOML: {error}")
+
+
+def split_list(value: Any) -> Any:
+    """Turn "[1, 2, 3] s" into a list of texts with the unit of each; return anything else as it is."""
+    if not isinstance(value, str):
+        return value
+    match = _LIST.fullmatch(value)
+    if match is None:
+        raise InputError("", rule='must be a list; write e.g. [1, 2, 3] or "[1, 2, 3] s"')
+    items, unit = match[1].strip(), match[2].strip()
+    return [f"{item.strip()} {unit}".strip() for item in items.split(",")] if items else []
+
+
+def without_deviations(content: dict[str, Any], sections: Iterable[str]) -> dict[str, str]:
+    """Take the standard deviations out of the texts of some sections; return them by the places of their keys.
+
+    >>> content = {"body": {"mass": "5 +- 0.1 g", "radius": "10 mm"}}
+    >>> without_deviations(content, ["body"]), content
+    ({'body.mass': '0.1 g'}, {'body': {'mass': '5 g', 'radius': '10 mm'}})
+    """
+    taken: dict[str, str] = {}
+
+    def without(value: Any, *above: str | int) -> Any:
+        if isinstance(value, dict):
+            return {key: without(item, *above, key) for key, item in cast("dict[str, Any]", value).items()}
+        if isinstance(value, str) and value.lstrip().startswith("[") and has_deviation(value):
+            value = split_list(value)
+        if isinstance(value, list):
+            return [without(item, *above, n) for n, item in enumerate(cast("list[Any]", value))]
+        if not isinstance(value, str) or above[-1] in _WORDS or not has_deviation(value):
+            return value
+        try:
+            plain, taken[key_path(above)] = split_deviation(value)
+        except InputError as error:
+            raise InputError(key_path(above), value, error.rule) from None
+        return plain
+
+    for name in sections:
+        if name in content:
+            content[name] = without(content[name], name)
+    return taken
 
 
 def key_path(parts: Sequence[str | int]) -> str:

@@ -18,8 +18,7 @@ from pydantic import StrictInt, field_validator
 from restitution.case.axes import place_of, read_axes
 from restitution.case.impact import CaseFile, SolverSection
 from restitution.case.material import is_fractional
-from restitution.case.quantity import split_list
-from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
+from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, split_list
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.models import material_models
@@ -28,7 +27,7 @@ from restitution.sweeps.grid import Values, make_grid
 from restitution.sweeps.plan import Plan, Template, Vary, describe, dimensionless_template
 from restitution.variation import MATERIALS, check_rivals, varied
 
-_ENTRY = re.compile(r"(.+)\[(\d+)\]")
+ENTRY = re.compile(r"(.+)\[(\d+)\]")
 
 _SOLID = "standard_solid"
 # Axes that set a constant of a standard solid by way of another key, which the file need not have.
@@ -86,6 +85,11 @@ def read_sweep(path: str | Path) -> Plan:
     """
     path = Path(path)
     data = read_toml(path)
+    if "uncertainty" in data:
+        with in_file(path):
+            refuse(
+                "belongs to a single impact, for `restitution solve`; [samples] draws random impacts", "uncertainty"
+            )
     axes = read_axes(path, data.pop("axes", None), data.pop("samples", None))
     return plan_case(path, data, axes, path.read_text(encoding="utf-8-sig"))
 
@@ -240,7 +244,7 @@ def put(case: dict[str, Any], place: str, value: Any) -> None:
         target = target.setdefault(name, {})
         if not isinstance(target, dict):
             refuse(f"{name} is no table; a range is written {{ linear = [low, high], n = 5 }}", place)
-    match = _ENTRY.fullmatch(key)
+    match = ENTRY.fullmatch(key)
     if match is None:
         target[key] = value
         return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -15,6 +15,9 @@ from restitution.cli import terminal as cli
 from restitution.cli.terminal import argument, quantity, target
 from restitution.files import TABLES, write_table, write_text
 from restitution.units import TIME
+
+if TYPE_CHECKING:
+    from restitution.propagation.result import UncertaintyResult
 
 
 def solve(
@@ -30,6 +33,7 @@ def solve(
 ) -> None:
     """Solve the impact that a case file describes.
 
+    Values such as "10 +- 0.5 MPa" give e and the other outputs their standard deviations.
     Example: restitution solve examples/rubber_ball.toml --plot picture.png
     """
     from restitution.impact.window import require_known
@@ -40,12 +44,19 @@ def solve(
     with cli.compilation():
         require_known(problem.impact, extrapolate=extrapolate)
         result = problem.solve()
+        uncertain = _propagated(problem)
     for time in pressure_at or []:
         if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
             end = f"{result.contact_time:.6g} s"
             raise cli.BadInput(f"--pressure-at {time:g} s: must be within the contact, which lasts {end}")
     title, notes = problem.title or str(case), problem.notes(result.impact)
-    tables.answer(result, title, problem.arrangement, json=json, notes=notes, energy_residual=result.energy.residual)
+    lines: tuple[str, ...] = () if uncertain is None else uncertain.lines
+    more: dict[str, Any] = {"energy_residual": result.energy.residual}
+    if uncertain is not None:
+        more["uncertainty"] = uncertain
+    tables.answer(result, title, problem.arrangement, *lines, json=json, notes=notes, **more)
+    if uncertain is not None and not json:
+        cli.report("warning", *uncertain.warnings)
     if history is not None:
         tables.write_history(result, history, title)
     if plot is not None:
@@ -53,6 +64,15 @@ def solve(
         from restitution.plot.impact import overview
 
         tables.save_picture(overview(result, pressure_at or None, title=problem.title or ""), plot)
+
+
+def _propagated(problem: rs.Case) -> UncertaintyResult | None:
+    """Return the outputs with standard deviations; None, without loading what it takes, where the file has none."""
+    if not problem.states_deviations:
+        return None
+    from restitution.case.uncertainty import propagate_case
+
+    return propagate_case(problem)
 
 
 def standard_solid(
@@ -137,6 +157,10 @@ def bounce(
         result = problem.bounces()
         require_known(result.impact, result.velocity, extrapolate=extrapolate)
     title, notes = problem.title or str(case), problem.notes(result.impact)
+    if problem.states_deviations:
+        notes.append(
+            "the bounces are those of the values; `restitution solve` takes standard deviations to the outputs"
+        )
     more = {"n_bounces": result.n_bounces, "ended": str(result.ended)}
     tables.answer(result, title, json=json, plot=plot, notes=notes, **more)
     if out is not None:

@@ -163,14 +163,14 @@ class ObliqueResult(Result):
     def to_dataset(self) -> xarray.Dataset:
         """Return all outputs, the normal restitution and the status over the named axes, or over dim_0 and so on."""
         shape = np.shape(self.status)
-        axes = getattr(self.tangential_restitution_coefficient, "coords", None)
+        first = self.tangential_restitution_coefficient
         variables = {name: (np.asarray(getattr(self, name)), OBLIQUE[name].attributes) for name in OBLIQUE}
         variables[STATUS] = np.asarray(self.status), Status.attributes()
-        if axes is None:
+        if not hasattr(first, "dims"):
             return unnamed(shape).dataset(variables, {"rtol": self.rtol})
-        import xarray as xr
-
-        return xr.Dataset({name: getattr(self, name) for name in variables}, attrs={"rtol": self.rtol})
+        columns = {name: getattr(self, name) for name in variables}
+        named_ones: Any = first
+        return named_ones.coords.to_dataset().assign(columns).assign_attrs(rtol=self.rtol)
 
     def plot(self) -> Figure:
         """Return the figure of the impact, or of several e_t and the angle of the rebound."""

@@ -1,0 +1,254 @@
+"""Derivatives of impacts against closed forms that mpmath differentiates, and against dimensional analysis."""
+
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+import xarray as xr
+
+import restitution as rs
+from cases import BALL
+from refusals import named
+
+pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+RNG = np.random.default_rng()
+# The accuracy that the documentation states.
+RTOL = 1e-7
+FOUR = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
+
+
+def differentiated(function: Any, numbers: dict[str, float], name: str) -> float:
+    """Derivative of a function of named numbers by one of them, with 40 digits."""
+    with mp.workdps(40):
+        exact = {key: mp.mpf(value) for key, value in numbers.items()}
+        return float(mp.diff(lambda x: function(**{**exact, name: x}), exact[name]))
+
+
+def hertz_depth(velocity: Any, mass: Any, radius: Any, equilibrium_modulus: Any, poisson_ratio: Any) -> Any:
+    """Largest depth of an elastic sphere: 8/15 E* sqrt(R) d^2.5 = m v^2/2 with E* = 2 G/(1 - nu) (Hertz 1882)."""
+    modulus = 2 * equilibrium_modulus / (1 - poisson_ratio)
+    return (15 * mass * velocity**2 / (16 * modulus * mp.sqrt(radius))) ** (mp.mpf(2) / 5)
+
+
+def hertz_time(**numbers: Any) -> Any:
+    """Contact time 4 sqrt(pi) Gamma(2/5)/(5 Gamma(9/10)) d/v."""
+    factor = 4 * mp.sqrt(mp.pi) * mp.gamma(mp.mpf(2) / 5) / (5 * mp.gamma(mp.mpf(9) / 10))
+    return factor * hertz_depth(**numbers) / numbers["velocity"]
+
+
+def hertz_force(**numbers: Any) -> Any:
+    return mp.mpf(5) / 4 * numbers["mass"] * numbers["velocity"] ** 2 / hertz_depth(**numbers)
+
+
+def test_elastic_spheres() -> None:
+    numbers = {
+        "velocity": float(10.0 ** RNG.uniform(-2.0, 1.0)),
+        "mass": float(10.0 ** RNG.uniform(-4.0, 0.0)),
+        "radius": float(10.0 ** RNG.uniform(-3.0, -1.0)),
+        "equilibrium_modulus": float(10.0 ** RNG.uniform(5.0, 10.0)),
+        "poisson_ratio": float(RNG.uniform(-0.5, 0.49)),
+    }
+    solid = rs.elastic(shear_modulus=numbers["equilibrium_modulus"], poisson_ratio=numbers["poisson_ratio"])
+    ball = rs.Impact(solid, rs.Parabola(numbers["radius"]), mass=numbers["mass"], velocity=numbers["velocity"])
+    found = rs.derivatives(ball, numbers, FOUR)
+    forms = {"contact_time": hertz_time, "max_indentation_depth": hertz_depth, "max_force": hertz_force}
+    for output, form in forms.items():
+        for name in numbers:
+            exact = differentiated(form, numbers, name)
+            assert found[output, name] == pytest.approx(exact, rel=RTOL, abs=0.0), (output, name)
+            error = found.errors[found.outputs.index(output), found.inputs.index(name)]
+            # The estimate covers the error down to the rounding of the derivative itself.
+            assert abs(found[output, name] - exact) < error + 1e-14 * abs(exact)
+    # e is 1, whatever the numbers are.
+    assert np.all(np.abs(found.elasticities[0]) < RTOL)
+    assert found.warnings == ()
+
+
+def punch(name: str, **numbers: float) -> rs.Impact:
+    """A flat punch on an incompressible material, of which E* = 4 G."""
+    build = getattr(rs, name)
+    solid = build(numbers["modulus"], numbers["viscosity"], bulk_modulus=np.inf)
+    return rs.Impact(solid, rs.FlatPunch(numbers["radius"]), mass=numbers["mass"], velocity=1.0)
+
+
+def test_flat_punch_on_kelvin_voigt() -> None:
+    """e = exp(-2 D acos(D)/sqrt(1 - D^2)) with D = tau sqrt(2 E* a/m)/2 (Schwager and Poeschel 2007)."""
+
+    def restitution(mass: Any, radius: Any, equilibrium_modulus: Any) -> Any:
+        damping = mp.mpf(900) / equilibrium_modulus * mp.sqrt(8 * equilibrium_modulus * radius / mass) / 2
+        return mp.exp(-2 * damping * mp.acos(damping) / mp.sqrt(1 - damping**2))
+
+    numbers = {"mass": float(RNG.uniform(0.5, 5.0)), "radius": 0.01, "equilibrium_modulus": 1e6}
+    impact = punch("kelvin_voigt", modulus=1e6, viscosity=900.0, radius=0.01, mass=numbers["mass"])
+    found = rs.derivatives(impact, [*numbers, "velocity"])
+    for name in numbers:
+        exact = differentiated(restitution, numbers, name)
+        assert found["restitution_coefficient", name] == pytest.approx(exact, rel=RTOL, abs=0.0)
+    assert abs(found["restitution_coefficient", "velocity"]) < RTOL
+
+
+def test_flat_punch_on_maxwell() -> None:
+    """e = exp(-pi D/sqrt(1 - D^2)) with D = sqrt(m/(2 E* a))/(2 tau), T half a period."""
+
+    def rate(mass: Any, radius: Any, branch_modulus: Any, viscosity: Any) -> tuple[Any, Any]:
+        natural = mp.sqrt(8 * branch_modulus * radius / mass)
+        return natural, branch_modulus / viscosity / (2 * natural)
+
+    def restitution(**numbers: Any) -> Any:
+        damping = rate(**numbers)[1]
+        return mp.exp(-mp.pi * damping / mp.sqrt(1 - damping**2))
+
+    def time(**numbers: Any) -> Any:
+        natural, damping = rate(**numbers)
+        return mp.pi / (natural * mp.sqrt(1 - damping**2))
+
+    numbers = {"mass": 1.0, "radius": 0.01, "branch_modulus": 1e6, "viscosity": float(RNG.uniform(2500.0, 1e4))}
+    impact = punch("maxwell", modulus=1e6, viscosity=numbers["viscosity"], radius=0.01, mass=1.0)
+    found = rs.derivatives(impact, numbers)
+    for name in numbers:
+        for output, form in (("restitution_coefficient", restitution), ("contact_time", time)):
+            exact = differentiated(form, numbers, name)
+            assert found[output, name] == pytest.approx(exact, rel=RTOL, abs=0.0), (output, name)
+
+
+def random_ball() -> rs.Impact:
+    low, high = RNG.uniform(5.0, 7.0), RNG.uniform(0.3, 2.0)
+    solid = rs.standard_solid(
+        10**low, 10 ** (low + high), 10 ** RNG.uniform(2.0, 4.0), poisson_ratio=RNG.uniform(0, 0.49)
+    )
+    mass, velocity, radius = 10 ** RNG.uniform(-3.0, -1.0), 10 ** RNG.uniform(-1.0, 0.5), 10 ** RNG.uniform(-2.5, -1.5)
+    return rs.Impact(solid, rs.Parabola(radius), mass=mass, velocity=velocity)
+
+
+def test_dimensional_analysis() -> None:
+    """e depends on nu, Ginf/G1 and p3 = eta (v R/(m^2 Ginf^3))^(1/5) alone, so that its elasticities have ratios."""
+    for _ in range(5):
+        found = rs.derivatives(
+            random_ball(), ["velocity", "radius", "mass", "viscosity", "equilibrium_modulus", "branch_modulus",
+                            "poisson_ratio"], "restitution_coefficient",
+        )  # fmt: skip
+        velocity, radius, mass, viscosity, *moduli, _ = found.elasticities[0]
+        errors = found.errors[0] * np.array([*found.at.values()]) / found.values["restitution_coefficient"]
+        # Sums of several elasticities.
+        bound = 3.0 * errors.max()
+        assert bound < RTOL
+        assert abs(velocity - viscosity / 5) < bound
+        assert abs(radius - viscosity / 5) < bound
+        assert abs(mass + 2 * viscosity / 5) < bound
+        # At a constant Poisson ratio, which is among the names.
+        assert abs(sum(moduli) + 3 * viscosity / 5) < bound
+
+
+def test_material_without_bulk_stiffness() -> None:
+    """At nu = -1, e is that of nu = 1/2 at 4^(-2/5) p3, and so is its elasticity by p3."""
+    soft, hard = (
+        rs.standard_solid(1.0, 3.0, eta, poisson_ratio=nu) for nu, eta in ((-1.0, 1.7), (0.5, 1.7 * 0.25**0.4))
+    )
+    slopes = [
+        rs.derivatives(rs.Impact(solid, rs.Parabola(1.0), 1.0, 1.0), "p3", "restitution_coefficient").elasticities
+        for solid in (soft, hard)
+    ]
+    assert slopes[0] == pytest.approx(slopes[1], rel=RTOL)
+
+
+def test_end_of_a_range_is_left_to_one_side() -> None:
+    """The slope at nu = 1/2 is the limit of slopes below it; e is smooth in nu."""
+    at = rs.derivatives(rs.vary(BALL, {"nu": 0.5}), "nu")
+    near = rs.derivatives(rs.vary(BALL, {"nu": [0.5 - 2e-4, 0.5 - 1e-4]}), "nu").matrix[:, 0]
+    # The straight line through two slopes errs by the product of the two distances.
+    limit = near[:, 1] + (near[:, 1] - near[:, 0])
+    assert at.matrix[:, 0] == pytest.approx(limit, rel=1e-4)
+    assert at.warnings == ()
+
+
+def test_numbers_at_zero_take_a_step_of_the_user() -> None:
+    """Energy balance of a weak force on an elastic half-space: the largest depth grows by dd = F0 d/F_max."""
+    ball = rs.Impact(rs.elastic(shear_modulus=1e6, poisson_ratio=0.3), rs.Parabola(0.01), mass=0.005, velocity=1.0)
+    assert named(lambda: rs.derivatives(ball, "external_force")) == ("external_force", 0.0)
+    found = rs.derivatives(ball, "external_force", steps={"external_force": 0.01})
+    depth, force = found.values["max_indentation_depth"], found.values["max_force"]
+    assert found["max_indentation_depth", "external_force"] == pytest.approx(float(depth / force), rel=RTOL)
+
+
+def test_arrays_have_the_derivatives_of_their_impacts() -> None:
+    velocity = xr.DataArray([0.5, 1.0, 2.0], dims="velocity", coords={"velocity": [0.5, 1.0, 2.0]})
+    radius = xr.DataArray([0.01, 0.02], dims="radius")
+    several = rs.vary(BALL, {"velocity": velocity, "radius": radius})
+    found = rs.derivatives(several, ["velocity", "viscosity"])
+    assert found.matrix.shape == (4, 2, 3, 2)
+    single = rs.derivatives(rs.vary(BALL, {"velocity": 2.0, "radius": 0.01}), ["velocity", "viscosity"])
+    assert found.matrix[..., 2, 0] == pytest.approx(single.matrix, rel=1e-8)
+    table = found.to_dataset()
+    assert table.sizes == {"input": 2, "velocity": 3, "radius": 2}
+    chosen = table["contact_time"].sel(input="viscosity", velocity=2.0).values[0]
+    assert chosen == pytest.approx(single["contact_time", "viscosity"], rel=1e-8)
+
+
+def test_branches_and_temperature() -> None:
+    """The shift divides all times: dy/dT = sum dy/dtau_k dtau_k/dT with the law of Williams, Landel and Ferry."""
+    series = rs.PronySeries(1e6, [4e6, 3e6], [1e-4, 2e-3])
+    solid = rs.Material(series, 1e9, shift=rs.WLF(293.15, 9.0, 110.0), temperature=293.15)
+    ball = rs.Impact(solid.at(300.0), rs.Parabola(0.01), mass=0.005, velocity=0.5)
+    found = rs.derivatives(ball, ["relaxation_times[0]", "relaxation_times[1]"])
+    by_temperature = rs.derivatives(ball, ["temperature"])
+    # log10 a = -9 (T - 293.15)/(110 + T - 293.15)
+    rate = -9.0 * 110.0 / (110.0 + 300.0 - 293.15) ** 2 * np.log(10.0)
+    expected = rate * sum(found.matrix[:, k] * found.at[f"relaxation_times[{k}]"] for k in (0, 1))
+    assert by_temperature.matrix[:, 0] == pytest.approx(expected, rel=RTOL)
+
+
+def test_ends_that_differ_have_no_derivative() -> None:
+    """A weight that holds the body within the steps of the velocity: e falls to 0."""
+    kelvin = rs.standard_solid(1e4, 1e7, 1e3, poisson_ratio=0.45)
+    ball = rs.Impact(kelvin, rs.Parabola(0.01), mass=0.005, velocity=1.0, external_force=0.05)
+    low, high = 1e-4, 1.0
+    for _ in range(40):
+        middle = np.sqrt(low * high)
+        captured = rs.solve(rs.vary(ball, {"velocity": middle})).status != rs.Status.SEPARATED
+        low, high = (middle, high) if captured else (low, middle)
+    # Eight per cent below, the weight holds the body; one per cent below, it does not.
+    found = rs.derivatives(rs.vary(ball, {"velocity": 1.01 * high}), "velocity", FOUR, rtol=1e-9)
+    near = rs.derivatives(rs.vary(ball, {"velocity": 1.05 * high}), "velocity", FOUR, steps={"velocity": 0.01 * high})
+    assert np.isfinite(near.matrix).all()
+    # A smaller step, which stays on one side, is found without help.
+    assert np.isfinite(found.matrix).all()
+    close = rs.derivatives(rs.vary(ball, {"velocity": 1.0001 * high}), "velocity", FOUR)
+    assert np.isnan(close.matrix).all()
+    assert np.isinf(close.errors).all()
+    assert len(close.warnings) == 4
+
+
+@pytest.mark.parametrize(
+    ("names", "options", "where"),
+    [
+        (["speed"], {}, ("names",)),
+        (["material"], {}, ("names", "material")),
+        ([], {}, ("names",)),
+        (["branch_moduli[3]"], {}, ("names", "branch_moduli[3]")),
+        (["impedance"], {}, ("impedance", np.inf)),
+        (["velocity"], {"outputs": ["energy_residual"]}, ("outputs", "energy_residual")),
+        (["velocity"], {"steps": {"velocity": -1.0}}, ("steps.velocity", -1.0)),
+        (["velocity"], {"steps": {"mass": 1.0}}, ("steps", "mass")),
+        (["velocity"], {"rtol": 1.0}, ("rtol", 1.0)),
+        (["viscosity", "relaxation_time"], {}, ("names",)),
+    ],
+)
+def test_refused(names: list[str], options: dict[str, Any], where: tuple[Any, ...]) -> None:
+    assert named(lambda: rs.derivatives(BALL, names, **options)) == where
+
+
+def test_shows_itself() -> None:
+    found = rs.derivatives(BALL, ["velocity", "viscosity"])
+    assert "velocity" in str(found)
+    assert found.to_dict()["inputs"] == ["velocity", "viscosity"]
+    assert "restitution_coefficient" in repr(found) or "4 outputs" in repr(found)
+
+
+def test_picture_has_a_bar_for_each_pair() -> None:
+    found = rs.derivatives(BALL, ["velocity", "viscosity", "mass"])
+    bars: Any = found.plot().axes[0].patches
+    widths = [bar.get_width() for bar in bars]
+    assert widths == pytest.approx(found.elasticities.T.ravel().tolist())
+    several = rs.derivatives(rs.vary(BALL, {"velocity": [0.5, 1.0]}), "viscosity")
+    assert named(several.plot)[0] == "impact"
