@@ -14,8 +14,7 @@ from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.history import History
 from restitution.indentation.panels import PanelSolution, solve_by_panels
-from restitution.indentation.rim import steady_state
-from restitution.indentation.solid import solid_of
+from restitution.indentation.rim import steady_states
 from restitution.indentation.solve import contact_of
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
@@ -26,7 +25,8 @@ from restitution.units import FORCE, LENGTH, MODULUS, in_words
 if TYPE_CHECKING:
     import xarray
 
-_ORDERS, _TIMES = 64, 257
+# Harmonics, times of a period, and parts of the rim.
+_ORDERS, _TIMES, _PARTS = 64, 257, 6
 # Points of a period whose harmonics are taken; the force has a weak kink at both turnings of the front.
 _SAMPLES = 1024
 _MOST_CYCLES = 512
@@ -278,21 +278,21 @@ def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, ra
     """Return the steady state under a prescribed depth."""
     if series.is_liquid:
         raise InputError("cycles", rule="must be given for a liquid, which yields until the indenter has no load")
-    profile, omega = contact.profile, 2.0 * math.pi * rate
-    typical = abs(complex(series.complex_modulus(omega)))
-    radius = float(np.asarray(profile.stiffness_radius(mean)))
-    scaled = PronySeries(
-        series.equilibrium_modulus / typical, series.branch_moduli / typical, series.relaxation_times * rate,
-        parallel_viscosity=series.parallel_viscosity * rate / typical,
-    )  # fmt: skip
-    steady = steady_state(profile, solid_of(scaled), 1.0, swing / mean, mean, radius, _ORDERS)
-    forces = 2.0 * typical * radius * mean * steady.coefficients * np.where(np.arange(_ORDERS) > 0, 2j, 1.0)
+    profile, one = contact.profile, np.ones(1)
+    steady = steady_states(
+        profile, series.broadcast_to((1,)), mean * one, swing * one, rate * one, count=_ORDERS, parts=_PARTS
+    )
+    if not steady.solved[0]:
+        raise InputError("cycles", rule="must be given: the steady state of this oscillation is not found")
     depths = np.zeros(_ORDERS, dtype=complex)
     depths[:2] = mean, swing
-    radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost * mean, mean + swing))
+    radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost[0], mean + swing))
     # The contact is lost where no element follows for ever.
-    least = radii[0] if steady.innermost > 0.0 else 0.0
-    return _result(contact, series, depths, forces, rate, (least, radii[1]), steady.share, OscillationStatus.STEADY)
+    least = radii[0] if steady.innermost[0] > 0.0 else 0.0
+    share = float(steady.share[0])
+    return _result(
+        contact, series, depths, steady.harmonics[0], rate, (least, radii[1]), share, OscillationStatus.STEADY
+    )
 
 
 def _cycles(
