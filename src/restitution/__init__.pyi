@@ -29,9 +29,10 @@ from .identification.curves import IndentationCurve as IndentationCurve
 from .identification.design import design as design
 from .identification.identify import identify as identify
 from .identification.impacts import Rebounds as Rebounds
-from .identification.impacts import effective_moduli as effective_moduli
 from .identification.map import identify_map as identify_map
 from .identification.observations import Noise as Noise
+from .identification.oscillations import Oscillations as Oscillations
+from .identification.readings import effective_moduli as effective_moduli
 from .identification.records import BounceTimes as BounceTimes
 from .identification.records import ForceHistory as ForceHistory
 from .identification.result import Identification as Identification
