@@ -2,12 +2,14 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import restitution as rs
 from refusals import named
+from restitution.case.observations import read_observations
 from restitution.identification.oscillations import Oscillations
 
 TIP = rs.Parabola(1.0)
@@ -193,3 +195,84 @@ PARTS = {"storage_stiffness": 2.0, "loss_stiffness": 1.0}
 )
 def test_silly_input_is_refused(change, field):
     assert named(lambda: Oscillations(**GOOD | change))[0] == field
+
+
+# Materials from oscillations.
+
+GEL = {"equilibrium_modulus": 1.0, "branch_modulus": 4.0, "viscosity": 2.0}
+
+
+def sheet(rng, profile, *, parts, noise=0.01):
+    """Return noisy readings of a standard solid at eight frequencies and two depths."""
+    frequency, depth = np.tile(np.geomspace(0.03, 3.0, 8), 2), np.repeat([0.3, 0.5], 8)
+    material, amplitude = rs.standard_solid(**GEL, poisson_ratio=0.5), 0.1 * depth
+    waves = [
+        rs.oscillate(material, profile, depth=d, amplitude=0.1 * d, frequency=f)
+        for d, f in zip(depth, frequency, strict=True)
+    ]
+    force = np.array([wave.force_harmonics[:2] for wave in waves])
+    shaken = 1.0 + noise * rng.normal(size=(2, depth.size))
+    columns = {"frequency": frequency, "depth": depth, "depth_amplitude": amplitude, "profile": profile}
+    columns["mean_force"] = force[:, 0].real * shaken[0]
+    if parts:
+        stiffness = force[:, 1] / amplitude
+        more = noise * np.abs(stiffness) * rng.normal(size=(2, depth.size))
+        columns |= {"storage_stiffness": stiffness.real + more[0], "loss_stiffness": stiffness.imag + more[1]}
+        names = dict.fromkeys(("storage_stiffness", "loss_stiffness", "mean_force"), "1 %")
+        return Oscillations(**columns, noise=rs.Noise(**names))
+    columns |= {"force_amplitude": np.abs(force[:, 1]) * shaken[1]}
+    columns |= {"phase": np.angle(force[:, 1]) + noise * rng.normal(size=depth.size)}
+    return Oscillations(**columns, noise=rs.Noise(force_amplitude="1 %", mean_force="1 %", phase=0.01))
+
+
+@pytest.mark.parametrize("profile", [rs.Parabola(2.0), rs.Cone(1.2)], ids=["parabola", "cone"])
+@pytest.mark.parametrize("parts", [True, False])
+def test_exact_readings_give_the_material(profile, parts):
+    data = sheet(np.random.default_rng(1), profile, parts=parts, noise=0.0)
+    found = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    for name, value in GEL.items():
+        assert found.parameters[name].value == pytest.approx(value, rel=1e-5)
+    assert len(found.plot().axes) >= 3
+
+
+@pytest.mark.slow
+def test_intervals_cover_the_truth():
+    """Twenty noisy sheets, three constants each: 95 % intervals miss at most 9 of 60, with a probability of 0.998."""
+    rng, missed = np.random.default_rng(2), 0
+    for n in range(20):
+        data = sheet(rng, TIP, parts=bool(n % 2))
+        found = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+        for name, value in GEL.items():
+            low, high = found.parameters[name].interval
+            missed += not low < value < high
+            assert found.parameters[name].standard_error < 0.05 * value
+    assert missed <= 9
+
+
+def test_the_reading_of_the_textbook_is_worse():
+    """Moduli read with a constant radius have errors beyond their noise, which the exact rim does not have."""
+    data = sheet(np.random.default_rng(3), TIP, parts=True)
+    apart = {}
+    for name, moduli in (("read", data.apparent_modulus), ("corrected", None)):
+        if moduli is None:
+            table = rs.effective_moduli(data)
+            moduli = table.storage_modulus + 1j * table.loss_modulus
+        series = rs.reduced_modulus(rs.standard_solid(**GEL, poisson_ratio=0.5))
+        true = series.complex_modulus(2.0 * math.pi * data.frequency)
+        apart[name] = np.sqrt(np.mean(np.abs(moduli / true - 1.0) ** 2))
+    assert apart["corrected"] < 0.02 < 0.04 < apart["read"]
+
+
+def test_a_file_of_oscillations(folder):
+    header = "frequency [Hz],d0 [nm],d1 [nm],F1 [pN],phase [deg],sd_F1 [pN],sd_phase [deg]"
+    Path("tip.csv").write_text("\n".join([header, "1,80,2,3,30,0.1,1", "2,80,2,4,20,0.1,1", ""]))
+    data = read_observations("tip.csv", radius=1e-6)
+    assert isinstance(data, Oscillations)
+    stiffness = np.array([3e-3, 4e-3]) / 2.0 * np.exp(1j * np.radians([30.0, 20.0]))
+    assert data.stiffness == pytest.approx(stiffness, rel=1e-12)
+    assert data.modulus_noise[0] * 2.0 * math.sqrt(1e-6 * 80e-9) == pytest.approx(
+        np.hypot(np.cos(np.angle(stiffness)) * 0.1e-3 / 2.0, stiffness.imag * math.radians(1.0)), rel=1e-9
+    )
+    Path("tip.csv").write_text("\n".join([header, "1,80,2,3,30,0.1,1", "2,80,90,4,20,0.1,1", ""]))
+    with pytest.raises(rs.InputError, match="line 3: depth_amplitude"):
+        read_observations("tip.csv", radius=1e-6)

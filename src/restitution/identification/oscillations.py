@@ -153,10 +153,10 @@ class Oscillations(Observations):
     def stiffness(self) -> NDArray[np.complex128]:
         """Complex stiffness F_1/d_1 [N/m] that was measured, shape (n,)."""
         if "phase" in self.measured:
-            force = self.measured["force_amplitude"] * np.exp(1j * self.measured["phase"])
-            return force / self.depth_amplitude
-        stiffness: Any = self.measured["storage_stiffness"] + 1j * self.measured["loss_stiffness"]
-        return stiffness
+            parts = self.measured["force_amplitude"] * np.exp(1j * self.measured["phase"]) / self.depth_amplitude
+        else:
+            parts = self.measured["storage_stiffness"] + 1j * self.measured["loss_stiffness"]
+        return np.asarray(parts, dtype=np.complex128)
 
     @cached_property
     def apparent_modulus(self) -> NDArray[np.complex128]:

@@ -36,8 +36,8 @@ _NEARLY, _MOST = 0.95, 0.995
 # Least loss of a material over the magnitude, that to which a residual refers, and the residual below which the
 # material explains the readings.
 _LEAST_LOSS, _SMALL_LOSS, _SOLVED = 1e-4, 1e-2, 1e-6
-# Share of the correction that counts to its error, beside the range of the models.
-_DOUBT = 0.1
+# Share of the correction that counts to its error, beside the range of the models; and where only one explains it.
+_DOUBT, _ALONE = 0.1, 0.3
 # Descents to the readings: step of differences, share of the sum of squares, rounds.
 _STEP, _ENOUGH, _ROUNDS, _FURTHEST = 1e-5, 1e-3, 60, 2.0
 # Logarithms of the equilibrium modulus, of the rest of E' and of E'' over the magnitude of the reading.
@@ -294,7 +294,7 @@ def _explained(data: Oscillations, model: _Model, share: Array | float | None) -
         values = np.exp(ends.points) * size[:, None]
         moduli = model(values[:, 0], values[:, 1], values[:, 2], omega).complex_modulus(omega)
     unsolved = ~(np.sqrt(ends.costs) <= _SOLVED)
-    moduli[unsolved] = np.nan
+    moduli[unsolved] = complex(np.nan, np.nan)
     return moduli, np.where(unsolved, np.nan, values[:, 0])
 
 
@@ -314,16 +314,19 @@ def _moduli_of_oscillations(data: Oscillations) -> OscillationModuli:
     read: NDArray[np.complex128] = data.apparent_modulus
     lost = read.imag - _positive_loss(read).imag
     parts = moduli.real, moduli.imag + lost
-    storage, loss = (0.5 * (part.max(axis=0) + part.min(axis=0)) for part in parts)
-    doubt = _DOUBT * np.hypot(storage - read.real, loss - read.imag)
-    storage_doubt, loss_doubt = (np.ptp(part, axis=0) + doubt for part in parts)
+    ends = [(np.fmin.reduce(part), np.fmax.reduce(part)) for part in parts]
+    storage, loss = (0.5 * (low + high) for low, high in ends)
+    doubt = np.where(np.isnan(moduli.real).any(axis=0), _ALONE, _DOUBT) * np.hypot(
+        storage - read.real, loss - read.imag
+    )
+    storage_doubt, loss_doubt = (high - low + doubt for low, high in ends)
     storage_noise, loss_noise = (np.hypot(storage, loss) / np.abs(read) * each for each in data.modulus_noise)
     tangent = loss / storage
     tangent_noise = np.hypot(loss_noise, tangent * storage_noise) / storage
     unknown = np.full(storage.shape, np.nan)
     return OscillationModuli(
         2.0 * math.pi * data.frequency, storage, loss, tangent, storage_doubt, loss_doubt, storage_noise, loss_noise,
-        tangent_noise, read.real, read.imag, equilibria.mean(axis=0) if known else unknown,
+        tangent_noise, read.real, read.imag, np.fmax.reduce(equilibria) if known else unknown,
         _statements(data, storage, known),
     )  # fmt: skip
 
