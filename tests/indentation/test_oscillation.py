@@ -154,3 +154,23 @@ def test_a_result_shows_itself():
     assert json.loads(json.dumps(wave.to_dict()))["loss_modulus"] == pytest.approx(2.0, rel=1e-12)
     assert wave.history.sizes["time"] == wave.time.size
     assert len(wave.plot().axes) == 3
+
+
+def test_assumptions_of_an_oscillation():
+    """Strain a/R, waves by a w/c with c = sqrt(|G*|/rho), and the window of the material at 1/w."""
+    rubber = rs.Material(rs.PronySeries(1e6, [1e6], [1e-3]), bulk=math.inf, density=1000.0, window=(1e-5, 1.0))
+    options = {"depth": 1e-4, "amplitude": 1e-6}
+    slow = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=10.0, **options)
+    assert slow.warnings == []
+    assert slow.validity["small_strain"].value == pytest.approx(math.sqrt(1.01e-4 / 1e-2), rel=1e-9)
+    speed = math.sqrt(abs(rubber.shear.complex_modulus(20.0 * math.pi)) / 1000.0)
+    assert slow.validity["waves"].value == pytest.approx(math.sqrt(1.01e-4 * 1e-2) * 20.0 * math.pi / speed, rel=1e-9)
+    fast = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=1e4, **options)
+    assert {check.kind for check in fast.validity if check.exceeded} == {"waves"}
+    assert "waves" in str(fast)
+    beyond = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=2e4, **options)
+    assert beyond.validity["window"].value == pytest.approx(1e-5 * 4e4 * math.pi, rel=1e-9)
+    deep = rs.oscillate(rubber, rs.Parabola(1e-3), frequency=10.0, **options)
+    assert deep.validity["small_strain"].exceeded
+    unknown = rs.oscillate(SOLID, rs.Parabola(100.0), depth=1.0, amplitude=0.1, frequency=UNIT)
+    assert unknown.validity["waves"].value is None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY, MODULI, dataset
 from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
 from restitution.units import FORCE, LENGTH, MODULUS, in_words
+from restitution.validity import Check, Validity, validity
 
 if TYPE_CHECKING:
     import xarray
@@ -30,6 +31,12 @@ _ORDERS, _TIMES, _PARTS = 64, 257, 6
 # Points of a period whose harmonics are taken; the force has a weak kink at both turnings of the front.
 _SAMPLES = 1024
 _MOST_CYCLES = 512
+
+
+WAVE_LIMIT = 0.01
+"""Largest contact radius over c/w: the inertia of the half-space then adds 0.0085 to the loss tangent."""
+# Radiation of a rigid disc on a half-space, over its stiffness and a w/c, at any Poisson ratio.
+_LYSMER = 0.85
 
 
 class OscillationStatus(Outcome):
@@ -74,7 +81,7 @@ class Oscillation(Result):
     _numbers = (
         "frequency", "storage_modulus", "loss_modulus", "apparent_storage_modulus", "apparent_loss_modulus",
         "storage_error", "loss_error", "min_contact_radius", "max_contact_radius", "contact_share", "dissipated",
-        "status",
+        "status", "warnings", "validity",
     )  # fmt: skip
     _picture = "oscillation.overview"
 
@@ -130,6 +137,44 @@ class Oscillation(Result):
         return float(math.pi * np.sum(n * np.imag(self.force_harmonics * np.conj(self.depth_harmonics))))
 
     @property
+    def validity(self) -> Validity:
+        """Assumptions of the theory, each with its number, its limit and advice.
+
+        Waves are compared by ``a w/c`` with the shear wave speed c at the frequency: inertia of the half-space adds
+        0.85 of it to the loss tangent (Lysmer and Richart, J. Soil Mech. Found. Div. ASCE 92, 1966).
+        """
+        omega, deepest = 2.0 * math.pi * self.frequency, float(self.indentation_depth.max())
+        # The shortest time of a contact is a third of depth over velocity: here 1/w.
+        report = validity(
+            self.contact, max_contact_radius=self.max_contact_radius, max_indentation_depth=deepest,
+            velocity=omega * deepest / 3.0, contact_time=1.0 / self.frequency,
+        )  # fmt: skip
+        return Validity(tuple(self._waves(check) if check.kind == "waves" else check for check in report))
+
+    def _waves(self, check: Check) -> Check:
+        """Return the check of waves, for an oscillation."""
+        omega, words = 2.0 * math.pi * self.frequency, "contact radius over wave length/2 pi"
+        bodies = [body for body in self.contact.materials if body.density is not None]
+        numbers = [
+            self.max_contact_radius * omega / math.sqrt(abs(complex(body.shear.complex_modulus(omega))) / body.density)
+            for body in bodies
+        ]
+        known = len(bodies) == len(self.contact.materials)
+        worst = max(numbers, default=0.0)
+        if not known and worst <= WAVE_LIMIT:
+            return replace(check, words=words, value=None, threshold=WAVE_LIMIT, exceeded=False)
+        text = (
+            f"waves: a w/c is {worst:.3g}, {'above' if worst > WAVE_LIMIT else 'not above'} the limit {WAVE_LIMIT:g}"
+        )
+        text += f"; inertia adds {_LYSMER * worst:.2g} to the loss tangent"
+        return Check("waves", words, worst, WAVE_LIMIT, worst > WAVE_LIMIT, text, "Take a lower frequency or depth.")
+
+    @property
+    def warnings(self) -> list[str]:
+        """Messages of the assumptions that are doubtful."""
+        return self.validity.warnings
+
+    @property
     def history(self) -> xarray.Dataset:
         """Depth and force over one period, with units."""
         columns = {name: (getattr(self, name), HISTORY[name]) for name in ("time", "indentation_depth", "force")}
@@ -154,7 +199,8 @@ class Oscillation(Result):
             ("largest contact radius", "a_max", self.max_contact_radius, LENGTH.unit),
             ("share of the period in contact", "", self.contact_share, ""),
         ]
-        return Summary(title or "Oscillating indentation", of_values(values), (self.status.message,))
+        lines = (self.status.message,)
+        return Summary(title or "Oscillating indentation", of_values(values), lines, warnings=self.warnings)
 
     @property
     def _short(self) -> str:
