@@ -60,6 +60,7 @@ from .indentation.history import ramp as ramp
 from .indentation.history import sine_arch as sine_arch
 from .indentation.history import triangle as triangle
 from .indentation.oscillation import Oscillation as Oscillation
+from .indentation.oscillation import OscillationArray as OscillationArray
 from .indentation.oscillation import oscillate as oscillate
 from .indentation.result import IndentationResult as IndentationResult
 from .indentation.result import IndentationStatus as IndentationStatus

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, single_nonnegative, single_positive, whole, within
+from restitution.axes import Axes, aligned, unnamed
+from restitution.checks import (
+    Array,
+    common_shape,
+    is_iterable,
+    positive,
+    single_nonnegative,
+    single_positive,
+    whole,
+    within,
+)
 from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.history import History
@@ -18,9 +28,9 @@ from restitution.indentation.rim import steady_states
 from restitution.indentation.solve import contact_of
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import HISTORY, MODULI, dataset
-from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
-from restitution.units import FORCE, LENGTH, MODULUS, in_words
+from restitution.quantities import HISTORY, MODULI, Quantity, dataset
+from restitution.result import Outcome, Result, Summary, Table, of_values, plain_symbol
+from restitution.units import ENERGY, FORCE, FREQUENCY, LENGTH, MODULUS, NUMBER, Dimension, in_words
 from restitution.validity import Check, Validity, validity
 
 if TYPE_CHECKING:
@@ -28,6 +38,19 @@ if TYPE_CHECKING:
 
 # Harmonics, times of a period, and parts of the rim.
 _ORDERS, _TIMES, _PARTS = 64, 257, 6
+_COLUMNS: dict[str, Quantity] = {
+    "storage_modulus": MODULI["storage_modulus"],
+    "loss_modulus": MODULI["loss_modulus"],
+    "apparent_storage_modulus": Quantity("apparent_storage_modulus", MODULUS, "E' as the textbook reads it"),
+    "apparent_loss_modulus": Quantity("apparent_loss_modulus", MODULUS, "E'' as the textbook reads it"),
+    "storage_error": Quantity("storage_error", NUMBER, "error of the reading of E'"),
+    "loss_error": Quantity("loss_error", NUMBER, "error of the reading of E''"),
+    "min_contact_radius": Quantity("min_contact_radius", LENGTH, "smallest contact radius"),
+    "max_contact_radius": Quantity("max_contact_radius", LENGTH, "largest contact radius"),
+    "contact_share": Quantity("contact_share", NUMBER, "share of the period in contact"),
+    "dissipated": Quantity("dissipated", ENERGY, "energy dissipated in a period"),
+}
+"""Numbers of arrays of oscillations."""
 # Points of a period whose harmonics are taken; the force has a weak kink at both turnings of the front.
 _SAMPLES = 1024
 _MOST_CYCLES = 512
@@ -208,7 +231,86 @@ class Oscillation(Result):
         return f"E' reads {modulus}, {100 * self.storage_error:+.2g} %, {self.status.name}"
 
 
-def oscillate(
+@dataclass(frozen=True, eq=False, repr=False)
+class OscillationArray(Result):
+    """Many oscillating indentations; each number of `Oscillation` is an array of this shape.
+
+    `plot` shows how far the readings of the textbook are off, over the frequency.
+
+    Attributes
+    ----------
+    rows : tuple of Oscillation
+        The oscillations, raveled.
+    shape : tuple of int
+        Shape of the arrays.
+    axes : Axes
+        Names of the dimensions.
+    given : dict of str to array
+        Mean, amplitude and frequency.
+    """
+
+    _numbers = ("given", *_COLUMNS, "status", "warnings")
+    _picture = "oscillation.errors"
+
+    rows: tuple[Oscillation, ...] = field(repr=False)
+    shape: tuple[int, ...]
+    axes: Axes = field(repr=False)
+    given: dict[str, Array] = field(repr=False)
+
+    def __getattr__(self, name: str) -> Array:
+        """Return a number of all oscillations by the name that it has in `Oscillation`."""
+        if name not in _COLUMNS and name != "status":
+            raise AttributeError(f"{type(self).__name__} has no {name}")
+        return np.array([getattr(row, name) for row in self.rows]).reshape(self.shape)
+
+    def __getitem__(self, index: Any) -> Oscillation:
+        """Return one oscillation of the array."""
+        places = np.arange(len(self.rows)).reshape(self.shape)[index]
+        if np.ndim(places):
+            raise InputError("index", index, f"must be {len(self.shape)} whole numbers")
+        return self.rows[int(places)]
+
+    def to_dataset(self) -> xarray.Dataset:
+        """Return moduli, readings, their errors and contact radii over the dimensions of the numbers, with units."""
+        names = {"depth": LENGTH, "force": FORCE, "amplitude": self._swing, "frequency": FREQUENCY}
+        columns = {
+            name: (values, Quantity(name, names[name], name).attributes)
+            for name, values in self.given.items() if name not in self.axes.places.coords
+        }  # fmt: skip
+        columns |= {name: (getattr(self, name), quantity.attributes) for name, quantity in _COLUMNS.items()}
+        columns["status"] = self.status, OscillationStatus.attributes()
+        return self.axes.dataset(columns, {})
+
+    @property
+    def _swing(self) -> Dimension:
+        return LENGTH if "depth" in self.given else FORCE
+
+    @property
+    def warnings(self) -> list[str]:
+        """Messages of the assumptions that are doubtful, each for the worst of the oscillations."""
+        worst: dict[str, Check] = {}
+        for check in (each for row in self.rows for each in row.validity if each.exceeded):
+            before = worst.get(check.kind)
+            if before is None or (check.value or 0.0) > (before.value or 0.0):
+                worst[check.kind] = check
+        return [check.warning for check in worst.values()]
+
+    def summary(self, title: str = "") -> Summary:
+        """Return a table of the oscillations, which `print` and notebooks show."""
+        columns = {name: values.ravel() for name, values in self.given.items()}
+        columns |= {name: getattr(self, name).ravel() for name in _COLUMNS if not name.startswith("apparent")}
+        rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns.values(), strict=True)]
+        table = Table(tuple(name.replace("_", " ") for name in columns), rows)
+        messages = tuple(dict.fromkeys(row.status.message for row in self.rows))
+        return Summary(title or "Oscillating indentations", table, messages, warnings=self.warnings)
+
+    @property
+    def _short(self) -> str:
+        return f"{len(self.rows)} oscillations"
+
+
+@overload
+def oscillate(  # pyright: ignore[reportOverlappingOverload]
     material: Material,
     profile: Geometry,
     *,
@@ -221,8 +323,37 @@ def oscillate(
     hold_time: float = 0.0,
     counter_material: Material | None = None,
     rtol: float = 1e-8,
-) -> Oscillation:
-    """Return an oscillation about a mean depth or force, and what the textbook reads from it.
+) -> Oscillation: ...
+@overload
+def oscillate(
+    material: Material,
+    profile: Geometry,
+    *,
+    depth: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    amplitude: ArrayLike,
+    frequency: ArrayLike,
+    cycles: int | None = None,
+    rise_time: float | None = None,
+    hold_time: float = 0.0,
+    counter_material: Material | None = None,
+    rtol: float = 1e-8,
+) -> OscillationArray: ...
+def oscillate(
+    material: Material,
+    profile: Geometry,
+    *,
+    depth: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    amplitude: ArrayLike,
+    frequency: ArrayLike,
+    cycles: int | None = None,
+    rise_time: float | None = None,
+    hold_time: float = 0.0,
+    counter_material: Material | None = None,
+    rtol: float = 1e-8,
+) -> Oscillation | OscillationArray:
+    """Return an oscillation about a mean depth or force, or many of them, and what the textbook reads from them.
 
     Parameters
     ----------
@@ -230,11 +361,12 @@ def oscillate(
         Material of the target.
     profile : Geometry
         Profile of the indenter, or another geometry, with scalar parameters.
-    depth, force : float
-        Mean of the prescribed depth [m] or force [N]; exactly one of the two.
-    amplitude : float
+    depth, force : float, array or DataArray
+        Mean of the prescribed depth [m] or force [N]; exactly one of the two. Arrays of this, of the amplitude and of
+        the frequency broadcast against each other; DataArrays keep their names and coordinates.
+    amplitude : float, array or DataArray
         Amplitude of the depth [m], or of the force [N], > 0; that of a force is below its mean.
-    frequency : float
+    frequency : float, array or DataArray
         Frequency f [Hz], > 0.
     cycles : int, optional
         Number of cycles; the last one counts. By default the steady state.
@@ -247,8 +379,8 @@ def oscillate(
 
     Returns
     -------
-    Oscillation
-        Harmonics, moduli as read and as they are, contact radii.
+    Oscillation or OscillationArray
+        Harmonics, moduli as read and as they are, contact radii; for arrays, the numbers of each oscillation.
 
     Raises
     ------
@@ -271,14 +403,44 @@ def oscillate(
     >>> wave = rs.oscillate(solid, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=0.5 / math.pi)
     >>> print(f"{100 * wave.storage_error:.2f} %, {100 * wave.loss_error:.2f} %")
     -3.76 %, -7.31 %
+
+    Over the frequency:
+
+    >>> waves = rs.oscillate(solid, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=[0.05, 0.5])
+    >>> print((100 * waves.loss_error).round(2))
+    [ -2.33 -11.06]
     """
-    contact = contact_of(material, profile, counter_material)
     if (depth is None) == (force is None):
         raise InputError("depth, force", rule="exactly one of the two must be given: depth= or force=")
+    name = "depth" if force is None else "force"
+    numbers = {name: depth if force is None else force, "amplitude": amplitude, "frequency": frequency}
+    numbers, axes = aligned(numbers)
+    contact = contact_of(material, profile, counter_material)
+    options = {"cycles": cycles, "rise_time": rise_time, "hold_time": hold_time, "rtol": rtol}
+    if axes is None and not any(map(is_iterable, numbers.values())):
+        return _single(contact, name, *numbers.values(), **options)
+    unit = "m" if name == "depth" else "N"
+    checked = {each: positive(each, value, "Hz" if each == "frequency" else unit) for each, value in numbers.items()}
+    shape = common_shape({each: np.shape(value) for each, value in checked.items()})
+    columns = {each: np.broadcast_to(value, shape) for each, value in checked.items()}
+    rows = tuple(
+        _single(contact, name, *(float(column[place]) for column in columns.values()), **options)
+        for place in np.ndindex(shape)
+    )
+    if not rows:
+        raise InputError(", ".join(columns), rule="must hold at least one number")
+    return OscillationArray(rows, shape, axes or unnamed(shape), columns)
+
+
+def _single(
+    contact: Contact, name: str, mean: Any, swing: Any, rate: Any, *, cycles: int | None, rise_time: float | None,
+    hold_time: float, rtol: float,
+) -> Oscillation:  # fmt: skip
+    """Return one oscillation of the depth or the force."""
     within("rtol", rtol, 1e-11, 1e-2)
-    name, unit = ("depth", "m") if force is None else ("force", "N")
-    mean = single_positive(name, depth if force is None else force, unit)
-    swing, rate = single_positive("amplitude", amplitude, unit), single_positive("frequency", frequency, "Hz")
+    unit = "m" if name == "depth" else "N"
+    mean, swing = single_positive(name, mean, unit), single_positive("amplitude", swing, unit)
+    rate = single_positive("frequency", rate, "Hz")
     if name == "force" and swing >= mean:
         raise InputError("amplitude", swing, f"must be < {mean:g} N, the mean, as there is no adhesion", "N")
     most = float(np.min(contact.profile.max_depth))
