@@ -126,8 +126,7 @@ class OscillationModuli(Result):
 
     def summary(self, title: str = "") -> Summary:
         """Return a table of the oscillations, which `print` and notebooks show."""
-        columns = {name: getattr(self, name) for name in _QUANTITIES if not name.endswith("_error") or "model" in name}
-        columns = {name: values for name, values in columns.items() if not np.all(np.isnan(values))}
+        columns = {name: getattr(self, name) for name in _SHOWN}
         heads = tuple(f"{_QUANTITIES[name].words} [{_QUANTITIES[name].unit or '-'}]" for name in columns)
         rows = [tuple(f"{value:.5g}" for value in row) for row in zip(*columns.values(), strict=True)]
         return Summary(title or "Moduli of oscillations", Table(heads, rows), self.statements)
@@ -152,6 +151,13 @@ _QUANTITIES: dict[str, Quantity] = (
     | _further("apparent_loss_modulus", "E'' as the textbook reads it")
     | _further("equilibrium_modulus", "equilibrium modulus")
 )
+
+
+_SHOWN = (
+    "angular_frequency", "apparent_storage_modulus", "apparent_loss_modulus", "storage_modulus", "storage_model_error",
+    "loss_modulus", "loss_model_error",
+)  # fmt: skip
+"""Columns of the printed table."""
 
 
 @overload

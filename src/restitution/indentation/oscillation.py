@@ -423,13 +423,22 @@ def oscillate(
     checked = {each: positive(each, value, "Hz" if each == "frequency" else unit) for each, value in numbers.items()}
     shape = common_shape({each: np.shape(value) for each, value in checked.items()})
     columns = {each: np.broadcast_to(value, shape) for each, value in checked.items()}
-    rows = tuple(
-        _single(contact, name, *(float(column[place]) for column in columns.values()), **options)
-        for place in np.ndindex(shape)
-    )
+    waves = np.stack([column.ravel() for column in columns.values()], axis=1).tolist()
+    for mean, swing, _ in waves:
+        _refuse_beyond(contact, name, mean, swing)
+    rows = tuple(_single(contact, name, *wave, **options) for wave in waves)
     if not rows:
         raise InputError(", ".join(columns), rule="must hold at least one number")
     return OscillationArray(rows, shape, axes or unnamed(shape), columns)
+
+
+def _refuse_beyond(contact: Contact, name: str, mean: float, swing: float) -> None:
+    """Refuse a force that would pull, and a depth beyond the end of the profile."""
+    if name == "force" and swing >= mean:
+        raise InputError("amplitude", swing, f"must be < {mean:g} N, the mean, as there is no adhesion", "N")
+    most = float(np.min(contact.profile.max_depth))
+    if name == "depth" and mean + swing > most:
+        raise InputError("depth", mean + swing, f"must be <= {most:g} m, {contact.profile.end}", "m")
 
 
 def _single(
@@ -441,17 +450,14 @@ def _single(
     unit = "m" if name == "depth" else "N"
     mean, swing = single_positive(name, mean, unit), single_positive("amplitude", swing, unit)
     rate = single_positive("frequency", rate, "Hz")
-    if name == "force" and swing >= mean:
-        raise InputError("amplitude", swing, f"must be < {mean:g} N, the mean, as there is no adhesion", "N")
-    most = float(np.min(contact.profile.max_depth))
-    if name == "depth" and mean + swing > most:
-        raise InputError("depth", mean + swing, f"must be <= {most:g} m, {contact.profile.end}", "m")
+    _refuse_beyond(contact, name, mean, swing)
     rise = 1.0 / rate if rise_time is None else single_positive("rise_time", rise_time, "s")
     rest = single_nonnegative("hold_time", hold_time, "s")
     series = contact.reduced_modulus
     if not contact.profile.separable:
         contact.warn_if_approximate()
-        radius = float(np.asarray(contact.profile.contact_radius(mean + swing if name == "depth" else most)))
+        deepest = mean + swing if name == "depth" else float(np.min(contact.profile.max_depth))
+        radius = float(np.asarray(contact.profile.contact_radius(deepest)))
         series = contact.profile.effective_moduli(contact.material, np.array(radius)).row(0)
     if cycles is None and name == "depth":
         return _steady(contact, series, mean, swing, rate)
