@@ -32,6 +32,8 @@ from restitution.quantities import MEASURED
 _POLAR, _PARTS = ("force_amplitude", "phase"), ("storage_stiffness", "loss_stiffness")
 # Relative noise of readings whose noise is not known; only their ratios matter.
 _UNKNOWN = 0.01
+# Moduli [Pa] of matter.
+_SOFTEST, _STIFFEST = 1e-6, 1e15
 
 
 class Oscillations(Observations):
@@ -101,7 +103,9 @@ class Oscillations(Observations):
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
-        self.label, self.profile = label, profile_of(radius, profile)
+        self.label, self.profile = label, profile_of(number_or_none("radius", radius), profile)
+        if self.profile.rows:
+            raise InputError("profile", rule="must be a single profile; give several as several sets of data")
         self.temperature = number_or_none("temperature", temperature)
         polar, parts = (force_amplitude, phase), (storage_stiffness, loss_stiffness)
         given_polar, given_parts = ([value is not None for value in pair] for pair in (polar, parts))
@@ -122,6 +126,10 @@ class Oscillations(Observations):
         low = self.depth_amplitude >= self.depth
         checks.refuse("depth_amplitude", self.depth_amplitude, low, "must be below the depth", "m")
         checks.refuse("depth", highest, highest > end, f"must be <= {end:g} m, {self.profile.end}", "m")
+        with np.errstate(all="ignore"):
+            size = np.abs(self.apparent_modulus)
+        rule = "is not that of a material: compare the units of radius, depth, amplitudes and force"
+        checks.refuse("apparent_modulus", size, ~((size > _SOFTEST) & (size < _STIFFEST)), rule, "Pa")
         if names is _POLAR:
             turned = np.cos(self.measured["phase"]) <= 0.0
             rule = "must be below pi/2: the contact is a spring and a dashpot in parallel; subtract the instrument"

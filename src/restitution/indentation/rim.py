@@ -60,12 +60,15 @@ def steady_states(
             series.relaxation_times * frequency[:, None], series.parallel_viscosity * frequency / typical,
         )  # fmt: skip
     result = Steady(np.full((n, count), np.nan, dtype=complex), np.zeros(n), np.ones(n), np.zeros(n, dtype=bool))
-    for rows, solids in solids_of(scaled):
-        if solids.equilibrium[0] == 0.0:
-            continue
-        found = _of_group(profile, solids, mean[rows], amplitude[rows], typical[rows], count, parts)
-        for column, values in zip(result, found, strict=True):
-            column[rows] = values
+    # Numbers that are too large or too small have no steady state.
+    with np.errstate(all="ignore"):
+        for rows, solids in solids_of(scaled):
+            if solids.equilibrium[0] == 0.0:
+                continue
+            found = _of_group(profile, solids, mean[rows], amplitude[rows], typical[rows], count, parts)
+            for column, values in zip(result, found, strict=True):
+                column[rows] = values
+    result.solved[~np.isfinite(result.harmonics).all(axis=1)] = False
     result.harmonics[~result.solved] = np.nan
     return result
 
