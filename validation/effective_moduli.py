@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import restitution as rs
-from restitution.identification.impacts import FORMULA_ERRORS, effective_moduli
+from restitution.identification.impacts import FORMULA_ERRORS
+from restitution.identification.readings import effective_moduli
 
 TEXT = """\
 ## Formulas of one bounce

@@ -284,7 +284,7 @@ def calls() -> list[Call]:
         }),
         Call("dimensionless_groups", rs.dimensionless_groups, {"impact": _IMPACT}),
         Call("drop", rs.drop, {"body": body, "ground": ground, "height": 0.1}),
-        Call("effective_moduli", rs.effective_moduli, {"rebounds": rebounds}),
+        Call("effective_moduli", rs.effective_moduli, {"data": rebounds}),
         Call("elastic", rs.elastic, {"shear_modulus": 1e6, "poisson_ratio": 0.3}),
         Call("fit_prony", rs.fit_prony, {"data": rs.RelaxationTable(**_TABLE)}),
         Call("for_contact", rs.for_contact, {"build": lambda window: _IMPACT}),

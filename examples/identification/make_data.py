@@ -65,6 +65,20 @@ def afm(rng: np.random.Generator) -> None:
           1e9 * exact.force + 0.01 * rng.standard_normal(time.size))  # fmt: skip
 
 
+def oscillations(rng: np.random.Generator) -> None:
+    """A tip of 2.5 um on a gel, 80 nm deep, an amplitude of 8 nm; forces to 1 %, phases to 0.01 rad."""
+    frequency = np.geomspace(0.1, 10.0, 12)
+    gel = rs.standard_solid(**GEL, poisson_ratio=0.5)
+    waves = [rs.oscillate(gel, rs.Parabola(2.5e-6), depth=8e-8, amplitude=8e-9, frequency=f) for f in frequency]
+    force = np.array([wave.force_harmonics[:2] for wave in waves])
+    noise = 1.0 + 0.01 * rng.standard_normal((2, frequency.size))
+    header = "frequency [Hz],depth [nm],depth_amplitude [nm],force_amplitude [pN],phase [rad],mean_force [pN]"
+    write("oscillations.csv", header, frequency, np.full(frequency.size, 80.0), np.full(frequency.size, 8.0),
+          1e12 * np.abs(force[:, 1]) * noise[0],
+          np.angle(force[:, 1]) + 0.01 * rng.standard_normal(frequency.size),
+          1e12 * force[:, 0].real * noise[1])  # fmt: skip
+
+
 if __name__ == "__main__":
-    for make in (balls, sound, recording, afm):
+    for make in (balls, sound, recording, afm, oscillations):
         make(np.random.default_rng(2026))

@@ -31,9 +31,10 @@ from .identification.curves import IndentationCurve as IndentationCurve
 from .identification.design import design as design
 from .identification.identify import identify as identify
 from .identification.impacts import Rebounds as Rebounds
-from .identification.impacts import effective_moduli as effective_moduli
 from .identification.map import identify_map as identify_map
 from .identification.observations import Noise as Noise
+from .identification.oscillations import Oscillations as Oscillations
+from .identification.readings import effective_moduli as effective_moduli
 from .identification.records import BounceTimes as BounceTimes
 from .identification.records import ForceHistory as ForceHistory
 from .identification.result import Identification as Identification
@@ -64,6 +65,7 @@ from .indentation.history import ramp as ramp
 from .indentation.history import sine_arch as sine_arch
 from .indentation.history import triangle as triangle
 from .indentation.oscillation import Oscillation as Oscillation
+from .indentation.oscillation import OscillationArray as OscillationArray
 from .indentation.oscillation import oscillate as oscillate
 from .indentation.result import IndentationResult as IndentationResult
 from .indentation.result import IndentationStatus as IndentationStatus

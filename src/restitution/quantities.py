@@ -23,6 +23,7 @@ from restitution.units import (
     DENSITY,
     ENERGY,
     FORCE,
+    FREQUENCY,
     IMPEDANCE,
     LENGTH,
     MASS,
@@ -30,6 +31,7 @@ from restitution.units import (
     MOLAR_ENERGY,
     NUMBER,
     PRESSURE,
+    STIFFNESS,
     TEMPERATURE,
     TEMPERATURE_DIFFERENCE,
     TIME,
@@ -359,6 +361,13 @@ MEASURED = MODULI | _by_name(
     Quantity("depth", LENGTH, "depth", r"$d$"),
     Quantity("acceleration", ACCELERATION, "deceleration"),
     _positive("modulus", MODULUS, "relaxation modulus"),
+    _positive("frequency", FREQUENCY, "frequency", r"$f$"),
+    _positive("depth_amplitude", LENGTH, "amplitude of the depth", r"$d_1$"),
+    _positive("force_amplitude", FORCE, "amplitude of the force", r"$F_1$"),
+    Quantity("phase", ANGLE, "phase of the force to the depth", r"$\delta$"),
+    _positive("storage_stiffness", STIFFNESS, "storage stiffness", r"$k'$"),
+    Quantity("loss_stiffness", STIFFNESS, "loss stiffness", r"$k''$"),
+    _positive("mean_force", FORCE, "mean force", r"$F_0$"),
 )
 """Columns of measured data."""
 

@@ -14,6 +14,7 @@ SEEDS = {
     "balls.csv": {},
     "sound.csv": {"radius": 0.02, "mass": 0.0335},
     "afm_curve.csv": {"profile": None},
+    "oscillations.csv": {"radius": 2.5e-6},
     "moduli.csv": {},
 }
 TEXT = "f [Hz],G' [MPa],G'' [MPa]\n0.1,1,0.1\n1,1.5,0.3\n10,3,0.5\n100,4,0.4\n"

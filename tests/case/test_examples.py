@@ -98,7 +98,9 @@ def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert np.all((rows[:, 1] > 0) & (rows[:, 1] < 1))
 
 
-@pytest.mark.parametrize(("name", "truth"), [("balls", "RUBBER"), ("sound", "FOAM"), ("afm_curve", "GEL")])
+@pytest.mark.parametrize(
+    ("name", "truth"), [("balls", "RUBBER"), ("sound", "FOAM"), ("afm_curve", "GEL"), ("oscillations", "GEL")]
+)
 @pytest.mark.filterwarnings("ignore:drag", "ignore:straight lines replace the depth")
 def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> None:
     folder = EXAMPLES / "identification"

@@ -9,8 +9,9 @@ import restitution as rs
 from checkout import script
 from refusals import named
 from restitution import InputError, Parabola
-from restitution.identification.impacts import FORMULA_ERRORS, Rebounds, effective_moduli
+from restitution.identification.impacts import FORMULA_ERRORS, Rebounds
 from restitution.identification.observations import Noise, hollow_balls
+from restitution.identification.readings import effective_moduli
 
 BODY = {"radius": 0.01, "mass": 0.033}
 

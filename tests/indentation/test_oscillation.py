@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import restitution as rs
 from refusals import named
@@ -154,3 +155,73 @@ def test_a_result_shows_itself():
     assert json.loads(json.dumps(wave.to_dict()))["loss_modulus"] == pytest.approx(2.0, rel=1e-12)
     assert wave.history.sizes["time"] == wave.time.size
     assert len(wave.plot().axes) == 3
+
+
+def test_assumptions_of_an_oscillation():
+    """Strain a/R, waves by a w/c with c = sqrt(|G*|/rho), and the window of the material at 1/w."""
+    rubber = rs.Material(rs.PronySeries(1e6, [1e6], [1e-3]), bulk=math.inf, density=1000.0, window=(1e-5, 1.0))
+    options = {"depth": 1e-4, "amplitude": 1e-6}
+    slow = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=10.0, **options)
+    assert slow.warnings == []
+    assert slow.validity["small_strain"].value == pytest.approx(math.sqrt(1.01e-4 / 1e-2), rel=1e-9)
+    speed = math.sqrt(abs(rubber.shear.complex_modulus(20.0 * math.pi)) / 1000.0)
+    assert slow.validity["waves"].value == pytest.approx(math.sqrt(1.01e-4 * 1e-2) * 20.0 * math.pi / speed, rel=1e-9)
+    fast = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=1e4, **options)
+    assert {check.kind for check in fast.validity if check.exceeded} == {"waves"}
+    assert "waves" in str(fast)
+    beyond = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=2e4, **options)
+    assert beyond.validity["window"].value == pytest.approx(1e-5 * 4e4 * math.pi, rel=1e-9)
+    deep = rs.oscillate(rubber, rs.Parabola(1e-3), frequency=10.0, **options)
+    assert deep.validity["small_strain"].exceeded
+    unknown = rs.oscillate(SOLID, rs.Parabola(100.0), depth=1.0, amplitude=0.1, frequency=UNIT)
+    assert unknown.validity["waves"].value is None
+
+
+def test_arrays_of_numbers_are_single_oscillations():
+    """Means, amplitudes and frequencies broadcast; a row has the bits of a single oscillation."""
+    rng = np.random.default_rng(7)
+    depth, frequency = rng.uniform(0.5, 2.0, (2, 1)), 10.0 ** rng.uniform(-2.0, 1.0, 3)
+    waves = rs.oscillate(SOLID, rs.Cone(1.2), depth=depth, amplitude=0.05, frequency=frequency)
+    assert waves.shape == (2, 3)
+    one = rs.oscillate(SOLID, rs.Cone(1.2), depth=depth[1, 0], amplitude=0.05, frequency=frequency[2])
+    assert waves.loss_error[1, 2] == one.loss_error
+    assert waves[1, 2].force.tobytes() == one.force.tobytes()
+    assert waves.storage_modulus == pytest.approx(
+        np.tile(4.0 * SOLID.shear.storage_modulus(2.0 * math.pi * frequency), (2, 1)), rel=1e-12
+    )
+    assert waves.to_dataset()["frequency"].shape == (2, 3)
+    assert str(waves).count("\n") > 6
+    content = json.loads(json.dumps(waves.to_dict()))
+    assert np.shape(content["loss_error"]) == (2, 3)
+    assert len(waves.plot().axes) == 2
+
+
+def test_names_of_arrays_are_kept():
+    frequency = xr.DataArray([0.1, 0.2], dims="frequency", coords={"frequency": [0.1, 0.2]})
+    amplitude = xr.DataArray([0.1, 0.2, 0.3], dims="swing")
+    table = rs.oscillate(SOLID, rs.Parabola(1.0), depth=1.0, amplitude=amplitude, frequency=frequency).to_dataset()
+    assert dict(table.sizes) == {"swing": 3, "frequency": 2}
+    single = rs.oscillate(SOLID, rs.Parabola(1.0), depth=1.0, amplitude=0.3, frequency=0.2)
+    assert float(table["storage_error"].sel(frequency=0.2)[2]) == single.storage_error
+    assert table["loss_modulus"].attrs["units"] == "Pa"
+
+
+def test_arrays_of_forces():
+    waves = rs.oscillate(
+        SOLID, rs.Parabola(1.0), force=[1.0, 2.0], amplitude=0.05, frequency=UNIT, cycles=2, hold_time=1.0
+    )
+    assert [wave.force_harmonics[0].real for wave in waves.rows] == pytest.approx([1.0, 2.0], rel=1e-6)
+    assert set(waves.status.tolist()) == {OscillationStatus.LAST_CYCLE}
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"depth": [1.0, -1.0], "amplitude": 0.1, "frequency": 1.0}, "depth"),
+        ({"depth": [1.0, 2.0], "amplitude": [0.1, 0.1, 0.1], "frequency": 1.0}, "depth, amplitude, frequency"),
+        ({"force": [1.0, 0.1], "amplitude": 0.5, "frequency": 1.0}, "amplitude"),
+        ({"depth": 1.0, "amplitude": 0.1, "frequency": []}, "depth, amplitude, frequency"),
+    ],
+)
+def test_silly_arrays_are_refused(options, field):
+    assert named(lambda: rs.oscillate(SOLID, rs.Parabola(1.0), **options))[0] == field

@@ -25,6 +25,7 @@ _SYMBOLS = {
     "t": "time", "d": "depth", "F": "force", "a": "acceleration", "v": "velocity", "e": "restitution_coefficient",
     "R": "radius", "m": "mass", "tc": "contact_time", "Fmax": "max_force",
     "v_in": "velocity", "v_out": "rebound_velocity",
+    "d0": "depth", "d1": "depth_amplitude", "F0": "mean_force", "F1": "force_amplitude",
 }  # fmt: skip
 
 
@@ -43,12 +44,14 @@ class Kind(NamedTuple):
 
 
 _BODIES = ("radius", "mass", "contact_time", "max_force", "external_force", "temperature")
+_READINGS = ("force_amplitude", "phase", "storage_stiffness", "loss_stiffness", "mean_force")
 KINDS: Mapping[str, Kind] = {
     "indentation": Kind("curves.IndentationCurve", ("time", "depth", "force")),
     "rebounds": Kind("impacts.Rebounds", ("velocity", "restitution_coefficient"), _BODIES),
     "force_history": Kind("records.ForceHistory", ("time", "force")),
     "acceleration_history": Kind("records.ForceHistory", ("time", "acceleration")),
     "bounce_times": Kind("records.BounceTimes", ("time",)),
+    "oscillations": Kind("oscillations.Oscillations", ("frequency", "depth", "depth_amplitude"), _READINGS),
     "moduli": Kind("observations.Moduli", ()),
 }
 """Kinds of observations by name; a file is of the first kind with its columns."""
@@ -71,12 +74,14 @@ def read_observations(
         ``velocity [m/s],restitution_coefficient,contact_time_ms``. Rebounds have the columns `velocity` and
         `restitution_coefficient`, or `v_in` and `v_out`, or `drop_height` and `rebound_height` (falls in vacuum with
         standard gravity), a force history `time` and `force` or `acceleration`, bounces `time` alone, an indentation
-        `time`, `depth` and `force`. With kind="bounce_times", columns beside `time` are not read. Further columns
-        are `radius`, `mass`, `contact_time`, `max_force`, `external_force` and `temperature` of rebounds. A column of
-        standard deviations has the prefix `sd_`. Other files go to `read_material`.
+        `time`, `depth` and `force`, oscillations `frequency`, `depth`, `depth_amplitude`, two of `force_amplitude` and
+        `phase` or `storage_stiffness` and `loss_stiffness`, perhaps `mean_force`. With kind="bounce_times", columns
+        beside `time` are not read. Further columns are `radius`, `mass`, `contact_time`, `max_force`,
+        `external_force` and `temperature` of rebounds. A column of standard deviations has the prefix `sd_`. Other
+        files go to `read_material`.
     kind : str, optional
-        `rebounds`, `force_history`, `acceleration_history`, `bounce_times`, `indentation` or `moduli`, to refuse a
-        file of any other kind.
+        `rebounds`, `force_history`, `acceleration_history`, `bounce_times`, `indentation`, `oscillations` or
+        `moduli`, to refuse a file of any other kind.
     noise : Noise or mapping, optional
         Standard deviations of quantities without such a column.
     **arguments
@@ -84,7 +89,7 @@ def read_observations(
 
     Returns
     -------
-    Rebounds, ForceHistory, BounceTimes, IndentationCurve or Moduli
+    Rebounds, ForceHistory, BounceTimes, IndentationCurve, Oscillations or Moduli
         In SI, with the name of the file as its label.
 
     Raises
@@ -141,7 +146,7 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
     strange = [n for n, name in enumerate(names) if name.removeprefix(_DEVIATION) not in columns_of]
     if kind is None and (file_kind == "moduli" or (file_kind == "bounce_times" and strange)):
         # Times with an unknown quantity are not bounces, but perhaps a relaxation.
-        if set(names) & _COLUMNS <= {"time", "force", "temperature"}:
+        if set(names) & _COLUMNS <= {"time", "force", "temperature", "frequency", "phase"}:
             return moduli()
         file_kind = ""
     if kind not in (None, file_kind) or not file_kind:

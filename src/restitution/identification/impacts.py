@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution import checks, quantities
-from restitution.checks import Array, instance
+from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.errors import InputError, InputTypeError
 from restitution.identification.observations import (
@@ -19,6 +19,7 @@ from restitution.identification.observations import (
     Noise,
     Observations,
     hollow_balls,
+    mean_table,
     modulus,
     noise_of,
     profile_of,
@@ -32,7 +33,7 @@ from restitution.material.fit import DynamicTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import Arrhenius
 from restitution.material.viscoelastic import Material, reduced_modulus, single_material
-from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, check_single, dataset
+from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, dataset
 from restitution.result import Result, Summary, Table, draw
 from restitution.variation import varied
 
@@ -86,6 +87,8 @@ class EffectiveModuli(Result):
         "loss_modulus_error", "loss_tangent_error", "velocity", "restitution_coefficient", "statements",
     )  # fmt: skip
 
+    points: ClassVar[str] = "bounces"
+
     angular_frequency: Array  # 1.13 pi over the contact time [rad/s]
     storage_modulus: Array  # E*' [Pa]
     loss_modulus: Array  # E*'' [Pa]
@@ -123,18 +126,10 @@ class EffectiveModuli(Result):
         DynamicTable or None
             None if no bounce has a frequency.
         """
-        there = np.isfinite(self.storage_modulus)
-        if not np.any(there):
-            return None
-        factor = 1.0
-        if poisson_ratio is not None:
-            factor = 0.5 * (1.0 - check_single("poisson_ratio", poisson_ratio))
-        # Frequencies that differ by rounding are the same.
-        omega, place = np.unique(np.exp(np.round(np.log(self.angular_frequency[there]), 9)), return_inverse=True)
-        count = np.bincount(place)
-        means = [factor * np.bincount(place, getattr(self, name)[there]) / count for name in _MODULI[:2]]
-        deformation = None if poisson_ratio is None else "shear"
-        return DynamicTable(omega, means[0], means[1], deformation, "effective moduli of bounces", self.statements)
+        moduli = self.storage_modulus, self.loss_modulus
+        return mean_table(
+            self.angular_frequency, *moduli, poisson_ratio, "effective moduli of bounces", self.statements
+        )
 
     def plot(self, data: DynamicTable | Material | None = None, *, poisson_ratio: float = 0.5) -> Figure:
         """Return a figure of the bounces over frequency, with a measured DMA table or the curve of a material.
@@ -161,45 +156,8 @@ _TABLE = ("angular_frequency", *_MODULI)
 _QUANTITIES = {**INPUTS, **OUTPUTS, **MODULI}
 
 
-def effective_moduli(rebounds: Rebounds) -> EffectiveModuli:
-    """Return the storage and loss part of the reduced modulus E* from each bounce of a parabolic or spherical body.
-
-    Parameters
-    ----------
-    rebounds : Rebounds
-        Measured bounces. With a contact time or a peak force, each is one point of a DMA table. Without, only the loss
-        tangent is known, at an unknown frequency.
-
-    Returns
-    -------
-    EffectiveModuli
-        One row for each bounce, with standard errors from the noise.
-
-    Raises
-    ------
-    InputError
-        If the profile is not a parabola, or the other body is not rigid.
-
-    Notes
-    -----
-    With L = -ln e, the contact time T, and d = v T/2.94328, the depth of an elastic body of this contact time::
-
-        tan delta(1.13 pi/T) = 0.815 L
-        E*'(1.3 pi/T) = E_H exp(-0.213 L - 0.061 L^2),  E_H = (15/16) m v^2 R^(-1/2) d^(-5/2)
-
-    The storage modulus is moved to 1.13 pi/T by its local slope, (2/pi) delta. From the peak force F, with
-    d = 1.25 m v^2/F, E*'(1.13 pi/T) = E_H exp(1.038 L - 0.484 L^2) and T = 2.94328 (d/v) exp(-0.53 L + 0.175 L^2).
-    The constants are fits to the exact solver. For smooth spectra the loss tangent is right to a few per cent, for a
-    single relaxation time to 30 %; `FORMULA_ERRORS` lists the families. Valid for 0.15 <= e <= 0.995, without weight.
-
-    Examples
-    --------
-    >>> import restitution as rs
-    >>> balls = rs.Rebounds([0.5, 1.0], [0.80, 0.78], radius=0.01, mass=0.03, contact_time=[1.1e-3, 0.96e-3])
-    >>> rs.effective_moduli(balls).loss_tangent.round(3)
-    array([0.182, 0.202])
-    """
-    instance("rebounds", rebounds, Rebounds, "must be Rebounds")
+def moduli_of_rebounds(rebounds: Rebounds) -> EffectiveModuli:
+    """Return the moduli of bounces by the formulas of `effective_moduli`, which has their sources."""
     if rebounds.counter_material is not None:
         rule = "must be rigid: the formulas give the modulus of the contact of both bodies; use identify"
         raise InputError("counter_material", rule=rule)

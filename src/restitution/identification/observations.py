@@ -149,6 +149,27 @@ def modulus(materials: Material, temperature: Any = None, deformation: str | Non
     return PronySeries.from_checked(series.equilibrium_modulus, series.branch_moduli, times, viscosity)
 
 
+def mean_table(
+    angular_frequency: Array, storage: Array, loss: Array, poisson_ratio: float | None, source: str,
+    notes: tuple[str, ...] = (),
+) -> DynamicTable | None:  # fmt: skip
+    """Return reduced moduli, or those in shear, as a table in ascending frequency; None if all are NaN.
+
+    Moduli of the same frequency are averaged.
+    """
+    there = np.isfinite(storage)
+    if not np.any(there):
+        return None
+    factor = 1.0
+    if poisson_ratio is not None:
+        factor = 0.5 * (1.0 - check_single("poisson_ratio", poisson_ratio))
+    # Frequencies that differ by rounding are the same.
+    omega, place = np.unique(np.exp(np.round(np.log(angular_frequency[there]), 9)), return_inverse=True)
+    count = np.bincount(place)
+    first, second = (factor * np.bincount(place, part[there]) / count for part in (storage, loss))
+    return DynamicTable(omega, first, second, None if poisson_ratio is None else "shear", source, notes)
+
+
 def number_or_none(name: str, value: Any) -> float | None:
     """Return an input as a single number in SI, or None if there is none."""
     return None if value is None else check_single(name, value)

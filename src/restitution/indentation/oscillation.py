@@ -3,33 +3,63 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, single_nonnegative, single_positive, whole, within
+from restitution.axes import Axes, aligned, unnamed
+from restitution.checks import (
+    Array,
+    common_shape,
+    is_iterable,
+    positive,
+    single_nonnegative,
+    single_positive,
+    whole,
+    within,
+)
 from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.history import History
 from restitution.indentation.panels import PanelSolution, solve_by_panels
-from restitution.indentation.rim import steady_state
-from restitution.indentation.solid import solid_of
+from restitution.indentation.rim import steady_states
 from restitution.indentation.solve import contact_of
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import HISTORY, MODULI, dataset
-from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
-from restitution.units import FORCE, LENGTH, MODULUS, in_words
+from restitution.quantities import HISTORY, MODULI, Quantity, dataset
+from restitution.result import Outcome, Result, Summary, Table, of_values, plain_symbol
+from restitution.units import ENERGY, FORCE, FREQUENCY, LENGTH, MODULUS, NUMBER, Dimension, in_words
+from restitution.validity import Check, Validity, validity
 
 if TYPE_CHECKING:
     import xarray
 
-_ORDERS, _TIMES = 64, 257
+# Harmonics, times of a period, and parts of the rim.
+_ORDERS, _TIMES, _PARTS = 64, 257, 6
+_COLUMNS: dict[str, Quantity] = {
+    "storage_modulus": MODULI["storage_modulus"],
+    "loss_modulus": MODULI["loss_modulus"],
+    "apparent_storage_modulus": Quantity("apparent_storage_modulus", MODULUS, "E' as the textbook reads it"),
+    "apparent_loss_modulus": Quantity("apparent_loss_modulus", MODULUS, "E'' as the textbook reads it"),
+    "storage_error": Quantity("storage_error", NUMBER, "error of the reading of E'"),
+    "loss_error": Quantity("loss_error", NUMBER, "error of the reading of E''"),
+    "min_contact_radius": Quantity("min_contact_radius", LENGTH, "smallest contact radius"),
+    "max_contact_radius": Quantity("max_contact_radius", LENGTH, "largest contact radius"),
+    "contact_share": Quantity("contact_share", NUMBER, "share of the period in contact"),
+    "dissipated": Quantity("dissipated", ENERGY, "energy dissipated in a period"),
+}
+"""Numbers of arrays of oscillations."""
 # Points of a period whose harmonics are taken; the force has a weak kink at both turnings of the front.
 _SAMPLES = 1024
 _MOST_CYCLES = 512
+
+
+WAVE_LIMIT = 0.01
+"""Largest contact radius over c/w: the inertia of the half-space then adds 0.0085 to the loss tangent."""
+# Radiation of a rigid disc on a half-space, over its stiffness and a w/c, at any Poisson ratio.
+_LYSMER = 0.85
 
 
 class OscillationStatus(Outcome):
@@ -74,7 +104,7 @@ class Oscillation(Result):
     _numbers = (
         "frequency", "storage_modulus", "loss_modulus", "apparent_storage_modulus", "apparent_loss_modulus",
         "storage_error", "loss_error", "min_contact_radius", "max_contact_radius", "contact_share", "dissipated",
-        "status",
+        "status", "warnings", "validity",
     )  # fmt: skip
     _picture = "oscillation.overview"
 
@@ -130,6 +160,44 @@ class Oscillation(Result):
         return float(math.pi * np.sum(n * np.imag(self.force_harmonics * np.conj(self.depth_harmonics))))
 
     @property
+    def validity(self) -> Validity:
+        """Assumptions of the theory, each with its number, its limit and advice.
+
+        Waves are compared by ``a w/c`` with the shear wave speed c at the frequency: inertia of the half-space adds
+        0.85 of it to the loss tangent (Lysmer and Richart, J. Soil Mech. Found. Div. ASCE 92, 1966).
+        """
+        omega, deepest = 2.0 * math.pi * self.frequency, float(self.indentation_depth.max())
+        # The shortest time of a contact is a third of depth over velocity: here 1/w.
+        report = validity(
+            self.contact, max_contact_radius=self.max_contact_radius, max_indentation_depth=deepest,
+            velocity=omega * deepest / 3.0, contact_time=1.0 / self.frequency,
+        )  # fmt: skip
+        return Validity(tuple(self._waves(check) if check.kind == "waves" else check for check in report))
+
+    def _waves(self, check: Check) -> Check:
+        """Return the check of waves, for an oscillation."""
+        omega, words = 2.0 * math.pi * self.frequency, "contact radius over wave length/2 pi"
+        bodies = [body for body in self.contact.materials if body.density is not None]
+        numbers = [
+            self.max_contact_radius * omega / math.sqrt(abs(complex(body.shear.complex_modulus(omega))) / body.density)
+            for body in bodies
+        ]
+        known = len(bodies) == len(self.contact.materials)
+        worst = max(numbers, default=0.0)
+        if not known and worst <= WAVE_LIMIT:
+            return replace(check, words=words, value=None, threshold=WAVE_LIMIT, exceeded=False)
+        text = (
+            f"waves: a w/c is {worst:.3g}, {'above' if worst > WAVE_LIMIT else 'not above'} the limit {WAVE_LIMIT:g}"
+        )
+        text += f"; inertia adds {_LYSMER * worst:.2g} to the loss tangent"
+        return Check("waves", words, worst, WAVE_LIMIT, worst > WAVE_LIMIT, text, "Take a lower frequency or depth.")
+
+    @property
+    def warnings(self) -> list[str]:
+        """Messages of the assumptions that are doubtful."""
+        return self.validity.warnings
+
+    @property
     def history(self) -> xarray.Dataset:
         """Depth and force over one period, with units."""
         columns = {name: (getattr(self, name), HISTORY[name]) for name in ("time", "indentation_depth", "force")}
@@ -154,7 +222,8 @@ class Oscillation(Result):
             ("largest contact radius", "a_max", self.max_contact_radius, LENGTH.unit),
             ("share of the period in contact", "", self.contact_share, ""),
         ]
-        return Summary(title or "Oscillating indentation", of_values(values), (self.status.message,))
+        lines = (self.status.message,)
+        return Summary(title or "Oscillating indentation", of_values(values), lines, warnings=self.warnings)
 
     @property
     def _short(self) -> str:
@@ -162,7 +231,86 @@ class Oscillation(Result):
         return f"E' reads {modulus}, {100 * self.storage_error:+.2g} %, {self.status.name}"
 
 
-def oscillate(
+@dataclass(frozen=True, eq=False, repr=False)
+class OscillationArray(Result):
+    """Many oscillating indentations; each number of `Oscillation` is an array of this shape.
+
+    `plot` shows how far the readings of the textbook are off, over the frequency.
+
+    Attributes
+    ----------
+    rows : tuple of Oscillation
+        The oscillations, raveled.
+    shape : tuple of int
+        Shape of the arrays.
+    axes : Axes
+        Names of the dimensions.
+    given : dict of str to array
+        Mean, amplitude and frequency.
+    """
+
+    _numbers = ("given", *_COLUMNS, "status", "warnings")
+    _picture = "oscillation.errors"
+
+    rows: tuple[Oscillation, ...] = field(repr=False)
+    shape: tuple[int, ...]
+    axes: Axes = field(repr=False)
+    given: dict[str, Array] = field(repr=False)
+
+    def __getattr__(self, name: str) -> Array:
+        """Return a number of all oscillations by the name that it has in `Oscillation`."""
+        if name not in _COLUMNS and name != "status":
+            raise AttributeError(f"{type(self).__name__} has no {name}")
+        return np.array([getattr(row, name) for row in self.rows]).reshape(self.shape)
+
+    def __getitem__(self, index: Any) -> Oscillation:
+        """Return one oscillation of the array."""
+        places = np.arange(len(self.rows)).reshape(self.shape)[index]
+        if np.ndim(places):
+            raise InputError("index", index, f"must be {len(self.shape)} whole numbers")
+        return self.rows[int(places)]
+
+    def to_dataset(self) -> xarray.Dataset:
+        """Return moduli, readings, their errors and contact radii over the dimensions of the numbers, with units."""
+        names = {"depth": LENGTH, "force": FORCE, "amplitude": self._swing, "frequency": FREQUENCY}
+        columns = {
+            name: (values, Quantity(name, names[name], name).attributes)
+            for name, values in self.given.items() if name not in self.axes.places.coords
+        }  # fmt: skip
+        columns |= {name: (getattr(self, name), quantity.attributes) for name, quantity in _COLUMNS.items()}
+        columns["status"] = self.status, OscillationStatus.attributes()
+        return self.axes.dataset(columns, {})
+
+    @property
+    def _swing(self) -> Dimension:
+        return LENGTH if "depth" in self.given else FORCE
+
+    @property
+    def warnings(self) -> list[str]:
+        """Messages of the assumptions that are doubtful, each for the worst of the oscillations."""
+        worst: dict[str, Check] = {}
+        for check in (each for row in self.rows for each in row.validity if each.exceeded):
+            before = worst.get(check.kind)
+            if before is None or (check.value or 0.0) > (before.value or 0.0):
+                worst[check.kind] = check
+        return [check.warning for check in worst.values()]
+
+    def summary(self, title: str = "") -> Summary:
+        """Return a table of the oscillations, which `print` and notebooks show."""
+        columns = {name: values.ravel() for name, values in self.given.items()}
+        columns |= {name: getattr(self, name).ravel() for name in _COLUMNS if not name.startswith("apparent")}
+        rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns.values(), strict=True)]
+        table = Table(tuple(name.replace("_", " ") for name in columns), rows)
+        messages = tuple(dict.fromkeys(row.status.message for row in self.rows))
+        return Summary(title or "Oscillating indentations", table, messages, warnings=self.warnings)
+
+    @property
+    def _short(self) -> str:
+        return f"{len(self.rows)} oscillations"
+
+
+@overload
+def oscillate(  # pyright: ignore[reportOverlappingOverload]
     material: Material,
     profile: Geometry,
     *,
@@ -175,8 +323,37 @@ def oscillate(
     hold_time: float = 0.0,
     counter_material: Material | None = None,
     rtol: float = 1e-8,
-) -> Oscillation:
-    """Return an oscillation about a mean depth or force, and what the textbook reads from it.
+) -> Oscillation: ...
+@overload
+def oscillate(
+    material: Material,
+    profile: Geometry,
+    *,
+    depth: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    amplitude: ArrayLike,
+    frequency: ArrayLike,
+    cycles: int | None = None,
+    rise_time: float | None = None,
+    hold_time: float = 0.0,
+    counter_material: Material | None = None,
+    rtol: float = 1e-8,
+) -> OscillationArray: ...
+def oscillate(
+    material: Material,
+    profile: Geometry,
+    *,
+    depth: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    amplitude: ArrayLike,
+    frequency: ArrayLike,
+    cycles: int | None = None,
+    rise_time: float | None = None,
+    hold_time: float = 0.0,
+    counter_material: Material | None = None,
+    rtol: float = 1e-8,
+) -> Oscillation | OscillationArray:
+    """Return an oscillation about a mean depth or force, or many of them, and what the textbook reads from them.
 
     Parameters
     ----------
@@ -184,11 +361,12 @@ def oscillate(
         Material of the target.
     profile : Geometry
         Profile of the indenter, or another geometry, with scalar parameters.
-    depth, force : float
-        Mean of the prescribed depth [m] or force [N]; exactly one of the two.
-    amplitude : float
+    depth, force : float, array or DataArray
+        Mean of the prescribed depth [m] or force [N]; exactly one of the two. Arrays of this, of the amplitude and of
+        the frequency broadcast against each other; DataArrays keep their names and coordinates.
+    amplitude : float, array or DataArray
         Amplitude of the depth [m], or of the force [N], > 0; that of a force is below its mean.
-    frequency : float
+    frequency : float, array or DataArray
         Frequency f [Hz], > 0.
     cycles : int, optional
         Number of cycles; the last one counts. By default the steady state.
@@ -201,8 +379,8 @@ def oscillate(
 
     Returns
     -------
-    Oscillation
-        Harmonics, moduli as read and as they are, contact radii.
+    Oscillation or OscillationArray
+        Harmonics, moduli as read and as they are, contact radii; for arrays, the numbers of each oscillation.
 
     Raises
     ------
@@ -225,25 +403,61 @@ def oscillate(
     >>> wave = rs.oscillate(solid, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=0.5 / math.pi)
     >>> print(f"{100 * wave.storage_error:.2f} %, {100 * wave.loss_error:.2f} %")
     -3.76 %, -7.31 %
+
+    Over the frequency:
+
+    >>> waves = rs.oscillate(solid, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=[0.05, 0.5])
+    >>> print((100 * waves.loss_error).round(2))
+    [ -2.33 -11.06]
     """
-    contact = contact_of(material, profile, counter_material)
     if (depth is None) == (force is None):
         raise InputError("depth, force", rule="exactly one of the two must be given: depth= or force=")
-    within("rtol", rtol, 1e-11, 1e-2)
-    name, unit = ("depth", "m") if force is None else ("force", "N")
-    mean = single_positive(name, depth if force is None else force, unit)
-    swing, rate = single_positive("amplitude", amplitude, unit), single_positive("frequency", frequency, "Hz")
+    name = "depth" if force is None else "force"
+    numbers = {name: depth if force is None else force, "amplitude": amplitude, "frequency": frequency}
+    numbers, axes = aligned(numbers)
+    contact = contact_of(material, profile, counter_material)
+    options = {"cycles": cycles, "rise_time": rise_time, "hold_time": hold_time, "rtol": rtol}
+    if axes is None and not any(map(is_iterable, numbers.values())):
+        return _single(contact, name, *numbers.values(), **options)
+    unit = "m" if name == "depth" else "N"
+    checked = {each: positive(each, value, "Hz" if each == "frequency" else unit) for each, value in numbers.items()}
+    shape = common_shape({each: np.shape(value) for each, value in checked.items()})
+    columns = {each: np.broadcast_to(value, shape) for each, value in checked.items()}
+    waves = np.stack([column.ravel() for column in columns.values()], axis=1).tolist()
+    for mean, swing, _ in waves:
+        _refuse_beyond(contact, name, mean, swing)
+    rows = tuple(_single(contact, name, *wave, **options) for wave in waves)
+    if not rows:
+        raise InputError(", ".join(columns), rule="must hold at least one number")
+    return OscillationArray(rows, shape, axes or unnamed(shape), columns)
+
+
+def _refuse_beyond(contact: Contact, name: str, mean: float, swing: float) -> None:
+    """Refuse a force that would pull, and a depth beyond the end of the profile."""
     if name == "force" and swing >= mean:
         raise InputError("amplitude", swing, f"must be < {mean:g} N, the mean, as there is no adhesion", "N")
     most = float(np.min(contact.profile.max_depth))
     if name == "depth" and mean + swing > most:
         raise InputError("depth", mean + swing, f"must be <= {most:g} m, {contact.profile.end}", "m")
+
+
+def _single(
+    contact: Contact, name: str, mean: Any, swing: Any, rate: Any, *, cycles: int | None, rise_time: float | None,
+    hold_time: float, rtol: float,
+) -> Oscillation:  # fmt: skip
+    """Return one oscillation of the depth or the force."""
+    within("rtol", rtol, 1e-11, 1e-2)
+    unit = "m" if name == "depth" else "N"
+    mean, swing = single_positive(name, mean, unit), single_positive("amplitude", swing, unit)
+    rate = single_positive("frequency", rate, "Hz")
+    _refuse_beyond(contact, name, mean, swing)
     rise = 1.0 / rate if rise_time is None else single_positive("rise_time", rise_time, "s")
     rest = single_nonnegative("hold_time", hold_time, "s")
     series = contact.reduced_modulus
     if not contact.profile.separable:
         contact.warn_if_approximate()
-        radius = float(np.asarray(contact.profile.contact_radius(mean + swing if name == "depth" else most)))
+        deepest = mean + swing if name == "depth" else float(np.min(contact.profile.max_depth))
+        radius = float(np.asarray(contact.profile.contact_radius(deepest)))
         series = contact.profile.effective_moduli(contact.material, np.array(radius)).row(0)
     if cycles is None and name == "depth":
         return _steady(contact, series, mean, swing, rate)
@@ -278,21 +492,21 @@ def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, ra
     """Return the steady state under a prescribed depth."""
     if series.is_liquid:
         raise InputError("cycles", rule="must be given for a liquid, which yields until the indenter has no load")
-    profile, omega = contact.profile, 2.0 * math.pi * rate
-    typical = abs(complex(series.complex_modulus(omega)))
-    radius = float(np.asarray(profile.stiffness_radius(mean)))
-    scaled = PronySeries(
-        series.equilibrium_modulus / typical, series.branch_moduli / typical, series.relaxation_times * rate,
-        parallel_viscosity=series.parallel_viscosity * rate / typical,
-    )  # fmt: skip
-    steady = steady_state(profile, solid_of(scaled), 1.0, swing / mean, mean, radius, _ORDERS)
-    forces = 2.0 * typical * radius * mean * steady.coefficients * np.where(np.arange(_ORDERS) > 0, 2j, 1.0)
+    profile, one = contact.profile, np.ones(1)
+    steady = steady_states(
+        profile, series.broadcast_to((1,)), mean * one, swing * one, rate * one, count=_ORDERS, parts=_PARTS
+    )
+    if not steady.solved[0]:
+        raise InputError("cycles", rule="must be given: the steady state of this oscillation is not found")
     depths = np.zeros(_ORDERS, dtype=complex)
     depths[:2] = mean, swing
-    radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost * mean, mean + swing))
+    radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost[0], mean + swing))
     # The contact is lost where no element follows for ever.
-    least = radii[0] if steady.innermost > 0.0 else 0.0
-    return _result(contact, series, depths, forces, rate, (least, radii[1]), steady.share, OscillationStatus.STEADY)
+    least = radii[0] if steady.innermost[0] > 0.0 else 0.0
+    share = float(steady.share[0])
+    return _result(
+        contact, series, depths, steady.harmonics[0], rate, (least, radii[1]), share, OscillationStatus.STEADY
+    )
 
 
 def _cycles(

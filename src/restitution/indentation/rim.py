@@ -3,232 +3,151 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
-from restitution.errors import InputError
-from restitution.kernel.panels import Solid
+from restitution.indentation.solid import solids_of
+from restitution.kernel.record import Solids
+from restitution.kernel.rim import Room, settle_rims
+from restitution.material.prony import PronySeries
 from restitution.numerics.quadrature import PLACES, SLOPES, WEIGHTS
 
-# Gauss quadrature over parts of [0, 1], in a place z with the depth of an element s = s0 + (s1 - s0) (3 z^2 - 2 z^3).
-_PARTS = 6
-_PLACES = (PLACES[None] + np.arange(_PARTS)[:, None]).ravel() / _PARTS
 # Shares of a period at which the end of a phase is looked for.
 _SHARES = np.unique(np.concatenate([np.geomspace(1e-9, 0.01, 60), np.linspace(0.01, 1.0, 240)]))
-_FIRST_ITERATIONS, _MOST_ITERATIONS = 40, 40
 # Share of the rim, next to the elements that never leave, that counts to them.
 _NEXT = 1e-4
-# Rounding of loads and gaps over their scales, and the shortest contact and the shortest flight of a solution.
-_BLUR, _SHORTEST = 1e-13, 1e-7
+# Residual of loads and gaps, over their scales, below which an element has a steady state.
+_SOLVED = 1e-9
 
 
 class Steady(NamedTuple):
-    """Steady state of `d = mean + amplitude sin(2 pi t)` with the period 1; F is half of the force, 2 int q da."""
+    """Steady states of n oscillations of the depth, `d = mean + amplitude sin(2 pi frequency t)`, in SI."""
 
-    coefficients: NDArray[Any]  # (n,): c_n = int F exp(-2 pi i n t) dt over a period
-    innermost: float  # depth of the outermost element that never leaves, 0 without one
-    depths: Array  # (m,): of elements of the rim
-    leaving: Array  # (m,): when they leave
-    touching: Array  # (m,): when they touch, before
-    share: float  # of the period in contact
+    harmonics: NDArray[np.complex128]  # (n, count): F = F_0 + sum Im(F_n exp(2 pi i n frequency t)) [N]
+    innermost: Array  # (n,): depth of the outermost element that never leaves [m], 0 without one
+    share: Array  # (n,): of the period in contact
+    solved: NDArray[np.bool_]  # (n,): without a steady state, as a liquid, the harmonics are NaN
 
 
-class _Rim:
-    """Elements that leave in each period, in units of the period."""
+def steady_states(
+    profile: Geometry, series: PronySeries, mean: Array, amplitude: Array, frequency: Array, *, count: int = 2,
+    parts: int = 2,
+) -> Steady:  # fmt: skip
+    """Return the steady states of n moduli under n depths, with the first harmonics and the mean of the force.
 
-    def __init__(self, solid: Solid, mean: float, amplitude: float, depths: Array) -> None:
-        self.solid, self.mean, self.amplitude, self.depths = solid, mean, amplitude, depths
-        omega = 2.0 * math.pi
-        self.loads = amplitude * solid.moduli * (1j * omega / (1j * omega + solid.rates))
-        self.stiffness = amplitude * (solid.equilibrium + 1j * omega * solid.viscosity) + self.loads.sum()
-
-    def displacement(self, t: Array) -> Array:
-        """Return u of the elements, shape of t with the elements first."""
-        return self.mean - self._along(self.depths, t) + self.amplitude * np.sin(2.0 * math.pi * t)
-
-    @staticmethod
-    def _along(values: Array, t: Array) -> Array:
-        return values.reshape(values.shape[:1] + (1,) * (t.ndim - 1))
-
-    def driven(self, t: Array) -> Array:
-        """Return the loads of branches that follow for ever, shape (..., K)."""
-        return np.imag(self.loads * np.exp(2j * math.pi * t)[..., None])
-
-    def load(self, t: Array, touching: Array, excess: Array) -> Array:
-        """Return q at times after the touch, where the loads differ by `excess` (m, K) from those of `driven`."""
-        solid, elapsed = self.solid, t - self._along(touching, t)
-        q = solid.equilibrium * (self.mean - self._along(self.depths, t))
-        q = q + np.imag(self.stiffness * np.exp(2j * math.pi * t))
-        decay = np.exp(-elapsed[..., None] * solid.rates)
-        return q + np.sum(decay * excess.reshape(excess.shape[:1] + (1,) * (t.ndim - 1) + excess.shape[1:]), axis=-1)
-
-    def gap(self, t: Array, leaving: Array, parts: Array) -> Array:
-        """Return W - u at times after leaving with the parts (m, J) of the displacement."""
-        elapsed = t - self._along(leaving, t)
-        decay = np.exp(-elapsed[..., None] * self.solid.recoveries)
-        shaped = parts.reshape(parts.shape[:1] + (1,) * (t.ndim - 1) + parts.shape[1:])
-        return np.sum(decay * shaped, axis=-1) - self.displacement(t)
-
-    def periodic(self, leaving: Array, touching: Array) -> Array:
-        """Return the parts of the displacement at the touch that repeat after a period, (m, J), for given times."""
-        solid = self.solid
-        recovery = np.exp(-(touching + 1.0 - leaving)[:, None] * solid.recoveries)
-        decay = np.exp(-(leaving - touching)[:, None] * solid.rates)
-        held = self.driven(leaving) - decay * self.driven(touching)
-        target = recovery * (solid.displacement * self.displacement(leaving)[:, None] + held @ solid.loads.T)
-        matrix = recovery[:, :, None] * ((solid.loads * decay[:, None, :]) @ solid.moduli_of)
-        identity = np.eye(solid.recoveries.size)
-        return np.linalg.solve(identity - matrix, target[:, :, None])[:, :, 0]
-
-    def solve(self) -> tuple[Array, Array, Array]:
-        """Return the times of leaving and of the touch before, and the excess of the loads at the touch."""
-        solid = self.solid
-        share = np.clip((self.depths - self.mean) / self.amplitude, -1.0, 1.0)
-        touching = np.arcsin(share) / (2.0 * math.pi)
-        parts = np.zeros((self.depths.size, solid.recoveries.size))
-        leaving = touching
-        blur, glass = _BLUR * (self.mean + self.amplitude), abs(self.stiffness) / self.amplitude
-        for _ in range(_FIRST_ITERATIONS):
-            excess = parts @ solid.moduli_of.T - self.driven(touching)
-            leaving = _first_below(lambda t, w=touching, e=excess: self.load(t, w, e), touching, blur * glass)
-            decay = np.exp(-(leaving - touching)[:, None] * solid.rates)
-            loads = self.driven(leaving) + decay * excess
-            free = solid.displacement * self.displacement(leaving)[:, None] + loads @ solid.loads.T
-            touching = _first_below(lambda t, w=leaving, p=free: self.gap(t, w, p), leaving, blur) - 1.0
-            parts = self.periodic(leaving, touching)
-        leaving, touching = self._newton(leaving, touching)
-        return leaving, touching, self.periodic(leaving, touching) @ solid.moduli_of.T - self.driven(touching)
-
-    def _residuals(self, times: Array) -> Array:
-        """Return the load at leaving and the gap at the touch, (2, m), which vanish in the steady state."""
-        leaving, touching = times
-        parts = self.periodic(leaving, touching)
-        excess = parts @ self.solid.moduli_of.T - self.driven(touching)
-        return np.stack([self.load(leaving, touching, excess), parts.sum(axis=1) - self.displacement(touching)])
-
-    def _newton(self, leaving: Array, touching: Array) -> tuple[Array, Array]:
-        """Return the times in the steady state by Newton's method; refuse an oscillation without one."""
-        times, tiny = np.stack([leaving, touching]), 1e-7
-        scale = abs(self.stiffness)
-        for _ in range(_MOST_ITERATIONS):
-            residual = self._residuals(times)
-            slopes = [
-                (self._residuals(times + step[:, None]) - self._residuals(times - step[:, None])) / (2.0 * tiny)
-                for step in tiny * np.eye(2)
-            ]
-            (a, c), (b, d) = slopes
-            determinant = a * d - b * c
-            safe = np.where(determinant == 0.0, math.inf, determinant)
-            change = np.stack([d * residual[0] - b * residual[1], a * residual[1] - c * residual[0]]) / safe
-            # Neither phase may vanish.
-            least = 0.5 * np.minimum(times[0] - times[1], times[1] + 1.0 - times[0])
-            times = times - np.clip(change, -least, least)
-            if np.abs(change).max() < 1e-11:
-                break
-        # Newton's method may leave for a contact, or a flight, without a length; then the iterates are kept.
-        scales = np.array([[scale], [self.amplitude]])
-        first = np.stack([leaving, touching])
-        residual, kept = (np.max(np.abs(self._residuals(each)) / scales, axis=0) for each in (times, first))
-        length = times[0] - times[1]
-        better = (residual <= kept) & (length > _SHORTEST) & (length < 1.0 - _SHORTEST)
-        times, residual = np.where(better, times, first), np.where(better, residual, kept)
-        # Loads of a short phase are small in proportion to it, and so is what its times contribute.
-        length = times[0] - times[1]
-        weight = np.clip(np.minimum(length, 1.0 - length), 0.0, 1.0)
-        if not np.max(residual * weight) <= 1e-9:
-            raise InputError("cycles", rule="must be given: the steady state of this oscillation is not found")
-        return times[0], times[1]
-
-    def coefficients(self, leaving: Array, touching: Array, excess: Array, orders: Array) -> NDArray[Any]:
-        """Return int q exp(-2 pi i n t) dt over a period, shape (m, n)."""
-        solid, omega = self.solid, 2.0 * math.pi
-
-        def integral(rate: NDArray[Any]) -> NDArray[Any]:
-            """Return int exp(rate t) dt over the contact."""
-            rate = np.broadcast_to(rate, (leaving.size, orders.size))
-            ends = np.exp(rate * leaving[:, None]) - np.exp(rate * touching[:, None])
-            zero = rate == 0.0
-            return np.where(zero, (leaving - touching)[:, None], ends / np.where(zero, 1.0, rate))
-
-        constant = solid.equilibrium * (self.mean - self.depths)
-        total = constant[:, None] * integral(-1j * omega * orders)
-        total = total + self.stiffness / 2j * integral(1j * omega * (1 - orders))
-        total = total - np.conj(self.stiffness) / 2j * integral(-1j * omega * (1 + orders))
-        for k, rate in enumerate(solid.rates):
-            sums = rate + 1j * omega * orders
-            fades = 1.0 - np.exp(-sums * (leaving - touching)[:, None])
-            total = total + excess[:, k, None] * np.exp(-1j * omega * orders * touching[:, None]) * fades / sums
-        return total
-
-
-def _first_below(function: Callable[[Array], Array], start: Array, rounding: float) -> Array:
-    """Return the first time after each start, within a period, at which a function falls below zero.
-
-    At the start it is zero within rounding, and rises. Where it does not fall, the time of its least value.
+    Parameters
+    ----------
+    profile : Geometry
+        Profile with scalar parameters.
+    series : PronySeries
+        Reduced moduli E*(t), shape (n,).
+    mean, amplitude, frequency : array, shape (n,)
+        Of the depth [m], [m], [Hz].
+    count : int
+        Number of harmonics, the mean among them.
+    parts : int
+        Parts of the rim, each with a Gauss rule of 16 nodes.
     """
-    times = start[:, None] + _SHARES
-    values = function(times)
-    below = values < -rounding
-    above = np.cumsum(values > rounding, axis=1) > 0
-    hit = below & above
-    found = hit.any(axis=1)
-    n = np.where(found, hit.argmax(axis=1), values.argmin(axis=1))
-    rows = np.arange(start.size)
-    high = times[rows, n]
-    low = np.where(found, times[rows, np.maximum(n - 1, 0)], high)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        inside = function(middle[:, None])[:, 0] < 0.0
-        low, high = np.where(inside, low, middle), np.where(inside, middle, high)
-    return np.where(found, high, times[rows, n])
+    n = mean.size
+    typical = np.abs(series.complex_modulus(2.0 * math.pi * frequency))
+    with np.errstate(all="ignore"):
+        scaled = PronySeries.from_checked(
+            series.equilibrium_modulus / typical, series.branch_moduli / typical[:, None],
+            series.relaxation_times * frequency[:, None], series.parallel_viscosity * frequency / typical,
+        )  # fmt: skip
+    result = Steady(np.full((n, count), np.nan, dtype=complex), np.zeros(n), np.ones(n), np.zeros(n, dtype=bool))
+    # Numbers that are too large or too small have no steady state.
+    with np.errstate(all="ignore"):
+        for rows, solids in solids_of(scaled):
+            if solids.equilibrium[0] == 0.0:
+                continue
+            found = _of_group(profile, solids, mean[rows], amplitude[rows], typical[rows], count, parts)
+            for column, values in zip(result, found, strict=True):
+                column[rows] = values
+    result.solved[~np.isfinite(result.harmonics).all(axis=1)] = False
+    result.harmonics[~result.solved] = np.nan
+    return result
 
 
-def steady_state(
-    profile: Geometry, solid: Solid, mean: float, amplitude: float, length: float, radius: float, count: int
+def _of_group(
+    profile: Geometry, solids: Solids, mean: Array, amplitude: Array, typical: Array, count: int, parts: int
 ) -> Steady:
-    """Return the steady state of an oscillating depth, in units of a length [m], a radius [m] and the period."""
+    """Return the steady states of solids of equal numbers of branches; moduli in units of `typical` [Pa]."""
     omega = 2.0 * math.pi
-    stiffness = solid.equilibrium + 1j * omega * solid.viscosity
-    stiffness += np.sum(solid.moduli * (1j * omega / (1j * omega + solid.rates)))
-    inner = mean - abs(stiffness) * amplitude / solid.equilibrium if solid.equilibrium > 0.0 else -math.inf
-    inner = max(inner, 0.0)
-    orders = np.arange(float(count))
-    top = mean + amplitude
-    depths = inner + (top - inner) * (3.0 * _PLACES**2 - 2.0 * _PLACES**3)
-
-    def radii(s: Array) -> Array:
-        return np.asarray(profile.stiffness_radius(s * length)) / radius
-
-    always = inner > 0.0
-    # Next to those that never leave, the load vanishes for a moment, which the sums do not feel.
-    stays = always & (depths - inner < _NEXT * (top - inner))
+    moving = solids.moduli * (1j * omega / (1j * omega + solids.rates))
+    stiffness = solids.equilibrium + 1j * omega * solids.viscosity + moving.sum(axis=1)
+    inner = np.maximum(mean - np.abs(stiffness) / solids.equilibrium * amplitude, 0.0)
+    always, top = inner > 0.0, mean + amplitude
+    places = (PLACES[None] + np.arange(parts)[:, None]).ravel() / parts
+    # From the edge inwards, even in the logarithm of the distance beyond an amplitude; square roots at both ends.
+    reach = np.log1p((top - inner) / amplitude)[:, None]
+    distances = np.expm1(reach * (3.0 * places**2 - 2.0 * places**3)) * amplitude[:, None]
+    depths = top[:, None] - distances
     # The element at the axis is the first to touch and the last to leave.
-    rim = _Rim(solid, mean, amplitude, depths[~stays] if always else np.append(depths, 0.0))
-    leaving, touching, excess = rim.solve()
-    parts = rim.coefficients(leaving, touching, excess, orders)
-    if always:
-        near = _Rim(solid, mean, amplitude, depths[stays])
-        begin = np.full(near.depths.size, -0.25)
-        whole = near.coefficients(begin + 1.0, begin, np.zeros((begin.size, solid.rates.size)), orders)
-        parts = np.concatenate([whole, parts])
-        leaving, touching = np.append(begin + 1.0, leaving), np.append(begin, touching)
-    growth = (radii(depths).reshape(_PARTS, -1) @ SLOPES.T) * WEIGHTS
-    total = growth.ravel() @ parts[: depths.size]
-    share = 1.0
-    if always:
-        a = float(radii(np.array([inner]))[0])
-        integral = float(np.asarray(profile.force_integral_at_depth(inner * length))) / (radius * length)
-        total[0] += solid.equilibrium * ((mean - inner) * a + integral)
-        if count > 1:
-            total[1] += stiffness * amplitude * a / 2j
-    else:
-        # A flat face.
-        total = total + float(radii(np.zeros(1))[0]) * parts[-1]
-        share = float(leaving[-1] - touching[-1])
-    m = depths.size
-    return Steady(total, inner, depths, leaving[:m], touching[:m], share)
+    offsets = (mean[:, None] - np.concatenate([depths, np.zeros((mean.size, 1))], axis=1)) / amplitude[:, None]
+    # Next to those that never leave, the load vanishes for a moment, which the sums do not feel.
+    near = depths - inner[:, None] < _NEXT * (top - inner)[:, None]
+    stays = always[:, None] & np.concatenate([near, np.ones_like(near[:, :1])], axis=1)
+    last = np.maximum(np.argmax(stays, axis=1) - 1, 0)
+    times, excess, residuals = _settled(
+        solids, np.where(stays, np.take_along_axis(offsets, last[:, None], axis=1), offsets)
+    )
+    times[stays] = 0.75, -0.25
+    excess[stays] = 0.0
+    sums = _coefficients(solids, stiffness, offsets, times, excess, np.arange(float(count)))
+    radii = np.asarray(profile.stiffness_radius(depths))
+    # From the edge inwards the radii fall.
+    growth = -(radii.reshape(mean.size, parts, -1) @ SLOPES.T) * WEIGHTS
+    total = np.einsum("nm,nmc->nc", growth.reshape(mean.size, -1), sums[:, :-1])
+    # Inside of the rim: elements that follow for ever, or a flat face.
+    core = np.asarray(profile.stiffness_radius(inner))
+    whole = sums[:, -1] * core[:, None]
+    integral = np.asarray(profile.force_integral_at_depth(inner))
+    held = solids.equilibrium * ((mean - inner) / amplitude * core + integral / amplitude)
+    whole[always, 0] = held[always]
+    total = total + whole
+    factors = np.where(np.arange(count) > 0, 2j, 1.0)
+    share = np.where(always, 1.0, times[:, -1, 0] - times[:, -1, 1])
+    harmonics = 2.0 * (typical * amplitude)[:, None] * total * factors
+    return Steady(harmonics, inner, share, residuals <= _SOLVED)
+
+
+def _settled(solids: Solids, offsets: Array) -> tuple[Array, Array, Array]:
+    """Return times of leaving and touching (n, m, 2), excess of loads (n, m, K) and residuals (n,) of elements."""
+    (n, m), K, J = offsets.shape, solids.rates.shape[1], solids.recoveries.shape[1]
+    room = Room(
+        np.empty(3), np.empty((2, K)), np.empty(J), np.empty(K), np.empty(K), np.empty(K), np.empty((J, J + 1)),
+        np.empty(2),
+    )  # fmt: skip
+    times, excess, residuals = np.empty((n, m, 2)), np.empty((n, m, K)), np.empty(n)
+    settle_rims(solids, np.ascontiguousarray(offsets), _SHARES, room, times, excess, residuals)
+    return times, excess, residuals
+
+
+def _coefficients(
+    solids: Solids, stiffness: NDArray[np.complex128], offsets: Array, times: Array, excess: Array, orders: Array
+) -> NDArray[np.complex128]:
+    """Return int q exp(-2 pi i n t) dt over a period of elements of unit amplitude, shape (rows, m, n)."""
+    omega, leaving, touching = 2.0 * math.pi, times[..., 0, None], times[..., 1, None]
+
+    def integral(order: Array) -> NDArray[np.complex128]:
+        """Return int exp(2 pi i order t) dt over the contact."""
+        rate = 1j * omega * order
+        zero = order == 0.0
+        ends = np.exp(rate * leaving) - np.exp(rate * touching)
+        return np.where(zero, leaving - touching, ends / np.where(zero, 1.0, rate))
+
+    total = (solids.equilibrium[:, None] * offsets)[..., None] * integral(-orders)
+    complex_stiffness = stiffness[:, None, None]
+    total = total + complex_stiffness / 2j * integral(1.0 - orders)
+    total = total - np.conj(complex_stiffness) / 2j * integral(-1.0 - orders)
+    waves = np.exp(-1j * omega * orders * touching)
+    for k in range(solids.rates.shape[1]):
+        sums = solids.rates[:, k, None, None] + 1j * omega * orders
+        fades = 1.0 - np.exp(-sums * (leaving - touching))
+        total = total + excess[..., k, None] * waves * fades / sums
+    return total

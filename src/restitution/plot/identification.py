@@ -189,7 +189,7 @@ def _bodies(curve: Curve) -> list[tuple[str, NDArray[np.intp]]]:
     if curve.bodies:
         kinds, which = np.unique(np.column_stack([values for _, values in curve.bodies]), axis=0, return_inverse=True)
         if len(kinds) <= len(_MARKERS):
-            units = [INPUTS[name].unit for name, _ in curve.bodies]
+            units = [MEASURED[name].unit for name, _ in curve.bodies]
             names = [", ".join(map(in_words, kind, units)) for kind in kinds]
             return [(name, np.flatnonzero(which.ravel() == k)) for k, name in enumerate(names)]
     return [("", np.arange(curve.x.size))]

@@ -111,7 +111,7 @@ def shift_factors(table: ShiftTable) -> Figure:
 
 
 def bounce_moduli(table: Any, data: DynamicTable | Material | None = None, poisson_ratio: float = 0.5) -> Figure:
-    """Return a figure of the effective moduli of bounces, on top of the reduced modulus of a DMA table or a material.
+    """Return a figure of the moduli of bounces or oscillations, on top of those of a DMA table or a material.
 
     The moduli of a table in shear or tension are converted with a constant Poisson ratio.
     """
@@ -137,7 +137,7 @@ def bounce_moduli(table: Any, data: DynamicTable | Material | None = None, poiss
             scale = 1.0 if ax is right else factor
             values = getattr(table, name)[measured] * scale
             error = np.nan_to_num(getattr(table, f"{name}_error")[measured]) * scale
-            label = f"{MODULI[name].words}, bounces"
+            label = f"{MODULI[name].words}, {table.points}"
             ax.errorbar(omega, values, error, fmt="o", color=color, markersize=4, markerfacecolor="white", label=label)
         left.set(yscale="log")
         for ax, words in ((left, up), (right, MODULI["loss_tangent"].label(""))):

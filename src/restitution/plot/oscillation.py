@@ -11,13 +11,15 @@ from matplotlib.figure import Figure
 from restitution.indentation.tapping import COLUMNS
 from restitution.plot import history as curves
 from restitution.plot import style
-from restitution.quantities import HISTORY, Quantity
-from restitution.units import ANGLE
+from restitution.quantities import HISTORY, MEASURED, Quantity
+from restitution.units import ANGLE, FORCE, LENGTH, in_words
 
 if TYPE_CHECKING:
-    from restitution.indentation.oscillation import Oscillation
+    from restitution.indentation.oscillation import Oscillation, OscillationArray
     from restitution.indentation.tapping import Tapping
 
+# More curves have no label.
+_MOST = 6
 _DEGREES = Quantity("phase", ANGLE, "phase to the drive [deg]", r"$\phi$")
 
 
@@ -50,6 +52,38 @@ def overview(result: Oscillation, *, figure: Figure | None = None) -> Figure:
             (HISTORY["force"], ellipse["force"].values), color=style.ORANGE, linestyle="--", label="first harmonics",
         )  # fmt: skip
         panels[2].legend(loc="upper left")
+    return page
+
+
+def errors(result: OscillationArray, *, figure: Figure | None = None) -> Figure:
+    """Draw the moduli that the textbook reads over those of the materials, over the frequency.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> solid = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=float("inf"))
+    >>> waves = rs.oscillate(solid, rs.Parabola(1.0), depth=1.0, amplitude=[[0.1], [0.2]], frequency=[0.1, 0.2, 0.5])
+    >>> len(errors(waves).axes)
+    2
+    """
+    frequency, places = result.given["frequency"].ravel(), np.arange(len(result.rows))
+    others = np.column_stack([values.ravel() for name, values in result.given.items() if name != "frequency"])
+    kinds, which = np.unique(others, axis=0, return_inverse=True)
+    unit = (LENGTH if "depth" in result.given else FORCE).unit
+    with style.page("AB", height=3.2, figure=figure, title="Readings of the textbook over the moduli") as (
+        page,
+        panels,
+    ):
+        for ax, name, label in zip(panels, ("storage_error", "loss_error"), ("$E'$", "$E''$"), strict=True):
+            ratio = 1.0 + getattr(result, name).ravel()
+            for n, kind in enumerate(kinds):
+                run = places[which.ravel() == n]
+                run = run[np.argsort(frequency[run], kind="stable")]
+                words = ", ".join(in_words(float(value), unit) for value in kind)
+                ax.plot(frequency[run], ratio[run], ".-", label=f"mean and amplitude {words}" if n < _MOST else None)
+            ax.set(xscale="log")
+            style.plain_ticks(style.labelled(ax, MEASURED["frequency"].label("Hz"), f"{label}, read over true"))
+        panels[0].legend(fontsize=7)
     return page
 
 
