@@ -1,22 +1,15 @@
 """Compilation of the kernel, and the cache of its machine code."""
 
 import gc
-import hashlib
-import os
-import stat
 import sys
-import tempfile
-import warnings
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import caching, codegen, compiler, config, event, types
 
-from restitution.errors import RestitutionWarning
-from restitution.files import user_cache
+from restitution.kernel.cache import cache_folder, source_hash, stamp
 
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
 # Only `contract`: full fastmath removes the NaN checks on which the status codes depend and is no faster.
@@ -61,50 +54,6 @@ class _PartCompiler(compiler.Compiler):
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _PartCompiler}
 
 
-@cache
-def source_hash(folder: Path = Path(__file__).parent) -> str:
-    """Hash of all kernel sources, because numba's own cache misses an edit of a function in another file."""
-    digest = hashlib.sha256()
-    for source in sorted(folder.glob("*.py")):
-        digest.update(source.name.encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
-
-
-def _is_mine_alone(folder: Path) -> bool:
-    """Return whether a folder belongs to the user of this process and nobody else may write to it."""
-    if not hasattr(os, "geteuid"):
-        # Windows has access control lists, by which other users cannot write to the home directory by default.
-        return True
-    status = folder.stat()
-    return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-
-
-@cache
-def cache_folder() -> str | None:
-    """First folder for machine code to which only the user may write; None if the kernel must be compiled every time.
-
-    The cache contains pickles: anyone who can write them can run code as the user who reads them.
-    """
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    candidates = [Path(chosen)] if chosen else [Path(__file__).parent / "__pycache__", user_cache()]
-    for folder in candidates:
-        if folder is None:
-            continue
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if not _is_mine_alone(folder):
-                if chosen:
-                    what = f"NUMBA_CACHE_DIR = {chosen}: is not used, for others own it or may write it"
-                    warnings.warn(RestitutionWarning("cache", what), stacklevel=2)
-                continue
-            with tempfile.TemporaryFile(dir=folder):
-                return str(folder)
-        except OSError:
-            continue
-    return None
-
-
 class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
     def __init__(self, py_func: Callable[..., Any], folder: str) -> None:
         # Numba reads `_py_file` for its warnings.
@@ -122,7 +71,7 @@ class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
     def get_disambiguator(self) -> str:
         # The name of the file contains the hash, because numba unpickles an index before it compares the stamp, and
         # classes of another version may be missing.
-        return f"{self._line}-{source_hash(self._sources)[:12]}"
+        return f"{self._line}-{stamp(self._sources)}"
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator | None":
