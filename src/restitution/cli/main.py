@@ -15,6 +15,7 @@ import typer
 from restitution.cli import case, explorer, identification, laws, material, plain, rebound_resilience, sweep, tables
 from restitution.cli import terminal as cli
 from restitution.cli.terminal import option
+from restitution.cli.warm_up import warm_up
 
 _FOLDER = Path("reproduction")
 app = typer.Typer(
@@ -53,7 +54,7 @@ _COMMANDS = {
     ),
     _DATA: (material.material, identification.identify, identification.design, identification.moduli),
     _CODES: (laws.calibrate, laws.export, sweep.surrogate),
-    _MORE: (explorer.explore, case.cite),
+    _MORE: (explorer.explore, case.cite, warm_up),
 }
 for _panel, _commands in _COMMANDS.items():
     for _command in _commands:

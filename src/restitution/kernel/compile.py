@@ -174,12 +174,17 @@ def _without_literals(dispatcher: Any) -> Any:
     return dispatcher
 
 
+def machine_code_is_kept() -> bool:
+    """Return whether functions are compiled, and the cache keeps what the compiler makes."""
+    return not config.DISABLE_JIT and config.OPT > 0 and cache_folder() is not None
+
+
 def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
     """Cache the machine code of a compiled function until a source in its folder changes.
 
     Without optimisation (`NUMBA_OPT=0`), addresses of this process stay in the code, and nothing can be cached.
     """
-    if not config.DISABLE_JIT and config.OPT > 0 and cache_folder() is not None:
+    if machine_code_is_kept():
         dispatcher._cache = _KernelCache(function)
     return dispatcher
 
