@@ -285,3 +285,54 @@ def test_constants_are_no_signatures_of_their_own():
 
     assert both(2) == 7
     assert [tuple(map(str, kinds)) for kinds in getattr(add_to, "signatures", [])] in ([("int64", "int64")], [])
+
+
+LINKED = """
+import sys
+import numba
+from numba.core import event
+if sys.argv[1] == "other":
+    numba.version_info = numba.version_info._replace(short=(99, 0))
+from restitution.kernel.compile import compiled, entry_point, inlined
+
+@inlined
+def half(x):
+    return 0.5 * x
+
+@compiled
+def quarter(x):
+    return half(half(x))
+
+@compiled
+def eighth(x):
+    return half(quarter(x))
+
+@entry_point
+def both(x):
+    return eighth(x) + quarter(x)
+
+@entry_point
+def sixteenth(x):
+    return half(eighth(x))
+
+@numba.njit
+def of_a_user(x):
+    return eighth(x) + both(x)
+
+print(both(8.0), sixteenth(8.0), of_a_user(8.0))
+"""
+
+
+@pytest.mark.parametrize(
+    ("version", "cached"),
+    [("tried", ["both", "sixteenth"]), ("other", ["both", "eighth", "quarter", "sixteenth"])],
+)
+def test_stages_are_linked_into_entry_points(tmp_path: Path, version: str, cached: list[str]) -> None:
+    # Of a version of numba that was not tried, only the documented interface is used. Functions of users may call
+    # stages in both ways.
+    script, cache = tmp_path / "script.py", tmp_path / "cache"
+    script.write_text(LINKED)
+    code = f"import runpy, sys; sys.argv = ['', {version!r}]; runpy.run_path({str(script)!r})"
+    for _ in range(2):
+        assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(cache)) == "3.0 0.5 4.0\n"
+        assert sorted(path.name.split("-")[0] for path in cache.glob("*.nbi")) == [f"script.{name}" for name in cached]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def warm_up() -> None:
     """Compile the whole kernel, so that no later command and no Python process waits for it.
 
-    This takes one to two minutes after an installation or an update, and a few seconds if all is compiled.
+    This takes about a minute after an installation or an update, and a few seconds if all is compiled.
     Example: restitution warm-up
     """
     from restitution.kernel.cache import cache_folder
@@ -101,6 +101,6 @@ def _laws() -> None:
 
 
 PROBLEMS: dict[Callable[[], None], int] = {
-    _impacts: 19, _geometries: 9, _indentations: 47, _histories: 2, _laws: 5,
+    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _laws: 4,
 }  # fmt: skip
 """Problems that call all entry points, with shares of the time."""

@@ -51,7 +51,10 @@ class _PartCompiler(compiler.Compiler):
         super().__init__(typingctx, targetctx, part, *arguments)
 
 
-_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _PartCompiler}
+# Versions of numba with which parts were tried. Others make machine code of each function.
+_FIRST, _BEYOND = (0, 61), (0, 69)
+_PARTS: dict[str, Any] = {"pipeline_class": _PartCompiler} if _FIRST <= numba.version_info.short < _BEYOND else {}
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True} | _PARTS
 
 
 class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
@@ -162,6 +165,8 @@ def compiled(function: Callable[..., Any]) -> Any:
     """
     # Stated, since numba hands `forceinline` down from a caller to what it compiles for it.
     dispatcher = numba.njit(forceinline=False, **_INNER, **_FLAGS)(function)
+    if not _PARTS:
+        dispatcher = cached(dispatcher, function)
     return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)
 
 
