@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 IMPORT = "import time, numpy; start = time.perf_counter(); import {name}; print(time.perf_counter() - start)"
@@ -17,6 +18,9 @@ SOLVE = (
     "import restitution as rs; solid = rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3);"
     "rs.solve(rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=1.0))"
 )
+
+COMMAND = [sys.executable, "-c", "from restitution.cli.main import main; main()"]
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
 Note = Callable[[str], None]
 
@@ -45,11 +49,10 @@ def start(repeats: int, note: Note) -> dict[str, Any]:
     subjects = {
         "`rs.standard_solid_restitution`": [sys.executable, "-c", ARRAY_CALL],
         "`rs.solve`": [sys.executable, "-c", SOLVE],
-        "`restitution standard-solid`": [
-            sys.executable, "-c", "from restitution.cli.main import main; main()",
-            "standard-solid", "--nu", "0.3", "--p2", "0.1", "--p3", "1",
-        ],
-    }  # fmt: skip
+        "`restitution standard-solid`": [*COMMAND, "standard-solid", "--nu", "0.3", "--p2", "0.1", "--p3", "1"],
+        "`restitution solve`": [*COMMAND, "solve", str(EXAMPLES / "rubber_ball.toml")],
+        "`restitution indent`": [*COMMAND, "indent", str(EXAMPLES / "afm_indent.toml")],
+    }
     rows = []
     for name, command in subjects.items():
         with tempfile.TemporaryDirectory() as empty:

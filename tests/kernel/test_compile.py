@@ -34,7 +34,7 @@ def _copy(root: Path) -> Path:
 
 
 def test_source_hash_depends_on_every_kernel_source(tmp_path):
-    from restitution.kernel.compile import source_hash
+    from restitution.kernel.cache import source_hash
 
     folder = _copy(tmp_path) / "restitution" / "kernel"
     for source in sorted(folder.glob("*.py")):
@@ -154,7 +154,7 @@ def test_nobody_is_told_of_a_compilation_where_nobody_watches(tmp_path):
     assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)) == ""
 
 
-FOLDER = "from restitution.kernel.compile import cache_folder; print(cache_folder())"
+FOLDER = "from restitution.kernel.cache import cache_folder; print(cache_folder())"
 
 
 def test_a_folder_that_others_may_write_is_not_used(tmp_path: Path) -> None:
@@ -172,7 +172,7 @@ def test_a_folder_that_others_may_write_is_not_used(tmp_path: Path) -> None:
 
 
 def test_a_folder_of_another_user_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from restitution.kernel import compile as module
+    from restitution.kernel import cache as module
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     assert module.cache_folder.__wrapped__() == str(tmp_path)
@@ -190,7 +190,7 @@ def test_a_relative_cache_home_is_ignored(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def test_no_cache_folder_without_a_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from restitution.kernel import compile as module
+    from restitution.kernel import cache as module
 
     def no_home() -> Path:
         raise RuntimeError("Could not determine home directory.")
@@ -200,6 +200,26 @@ def test_no_cache_folder_without_a_home(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(Path, "home", no_home)
     monkeypatch.setattr(module, "_is_mine_alone", lambda _: False)
     assert module.cache_folder.__wrapped__() is None
+
+
+KNOWN = "from restitution.kernel.cache import has_machine_code as known; print({})"
+
+
+def test_machine_code_is_known_by_function_and_sources(tmp_path: Path) -> None:
+    root, cache = _copy(tmp_path / "package"), str(tmp_path / "cache")
+    both = KNOWN.format("known('material.tiny.half'), known('material.tiny.third'), known('kernel.tiny.half')")
+    source = root / "restitution" / "material" / "tiny.py"
+    source.write_text(
+        "from restitution.kernel.compile import entry_point\n"
+        "@entry_point\ndef half(x):\n    return 0.5 * x\n"
+        "@entry_point\ndef third(x):\n    return x / 3.0\n"
+    )
+    assert _run(both, root, NUMBA_CACHE_DIR=cache) == "False False False\n"
+    _run("from restitution.material.tiny import half; half(1.0)", root, NUMBA_CACHE_DIR=cache)
+    assert _run(both, root, NUMBA_CACHE_DIR=cache) == "True False False\n"
+    assert _run(KNOWN.format("'numba' in __import__('sys').modules"), root, NUMBA_CACHE_DIR=cache) == "False\n"
+    source.write_text(source.read_text() + "\n")
+    assert _run(both, root, NUMBA_CACHE_DIR=cache) == "False False False\n"
 
 
 @pytest.mark.slow
@@ -265,3 +285,54 @@ def test_constants_are_no_signatures_of_their_own():
 
     assert both(2) == 7
     assert [tuple(map(str, kinds)) for kinds in getattr(add_to, "signatures", [])] in ([("int64", "int64")], [])
+
+
+LINKED = """
+import sys
+import numba
+from numba.core import event
+if sys.argv[1] == "other":
+    numba.version_info = numba.version_info._replace(short=(99, 0))
+from restitution.kernel.compile import compiled, entry_point, inlined
+
+@inlined
+def half(x):
+    return 0.5 * x
+
+@compiled
+def quarter(x):
+    return half(half(x))
+
+@compiled
+def eighth(x):
+    return half(quarter(x))
+
+@entry_point
+def both(x):
+    return eighth(x) + quarter(x)
+
+@entry_point
+def sixteenth(x):
+    return half(eighth(x))
+
+@numba.njit
+def of_a_user(x):
+    return eighth(x) + both(x)
+
+print(both(8.0), sixteenth(8.0), of_a_user(8.0))
+"""
+
+
+@pytest.mark.parametrize(
+    ("version", "cached"),
+    [("tried", ["both", "sixteenth"]), ("other", ["both", "eighth", "quarter", "sixteenth"])],
+)
+def test_stages_are_linked_into_entry_points(tmp_path: Path, version: str, cached: list[str]) -> None:
+    # Of a version of numba that was not tried, only the documented interface is used. Functions of users may call
+    # stages in both ways.
+    script, cache = tmp_path / "script.py", tmp_path / "cache"
+    script.write_text(LINKED)
+    code = f"import runpy, sys; sys.argv = ['', {version!r}]; runpy.run_path({str(script)!r})"
+    for _ in range(2):
+        assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(cache)) == "3.0 0.5 4.0\n"
+        assert sorted(path.name.split("-")[0] for path in cache.glob("*.nbi")) == [f"script.{name}" for name in cached]

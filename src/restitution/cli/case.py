@@ -12,6 +12,7 @@ import typer
 import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
+from restitution.cli.plain import complete, single_solve
 from restitution.cli.terminal import argument, quantity, target
 from restitution.files import TABLES, write_table, write_text
 from restitution.units import TIME
@@ -40,11 +41,12 @@ def solve(
 
     if pressure_at and plot is None:
         raise cli.BadInput("--pressure-at: give --plot FILE as well")
-    problem = rs.read_case(case)
-    with cli.compilation():
+    with single_solve("solve"):
+        problem = rs.read_case(case)
         require_known(problem.impact, extrapolate=extrapolate)
         result = problem.solve()
         uncertain = _propagated(problem)
+        complete(result)
     for time in pressure_at or []:
         if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
             end = f"{result.contact_time:.6g} s"
@@ -94,10 +96,11 @@ def standard_solid(
     within("nu", nu, -1.0, 0.5)
     positive("p2", p2)
     positive("p3", p3)
-    solid = rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
-    impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
-    with cli.compilation():
+    with single_solve("standard-solid"):
+        solid = rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
+        impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
         result = rs.solve(impact, method=method, rtol=rtol)
+        complete(result)
     # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
     validity = rs.Validity((result.validity["poisson_ratio"],))
     doubts = {"warnings": [*validity.warnings, *result.notes]}
@@ -152,10 +155,11 @@ def bounce(
     """
     from restitution.impact.window import require_known
 
-    problem = rs.read_case(case)
-    with cli.compilation():
+    with single_solve("bounce"):
+        problem = rs.read_case(case)
         result = problem.bounces()
         require_known(result.impact, result.velocity, extrapolate=extrapolate)
+        complete(result)
     title, notes = problem.title or str(case), problem.notes(result.impact)
     if problem.states_deviations:
         notes.append(
@@ -179,13 +183,15 @@ def indent(
     The case file has the sections profile, material and indentation. The contact may end and begin again.
     Example: restitution indent examples/afm_indent.toml --plot curve.png
     """
-    from restitution.case.indentation import read_indentation
     from restitution.impact.window import require_known_times
 
-    problem = read_indentation(case)
-    with cli.compilation():
+    with single_solve("indent"):
+        from restitution.case.indentation import read_indentation
+
+        problem = read_indentation(case)
         result = problem.solve()
-    require_known_times(result.validity["window"], extrapolate=extrapolate)
+        require_known_times(result.validity["window"], extrapolate=extrapolate)
+        complete(result)
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
     if history is not None:
         write_table(result.sample(n_points=problem.n_points), history)
@@ -197,11 +203,12 @@ def oscillate(case: cli.CaseFile, json: cli.Json = False, plot: cli.Plot = None)
     The case file has the sections profile, material and oscillation.
     Example: restitution oscillate examples/oscillation.toml --plot loop.png
     """
-    from restitution.case.oscillation import read_oscillation
+    with single_solve("oscillate"):
+        from restitution.case.oscillation import read_oscillation
 
-    problem = read_oscillation(case)
-    with cli.compilation():
+        problem = read_oscillation(case)
         result = problem.solve()
+        complete(result)
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
 
 

@@ -12,9 +12,10 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import case, explorer, identification, laws, material, rebound_resilience, sweep, tables
+from restitution.cli import case, explorer, identification, laws, material, plain, rebound_resilience, sweep, tables
 from restitution.cli import terminal as cli
 from restitution.cli.terminal import option
+from restitution.cli.warm_up import warm_up
 
 _FOLDER = Path("reproduction")
 app = typer.Typer(
@@ -66,7 +67,7 @@ _COMMANDS = {
         identification.moduli,
     ),
     _CODES: (laws.calibrate, laws.export, sweep.surrogate),
-    _MORE: (explorer.explore, case.cite),
+    _MORE: (explorer.explore, case.cite, warm_up),
 }
 for _panel, _commands in _COMMANDS.items():
     for _command in _commands:
@@ -102,6 +103,7 @@ def main() -> None:
     warnings.showwarning = lambda message, *_, **__: cli.report("warning", str(message))
     # The report of a result has this warning too.
     warnings.filterwarnings("ignore", "separability: ")
+    plain.allow()
     try:
         app()
     except SystemExit as end:

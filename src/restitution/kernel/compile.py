@@ -1,22 +1,15 @@
 """Compilation of the kernel, and the cache of its machine code."""
 
 import gc
-import hashlib
-import os
-import stat
 import sys
-import tempfile
-import warnings
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import caching, codegen, compiler, config, event, types
 
-from restitution.errors import RestitutionWarning
-from restitution.files import user_cache
+from restitution.kernel.cache import cache_folder, source_hash, stamp
 
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
 # Only `contract`: full fastmath removes the NaN checks on which the status codes depend and is no faster.
@@ -58,51 +51,10 @@ class _PartCompiler(compiler.Compiler):
         super().__init__(typingctx, targetctx, part, *arguments)
 
 
-_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": _PartCompiler}
-
-
-@cache
-def source_hash(folder: Path = Path(__file__).parent) -> str:
-    """Hash of all kernel sources, because numba's own cache misses an edit of a function in another file."""
-    digest = hashlib.sha256()
-    for source in sorted(folder.glob("*.py")):
-        digest.update(source.name.encode())
-        digest.update(source.read_bytes())
-    return digest.hexdigest()
-
-
-def _is_mine_alone(folder: Path) -> bool:
-    """Return whether a folder belongs to the user of this process and nobody else may write to it."""
-    if not hasattr(os, "geteuid"):
-        # Windows has access control lists, by which other users cannot write to the home directory by default.
-        return True
-    status = folder.stat()
-    return status.st_uid == os.geteuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-
-
-@cache
-def cache_folder() -> str | None:
-    """First folder for machine code to which only the user may write; None if the kernel must be compiled every time.
-
-    The cache contains pickles: anyone who can write them can run code as the user who reads them.
-    """
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    candidates = [Path(chosen)] if chosen else [Path(__file__).parent / "__pycache__", user_cache()]
-    for folder in candidates:
-        if folder is None:
-            continue
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            if not _is_mine_alone(folder):
-                if chosen:
-                    what = f"NUMBA_CACHE_DIR = {chosen}: is not used, for others own it or may write it"
-                    warnings.warn(RestitutionWarning("cache", what), stacklevel=2)
-                continue
-            with tempfile.TemporaryFile(dir=folder):
-                return str(folder)
-        except OSError:
-            continue
-    return None
+# Versions of numba with which parts were tried. Others make machine code of each function.
+_FIRST, _BEYOND = (0, 61), (0, 69)
+_PARTS: dict[str, Any] = {"pipeline_class": _PartCompiler} if _FIRST <= numba.version_info.short < _BEYOND else {}
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True} | _PARTS
 
 
 class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
@@ -122,7 +74,7 @@ class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
     def get_disambiguator(self) -> str:
         # The name of the file contains the hash, because numba unpickles an index before it compares the stamp, and
         # classes of another version may be missing.
-        return f"{self._line}-{source_hash(self._sources)[:12]}"
+        return f"{self._line}-{stamp(self._sources)}"
 
     @classmethod
     def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator | None":
@@ -213,6 +165,8 @@ def compiled(function: Callable[..., Any]) -> Any:
     """
     # Stated, since numba hands `forceinline` down from a caller to what it compiles for it.
     dispatcher = numba.njit(forceinline=False, **_INNER, **_FLAGS)(function)
+    if not _PARTS:
+        dispatcher = cached(dispatcher, function)
     return dispatcher if config.DISABLE_JIT else _without_literals(dispatcher)
 
 
@@ -225,12 +179,17 @@ def _without_literals(dispatcher: Any) -> Any:
     return dispatcher
 
 
+def machine_code_is_kept() -> bool:
+    """Return whether functions are compiled, and the cache keeps what the compiler makes."""
+    return not config.DISABLE_JIT and config.OPT > 0 and cache_folder() is not None
+
+
 def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
     """Cache the machine code of a compiled function until a source in its folder changes.
 
     Without optimisation (`NUMBA_OPT=0`), addresses of this process stay in the code, and nothing can be cached.
     """
-    if not config.DISABLE_JIT and config.OPT > 0 and cache_folder() is not None:
+    if machine_code_is_kept():
         dispatcher._cache = _KernelCache(function)
     return dispatcher
 

@@ -1,0 +1,106 @@
+"""The command `warm-up`: every entry point of the kernel is compiled by a small problem."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import restitution as rs
+from restitution.cli import terminal as cli
+
+if TYPE_CHECKING:
+    from restitution.contact.geometry import Geometry
+
+
+def warm_up() -> None:
+    """Compile the whole kernel, so that no later command and no Python process waits for it.
+
+    This takes about a minute after an installation or an update, and a few seconds if all is compiled.
+    Example: restitution warm-up
+    """
+    from restitution.kernel.cache import cache_folder
+    from restitution.kernel.compile import machine_code_is_kept
+
+    folder = cache_folder()
+    if folder is None:
+        raise cli.BadInput("no folder can keep machine code; set NUMBA_CACHE_DIR to one that only you may write")
+    if not machine_code_is_kept():
+        raise cli.BadInput("NUMBA_DISABLE_JIT or NUMBA_OPT = 0 is set, with which no machine code is kept")
+    total = sum(PROBLEMS.values())
+    with cli.progress_bar("compiling", begin="compiling") as progress, warnings.catch_warnings():
+        # The problems are small, not physical.
+        warnings.simplefilter("ignore", rs.RestitutionWarning)
+        done = 0
+        progress(0, total)
+        for problem, share in PROBLEMS.items():
+            problem()
+            done += share
+            progress(done, total)
+    print(f"the kernel is compiled; its machine code is in {folder}")
+
+
+def _ball(profile: Geometry | None = None) -> rs.Impact:
+    rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    return rs.Impact(rubber, profile or rs.Parabola(radius=0.01), mass=0.005, velocity=1.0)
+
+
+def _impacts() -> None:
+    import numpy as np
+
+    from restitution.impact.batch import Batch
+
+    result = rs.solve(_ball())
+    result.to_dict()
+    _ = result.history
+    Batch.from_impact(_ball()).sample_forces(np.array([0.0, 1e-4]), 1e-6)
+
+
+def _geometries() -> None:
+    import numpy as np
+
+    radii, sphere = np.linspace(0.0, 0.01, 7), rs.Sphere(radius=0.01)
+    rs.solve(_ball(rs.Tabulated(radii, 50.0 * radii**2)))
+    for thickness in (0.004, np.linspace(0.004, 0.006, 9)):
+        rs.solve(_ball(rs.Layer(sphere, thickness=thickness)))
+
+
+def _gel_and_tip() -> tuple[rs.Material, rs.Parabola]:
+    return rs.Material(rs.PronySeries(60.0, [250.0], [0.3]), bulk=float("inf")), rs.Parabola(radius=2.5e-6)
+
+
+def _indentations() -> None:
+    import numpy as np
+
+    from restitution.indentation.records import Record, RecordBlock
+
+    gel, tip = _gel_and_tip()
+    rs.indent(gel, tip, depth=rs.triangle(1e-6, 1.0)).sample()
+    rs.indent(gel, tip, depth=[0.0, 1e-6, -2e-7, -1.9e-7], time=[0.0, 1.0, 2.0, 3.0])
+    creep = rs.indent(gel, tip, force=rs.History.from_points([0.0, 0.0, 1.0, 2.0], [0.0, 1e-9, 1e-9, 0.0]))
+    creep.to_dict()
+    block = RecordBlock(tip, [Record(np.linspace(0.0, 1.0, 20), np.linspace(-1e-7, 1e-6, 20))], 1e-6)
+    block.forces(rs.PronySeries([60.0], [[250.0]], [[0.3]]), np.zeros(1))
+
+
+def _histories() -> None:
+    gel, tip = _gel_and_tip()
+    surface = None
+    # Each contact leaves panels until they are so many that they are merged.
+    for share in (1.0, 0.9, 0.8, 0.7):
+        history = rs.cycles(share * 1e-6, 1.0, 2, valley=2e-7)
+        surface = rs.indent(gel, tip, depth=history, surface=surface).surface(after=0.01)
+    rs.solve(_ball(), surface=rs.solve(_ball()).surface())
+
+
+def _laws() -> None:
+    law = rs.contact_law(_ball())
+    law.step(law.start(), 1e-6, 1e-6)
+    rs.standard_solid_surrogate(0.3, 0.1, 1.0)
+    rs.surrogate(_ball(), velocity=(0.5, 1.0), rtol=1e-3)(0.7)
+
+
+PROBLEMS: dict[Callable[[], None], int] = {
+    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _laws: 4,
+}  # fmt: skip
+"""Problems that call all entry points, with shares of the time."""

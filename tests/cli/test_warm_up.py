@@ -1,0 +1,111 @@
+"""The command warm-up: it reaches every entry point of the kernel, and nothing is compiled after it."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import restitution as rs
+from cases import case_file, press_file
+from commands import done, refused
+from restitution.cli import warm_up
+from restitution.kernel import cache
+from restitution.kernel import compile as compiler
+
+SOURCES = Path(rs.__file__).parent
+
+
+def python(code: str, *arguments: str, **environment: str) -> str:
+    answer = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        env=os.environ | environment, capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+    assert answer.returncode == 0, answer.stderr
+    return answer.stdout
+
+
+CALLED = """
+from restitution.kernel import compile as compiler
+
+called = set()
+
+def entry_point(function):
+    def call(*arguments):
+        called.add(f"{function.__module__}.{function.__name__}")
+        return function(*arguments)
+    return call
+
+compiler.entry_point = entry_point
+from restitution.cli.warm_up import PROBLEMS
+
+for problem in PROBLEMS:
+    problem()
+print(*called)
+"""
+
+
+@pytest.mark.slow
+def test_the_problems_call_every_entry_point() -> None:
+    every = {
+        f"restitution.{path.relative_to(SOURCES).with_suffix('').as_posix().replace('/', '.')}.{name}"
+        for path in SOURCES.rglob("*.py")
+        for name in re.findall(r"^@entry_point\ndef (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
+    }
+    assert "restitution.kernel.impact.solve_block" in every
+    assert set(python(CALLED, NUMBA_DISABLE_JIT="1").split()) == every
+
+
+def test_the_command_solves_its_problems_and_names_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    solved: list[int] = []
+    monkeypatch.setattr(warm_up, "PROBLEMS", {lambda: solved.append(1): 2, lambda: solved.append(2): 3})
+    for module in (cache, compiler):
+        monkeypatch.setattr(module, "cache_folder", lambda: str(tmp_path))
+    assert done("warm-up").stdout == f"the kernel is compiled; its machine code is in {tmp_path}\n"
+    assert solved == [1, 2]
+
+
+def test_machine_code_that_nothing_keeps_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    from numba.core import config
+
+    with monkeypatch.context() as changed:
+        changed.setattr(cache, "cache_folder", lambda: None)
+        assert "no folder can keep machine code" in refused("warm-up")
+    for name, value in (("DISABLE_JIT", 1), ("OPT", 0)):
+        with monkeypatch.context() as changed:
+            changed.setattr(config, name, value)
+            assert "NUMBA_DISABLE_JIT or NUMBA_OPT = 0 is set" in refused("warm-up")
+
+
+COMPILED = """
+import atexit, sys
+from numba.core import event
+
+class Listener(event.Listener):
+    def on_start(self, start):
+        print("compiled", start.data["dispatcher"].py_func.__name__)
+    def on_end(self, end):
+        pass
+
+event.register("numba:compile", Listener())
+from restitution.cli.main import main
+main()
+"""
+
+
+@pytest.mark.slow
+def test_nothing_is_compiled_after_it(folder: Path) -> None:
+    kept: dict[str, Any] = {"NUMBA_CACHE_DIR": str(folder / "cache")}
+    python("from restitution.cli.main import main; main()", "warm-up", **kept)
+    case_file("ball.toml")
+    case_file("bouncing.toml", impact='drop_height = "50 mm"')
+    press_file("gel.toml")
+    press_file("force.toml", indentation='force = "1 nN"\nshape = "triangle"\nloading_time = "1 s"')
+    for command in ("solve ball.toml --plot ball.png", "bounce bouncing.toml", "indent gel.toml", "indent force.toml"):
+        assert "compiled" not in python(COMPILED, *command.split(), **kept), command
+    code = COMPILED.replace("from restitution.cli.main import main\nmain()\n", "import restitution as rs\n")
+    solves = "rs.standard_solid_restitution([0.3, 0.4], 0.1, 1.0); rs.standard_solid_restitution(0.3, 0.1, 1.0)"
+    assert python(code + solves, **kept) == ""
