@@ -589,7 +589,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     # Whether an event before the first node is at the start only a shorter step can decide.
                     length *= 0.25
                     continue
-                if event == NOTHING and tolerance < error < _COARSE and aimed > length and phase != FREE:
+                # The end of a force is known where the step up to there is not solved.
+                ends = is_force(driver) and phase == SHRINKS and end_of_way(room, phase)[1] == 0
+                coarse = tolerance < error < _COARSE or (error == math.inf and ends)
+                if event == NOTHING and coarse and aimed > length and phase != FREE:
                     event, passed = event_ahead(problem, room, phase, kind)
                     aims += 1
                     if aims > _MOST_AIMS:
