@@ -574,6 +574,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if length < moment and phase != FREE:
                 jumps += 1
                 if passing == TIME_PASSES and jumps < _MOST_JUMPS and jump_ahead(problem, room, phase, moment):
+                    if phase == SHRINKS and room.places[FOLLOWING] == 0:
+                        # The last elements have left.
+                        hunted, length, instant = ENDS, 0.0, grain
+                        break
                     hunted, kind, length = NOTHING, 1, min(left, 16.0 * moment)
                     continue
                 moment = grain
