@@ -104,6 +104,19 @@ def test_a_force_that_falls_to_zero_ends_the_contact(profile, shape):
         assert steps(panels) <= 60
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("tau", [0.1, 0.01, 1e-3, 1e-4])
+def test_elements_of_a_relaxed_liquid_leave_at_one_moment(tau, rtol):
+    """A Maxwell liquid under a cone: exp(-x) = 1/2 + O(exp(-1/tau)) at the end, x after the turning over tau."""
+    material = rs.Material(rs.PronySeries(0.0, [1.0], [tau]), math.inf)
+    cycle, panels = both(material, rs.Cone(1.0), rs.triangle(1.0, 1.0), "depth", rtol)
+    # The load at the axis changes by its own size within tau.
+    assert panels.end_time == pytest.approx(1.0 + tau * math.log(2.0 - math.exp(-1.0 / tau)), abs=rtol * tau)
+    assert difference(cycle, panels, 2) <= rtol
+    times = 1.0 + (cycle.end_time - 1.0) * np.linspace(0.0, 1.0, 101)[:-1]
+    assert np.abs(cycle.at(times)[2] - panels.at(times)[2]).max() <= rtol * cycle.at([1.0])[2][0]
+
+
 def test_a_free_body_flies_in_few_steps():
     """Loads of a contact that has ended, and of one that has not begun, do not count."""
     series = rs.PronySeries(1e6, [3e6, 2e6], [1e-3, 0.1])
