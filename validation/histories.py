@@ -1,7 +1,8 @@
 """Random histories by panels: how many are solved, and how far they are from stricter solutions and single elements.
 
 `python validation/histories.py [number of programs]` prints the table of docs/development/decisions/histories.md, and
-`python validation/histories.py --followers [number of programs]` the comparison with elements followed alone.
+`python validation/histories.py --followers [number of programs]` the comparison with elements followed alone, and
+`python validation/histories.py --cycle [number of programs]` that with the kernel of one approach and one release.
 """
 
 import math
@@ -16,6 +17,7 @@ import restitution as rs
 from restitution.errors import InputError
 from restitution.indentation.history import History
 from restitution.indentation.panels import solve_by_panels
+from restitution.indentation.solve import Reloading, Solution, contact_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
@@ -64,12 +66,12 @@ def check(kind, dashpots, count):
         rng = np.random.default_rng([7, seed])
         profile, series, t, d = draw(rng, dashpots)
         history, name, stiffness = history_of(kind, t, d)
-        begin = time.perf_counter()
+        begin = time.process_time()
         try:
             solution = solve_by_panels(profile, series, history, name, RTOL, stiffness)
         except InputError:
             continue
-        spent += time.perf_counter() - begin
+        spent += time.process_time() - begin
         solved += 1
         try:
             strict = solve_by_panels(profile, series, history, name, 1e-2 * RTOL, stiffness)
@@ -111,8 +113,63 @@ def check_followers(count):
           f"least dissipation over work {least:.1e}")  # fmt: skip
 
 
+def single_cycle(rng, peak):
+    """One approach and one release: straight lines, with a hold or without, or a smooth function."""
+    up, down, rest = rng.uniform(0.1, 1.5, 3)
+    shape = rng.integers(4)
+    if shape == 0:
+        return rs.triangle(peak, up, unloading_time=down)
+    if shape == 1:
+        return rs.triangle(peak, up, unloading_time=down, hold_time=rest)
+    if shape == 2:
+        return rs.sine_arch(peak, up)
+    return History.from_function(lambda t: peak * np.sin(math.pi * t / up) ** 2, [0.0, up])
+
+
+def check_cycles(kind, dashpots, count):
+    """Solve cycles both ways; return the numbers of both and refused, the largest difference, and processor times."""
+    refused, worst, spent = 0, 0.0, []
+    for seed in range(count):
+        rng = np.random.default_rng([19, seed])
+        profile, series, _, _ = draw(rng, dashpots)
+        history = single_cycle(rng, 1e-4 if kind == "depth" else 1.0)
+        contact = contact_of(rs.Material(series.scaled(0.25), math.inf), profile, None)
+        begin = time.process_time()
+        try:
+            cycle = Solution(contact, contact.reduced_modulus, history, kind, RTOL)
+        except (InputError, Reloading):
+            continue
+        middle = time.process_time()
+        try:
+            panels = solve_by_panels(profile, contact.reduced_modulus, history, kind, RTOL)
+        except InputError:
+            refused += 1
+            continue
+        spent.append((middle - begin, time.process_time() - middle))
+        moments = np.sort(rng.uniform(history.start, history.stop, 50))
+        column = 0 if kind == "force" else 2
+        expected = cycle.at(moments)[column]
+        worst = max(worst, float(np.abs(panels.at(moments)[column] - expected).max() / expected.max()))
+    # The first programs may compile.
+    return len(spent), refused, worst, *np.sum(spent[3:], axis=0)
+
+
+def compare_cycles(count):
+    """Print the table of one approach and one release."""
+    heads = ("driven by", "dashpot", "solved by both", "refused by panels", "largest difference", "ratio of times")
+    print("| " + " | ".join(heads) + " |\n" + "|---" * 6 + "|")
+    for kind in ("depth", "force"):
+        for dashpots in (False, True):
+            both, refused, worst, cycle, panels = check_cycles(kind, dashpots, count)
+            word = "yes" if dashpots else "no"
+            print(f"| {kind} | {word} | {both} | {refused} | {worst:.1e} | {panels / cycle:.2f} |", flush=True)
+
+
 def main():
     warnings.simplefilter("ignore")
+    if "--cycle" in sys.argv:
+        compare_cycles(int(sys.argv[2]) if len(sys.argv) > 2 else 300)
+        return
     if "--followers" in sys.argv:
         check_followers(int(sys.argv[2]) if len(sys.argv) > 2 else 1000)
         return

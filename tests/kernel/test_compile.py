@@ -263,6 +263,18 @@ def test_the_kernel_compiles_at_every_level_of_optimisation(tmp_path, level):
     assert _run(code, PACKAGE.parent, NUMBA_OPT=level, NUMBA_CACHE_DIR=str(folder)) == "0.25\n"
 
 
+def test_only_entry_points_have_machine_code(tmp_path):
+    (tmp_path / "stages.py").write_text(STAGES)
+    folder = tmp_path / "cache"
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import stages; print(stages.quarter.stats.cache_hits)"
+    first = _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(folder)).split("\n")
+    assert first[:2] == ["0.25", "Counter()"]
+    assert [path.name.split("-")[0] for path in folder.rglob("*.nbc")] == ["stages.quarter"]
+    # The code of the other function came with it.
+    again = _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(folder))
+    assert again.startswith("0.25\nCounter({(float64,): 1})")
+
+
 @pytest.mark.slow
 def test_a_solve_without_optimisation(tmp_path):
     assert float(_run(SOLVE, PACKAGE.parent, NUMBA_OPT="0", NUMBA_CACHE_DIR=str(tmp_path))) == pytest.approx(

@@ -578,6 +578,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if length < moment and phase != FREE:
                 jumps += 1
                 if passing == TIME_PASSES and jumps < _MOST_JUMPS and jump_ahead(problem, room, phase, moment):
+                    if phase == SHRINKS and room.places[FOLLOWING] == 0:
+                        # The last elements have left.
+                        hunted, length, instant = ENDS, 0.0, grain
+                        break
                     hunted, kind, length = NOTHING, 1, min(left, 16.0 * moment)
                     continue
                 moment = grain
@@ -593,7 +597,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     # Whether an event before the first node is at the start only a shorter step can decide.
                     length *= 0.25
                     continue
-                if event == NOTHING and tolerance < error < _COARSE and aimed > length and phase != FREE:
+                # The end of a force is known where the step up to there is not solved.
+                ends = is_force(driver) and phase == SHRINKS and end_of_way(room, phase)[1] == 0
+                coarse = tolerance < error < _COARSE or (error == math.inf and ends)
+                if event == NOTHING and coarse and aimed > length and phase != FREE:
                     event, passed = event_ahead(problem, room, phase, kind)
                     aims += 1
                     if aims > _MOST_AIMS:

@@ -434,6 +434,12 @@ def newton_step(driver: Driver, rule: Scheme, room: Room) -> bool:
         n = i + 1
         if driver.mass == 0.0:
             M[i, S] = nodes[GIVEN, n] - nodes[F, n] - driver.stiffness * nodes[D, n]
+            if is_force(driver) and abs(nodes[GIVEN, n]) <= 1e-14 * nodes[GIVEN, 0]:
+                # A force that ends is a power of the depth that is left, and Newton's method looks for its root.
+                if nodes[Y, n] > 0.0:
+                    M[i, S] *= nodes[Y, n] * nodes[Y, n] * nodes[A, n] / nodes[PI, n]
+                elif not nodes[A, n] > 0.0:
+                    M[i, i], M[i, S] = 1.0, 0.0
             continue
         total = driver.mass * (nodes[V, n] - nodes[V, 0])
         for j in range(S):
@@ -586,9 +592,12 @@ def write_given(problem: Problem, room: Room, step: Step) -> None:
 
 @compiled
 def solve_step(problem: Problem, room: Room, step: Step) -> bool:
-    """Solve a step; whether Newton's method converged."""
+    """Solve a step; whether there is a solution, and Newton's method converged."""
     solid, path, driver, rule, scales = problem.solid, problem.path, problem.driver, problem.rule, problem.scales
     nodes, phase = room.nodes, step.phase
+    if phase == SHRINKS and room.places[FOLLOWING] == 0:
+        # There is no front.
+        return False
     write_start(solid, path, room, phase)
     if phase == SHRINKS:
         adopt_panel(solid, scales, room)
