@@ -265,7 +265,8 @@ def contact_part(history: History, name: str) -> History:
     middles = polyval(0.5, history.coefficients.T)
     touching = np.flatnonzero(np.where(np.diff(history.knots) > 0.0, middles, ends) > 0.0)
     first = float(history.coefficients[0, 0])
-    if first > 0.0:
+    # A curve that has been computed begins at zero within rounding.
+    if first > NO_FORCE * float(ends.max()):
         advice = "a curve that begins in contact needs its contact point: " if name == "depth" else ""
         rule = f"must be <= 0 at the start; {advice}subtract an offset, or begin with a step, two points at one time"
         raise InputError(name, first, rule, UNITS[name])

@@ -81,7 +81,7 @@ class Drive(NamedTuple):
     amplitude: float = 0.0
     frequency: float = 0.0
     phase: float = 0.0
-    touch: float = 2.0  # the contact radius over the depth grows like t^(1/touch)
+    touch: float = 2.0  # y grows like a multiple of t^(1/touch)
     depth: float = 0.0  # at the start
     velocity: float = 0.0
     touches: bool = False  # whether the body touches the surface at the start, with the velocity
@@ -419,7 +419,7 @@ def solve_by_panels(
         drive = Drive(history, False, bound, touch=path_power(profile, bound)[0] + 2.0)
     else:
         first = float(history.coefficients[0, 0])
-        if first > level:
+        if first - level > NO_FORCE * peak:
             rule = f"must be <= {level:g} m at the start, where the surface is: a history begins without contact"
             raise InputError("depth", first, rule, "m")
         if peak <= level:
@@ -429,7 +429,9 @@ def solve_by_panels(
             check_depth(history, profile, series.parallel_viscosity)
         else:
             pull = History(history.knots, history.coefficients * stiffness)
-            drive = Drive(pull, False, min(peak, deepest), stiffness=stiffness)
+            bound = min(peak, deepest)
+            touch = path_power(profile, bound)[0] + 2.0 if series.parallel_viscosity > 0.0 else 2.0
+            drive = Drive(pull, False, bound, stiffness=stiffness, touch=touch)
     solution = PanelSolution(profile, series, drive, rtol, None if surface is None else surface.marks)
     if not solution.contact_intervals.size:
         raise InputError(field, rule="does not bring the bodies into contact")

@@ -296,3 +296,10 @@ def to_coefficients(rule: Scheme, values: Any, row: Any) -> None:
         for i in range(NODES):
             total += rule.coefficients[n, i] * values[i]
         row[n] = total
+
+
+@inlined
+def tail(rule: Scheme, values: Any, row: Any) -> float:
+    """Return the size of the last two coefficients of a polynomial."""
+    to_coefficients(rule, values, row)
+    return abs(row[NODES - 1]) + abs(row[NODES - 2])

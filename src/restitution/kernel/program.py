@@ -9,6 +9,18 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.jumps import (
+    begin_contact,
+    drop_rate,
+    end_contact,
+    free_rate,
+    is_nearly_over,
+    jump,
+    jump_ahead,
+    jump_load,
+    push,
+    sweep,
+)
 from restitution.kernel.panels import (
     BACKWARD,
     CORNER,
@@ -21,20 +33,20 @@ from restitution.kernel.panels import (
     Scheme,
     Stack,
     gap,
-    leave,
     load,
-    locate,
     polynomials,
     share,
+    tail,
     to_coefficients,
-    touch,
     value_of,
-    write_displacements,
-    write_loads,
 )
 from restitution.kernel.path import Path, radius_and_integral
 from restitution.kernel.stepper import (
+    APART,
+    BENDS,
     DEPTH,
+    DONE,
+    ENDS,
     EVENT,
     FOLLOWING,
     FORCE,
@@ -43,18 +55,22 @@ from restitution.kernel.stepper import (
     FRONT,
     GIVEN,
     GROWS,
+    JOINT,
+    NO_ROOM,
+    NOT_SOLVED,
+    NOTHING,
+    PACE,
     PHASE,
-    PI,
     PULL,
     RATE,
-    RATE_BEFORE,
-    RATE_BEHIND,
-    RATE_JUMPS,
     RECORDS,
     SHRINKS,
     SLOPE,
     TIME,
     TIME_PASSES,
+    TOO_STEEP,
+    TOUCHES,
+    TURNS,
     VALUE_JUMPS,
     WORK,
     A,
@@ -66,23 +82,25 @@ from restitution.kernel.stepper import (
     V,
     Y,
     ahead,
-    at_nodes,
     differentiate,
+    ends_by_load,
+    fades_out,
     given,
     is_force,
+    is_light,
+    rounding_of_load,
     shared_load,
     solve_step,
     surface_at_axis,
     write_start,
 )
 
-NOTHING, TURNS, JOINT, ENDS, TOUCHES, BENDS = range(6)
-DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
-
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
 # Depth up to which an element, over the depth of the run, lies at the axis.
 _AT_AXIS = 1e-10
+# Loads that change within a moment, over the tolerance.
+_MOMENT = 0.05
 # Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
 # accepted leaves its error to the fronts that pass it.
 _FRONT_SHARE = 0.1
@@ -128,6 +146,28 @@ def next_corner(path: Path, y: float) -> float:
     return best
 
 
+@inlined
+def pace_of_load(problem: Problem, room: Room, i: int, second: float) -> float:
+    """Return the rate of the load at a shrinking front, over E0, at a node.
+
+    `second` is d'' of a prescribed depth. Otherwise it follows from the equation of motion, or, without inertia, the
+    rate of the shared load from that of the force: F' = a P' - sum rho_k (L_k - E_k h_k a).
+    """
+    solid, driver, nodes = problem.solid, problem.driver, room.nodes
+    if solid.viscosity > 0.0 and is_light(problem):
+        total = nodes[PACE, i] - driver.stiffness * nodes[V, i]
+        for k in range(solid.rates.shape[0]):
+            total += solid.rates[k] * (room.L[k, i] - room.loads[k, i] * nodes[A, i])
+        return total / (solid.glass * nodes[A, 0])
+    if driver.mass > 0.0:
+        second = nodes[GIVEN, i] + nodes[PULL, i] - nodes[F, i]
+        second = (second - driver.damping * nodes[V, i] - driver.stiffness * nodes[D, i]) / driver.mass
+    total = solid.glass * nodes[V, i] + solid.viscosity * second
+    for k in range(solid.rates.shape[0]):
+        total -= solid.rates[k] * room.loads[k, i]
+    return total / solid.glass
+
+
 @compiled
 def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
     """Write what passes zero from below at an event, at the nodes; return its value at the end of the step.
@@ -139,7 +179,7 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
     basis, slopes, change = room.basis[0], room.basis[1], room.vectors[7]
     panels, p = end_of_way(room, phase)
     corner = next_corner(problem.path, nodes[Y, 0]) if event == BENDS else 0.0
-    if event == TURNS and solid.viscosity > 0.0:
+    if event == TURNS and phase == SHRINKS and solid.viscosity > 0.0 and problem.driver.by_depth:
         differentiate(problem.rule, nodes[V], change)
     for i in range(1, NODES):
         t = room.times[i]
@@ -154,18 +194,17 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
                 for j in range(solid.recoveries.shape[0]):
                     E[i] -= solid.recoveries[j] * room.displacements[j, i]
         elif event == TURNS:
-            E[i] = solid.glass * nodes[V, i]
-            if solid.viscosity > 0.0 and room.weights[i] > 0.0:
-                E[i] += solid.viscosity * change[i] / room.weights[i]
-            for k in range(solid.rates.shape[0]):
-                E[i] -= solid.rates[k] * room.loads[k, i]
-            E[i] /= solid.glass
+            second = change[i] / room.weights[i] if problem.driver.by_depth and room.weights[i] > 0.0 else 0.0
+            E[i] = pace_of_load(problem, room, i, second)
         elif event == ENDS and is_force(problem.driver):
             E[i] = -nodes[GIVEN, i]
         elif phase == GROWS:
             E[i] = -gap(solid, panels, p, 0.0, t, nodes[D, i], basis, slopes)[0]
         else:
             E[i] = -load(solid, panels, p, 0.0, t, shared_load(solid, room, i), basis, slopes)[0]
+            if event == ENDS and ends_by_load(solid, problem.driver):
+                # The force of a paraboloid, which is smooth; that of a cone, its square, may be so or have two zeros.
+                E[i] *= math.sqrt(abs(E[i]))
     return E[NODES - 1]
 
 
@@ -248,13 +287,6 @@ def event_ahead(problem: Problem, room: Room, phase: int, kind: int) -> tuple[in
     return event, 1.0 - value / slope
 
 
-@inlined
-def tail(rule: Scheme, values: Any, row: Any) -> float:
-    """Return the size of the last two coefficients of a polynomial."""
-    to_coefficients(rule, values, row)
-    return abs(row[NODES - 1]) + abs(row[NODES - 2])
-
-
 @compiled
 def memory_error(problem: Problem, room: Room) -> float:
     """Return the error of the sums of loads that a growing contact leaves to its panel."""
@@ -268,7 +300,7 @@ def memory_error(problem: Problem, room: Room) -> float:
 
 
 @compiled
-def step_error(problem: Problem, room: Room, phase: int) -> float:
+def step_error(problem: Problem, room: Room, phase: int, length: float) -> float:
     """Return the error of depth, force, shared load and front over their scales.
 
     The front does not count where loads do not feel its scatter: where they have decayed nearly to zero, or the tip
@@ -298,6 +330,15 @@ def step_error(problem: Problem, room: Room, phase: int) -> float:
         part = memory_error(problem, room)
         if not part <= worst:
             worst = part
+    if solid.viscosity > 0.0 and not problem.driver.by_depth and length > 0.0 and phase != FREE:
+        rounding = 0.0
+        for i in range(NODES):
+            values[i] = nodes[V, i] * room.weights[i]
+            if is_light(problem) and i > 0:
+                rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
+        part = solid.viscosity / (length * scales.stress) * tail(rule, values, row) - rounding
+        if not part <= worst:
+            worst = part
     for i in range(NODES):
         values[i] = nodes[Y, i] * nodes[Y, i]
     # On virgin surface y^2 = d may be a polynomial where y is not.
@@ -311,124 +352,6 @@ def step_error(problem: Problem, room: Room, phase: int) -> float:
         if scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress):
             front = 0.0
     return front if not front <= worst else worst
-
-
-@compiled
-def push(problem: Problem, room: Room, phase: int, length: float, kind: int, joint: int) -> None:
-    """Put the elements that changed state in a step on their stack."""
-    solid, rule, nodes, K = problem.solid, problem.rule, room.nodes, problem.solid.rates.shape[0]
-    values = room.vectors[6]
-    panels, place = ahead(room, SHRINKS if phase == GROWS else GROWS)
-    p = room.places[place]
-    room.places[place] = p + 1
-    panels.start[p], panels.length[p], panels.kind[p] = room.state[TIME], length, kind
-    panels.end[p], panels.joint[p] = 1.0, joint
-    row = panels.coefficients[p]
-    to_coefficients(rule, nodes[Y], row[0])
-    if phase == GROWS:
-        for k in range(K):
-            for i in range(NODES):
-                values[i] = room.loads[k, i] - solid.moduli[k] * room.h[k, i]
-            to_coefficients(rule, values, row[1 + k])
-            for i in range(NODES):
-                values[i] = room.L[k, i] - solid.moduli[k] * room.h[k, i] * nodes[A, i]
-            to_coefficients(rule, values, row[1 + K + k])
-        return
-    for i in range(NODES):
-        leave(solid, nodes[D, i] - nodes[Y, i] * nodes[Y, i], room.loads[:, i], room.displacements[:, i])
-    for j in range(solid.recoveries.shape[0]):
-        to_coefficients(rule, room.displacements[j], row[1 + j])
-
-
-@compiled
-def jump(problem: Problem, room: Room, phase: int, z: float, joint: int) -> None:
-    """Let the front pass at once to z of the top panel of the stack before it, whose elements change state now."""
-    solid, rule, nodes, K = problem.solid, problem.rule, room.nodes, problem.solid.rates.shape[0]
-    t, basis, slopes = room.state[TIME], room.basis[0], room.basis[1]
-    growth, source, result = room.vectors[2], room.vectors[0], room.vectors[1]
-    panels, place = ahead(room, phase)
-    p = room.places[place] - 1
-    end = panels.end[p]
-    for i in range(NODES):
-        at = end + (z - end) * rule.c[i]
-        polynomials(at, basis, slopes)
-        nodes[D, i], nodes[Y, i] = room.state[DEPTH], max(value_of(panels.coefficients[p, 0], basis), 0.0)
-        nodes[A, i], nodes[PI, i] = radius_and_integral(problem.path, nodes[Y, i])
-        for k in range(K):
-            room.h[k, i] = room.memory[k]
-        if phase == SHRINKS:
-            write_loads(
-                solid, panels, p, at, t, room.memory, nodes[A, i], room.loads[:, i], room.L[:, i], basis, slopes
-            )
-        else:
-            write_displacements(solid, panels, p, at, t, room.displacements[:, i], basis, slopes)
-            touch(solid, room.displacements[:, i], room.loads[:, i])
-    if phase == GROWS:
-        differentiate(rule, nodes[A], growth)
-        for k in range(K):
-            for i in range(NODES):
-                source[i] = room.loads[k, i] * growth[i]
-            at_nodes(rule.A, source, result)
-            room.L[k, 0] = room.sums[k]
-            for i in range(1, NODES):
-                room.L[k, i] = room.L[k, 0] + result[i]
-    push(problem, room, phase, 0.0, FROZEN, joint)
-    panels.end[p] = z
-    room.places[place] = p + 1 if z > 0.0 else p
-    room.state[FRONT] = nodes[Y, NODES - 1]
-    for k in range(K):
-        room.sums[k] = room.L[k, NODES - 1]
-
-
-@compiled
-def jump_ahead(problem: Problem, room: Room, phase: int, moment: float) -> bool:
-    """Let the front pass at once to where it is a moment later; False if it hardly moves.
-
-    So it does, within rounding, where loads have decayed to nothing, or the tip meets an imprint of its own shape.
-    """
-    solid, state = problem.solid, room.state
-    panels, place = ahead(room, phase)
-    count = room.places[place]
-    if count == 0:
-        return False
-    drive = state[DEPTH] + moment * state[RATE]
-    if phase == SHRINKS:
-        drive = solid.equilibrium * drive + solid.viscosity * state[RATE]
-        for k in range(solid.rates.shape[0]):
-            decay = math.exp(-solid.rates[k] * moment)
-            drive += solid.moduli[k] * (room.memory[k] * decay + state[RATE] * (1.0 - decay) / solid.rates[k])
-    p, z, y, _ = locate(
-        solid, panels, count, phase == SHRINKS, state[TIME] + moment, drive, count - 1, panels.end[count - 1],
-        room.basis[0], room.basis[1],
-    )  # fmt: skip
-    if abs(y - state[FRONT]) <= 1e-13 * max(y, state[FRONT]):
-        return False
-    while room.places[place] > p + 1:
-        jump(problem, room, phase, 0.0, KINK)
-    if p >= 0 and z < panels.end[p]:
-        jump(problem, room, phase, z, KINK)
-    return True
-
-
-@inlined
-def end_contact(problem: Problem, room: Room) -> None:
-    """Let the innermost element leave."""
-    room.state[FRONT], room.state[FORCE] = 0.0, 0.0
-    room.places[FOLLOWING] = 0
-    for k in range(problem.solid.rates.shape[0]):
-        room.sums[k] = 0.0
-
-
-@compiled
-def begin_contact(problem: Problem, room: Room) -> None:
-    """Let the element at the axis touch, and with it those of a flat face."""
-    room.state[FRONT] = 0.0
-    write_start(problem.solid, problem.path, room, GROWS)
-    # A flat face feels the dashpot at once.
-    room.state[FORCE] = problem.solid.viscosity * room.nodes[A, 0] * room.state[RATE]
-    for k in range(problem.solid.rates.shape[0]):
-        room.memory[k] = 0.0
-        room.sums[k] = room.loads[k, 0] * room.nodes[A, 0]
 
 
 @compiled
@@ -504,20 +427,24 @@ def rate_behind_knot(problem: Problem, room: Room, piece: int, span: float) -> f
 
 
 @compiled
-def phase_behind_knot(problem: Problem, room: Room, phase: int, rate: float) -> int:
-    """Return whether the contact grows or shrinks at this rate: whether the body is faster than the free surface.
-
-    With a dashpot the load at the front jumps with the rate; the front then has to jump from where it vanishes.
-    """
-    solid = problem.solid
+def phase_behind_knot(problem: Problem, room: Room, piece: int, span: float, rate: float) -> int:
+    """Return whether the contact grows or shrinks at this rate: whether the body is faster than the free surface."""
+    solid, phase = problem.solid, room.places[PHASE]
     write_start(solid, problem.path, room, phase)
-    lost, load_at_front = 0.0, solid.equilibrium * (room.state[DEPTH] - room.state[FRONT] ** 2)
+    if solid.viscosity > 0.0:
+        if problem.driver.by_depth:
+            return GROWS if rate >= free_rate(solid, room) else SHRINKS
+        # The rate does not jump.
+        excess = solid.viscosity * (rate - free_rate(solid, room))
+        if phase == GROWS and excess > _MOMENT * problem.scales.tolerance * problem.scales.stress:
+            return GROWS
+        value, slope, pace = given(problem.driver, piece, 0.0, room.state[TIME])
+        room.nodes[GIVEN, 0], room.nodes[PACE, 0] = value, slope / span + pace
+        return GROWS if pace_of_load(problem, room, 0, 0.0) >= 0.0 else SHRINKS
+    lost = 0.0
     for k in range(solid.rates.shape[0]):
         lost += solid.rates[k] * room.loads[k, 0]
-        load_at_front += room.loads[k, 0]
-    free_rate = -load_at_front / solid.viscosity if solid.viscosity > 0.0 else lost / solid.glass
-    room.state[RATE_BEFORE], room.state[RATE_BEHIND] = free_rate, rate
-    return GROWS if rate >= free_rate else SHRINKS
+    return GROWS if rate >= lost / solid.glass else SHRINKS
 
 
 @inlined
@@ -551,7 +478,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
     driver, rule, scales, tolerance = problem.driver, problem.rule, problem.scales, problem.scales.tolerance
     span = driver.knots[piece + 1] - driver.knots[piece] if passing == TIME_PASSES else 1.0
     duration = driver.knots[driver.knots.shape[0] - 1] - driver.knots[0]
-    phase, done, switches = room.places[PHASE], 0.0, 0
+    phase, done, switches, fades = room.places[PHASE], 0.0, 0, fades_out(problem)
     first_kind, joint, guess, reach = int(start[0]), int(start[1]), min(start[2], span), math.inf
     aim, old_length, old_error = 0.0, math.inf, 0.0
     while done < span:
@@ -564,7 +491,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         grain = 1e-15 if passing != TIME_PASSES else max(4e-16 * abs(room.state[TIME]), 1e-18 * span)
         instant, jumps = grain, 0
         speed = max(abs(room.state[RATE]), scales.depth / duration)
-        moment = max(grain, 0.05 * tolerance * scales.stress / (problem.solid.glass * speed))
+        moment = max(grain, _MOMENT * tolerance * scales.stress / (problem.solid.glass * speed))
         kind, hunted, tries, chases, aims, aimed = first_kind, NOTHING, 0, 0, 0, math.inf
         last_length, last_value, error = 0.0, -math.inf, math.inf
         while True:
@@ -574,7 +501,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             error = math.inf
             step = Step(phase, passing, piece, done, length, span, kind)
             if solve_step(problem, room, step):
-                error = step_error(problem, room, phase)
+                error = step_error(problem, room, phase, length if passing == TIME_PASSES else 0.0)
             if length < moment and phase != FREE:
                 jumps += 1
                 if passing == TIME_PASSES and jumps < _MOST_JUMPS and jump_ahead(problem, room, phase, moment):
@@ -597,13 +524,16 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     # Whether an event before the first node is at the start only a shorter step can decide.
                     length *= 0.25
                     continue
+                if event == ENDS and fades:
+                    length *= 0.6 * passed
+                    continue
                 # The end of a force is known where the step up to there is not solved.
                 ends = is_force(driver) and phase == SHRINKS and end_of_way(room, phase)[1] == 0
                 coarse = tolerance < error < _COARSE or (error == math.inf and ends)
                 if event == NOTHING and coarse and aimed > length and phase != FREE:
                     event, passed = event_ahead(problem, room, phase, kind)
                     aims += 1
-                    if aims > _MOST_AIMS:
+                    if aims > _MOST_AIMS or (event == ENDS and fades):
                         event = NOTHING
                     if event != NOTHING:
                         aimed = length
@@ -629,8 +559,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 last_length, last_value = 0.0, -math.inf
                 length *= passed
                 if backward:
-                    # Under a force that falls to zero the end is like the touch, else like a root of the time left.
-                    kind = BACKWARD if event == JOINT or not is_force(driver) else -problem.power
+                    # Where a force falls to zero the end is like the touch, else like a root of the time left.
+                    kind = BACKWARD if event == JOINT or not ends_by_load(problem.solid, driver) else -problem.power
                 if length < instant:
                     break
                 continue
@@ -638,7 +568,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 if passing == TIME_PASSES and error < _COARSE and kind < 0 and chases < _MOST_CHASES:
                     # The front is not smooth while its way ends elsewhere, but where it ends becomes clearer.
                     chases += 1
-                    last, before = NODES - 1, NODES - 5
+                    last, before = NODES - 1, NODES - (3 if kind < BACKWARD else 5)
                     value = write_event(problem, room, phase, hunted)
                     slope = (value - room.nodes[EVENT, before]) / (room.times[last] - room.times[before])
                     change = -value / slope if slope > 0.0 else 0.0
@@ -698,14 +628,24 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * min(max(trend, 1.0), 2.0)
                 if aim - done > reach:
                     guess = min(guess, 0.5 * (aim - done))
+                over = fades and phase == SHRINKS and is_nearly_over(problem, room, length)
+                if over and not sweep(problem, room, -1, 0.0):
+                    return NO_ROOM
         if hunted != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
             # The innermost elements left within rounding.
             hunted = ENDS
+            room.records.event[room.places[RECORDS] - 1] = ENDS
             end_contact(problem, room)
+        if hunted == ENDS and driver.stiffness > 0.0 and is_light(problem):
+            # Without a force.
+            room.state[DEPTH] = given(driver, piece, done / span, room.state[TIME])[0] / driver.stiffness
         began, joint, first_kind = first_kind, SMOOTH, 1
         reach = reach if hunted == NOTHING else math.inf
         if hunted == TURNS:
             phase, joint = (SHRINKS if phase == GROWS else GROWS), FLAT
+            if phase == SHRINKS and problem.solid.viscosity > 0.0:
+                # The front leaves at once, through elements that it reached like a root of the time.
+                first_kind = 2
         elif hunted == TOUCHES:
             phase, first_kind, guess = GROWS, problem.power, left
         elif hunted == ENDS:
@@ -736,25 +676,20 @@ def touch_surface(problem: Problem, room: Room, time: float, rate: float) -> Non
 
 
 @compiled
-def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any, most: int) -> int:
+def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any) -> int:
     """Let a body in contact pass a knot of what is prescribed, at which its rate may jump; return the outcome."""
-    driver, state, places = problem.driver, room.state, room.places
+    state, places = room.state, room.places
     rate = rate_behind_knot(problem, room, piece, span)
     if span == 0.0:
         places[PHASE] = GROWS if rate >= 0.0 else SHRINKS
         return DONE
     phase = places[PHASE]
-    places[PHASE] = phase_behind_knot(problem, room, phase, rate)
-    if problem.solid.viscosity > 0.0 and driver.by_depth:
-        # The load of the dashpot jumps: at once where the contact grows, else from where the front is.
-        jumps = places[PHASE] == SHRINKS
-        behind = state[RATE_BEFORE] if jumps else rate
-        state[FORCE] += problem.solid.viscosity * room.nodes[A, 0] * (behind - state[RATE])
-        if jumps:
-            outcome = follow(problem, room, piece, RATE_JUMPS, start, most)
-            if outcome != DONE:
-                return outcome
-        elif phase == SHRINKS:
+    places[PHASE] = phase_behind_knot(problem, room, piece, span, rate)
+    if problem.solid.viscosity > 0.0 and problem.driver.by_depth:
+        if places[PHASE] == SHRINKS:
+            return drop_rate(problem, room, rate)
+        state[FORCE] += problem.solid.viscosity * room.nodes[A, 0] * (rate - state[RATE])
+        if phase == SHRINKS:
             # Free elements begin to part from the body at its own rate: their gap is quadratic near the edge.
             start[0] = 2
     state[RATE] = rate
@@ -774,8 +709,13 @@ def run(problem: Problem, room: Room, start: Any, most: int) -> int:
         span = driver.knots[piece + 1] - driver.knots[piece]
         if not driver.smooth[piece]:
             start[1] = KINK
+            if span == 0.0 and problem.solid.viscosity > 0.0 and is_light(problem):
+                outcome = jump_load(problem, room, piece, start)
+                if outcome != DONE:
+                    return outcome
+                continue
             if places[PHASE] != FREE and places[FOLLOWING] > 0:
-                outcome = pass_kink(problem, room, piece, span, start, most)
+                outcome = pass_kink(problem, room, piece, span, start)
                 if outcome != DONE:
                     return outcome
             elif driver.by_depth and span > 0.0:

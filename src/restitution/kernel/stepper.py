@@ -1,8 +1,8 @@
 """One step of a contact with any history: fronts, forces and memory at the nodes, and the motion that they allow.
 
 Phases: FREE (no contact), GROWS (the gap closes at the front) and SHRINKS (the load vanishes at the front). The nodes
-of a step are those of Radau IIA collocation; the unknown is the depth there, or the velocity where there is a mass.
-What drives the body is, with f piecewise polynomial plus a cosine,
+of a step are those of Radau IIA collocation; the unknown is the depth there, or the velocity where there is a mass
+or a dashpot. What drives the body is, with f piecewise polynomial plus a cosine,
 
     by depth:   d = f(t)
     otherwise:  m d'' + c d' + k d = f(t) - F + pull    (a force for m = c = k = 0, a spring for m = c = 0)
@@ -28,6 +28,7 @@ from restitution.kernel.panels import (
     Solid,
     Stack,
     gap,
+    load,
     locate,
     polynomials,
     share,
@@ -40,15 +41,26 @@ from restitution.kernel.panels import (
 from restitution.kernel.path import Path, radius_and_integral
 
 FREE, GROWS, SHRINKS = range(3)
-# What passes in a step: time, a jump of what is prescribed, a jump of the rate of the depth.
-TIME_PASSES, VALUE_JUMPS, RATE_JUMPS = range(3)
+# What passes in a step: time, or a jump of what is prescribed.
+TIME_PASSES, VALUE_JUMPS = range(2)
+# What ends a step.
+NOTHING, TURNS, JOINT, ENDS, TOUCHES, BENDS = range(6)
+# Outcomes of a run.
+DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 
 # Numbers in `Room.state` and in `Room.places`, and rows of `Room.nodes`.
-TIME, FRONT, DEPTH, RATE, WORK, FORCE, RATE_BEFORE, RATE_BEHIND = range(8)
+TIME, FRONT, DEPTH, RATE, WORK, FORCE = range(6)
 PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
-D, V, Y, A, PI, F, EVENT, GIVEN, SLOPE, PULL = range(10)
+D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL = range(11)
 
-_MOST_ITERATIONS = 30
+# Trials of a first guess at a touch.
+_MOST_GUESSES = 40
+# y, over that of the largest depth, below which forces by sums of loads pass into forces by loads.
+_SMALL = 0.1
+# Where a load vanishes, so does the slope of the force: the error is only halved then.
+_MOST_ITERATIONS = 60
+# Change by an iteration that does not converge further, over the tolerance.
+_SETTLED = 0.05
 # Difference of the forces of a panel and of the step before, over the error of a step.
 _SAME_FORCE = 10.0
 
@@ -126,7 +138,7 @@ class Room(NamedTuple):
     sums: Any  # (K,): L_k now
     times: Any  # (N,)
     weights: Any  # (N,): slope of the time over z
-    nodes: Any  # (10, N), see D; SLOPE is that of load or gap over y at the front
+    nodes: Any  # (11, N), see D; PACE is the rate of GIVEN, SLOPE that of load or gap over y at the front
     h: Any  # (K, N)
     L: Any  # (K, N)
     loads: Any  # (K, N): l_k at the front
@@ -150,8 +162,8 @@ def room(solid: Solid, panels: int, records: int) -> Room:
         np.zeros(records, dtype=whole), np.zeros((records, 4, N)),
     )  # fmt: skip
     return Room(
-        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(8), np.zeros(5, dtype=whole), np.zeros(K),
-        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((10, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
+        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(5, dtype=whole), np.zeros(K),
+        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((11, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
         np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)), np.zeros((S, S)),
         np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
     )  # fmt: skip
@@ -169,6 +181,36 @@ def ahead(room: Room, phase: int) -> tuple[Stack, int]:
 def is_force(driver: Driver) -> bool:
     """Return whether a force is prescribed: a driver without mass and stiffness."""
     return not (driver.by_depth or driver.mass > 0.0 or driver.stiffness > 0.0)
+
+
+@inlined
+def is_light(problem: Problem) -> bool:
+    """Return whether the force on the contact follows from what is prescribed and the depth: without inertia."""
+    return not (problem.driver.by_depth or problem.driver.mass > 0.0)
+
+
+@inlined
+def ends_by_load(solid: Solid, driver: Driver) -> bool:
+    """Return whether what is prescribed tells where the force vanishes, while loads may be like a root of the time."""
+    return is_force(driver) or (solid.viscosity > 0.0 and not (driver.by_depth or driver.mass > 0.0))
+
+
+@inlined
+def fades_out(problem: Problem) -> bool:
+    """Return whether the end of a contact has no exponent: of a cone on a spring and a dashpot.
+
+    Of the force F ~ y^4 and its rate k (z' - d') both may vanish first.
+    """
+    if is_force(problem.driver) or not ends_by_load(problem.solid, problem.driver):
+        return False
+    near, far = radius_and_integral(problem.path, 1e-6)[0], radius_and_integral(problem.path, 2e-6)[0]
+    return far > 3.5 * near
+
+
+@inlined
+def by_rate(solid: Solid, driver: Driver, phase: int) -> bool:
+    """Return whether the unknowns of a step are velocities."""
+    return driver.mass > 0.0 or (solid.viscosity > 0.0 and phase != FREE)
 
 
 @inlined
@@ -275,7 +317,7 @@ def guess_next(room: Room, i: int) -> None:
 
 
 @compiled
-def write_shrinking_front(solid: Solid, room: Room, path: Path, i: int) -> None:
+def write_shrinking_front(solid: Solid, driver: Driver, room: Room, path: Path, i: int) -> None:
     """Write the front of the shrinking contact at a node, its loads, and the part of the force by the memory."""
     nodes, basis, slopes = room.nodes, room.basis[0], room.basis[1]
     p, z, y, nodes[SLOPE, i] = locate(
@@ -290,6 +332,11 @@ def write_shrinking_front(solid: Solid, room: Room, path: Path, i: int) -> None:
         solid, room.following, max(p, 0), z, room.times[i], room.h[:, i], nodes[A, i], room.loads[:, i], room.L[:, i],
         basis, slopes,
     )  # fmt: skip
+    if p < 0 and solid.viscosity > 0.0 and not driver.by_depth and driver.mass == 0.0:
+        # Behind the end the rate would jump: the elements at the axis pull, so that the depth goes on smoothly.
+        nodes[A, i] = nodes[A, 0]
+        for k in range(solid.rates.shape[0]):
+            room.L[k, i] = nodes[A, i] * room.loads[k, i]
     nodes[F, i] = 0.0
     for k in range(solid.rates.shape[0]):
         nodes[F, i] += room.L[k, i]
@@ -353,7 +400,25 @@ def write_growing_sums(solid: Solid, rule: Scheme, room: Room) -> None:
 
 
 @compiled
-def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int) -> None:
+def force_of_loads(solid: Solid, path: Path, rule: Scheme, room: Room, i: int) -> float:
+    """Return the force of a shrinking contact by its loads, `int q da`.
+
+    Other than by the sums of loads, which are known to the tolerance, it vanishes where the load at the axis does.
+    """
+    total, drive = 0.0, shared_load(solid, room, i)
+    for p in range(room.at[i] + 1):
+        end = room.z[i] if p == room.at[i] else room.following.end[p]
+        for j in range(STAGES):
+            _, slope, y, _ = load(
+                solid, room.following, p, end * rule.c[j + 1], room.times[i], drive, room.basis[0], room.basis[1]
+            )
+            # By parts, as the load vanishes at the front.
+            total -= rule.A[STAGES - 1, j] * end * slope * radius_and_integral(path, max(y, 0.0))[0]
+    return total
+
+
+@compiled
+def write_forces(solid: Solid, driver: Driver, path: Path, rule: Scheme, room: Room, phase: int) -> None:
     """Write fronts, memory and forces at the nodes from the depths and rates there."""
     nodes, source = room.nodes, room.vectors[0]
     if phase == FREE:
@@ -367,7 +432,7 @@ def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int)
         at_nodes(room.inverse[k], source, room.h[k])
     for i in range(1, NODES):
         if phase == SHRINKS:
-            write_shrinking_front(solid, room, path, i)
+            write_shrinking_front(solid, driver, room, path, i)
         else:
             write_growing_front(solid, room, path, i)
     room.places[NO_FRONT_YET] = 0
@@ -377,16 +442,22 @@ def write_forces(solid: Solid, path: Path, rule: Scheme, room: Room, phase: int)
         y, a = nodes[Y, i], nodes[A, i]
         nodes[F, i] += solid.equilibrium * ((nodes[D, i] - y * y) * a + nodes[PI, i])
         nodes[F, i] += solid.viscosity * a * nodes[V, i]
+        if phase == SHRINKS and ends_by_load(solid, driver) and 0.0 < y < _SMALL:
+            part = (y / _SMALL) ** 4
+            nodes[F, i] = part * nodes[F, i] + (1.0 - part) * force_of_loads(solid, path, rule, room, i)
 
 
 @compiled
 def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase: int) -> None:
-    """Write the slope of the residual by the depths at the nodes, or by the velocities where there is a mass.
+    """Write the slope of the residual by the depths at the nodes, or by the velocities.
 
     dF = a (Einf + sum E_k B_k^-1) dd + eta a dd', as the load vanishes at a shrinking front; at a growing one over
-    virgin surface a stands behind the memory.
+    virgin surface a stands behind the memory, and the load there is eta (d' - W'), so that eta a' is added to Einf a.
     """
-    S, nodes, M, row = STAGES, room.nodes, room.jacobian, room.vectors[5]
+    S, nodes, M, row, growth = STAGES, room.nodes, room.jacobian, room.vectors[5], room.vectors[6]
+    grows = phase == GROWS and solid.viscosity > 0.0
+    if grows:
+        differentiate(rule, nodes[A], growth)
     for i in range(S):
         for j in range(S):
             value = 0.0
@@ -395,17 +466,17 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
                     value += solid.moduli[k] * room.inverse[k, i, j]
                 value += solid.equilibrium if i == j else 0.0
                 value *= nodes[A, j + 1] if phase == GROWS else nodes[A, i + 1]
-                if driver.mass == 0.0 and solid.viscosity > 0.0 and room.weights[i + 1] > 0.0:
-                    value += solid.viscosity * nodes[A, i + 1] * rule.derivative[i + 1, j + 1] / room.weights[i + 1]
+                if grows and i == j and room.weights[i + 1] > 0.0:
+                    value += solid.viscosity * growth[i + 1] / room.weights[i + 1]
             M[i, j] = value + (driver.stiffness if i == j else 0.0)
-    if driver.mass == 0.0:
+    if not by_rate(solid, driver, phase):
         return
     if driver.attraction > 0.0 and phase == FREE:
         for i in range(S):
             # 2 C/(gap + cutoff)^3
             pull = min(nodes[PULL, i + 1], driver.attraction / driver.cutoff**2)
             M[i, i] -= 2.0 * pull * math.sqrt(pull / driver.attraction)
-    # m (v - v0) + A w (c v + k d + F - f) = 0 with d = d0 + A w v: m + A w (c + eta a + (k + dF/dd) A w).
+    # c v + k d + F - f with d = d0 + A w v: c + eta a + (k + dF/dd) A w.
     for i in range(S):
         for j in range(S):
             row[j] = 0.0
@@ -414,6 +485,9 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
         for j in range(S):
             M[i, j] = row[j]
         M[i, i] += driver.damping + (solid.viscosity * nodes[A, i + 1] if phase != FREE else 0.0)
+    if driver.mass == 0.0:
+        return
+    # m (v - v0) + A w (c v + k d + F - f) = 0.
     for j in range(S):
         for i in range(S):
             row[i] = 0.0
@@ -425,7 +499,7 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
 
 
 @compiled
-def newton_step(driver: Driver, rule: Scheme, room: Room) -> bool:
+def newton_step(driver: Driver, rule: Scheme, room: Room, moving: bool) -> bool:
     """Correct the depths, or the velocities, at the nodes; False if the matrix is singular."""
     S, nodes, M = STAGES, room.nodes, room.matrix
     for i in range(S):
@@ -434,7 +508,7 @@ def newton_step(driver: Driver, rule: Scheme, room: Room) -> bool:
         n = i + 1
         if driver.mass == 0.0:
             M[i, S] = nodes[GIVEN, n] - nodes[F, n] - driver.stiffness * nodes[D, n]
-            if is_force(driver) and abs(nodes[GIVEN, n]) <= 1e-14 * nodes[GIVEN, 0]:
+            if is_force(driver) and not moving and abs(nodes[GIVEN, n]) <= 1e-14 * nodes[GIVEN, 0]:
                 # A force that ends is a power of the depth that is left, and Newton's method looks for its root.
                 if nodes[Y, n] > 0.0:
                     M[i, S] *= nodes[Y, n] * nodes[Y, n] * nodes[A, n] / nodes[PI, n]
@@ -451,10 +525,9 @@ def newton_step(driver: Driver, rule: Scheme, room: Room) -> bool:
 
 
 @compiled
-def apply_correction(driver: Driver, rule: Scheme, room: Room, amount: float) -> None:
+def apply_correction(rule: Scheme, room: Room, moving: bool, amount: float) -> None:
     """Add the correction in the last column of the matrix; the rates follow from the depths, or they from these."""
     S, nodes = STAGES, room.nodes
-    moving = driver.mass > 0.0
     for i in range(S):
         nodes[V if moving else D, i + 1] += amount * room.matrix[i, S]
     if moving:
@@ -470,6 +543,36 @@ def apply_correction(driver: Driver, rule: Scheme, room: Room, amount: float) ->
             for j in range(NODES):
                 total += rule.derivative[i, j] * nodes[D, j]
             nodes[V, i] = total / room.weights[i]
+
+
+@inlined
+def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
+    """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
+    nodes = room.nodes
+    force = abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i])
+    if nodes[SLOPE, i] > 0.0:
+        # The front is known no better than the depth.
+        force += abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
+    return 4e-16 * force / max(problem.scales.stress * nodes[A, i], 1e-300)
+
+
+@compiled
+def part_above_surface(rule: Scheme, room: Room, moving: bool) -> float:
+    """Return the part of a correction that leaves a tenth of how far the body is below the surface at the axis.
+
+    Without contact there is no stiffness. The surface at the axis is where an event is written later.
+    """
+    nodes, part = room.nodes, 1.0
+    for i in range(STAGES):
+        change = room.matrix[i, STAGES]
+        if moving:
+            change = 0.0
+            for j in range(STAGES):
+                change += rule.A[i, j] * room.weights[j + 1] * room.matrix[j, STAGES]
+        below = nodes[D, i + 1] - nodes[EVENT, i + 1]
+        if below > 0.0 and change < -0.9 * below:
+            part = min(part, -0.9 * below / change)
+    return part
 
 
 @compiled
@@ -494,34 +597,62 @@ def write_pull(solid: Solid, driver: Driver, room: Room, phase: int) -> None:
 
 
 @compiled
-def predict(solid: Solid, path: Path, driver: Driver, room: Room, phase: int) -> None:
+def first_depth(problem: Problem, room: Room, t: float, level: float, modulus: float, force: float) -> float:
+    """Return about how far a force presses a body, that just touches, below the surface at the axis.
+
+    `E Pi(y) e/y^2 + k e = f` with the front y at the depth e, by secants of the logarithms.
+    """
+    e, slope, last, excess, top = 1.0, 2.0, 1.0, 0.0, room.places[FREE_PANELS] - 1
+    for n in range(_MOST_GUESSES):
+        y = math.sqrt(e)
+        if top >= 0:
+            p, _, front, _ = locate(
+                problem.solid, room.free, top + 1, False, t, level + e, top, room.free.end[top], room.basis[0],
+                room.basis[1],
+            )  # fmt: skip
+            y = max(y, front if p >= 0 else math.sqrt(max(level + e, 0.0)))
+        load = modulus * radius_and_integral(problem.path, y)[1] * e / (y * y) + problem.driver.stiffness * e
+        if not load > 0.0:
+            break
+        before, excess = excess, math.log(load / force)
+        if abs(excess) < 1e-6:
+            break
+        if n > 0 and e != last:
+            slope = min(max((excess - before) / math.log(e / last), 0.5), 4.0)
+        last, e = e, e * math.exp(min(max(-excess / slope, -20.0), 20.0))
+    return e
+
+
+@compiled
+def predict(problem: Problem, room: Room, phase: int) -> None:
     """Write a first guess of depths or velocities: constant velocity, or elastic growth."""
-    nodes = room.nodes
+    solid, driver, nodes, slopes = problem.solid, problem.driver, room.nodes, room.vectors[7]
     for i in range(1, NODES):
         nodes[V, i], nodes[D, i] = nodes[V, 0], nodes[D, 0]
         if driver.mass > 0.0:
             continue
-        rise = nodes[GIVEN, i] - nodes[GIVEN, 0]
+        rise = nodes[GIVEN, i] - nodes[F, 0] - driver.stiffness * nodes[D, 0]
         if phase == FREE:
             if driver.stiffness > 0.0:
                 nodes[D, i] = nodes[GIVEN, i] / driver.stiffness
-        elif nodes[Y, 0] > 0.0:
-            nodes[D, i] += rise / (driver.stiffness + solid.glass * nodes[A, 0])
+        elif nodes[A, 0] > 0.0:
+            # Against a dashpot the rate is constant.
+            if solid.viscosity == 0.0:
+                nodes[D, i] += rise / (driver.stiffness + solid.glass * nodes[A, 0])
         else:
-            # A first touch: (E0 + eta/t) Pi(y) + k y^2 = f.
+            level = surface_at_axis(solid, room, room.times[i])
+            force = nodes[GIVEN, i] - driver.stiffness * level
             modulus = solid.glass
             if solid.viscosity > 0.0:
                 modulus += solid.viscosity / max(room.times[i] - room.times[0], 1e-300)
-            low, high = 0.0, 1.0
-            for _ in range(100):
-                load = modulus * radius_and_integral(path, high)[1] + driver.stiffness * high * high
-                if load < rise and low == 0.0 and high < 1e150:
-                    high *= 4.0
-                    continue
-                middle = 0.5 * (low + high)
-                load = modulus * radius_and_integral(path, middle)[1] + driver.stiffness * middle * middle
-                low, high = (low, middle) if load > rise else (middle, high)
-            nodes[D, i] += high * high
+            nodes[D, i] = level
+            if force > 0.0:
+                nodes[D, i] += first_depth(problem, room, room.times[i], level, modulus, force)
+    if solid.viscosity > 0.0 and phase != FREE and driver.mass == 0.0 and not nodes[A, 0] > 0.0:
+        differentiate(problem.rule, nodes[D], slopes)
+        for i in range(1, NODES):
+            if room.weights[i] > 0.0:
+                nodes[V, i] = slopes[i] / room.weights[i]
 
 
 @compiled
@@ -538,7 +669,7 @@ def write_start(solid: Solid, path: Path, room: Room, phase: int) -> None:
     if p >= 0 and phase != FREE:
         # Where the front is fast, its place at a joint is known less well than the joint.
         polynomials(z, basis, slopes)
-        nodes[Y, 0] = max(value_of(panels.coefficients[p, 0], basis), 0.0)
+        nodes[Y, 0] = max(value_of(panels.coefficients[p, 0], basis), 0.0) if state[FRONT] > 0.0 else 0.0
     nodes[A, 0], nodes[PI, 0] = radius_and_integral(path, nodes[Y, 0])
     places[NO_FRONT_YET] = 1
     for i in range(NODES):
@@ -580,14 +711,11 @@ def write_given(problem: Problem, room: Room, step: Step) -> None:
         if step.passing == TIME_PASSES:
             room.times[i], room.weights[i] = t0 + step.length * passed, step.length * pace
         value, slope, rate = given(driver, step.piece, min(x, 1.0), room.times[i])
-        if step.passing == RATE_JUMPS:
-            nodes[D, i], nodes[V, i] = state[DEPTH], state[RATE_BEFORE] + x * (state[RATE_BEHIND] - state[RATE_BEFORE])
-            continue
-        nodes[GIVEN, i] = value
+        nodes[GIVEN, i], nodes[PACE, i] = value, slope / step.span + rate
         if driver.by_depth:
             if i > 0:
                 nodes[D, i] = value
-            nodes[V, i] = slope / step.span + rate if step.passing == TIME_PASSES else state[RATE]
+            nodes[V, i] = nodes[PACE, i] if step.passing == TIME_PASSES else state[RATE]
 
 
 @compiled
@@ -604,38 +732,52 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     write_given(problem, room, step)
     if phase != FREE:
         write_inverses(solid, rule, room)
-    if driver.by_depth or step.passing == RATE_JUMPS:
-        write_forces(solid, path, rule, room, phase)
+    if driver.by_depth:
+        write_forces(solid, driver, path, rule, room, phase)
         return True
     if phase == FREE and is_force(driver):
         # Without a force the body lies on the surface.
         for i in range(1, NODES):
             nodes[D, i] = surface_at_axis(solid, room, room.times[i])
-        write_forces(solid, path, rule, room, phase)
+        write_forces(solid, driver, path, rule, room, phase)
         return True
-    predict(solid, path, driver, room, phase)
-    apply_correction(driver, rule, room, 0.0)
-    write_forces(solid, path, rule, room, phase)
+    moving = by_rate(solid, driver, phase)
+    predict(problem, room, phase)
+    apply_correction(rule, room, moving, 0.0)
+    write_forces(solid, driver, path, rule, room, phase)
     write_pull(solid, driver, room, phase)
     last, ratio = math.inf, 1.0
-    reach = (step.length if driver.mass > 0.0 else 1.0) / scales.depth
+    reach = (step.length if moving else 1.0) / scales.depth
+    light = moving and driver.mass == 0.0
+    if light:
+        reach = max(reach, solid.viscosity / scales.stress)
+    touches = phase == GROWS and driver.mass == 0.0 and not nodes[A, 0] > 0.0
+    if touches:
+        for i in range(1, NODES):
+            nodes[EVENT, i] = surface_at_axis(solid, room, room.times[i])
     for iteration in range(_MOST_ITERATIONS):
         # A new matrix costs less than the search for the fronts.
         write_jacobian(solid, driver, rule, room, phase)
-        if not newton_step(driver, rule, room):
+        if not newton_step(driver, rule, room, moving):
             return False
         change, size = 0.0, 1.0
         for i in range(STAGES):
-            change = max(change, abs(room.matrix[i, STAGES]) * reach)
+            part = abs(room.matrix[i, STAGES]) * reach
+            # Rounding of forces that few elements share.
+            if not (light and part <= rounding_of_load(problem, room, i + 1)):
+                change = max(change, part)
             size = max(size, abs(nodes[D, i + 1]) / scales.depth, abs(nodes[V, i + 1]) * reach)
         ratio = change / last
         if not change < math.inf or (iteration > 8 and ratio > 2.0):
             return False
-        apply_correction(driver, rule, room, 1.0)
-        write_forces(solid, path, rule, room, phase)
+        amount = part_above_surface(rule, room, moving) if touches else 1.0
+        apply_correction(rule, room, moving, amount)
+        write_forces(solid, driver, path, rule, room, phase)
         write_pull(solid, driver, room, phase)
         left = change * ratio / (1.0 - ratio) if iteration > 0 and ratio < 0.5 else change
-        if left <= max(1e-3 * scales.tolerance, 2e-15 * size) or (change <= 1e-12 and ratio >= 0.5):
+        # Panels meet within the tolerance, so that a front next to a joint may not settle.
+        settles = ratio >= 0.5 and change <= max(1e-12, _SETTLED * scales.tolerance)
+        if amount == 1.0 and (settles or left <= max(1e-3 * scales.tolerance, 2e-15 * size)):
             return True
         last = change
     return False
