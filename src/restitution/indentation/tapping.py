@@ -34,6 +34,8 @@ _CONFIRMED = 3
 _SHARES = (1.0, 0.3, 0.1, 0.03)
 # Past taps from which the next start is extrapolated, and growth of the change at which it is not.
 _MEMORY, _GROWTH = 5, 3.0
+# Panels of a surface that are not merged in time grow without end.
+_MOST_PANELS = 1000
 _LEAST_SCALE = 1e-3
 
 COLUMNS = {
@@ -206,7 +208,10 @@ class Tapper:
         depth, rate, _, _ = solution.at(solution.history.stop)
         if not math.isfinite(depth[0] + rate[0]):
             raise InputError("distance", rule="leads to a tap that has no end")
-        return Start(float(depth[0]), float(rate[0]), solution.imprint, solution.grip, solution.elements.axis_depth)
+        imprint = solution.imprint
+        if imprint.end.size > _MOST_PANELS:
+            raise InputError("distance", rule="leaves a surface of more panels than can be followed")
+        return Start(float(depth[0]), float(rate[0]), imprint, solution.grip, solution.elements.axis_depth)
 
     def steady(self, distance: float, start: Start, most: int) -> tuple[PanelSolution, Start, TappingStatus]:
         """Return the last tap, its end, and whether taps have become periodic.
