@@ -82,8 +82,7 @@ def test_sounds_without_noise_have_their_touches_at_any_scale(scale):
     assert picks.time - 0.5 == pytest.approx(time, abs=2.0 / 22050)
 
 
-def test_a_touch_is_later_than_its_echo_is_early():
-    """Echoes that are louder than later touches do not count."""
+def test_echoes_that_are_louder_than_later_touches_do_not_count():
     rng = np.random.default_rng(14)
     time, velocity, _ = sounds.instants(np.random.default_rng([14, 3]))
     samples = sounds.sounded(time + 0.5, 100.0 * velocity / velocity[0], sounds.click(rng, 44100), 44100, 4 * 44100)
