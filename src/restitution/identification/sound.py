@@ -138,7 +138,9 @@ def find_bounces(recording: Recording) -> Picks:
     picks = Picks(*(column[first:last] for column in picks))
     flights = np.diff(picks.time)
     if np.median(flights[1:] / flights[:-1]) > _STEADY:
-        raise InputError("", rule="must have flights that become shorter: the sounds come as evenly as those of a clock")
+        raise InputError(
+            "", rule="must have flights that become shorter: the sounds come as evenly as those of a clock"
+        )
     return picks
 
 
