@@ -11,7 +11,7 @@ import numpy as np
 from restitution import checks
 from restitution.checks import Array
 from restitution.errors import InputError
-from restitution.identification.impacts import LOSS, EffectiveModuli, Rebounds, effective_moduli
+from restitution.identification.impacts import LOSS, EffectiveModuli, Rebounds, moduli_of_rebounds
 from restitution.identification.observations import Noise, Observations, number_or_none
 from restitution.identification.records import BounceTimes, Flight
 from restitution.identification.sound import Picks, Recording
@@ -219,7 +219,7 @@ def from_instants(picks: Picks, ball: Ball, recording: Recording | None = None) 
     radius, mass = ball.radius or UNKNOWN[0], ball.mass or UNKNOWN[1]
     rebounds = Rebounds(down[:-1][good], e[good], radius=radius, mass=mass, contact_time=known)
     is_known = ball.radius is not None and ball.mass is not None
-    moduli = effective_moduli(rebounds)
+    moduli = moduli_of_rebounds(rebounds)
     _take(columns, moduli, np.flatnonzero(good) + 1, sized=is_known)
     return MeasuredBounces(
         **columns, statements=(*lines, *moduli.statements), recording=recording,
@@ -238,7 +238,7 @@ def _instants(picks: Picks, ball: Ball) -> BounceTimes:
 
 def from_rebounds(rebounds: Rebounds, *, sized: bool) -> MeasuredBounces:
     """Return the bounces of measured rebounds; `sized` tells whether their mass and radius are known."""
-    moduli = effective_moduli(rebounds)
+    moduli = moduli_of_rebounds(rebounds)
     columns = _empty(rebounds.velocity.size)
     columns |= {"velocity": rebounds.velocity, "restitution_coefficient": rebounds.restitution_coefficient}
     error = rebounds.noise.of("restitution_coefficient", rebounds.restitution_coefficient)
