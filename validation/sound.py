@@ -32,12 +32,14 @@ LEAST, FEWEST = 3.0, 5
 TEXT = """# Bounces in sounds
 
 Made by `validation/sound.py`, with the sounds of `tests/sounds.py`: {count} sounds of random balls (drop height 0.2 to
-1.2 m, e from 0.55 to 0.93) at {rates} samples a second. A touch is a sum of 2 to 5 damped tones from 500 Hz to 8 kHz,
-with decay times of 1.5 to 8 ms; its loudness falls as a power 0.8 to 1.4 of the velocity and scatters by 15 %. The
-noise has a standard deviation of 1, and the first touch a peak of 6 to 300. Echo: the impulse response of a room with
-one to three echoes of 0.1 to 0.35 within 90 ms and a tail. Clipped: at 0.2 to 0.7 of the largest sample, but above
-the noise. Hum: 50 or 60 Hz and harmonics, up to ten times the noise. Speech: syllables until 0.1 s before the first
-touch, as loud as 0.1 to 1 of it. Coloured noise: neighbours are correlated by 0.3 to 0.9.
+1.2 m, e from 0.55 to 0.93) at {rates} samples a second.
+
+A touch is a sum of 2 to 5 damped tones from 500 Hz to 8 kHz, with decay times of 1.5 to 8 ms; its loudness falls as a
+power 0.8 to 1.4 of the velocity and scatters by 15 %. The noise has a standard deviation of 1, and the first touch a
+peak of 6 to 300. Echo: the impulse response of a room with one to three echoes of 0.1 to 0.35 within 90 ms and a tail.
+Clipped: at 0.2 to 0.7 of the largest sample, but above the noise. Hum: 50 or 60 Hz and harmonics, up to ten times the
+noise. Speech: syllables until 0.1 s before the first touch, as loud as 0.1 to 1 of it. Coloured noise: neighbours are
+correlated by 0.3 to 0.9.
 
 A touch counts if its peak, and that of all before it, is above three times the standard deviation of the noise; the
 instants of a series must have no gap. Only sounds with at least {fewest} such touches count. A pick is invented if no

@@ -63,8 +63,26 @@ def test_no_bounces_are_invented(seed):
     assert "bounces" in error.rule
 
 
-def test_a_touch_is_later_than_its_echo_is_early():
-    """Echoes that are louder than later touches do not count."""
+def test_a_clock_is_no_ball():
+    samples = 1e-3 * np.random.default_rng(16).standard_normal(66150)
+    samples[1000:60000:8000] += 1.0
+    error = in_one_line(lambda: find_bounces(Recording(samples, 22050)))
+    assert "shorter" in error.rule
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scale", [1e-100, 1.0, 1e100])
+def test_sounds_without_noise_have_their_touches_at_any_scale(scale):
+    rng = np.random.default_rng(17)
+    time, velocity, _ = sounds.instants(rng)
+    samples = sounds.sounded(time + 0.5, velocity, sounds.click(rng, 22050), 22050, int(22050 * (time[-1] + 1.0)))
+    picks = find_bounces(Recording(scale * samples, 22050))
+    assert picks.time.size == time.size
+    # Within two samples.
+    assert picks.time - 0.5 == pytest.approx(time, abs=2.0 / 22050)
+
+
+def test_echoes_that_are_louder_than_later_touches_do_not_count():
     rng = np.random.default_rng(14)
     time, velocity, _ = sounds.instants(np.random.default_rng([14, 3]))
     samples = sounds.sounded(time + 0.5, 100.0 * velocity / velocity[0], sounds.click(rng, 44100), 44100, 4 * 44100)

@@ -49,6 +49,8 @@ _LOW = 120.0
 _LATE, _ROUNDED = 0.6, 0.6
 # Instants with a larger standard error [s] end the series.
 _VAGUE = 0.0012
+# A series of flights whose typical ratio is larger comes from a clock.
+_STEADY = 0.997
 # Longest recording [s].
 _MOST_SECONDS = 600.0
 
@@ -133,7 +135,13 @@ def find_bounces(recording: Recording) -> Picks:
         raise InputError(
             "", rule=f"must have at least {_FEWEST} bounces that are clear above the noise, not {last - first}"
         )
-    return Picks(*(column[first:last] for column in picks))
+    picks = Picks(*(column[first:last] for column in picks))
+    flights = np.diff(picks.time)
+    if np.median(flights[1:] / flights[:-1]) > _STEADY:
+        raise InputError(
+            "", rule="must have flights that become shorter: the sounds come as evenly as those of a clock"
+        )
+    return picks
 
 
 def _chosen(filtered: Array, rate: int, seconds: float) -> NDArray[np.intp]:
@@ -151,7 +159,7 @@ def _whitened(samples: Array, rate: int) -> Array:
     frames = np.lib.stride_tricks.sliding_window_view(samples, n)[:: max(n // 2, (samples.size - n) // 4000)]
     power = np.abs(np.fft.rfft(frames * window, axis=1)) ** 2
     heard = power[power.sum(axis=1) > 0.0]
-    typical = np.median(heard, axis=0)
+    typical = np.median(heard, axis=0) if heard.size else np.zeros(n // 2 + 1)
     frequency = np.fft.rfftfreq(n, 1.0 / rate)
     # Nothing is known of frequencies that the recording does not have.
     typical = np.maximum(typical, 1e-4 * typical[frequency > _LOW].max())
@@ -166,8 +174,12 @@ def _matched(filtered: Array, rate: int, places: NDArray[np.intp]) -> Array:
     """Return samples through a filter of the spectrum that the sounds at some places have above white noise."""
     n = 1 << max(5, math.ceil(math.log2(0.006 * rate)))
     pieces = np.array([filtered[place : place + n] for place in places if place + n <= filtered.size])
+    if not pieces.size:
+        return filtered
     spectrum = (np.abs(np.fft.rfft(pieces * np.hanning(2 * n)[n:], axis=1)) ** 2).mean(axis=0)
-    share = np.maximum(spectrum / np.quantile(spectrum, 0.05) - 1.0, 0.0)
+    share = np.maximum(spectrum - np.quantile(spectrum, 0.05), 0.0)
+    if not share.max() > 0.0:
+        return filtered
     return _shaped(filtered, 0.5 * np.log(np.maximum(share / share.max(), 0.01)))
 
 
