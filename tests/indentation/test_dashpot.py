@@ -122,3 +122,20 @@ def test_a_force_that_jumps_on_a_punch():
     rest = 0.3 / (2.0 * a * E)
     expected = rest + (last - rest) * np.exp(-(behind - 1.0) / tau)
     assert result.sample(behind).indentation_depth.values == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("profile", [Cone(1.0), Parabola(R), TruncatedCone(0.2, 1.2)])
+def test_a_force_that_falls_behind_a_jump(profile):
+    """A jump is the limit of a steep rise, whatever the rounding of the force of no contact."""
+    rng = np.random.default_rng(8)
+    for _ in range(12):
+        solid = half_space(PronySeries(1.0, [rng.uniform(1.0, 5.0)], [rng.uniform(0.05, 0.5)], parallel_viscosity=0.5))
+        start, first = rng.uniform(0.0, 1.0), rng.uniform(0.2, 0.8)
+        force, times = [0.0, first, rng.uniform(0.3, 0.9) * first], start + np.array([0.0, 0.0, 0.5])
+        jumps = indent(solid, profile, force=force, time=times)
+        rises = indent(solid, profile, force=force, time=times + [0.0, 1e-7, 0.0])
+        moments = start + np.linspace(0.05, 0.5, 10)
+        expected = rises.sample(moments).indentation_depth.values
+        assert expected.min() > 0.0
+        assert jumps.sample(moments).indentation_depth.values == pytest.approx(expected, rel=1e-5)
+        assert jumps.dissipated > 0.0

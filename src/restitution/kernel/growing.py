@@ -219,7 +219,9 @@ def _rate(contact: ScaledContact, work: Scratch, i: int, t: float) -> float:
     """Return the rate of Pi plus its rounding: negative if Pi falls by more than rounding."""
     rate = prescribed(contact, i, t)[1]
     _, _, integral, integral_rate = growing_contact(contact, work, i, t)
-    return integral_rate + RATE_ROUNDING * (integral / t + contact.glass * abs(rate))
+    # Behind a jump at first touch Pi may be less than zero by rounding.
+    mean = max(integral, 0.0) / t if t > 0.0 else 0.0
+    return integral_rate + RATE_ROUNDING * (mean + contact.glass * abs(rate))
 
 
 @inlined
