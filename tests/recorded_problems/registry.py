@@ -175,7 +175,7 @@ def beyond(problem: Problem, result: Values, recorded: Values) -> dict[str, floa
         head, dot, last = name.rpartition(".")
         bound = recorded.get(f"{head}{dot}{BOUNDS[last]}") if last in BOUNDS else None
         share = problem.tolerance(name)
-        if bound is None and last == "stored":
+        if bound is None and last in ("stored", "dissipated"):
             # What an indentation leaves has the errors of the largest force and depth, whose product exceeds the work.
             bound, share = recorded.get(f"{head}{dot}work"), max(share, OF_STORED)
         floor = FLOOR if last.endswith("restitution_coefficient") else 0.0

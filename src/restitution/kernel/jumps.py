@@ -308,6 +308,20 @@ def finish_sweep(problem: Problem, room: Room) -> int:
 
 
 @compiled
+def end_at_zero(problem: Problem, room: Room, piece: int) -> int:
+    """End a contact whose force has fallen to zero at a knot but for rounding; return the outcome."""
+    driver, state, places = problem.driver, room.state, room.places
+    nothing = _NO_LOAD * problem.scales.force
+    if not is_force(driver) or places[PHASE] == FREE or places[FOLLOWING] == 0 or abs(state[FORCE]) > nothing:
+        return DONE
+    if given(driver, piece, 0.0, state[TIME])[0] > nothing:
+        return DONE
+    if not sweep(problem, room, -1, 0.0):
+        return NO_ROOM
+    return finish_sweep(problem, room)
+
+
+@compiled
 def drop_rate(problem: Problem, room: Room, rate: float) -> int:
     """Let the depth pass on at a rate at which elements near the front have no load; return the outcome."""
     solid, state, places = problem.solid, room.state, room.places

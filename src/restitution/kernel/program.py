@@ -12,6 +12,7 @@ from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.jumps import (
     begin_contact,
     drop_rate,
+    end_at_zero,
     end_contact,
     free_rate,
     is_nearly_over,
@@ -714,6 +715,9 @@ def run(problem: Problem, room: Room, start: Any, most: int) -> int:
                 if outcome != DONE:
                     return outcome
                 continue
+            outcome = end_at_zero(problem, room, piece)
+            if outcome != DONE:
+                return outcome
             if places[PHASE] != FREE and places[FOLLOWING] > 0:
                 outcome = pass_kink(problem, room, piece, span, start)
                 if outcome != DONE:
