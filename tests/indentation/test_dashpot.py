@@ -133,7 +133,7 @@ def test_a_force_that_falls_behind_a_jump(profile):
         start, first = rng.uniform(0.0, 1.0), rng.uniform(0.2, 0.8)
         force, times = [0.0, first, rng.uniform(0.3, 0.9) * first], start + np.array([0.0, 0.0, 0.5])
         jumps = indent(solid, profile, force=force, time=times)
-        rises = indent(solid, profile, force=force, time=times + [0.0, 1e-7, 0.0])
+        rises = indent(solid, profile, force=force, time=times + np.array([0.0, 1e-7, 0.0]))
         moments = start + np.linspace(0.05, 0.5, 10)
         expected = rises.sample(moments).indentation_depth.values
         assert expected.min() > 0.0
