@@ -30,7 +30,7 @@ ENTRY_POINTS = {
     "standard-solid": ("kernel.impact.solve_block", "kernel.stored.energy_budget", "kernel.stored.peak_pressure"),
     "bounce": ("kernel.impact.solve_block",),
     "indent": ("kernel.growing.grow_contact", "kernel.program.run"),
-    "oscillate": ("material.secular.secular_rows",),
+    "oscillate": ("material.secular.secular_rows", "kernel.rim.settle_rims"),
 }
 """Functions of the kernel whose machine code a command would load."""
 

@@ -53,6 +53,7 @@ def _impacts() -> None:
     result = rs.solve(_ball())
     result.to_dict()
     _ = result.history
+    rs.oblique(result, friction=0.3, tangential_velocity=1.0, rtol=1e-3)
     Batch.from_impact(_ball()).sample_forces(np.array([0.0, 1e-4]), 1e-6)
 
 
@@ -79,6 +80,7 @@ def _indentations() -> None:
     rs.indent(gel, tip, depth=[0.0, 1e-6, -2e-7, -1.9e-7], time=[0.0, 1.0, 2.0, 3.0])
     creep = rs.indent(gel, tip, force=rs.History.from_points([0.0, 0.0, 1.0, 2.0], [0.0, 1e-9, 1e-9, 0.0]))
     creep.to_dict()
+    rs.oscillate(gel, tip, depth=1e-6, amplitude=1e-7, frequency=1.0)
     block = RecordBlock(tip, [Record(np.linspace(0.0, 1.0, 20), np.linspace(-1e-7, 1e-6, 20))], 1e-6)
     block.forces(rs.PronySeries([60.0], [[250.0]], [[0.3]]), np.zeros(1))
 
