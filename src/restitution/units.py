@@ -265,9 +265,7 @@ def split_deviation(text: str) -> tuple[str, str]:
     if both is not None and bool(both[1]) == bool(both[4]):
         if both[5] == "%" and not both[1]:
             hint = f'write "({both[2]} +- {both[3]}) %", or the deviation as a number'
-            raise InputError(
-                "", rule=f"has a percentage of which it is not clear whether it is one of the value; {hint}"
-            )
+            raise InputError("", rule=f"has a percentage that may be one of the value or a number of its own; {hint}")
         return f"{both[2]} {both[5]}".rstrip(), f"{both[3]} {both[5]}".rstrip()
     each = _EACH.fullmatch(text)
     if each is None:

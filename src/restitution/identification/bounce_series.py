@@ -59,7 +59,7 @@ class Ball(NamedTuple):
     drag_coefficient: float = 0.47
 
     def checked(self) -> Ball:
-        """Return the same ball, each number of which is in its range."""
+        """Return the same ball; refuse a number out of its range."""
         return Ball(
             number_or_none("radius", self.radius),
             number_or_none("mass", self.mass),

@@ -75,10 +75,56 @@ FORMULA_ERRORS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EffectiveModuli(Result):
+class PointModuli(Result):
+    """Complex reduced moduli, one from each bounce or oscillation; arrays of shape (n,)."""
+
+    points: ClassVar[str]
+
+    angular_frequency: Array  # [rad/s]
+    storage_modulus: Array  # E*' [Pa]
+    loss_modulus: Array  # E*'' [Pa]
+    loss_tangent: Array  # tan delta [-]
+    storage_modulus_error: Array
+    loss_modulus_error: Array
+    loss_tangent_error: Array
+    statements: tuple[str, ...]  # errors of the method, and missing measurements, in words
+
+    def dynamic_table(self, poisson_ratio: float | None = None) -> DynamicTable | None:
+        """Return a table for `rs.fit_prony`, in ascending frequency; points of the same frequency are averaged.
+
+        Parameters
+        ----------
+        poisson_ratio : float, optional
+            Constant Poisson ratio nu in [-1, 0.5]. The moduli are then those in shear, G = E* (1 - nu)/2, and
+            otherwise the reduced ones, E*.
+
+        Returns
+        -------
+        DynamicTable or None
+            None if no point has a frequency and a modulus.
+        """
+        moduli = self.storage_modulus, np.maximum(self.loss_modulus, 0.0)
+        source = f"effective moduli of {self.points}"
+        return mean_table(self.angular_frequency, *moduli, poisson_ratio, source, self.statements)
+
+    def plot(self, data: DynamicTable | Material | None = None, *, poisson_ratio: float = 0.5) -> Figure:
+        """Return a figure of the moduli over frequency, with a measured DMA table or the curve of a material.
+
+        A table in shear or tension is converted to the reduced modulus with a constant Poisson ratio.
+        """
+        return draw("material.bounce_moduli", self, data, poisson_ratio)
+
+    @property
+    def _short(self) -> str:
+        return f"{self.storage_modulus.size} {self.points}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EffectiveModuli(PointModuli):
     """Complex reduced modulus from each bounce; arrays of shape (n,), one entry for each bounce.
 
-    Values are NaN if neither time nor force was measured. The errors are standard errors from the noise of the
+    The angular frequency is 1.13 pi over the contact time. Values are NaN if neither time nor force was measured; the
+    loss tangent is known for all bounces. The errors are standard errors from the noise of the
     measurement alone, NaN if the noise is unknown.
     """
 
@@ -89,16 +135,8 @@ class EffectiveModuli(Result):
 
     points: ClassVar[str] = "bounces"
 
-    angular_frequency: Array  # 1.13 pi over the contact time [rad/s]
-    storage_modulus: Array  # E*' [Pa]
-    loss_modulus: Array  # E*'' [Pa]
-    loss_tangent: Array  # tan delta [-], known for all bounces
-    storage_modulus_error: Array
-    loss_modulus_error: Array
-    loss_tangent_error: Array
     velocity: Array  # of the impacts [m/s]
     restitution_coefficient: Array
-    statements: tuple[str, ...]  # errors of the formulas, and missing measurements, in words
 
     def to_dataset(self) -> xr.Dataset:
         """Table of the bounces over the dimension `bounce`, with units, without columns that have no number."""
@@ -112,32 +150,6 @@ class EffectiveModuli(Result):
         kept = {name: column for name, column in columns.items() if not np.all(np.isnan(column[0]))}
         return dataset("bounce", kept, {"statements": "\n".join(self.statements)})
 
-    def dynamic_table(self, poisson_ratio: float | None = None) -> DynamicTable | None:
-        """Return a table for `rs.fit_prony`, in ascending frequency; bounces of the same frequency are averaged.
-
-        Parameters
-        ----------
-        poisson_ratio : float, optional
-            Constant Poisson ratio nu in [-1, 0.5]. The moduli are then those in shear, G = E* (1 - nu)/2, and
-            otherwise the reduced ones, E*.
-
-        Returns
-        -------
-        DynamicTable or None
-            None if no bounce has a frequency.
-        """
-        moduli = self.storage_modulus, self.loss_modulus
-        return mean_table(
-            self.angular_frequency, *moduli, poisson_ratio, "effective moduli of bounces", self.statements
-        )
-
-    def plot(self, data: DynamicTable | Material | None = None, *, poisson_ratio: float = 0.5) -> Figure:
-        """Return a figure of the bounces over frequency, with a measured DMA table or the curve of a material.
-
-        A table in shear or tension is converted to the reduced modulus with a constant Poisson ratio.
-        """
-        return draw("material.bounce_moduli", self, data, poisson_ratio)
-
     def summary(self, title: str = "") -> Summary:
         """Return a table of the bounces, which `print` and notebooks show."""
         columns = {name: getattr(self, name) for name in ("velocity", "restitution_coefficient", *_TABLE)}
@@ -145,10 +157,6 @@ class EffectiveModuli(Result):
         heads = tuple(f"{_QUANTITIES[name].words} [{_QUANTITIES[name].unit or '-'}]" for name in columns)
         rows = [tuple(f"{value:.5g}" for value in row) for row in zip(*columns.values(), strict=True)]
         return Summary(title or "Moduli of single bounces", Table(heads, rows), self.statements)
-
-    @property
-    def _short(self) -> str:
-        return f"{self.velocity.size} bounces"
 
 
 _MODULI = ("storage_modulus", "loss_modulus", "loss_tangent")
@@ -197,8 +205,8 @@ def moduli_of_rebounds(rebounds: Rebounds) -> EffectiveModuli:
         raise InputError("storage_modulus", float(storage[n]), rule, "Pa", index=(n,))
     return EffectiveModuli(
         omega, storage, storage * tangent, tangent, storage * storage_error, storage * loss_error,
-        tangent_error, v, e,
-        (*_statements(loss, storage, by_force & np.isfinite(force)), *hollow_balls(mass, rebounds.profile)),
+        tangent_error,
+        (*_statements(loss, storage, by_force & np.isfinite(force)), *hollow_balls(mass, rebounds.profile)), v, e,
     )  # fmt: skip
 
 

@@ -409,7 +409,7 @@ def parameters(
     chosen = _chosen(entry, arguments, stated)
     for name, argument in arguments.items():
         if name not in chosen:
-            # The model has a default for an argument of which nothing is stated.
+            # Nothing is stated about the argument, and the model has a default.
             if isinstance(argument.default, int | float) and not isinstance(argument.default, bool):
                 values[name] = argument.default
             continue
@@ -436,7 +436,7 @@ def parameters(
 def _chosen(
     entry: models.MaterialModel | None, arguments: Mapping[str, _Argument], stated: Mapping[str, str]
 ) -> set[str]:
-    """Return the arguments that are known or unknown, one of each group of which exactly one must be given."""
+    """Return the arguments that are known or unknown; a group of alternatives has one of them."""
     groups = () if entry is None else entry.one_of
     chosen = {name for name, argument in arguments.items() if argument.required or name in stated}
     for group in groups:
@@ -549,7 +549,7 @@ def _split(name: str) -> tuple[str, int | None]:
 def _entries(
     arguments: Mapping[str, _Argument], parts: Mapping[str, Mapping[str, Any]], terms: int
 ) -> dict[str, list[str]]:
-    """Return the names of the entries of each argument, of which a list has several: as many as a value has."""
+    """Return the names of the entries of each argument; a list has as many as its value."""
     entries: dict[str, list[str]] = {}
     for name, argument in arguments.items():
         lists = (part[name] for key, part in parts.items() if _is_listed(key, part.get(name)))

@@ -12,21 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array, Places, instance
-from restitution.identification.impacts import EffectiveModuli, Rebounds, moduli_of_rebounds
-from restitution.identification.observations import mean_table
+from restitution.identification.impacts import EffectiveModuli, PointModuli, Rebounds, moduli_of_rebounds
 from restitution.identification.oscillations import Oscillations
 from restitution.indentation.rim import steady_states
-from restitution.material.fit import DynamicTable
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
 from restitution.numerics.least_squares import descend
 from restitution.quantities import MODULI, NUMBER, Quantity, dataset
-from restitution.result import Result, Summary, Table, draw
+from restitution.result import Summary, Table
 from restitution.units import MODULUS
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 # Shares of the storage modulus that the equilibrium modulus may be where no mean force was measured.
 _SHARES = (0.2, 0.5, 0.8)
@@ -48,7 +44,7 @@ _EXPONENTS = np.linspace(-1.0, 0.95, 196)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OscillationModuli(Result):
+class OscillationModuli(PointModuli):
     """Complex reduced modulus from each oscillation, with the rim of the contact; arrays of shape (n,).
 
     Attributes
@@ -76,19 +72,11 @@ class OscillationModuli(Result):
     )  # fmt: skip
     points: ClassVar[str] = "oscillations"
 
-    angular_frequency: Array
-    storage_modulus: Array
-    loss_modulus: Array
-    loss_tangent: Array
     storage_model_error: Array
     loss_model_error: Array
-    storage_modulus_error: Array
-    loss_modulus_error: Array
-    loss_tangent_error: Array
     apparent_storage_modulus: Array
     apparent_loss_modulus: Array
     equilibrium_modulus: Array
-    statements: tuple[str, ...]
 
     def to_dataset(self) -> xr.Dataset:
         """Table of the oscillations over the dimension `oscillation`, with units, without columns without a number."""
@@ -99,41 +87,12 @@ class OscillationModuli(Result):
         kept = {name: column for name, column in columns.items() if not np.all(np.isnan(column[0]))}
         return dataset("oscillation", kept, {"statements": "\n".join(self.statements)})
 
-    def dynamic_table(self, poisson_ratio: float | None = None) -> DynamicTable | None:
-        """Return a table for `rs.fit_prony`, in ascending frequency; oscillations of one frequency are averaged.
-
-        Parameters
-        ----------
-        poisson_ratio : float, optional
-            Constant Poisson ratio nu in [-1, 0.5]. The moduli are then those in shear, G = E* (1 - nu)/2, and
-            otherwise the reduced ones, E*.
-
-        Returns
-        -------
-        DynamicTable or None
-            None if no oscillation has a modulus.
-        """
-        moduli = self.storage_modulus, np.maximum(self.loss_modulus, 0.0)
-        source = "effective moduli of oscillations"
-        return mean_table(self.angular_frequency, *moduli, poisson_ratio, source, self.statements)
-
-    def plot(self, data: DynamicTable | Material | None = None, *, poisson_ratio: float = 0.5) -> Figure:
-        """Return a figure of the moduli over frequency, with a measured DMA table or the curve of a material.
-
-        A table in shear or tension is converted to the reduced modulus with a constant Poisson ratio.
-        """
-        return draw("material.bounce_moduli", self, data, poisson_ratio)
-
     def summary(self, title: str = "") -> Summary:
         """Return a table of the oscillations, which `print` and notebooks show."""
         columns = {name: getattr(self, name) for name in _SHOWN}
         heads = tuple(f"{_QUANTITIES[name].words} [{_QUANTITIES[name].unit or '-'}]" for name in columns)
         rows = [tuple(f"{value:.5g}" for value in row) for row in zip(*columns.values(), strict=True)]
         return Summary(title or "Moduli of oscillations", Table(heads, rows), self.statements)
-
-    @property
-    def _short(self) -> str:
-        return f"{self.storage_modulus.size} oscillations"
 
 
 def _further(name: str, words: str) -> dict[str, Quantity]:
@@ -331,9 +290,9 @@ def _moduli_of_oscillations(data: Oscillations) -> OscillationModuli:
     tangent_noise = np.hypot(loss_noise, tangent * storage_noise) / storage
     unknown = np.full(storage.shape, np.nan)
     return OscillationModuli(
-        2.0 * math.pi * data.frequency, storage, loss, tangent, storage_doubt, loss_doubt, storage_noise, loss_noise,
-        tangent_noise, read.real, read.imag, np.fmax.reduce(equilibria) if known else unknown,
-        _statements(data, storage, known),
+        2.0 * math.pi * data.frequency, storage, loss, tangent, storage_noise, loss_noise, tangent_noise,
+        _statements(data, storage, known), storage_doubt, loss_doubt, read.real, read.imag,
+        np.fmax.reduce(equilibria) if known else unknown,
     )  # fmt: skip
 
 

@@ -226,7 +226,7 @@ def _rate(contact: ScaledContact, work: Scratch, i: int, t: float) -> float:
 
 @inlined
 def length_within(h: float, rest: float) -> float:
-    """Return the length of the next element of a segment: h, or all of the rest, of which no sliver must be left."""
+    """Return the length of the next element of a segment: h, or all of the rest where h would leave a sliver."""
     return rest if h > _MOST_OF_REST * rest else h
 
 

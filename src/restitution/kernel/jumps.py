@@ -296,7 +296,7 @@ def is_nearly_over(problem: Problem, room: Room, length: float) -> bool:
 
 @compiled
 def finish_sweep(problem: Problem, room: Room) -> int:
-    """End the contact of which a sweep has left nothing; return the outcome."""
+    """End the contact if a sweep has left nothing of it; return the outcome."""
     if room.places[FOLLOWING] > 0:
         return DONE
     if room.places[RECORDS] >= room.records.start.shape[0]:

@@ -61,7 +61,7 @@ def slopes(values: Any, side: Any) -> Slopes:
 
 
 def noise(values: Array) -> Array:
-    """Return the size of the noise of values at equal steps along the first axis, of which there are at least nine."""
+    """Return the size of the noise of nine or more values at equal steps along the first axis."""
     sizes = [np.abs(np.diff(values, order, axis=0)).max(axis=0) / norm for order, norm in _ORDERS.items()]
     return np.maximum(*sizes)
 
