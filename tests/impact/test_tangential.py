@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy.special import gamma
@@ -19,6 +20,7 @@ from restitution import (
 )
 from restitution.impact.batch import Batch
 from restitution.impact.tangential import Slider
+from restitution.kernel.tangential import _end_weight
 from sliding_elements import tangential_restitution
 
 SPHERE = 3.5  # mobility of a solid sphere, 1 + 5/2
@@ -249,3 +251,17 @@ def test_random_impacts_gain_no_energy():
         assert min(found.friction, found.viscous, found.stored) >= -1e-6
         assert abs(shares(found)[1]) < 6e-3
         assert found.gaps < 0.01
+
+
+@pytest.mark.parametrize("ratio", [1e-5, 3e-3, 9.9e-3, 1.01e-2, 0.3, 4.0, 60.0])
+def test_what_the_trapezoidal_rule_misses_of_a_saturating_mode(ratio):
+    """Of 1 - exp(-x) at x = ratio, 2 ratio, ... it is sum - integral of exp(-x): a geometric series."""
+    with mp.workdps(40):
+        fall = mp.exp(-mp.mpf(ratio))
+        trapezoids = fall / 2 + fall**2 / (1 - fall)
+        missed = (trapezoids - fall / ratio) / (1 - fall)
+    # The limit of short steps is linear in the ratio; longer ones lose digits as three terms of 1/ratio nearly cancel.
+    rounding = ratio**2 if ratio < 1e-2 else 1e-15 + 12.0 * np.finfo(float).eps / ratio**3
+    # Python cannot call machine code of an inner function.
+    weight = getattr(_end_weight, "py_func", _end_weight)
+    assert weight(ratio) == pytest.approx(float(missed), rel=4.0 * rounding, abs=0.0)
