@@ -38,6 +38,9 @@ def test_the_sound_of_the_example_has_the_touches_of_the_ball():
     assert np.all(np.abs(deviation) < 3.0 * found.restitution_coefficient_error[inner] + 1e-3)
     assert found.observations is not None
     assert found.observations.size == 7
+    # The bounce with a contact time has E*' = 4 G of Kelvin and Voigt, within the error of the formula.
+    assert found.storage_modulus[1] == pytest.approx(8e5, rel=0.03)
+    assert np.isnan(found.storage_modulus[[0, *range(2, 9)]]).all()
 
 
 def test_labels_and_instants_are_the_same(write):

@@ -169,6 +169,11 @@ def test_assumptions_of_an_oscillation():
     fast = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=1e4, **options)
     assert {check.kind for check in fast.validity if check.exceeded} == {"waves"}
     assert "waves" in str(fast)
+    # Lysmer and Richart (1966): 0.85 a w/c of loss tangent, just below and above 0.85 %.
+    for frequency, exceeded in ((45.0, False), (60.0, True)):
+        waves = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=frequency, **options).validity["waves"]
+        assert waves.exceeded == exceeded == (waves.value > 0.01)
+        assert f"inertia adds {0.85 * waves.value:.2g} to the loss tangent" in waves.message
     beyond = rs.oscillate(rubber, rs.Parabola(1e-2), frequency=2e4, **options)
     assert beyond.validity["window"].value == pytest.approx(1e-5 * 4e4 * math.pi, rel=1e-9)
     deep = rs.oscillate(rubber, rs.Parabola(1e-3), frequency=10.0, **options)
