@@ -8,7 +8,7 @@ import pytest
 import restitution as rs
 from restitution.indentation.panels import PanelSolution, solve_by_panels
 from restitution.indentation.solve import Solution, contact_of
-from restitution.kernel.stepper import FREE, RECORDS
+from restitution.kernel.driver import FREE, RECORDS
 
 PROFILES = [
     rs.Parabola(1e-2), rs.Cone(0.5), rs.Sphere(1e-2), rs.PowerLaw(3.0, 1e-4), rs.PowerLaw(0.7, 1.0), rs.Pyramid(1.2),

@@ -11,14 +11,14 @@ import restitution as rs
 from element_follower import Follower
 from restitution import PronySeries
 from restitution.indentation.solid import solid_of
-from restitution.kernel.panels import leave, scheme, touch
-from restitution.kernel.path import Path, power_path
-from restitution.kernel.program import DONE, ENDS, TOUCHES, run, touch_surface
-from restitution.kernel.stepper import (
+from restitution.kernel.driver import (
     DEPTH,
+    DONE,
+    ENDS,
     FOLLOWING,
     FORCE,
     RECORDS,
+    TOUCHES,
     WORK,
     Driver,
     Problem,
@@ -26,6 +26,9 @@ from restitution.kernel.stepper import (
     Scales,
     room,
 )
+from restitution.kernel.panels import leave, scheme, touch
+from restitution.kernel.path import Path, power_path
+from restitution.kernel.program import run, touch_surface
 
 STANDARD = PronySeries(1.0, [4.0], [1.0])
 PARABOLA = power_path(1.0)

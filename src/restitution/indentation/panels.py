@@ -26,19 +26,20 @@ from restitution.indentation.surface import (
     share_of_step,
     write_imprint,
 )
-from restitution.kernel.indentation import LARGEST, SMALLEST
-from restitution.kernel.panels import NODES, Solid, Stack, scheme
-from restitution.kernel.path import Path, power_path, table_path
-from restitution.kernel.program import APART, DONE, ENDS, NO_ROOM, TOO_STEEP, run, touch_surface
-from restitution.kernel.stepper import (
+from restitution.kernel.driver import (
+    APART,
     DEPTH,
+    DONE,
+    ENDS,
     FOLLOWING,
     FREE,
     FREE_PANELS,
+    NO_ROOM,
     PHASE,
     RATE,
     RECORDS,
     TIME,
+    TOO_STEEP,
     WORK,
     Driver,
     Problem,
@@ -46,6 +47,10 @@ from restitution.kernel.stepper import (
     Scales,
     room,
 )
+from restitution.kernel.indentation import LARGEST, SMALLEST
+from restitution.kernel.panels import NODES, Solid, Stack, scheme
+from restitution.kernel.path import Path, power_path, table_path
+from restitution.kernel.program import run, touch_surface
 from restitution.material.prony import PronySeries
 from restitution.numerics.quadrature import PLACES, WEIGHTS
 

@@ -8,25 +8,7 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.panels import (
-    FROZEN,
-    KINK,
-    NODES,
-    SMOOTH,
-    Solid,
-    leave,
-    load,
-    locate,
-    polynomials,
-    tail,
-    to_coefficients,
-    touch,
-    value_of,
-    write_displacements,
-    write_loads,
-)
-from restitution.kernel.path import radius_and_integral
-from restitution.kernel.stepper import (
+from restitution.kernel.driver import (
     APART,
     DEPTH,
     DONE,
@@ -54,15 +36,29 @@ from restitution.kernel.stepper import (
     Room,
     Y,
     ahead,
-    at_nodes,
-    differentiate,
     given,
     is_force,
     is_light,
-    shared_load,
-    surface_at_axis,
-    write_start,
 )
+from restitution.kernel.panels import (
+    FROZEN,
+    KINK,
+    NODES,
+    SMOOTH,
+    Solid,
+    leave,
+    load,
+    locate,
+    polynomials,
+    tail,
+    to_coefficients,
+    touch,
+    value_of,
+    write_displacements,
+    write_loads,
+)
+from restitution.kernel.path import radius_and_integral
+from restitution.kernel.stepper import at_nodes, differentiate, shared_load, surface_at_axis, write_start
 
 _MOST_HALVINGS = 30
 # Changes that are not felt, over the tolerance.

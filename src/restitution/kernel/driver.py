@@ -1,0 +1,194 @@
+"""What moves a body in contact, and the room in which it is followed.
+
+A body is moved by its depth, a force, a spring, or all that acts on a mass; with f piecewise polynomial plus a cosine,
+
+    by depth:   d = f(t)
+    otherwise:  m d'' + c d' + k d = f(t) - F + pull    (a force for m = c = k = 0, a spring for m = c = 0)
+
+Phases: FREE (no contact), GROWS (the gap closes at the front) and SHRINKS (the load vanishes at the front).
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.kernel.compile import inlined
+from restitution.kernel.panels import NODES, STAGES, Scheme, Solid, Stack, stack
+from restitution.kernel.path import Path, radius_and_integral
+
+FREE, GROWS, SHRINKS = range(3)
+# What passes in a step: time, or a jump of what is prescribed.
+TIME_PASSES, VALUE_JUMPS = range(2)
+# What ends a step.
+NOTHING, TURNS, JOINT, ENDS, TOUCHES, BENDS = range(6)
+# Outcomes of a run.
+DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
+
+# Numbers in `Room.state` and in `Room.places`, and rows of `Room.nodes`.
+TIME, FRONT, DEPTH, RATE, WORK, FORCE = range(6)
+PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
+D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL = range(11)
+
+
+class Driver(NamedTuple):
+    """What moves the body; dimensionless."""
+
+    by_depth: bool
+    knots: Any  # (m + 1,): times; two equal ones enclose a jump
+    values: Any  # (m, n): coefficients of f over the share of the piece, constant first
+    smooth: Any  # (m + 1,): whether f is smooth at the knot
+    mass: float
+    damping: float
+    stiffness: float
+    amplitude: float  # Of the cosine
+    frequency: float
+    phase: float
+    once: bool = False  # whether the run ends with the first contact
+    attraction: float = 0.0  # C of the pull C/(gap + cutoff)^2 by the surface on a mass
+    cutoff: float = 1.0
+
+
+class Scales(NamedTuple):
+    """Sizes with which errors are compared."""
+
+    depth: float
+    force: float
+    stress: float
+    tolerance: float  # Of a step; errors of steps add up
+
+
+class Problem(NamedTuple):
+    """What does not change in a run."""
+
+    solid: Solid
+    path: Path
+    driver: Driver
+    rule: Scheme
+    scales: Scales
+    power: int  # y grows like t^(1/power) after a touch
+
+
+class Step(NamedTuple):
+    """A step, from `done` on in a piece of what is prescribed."""
+
+    phase: int
+    passing: int
+    piece: int
+    done: float
+    length: float
+    span: float  # Of the piece
+    kind: int  # Map from z to the share of the step
+
+
+class Records(NamedTuple):
+    """Accepted steps: Chebyshev coefficients over z of depth, rate, force and y."""
+
+    start: Any  # (R,)
+    length: Any  # (R,)
+    kind: Any  # (R,): map of the step
+    phase: Any  # (R,)
+    event: Any  # (R,): what ends the step
+    columns: Any  # (R, 4, N)
+
+
+class Room(NamedTuple):
+    """State of a run, and scratch space of a step; the first of the N nodes is the start of the step."""
+
+    following: Stack
+    free: Stack
+    records: Records
+    state: Any  # Floats, see TIME
+    places: Any  # Integers, see PHASE
+    memory: Any  # (K,): h_k now
+    sums: Any  # (K,): L_k now
+    times: Any  # (N,)
+    weights: Any  # (N,): slope of the time over z
+    nodes: Any  # (11, N), see D; PACE is the rate of GIVEN, SLOPE that of load or gap over y at the front
+    h: Any  # (K, N)
+    L: Any  # (K, N)
+    loads: Any  # (K, N): l_k at the front
+    displacements: Any  # (J, N): w_j at the front
+    at: Any  # (N,): panel of the front
+    z: Any  # (N,)
+    inverse: Any  # (K, S, S): of I + rho_k A diag(weights)
+    jacobian: Any  # (S, S)
+    matrix: Any  # (S, S + 1)
+    vectors: Any  # (8, N)
+    basis: Any  # (2, N)
+    parts: Any  # (max(K, J),)
+
+
+def room(solid: Solid, panels: int, records: int) -> Room:
+    """Return a body above virgin surface, with room for a number of panels and steps."""
+    K, J, N, S = solid.rates.size, solid.recoveries.size, NODES, STAGES
+    whole = np.int64
+    kept = Records(
+        np.zeros(records), np.zeros(records), np.zeros(records, dtype=whole), np.zeros(records, dtype=whole),
+        np.zeros(records, dtype=whole), np.zeros((records, 4, N)),
+    )  # fmt: skip
+    return Room(
+        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(5, dtype=whole), np.zeros(K),
+        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((11, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
+        np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)), np.zeros((S, S)),
+        np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
+    )  # fmt: skip
+
+
+@inlined
+def ahead(room: Room, phase: int) -> tuple[Stack, int]:
+    """Return the stack which the front goes through, and the place of its size."""
+    if phase == GROWS:
+        return room.free, FREE_PANELS
+    return room.following, FOLLOWING
+
+
+@inlined
+def is_force(driver: Driver) -> bool:
+    """Return whether a force is prescribed: a driver without mass and stiffness."""
+    return not (driver.by_depth or driver.mass > 0.0 or driver.stiffness > 0.0)
+
+
+@inlined
+def is_light(problem: Problem) -> bool:
+    """Return whether the force on the contact follows from what is prescribed and the depth: without inertia."""
+    return not (problem.driver.by_depth or problem.driver.mass > 0.0)
+
+
+@inlined
+def ends_by_load(solid: Solid, driver: Driver) -> bool:
+    """Return whether what is prescribed tells where the force vanishes, while loads may be like a root of the time."""
+    return is_force(driver) or (solid.viscosity > 0.0 and not (driver.by_depth or driver.mass > 0.0))
+
+
+@inlined
+def fades_out(problem: Problem) -> bool:
+    """Return whether the end of a contact has no exponent: of a cone on a spring and a dashpot.
+
+    Of the force F ~ y^4 and its rate k (z' - d') both may vanish first.
+    """
+    if is_force(problem.driver) or not ends_by_load(problem.solid, problem.driver):
+        return False
+    near, far = radius_and_integral(problem.path, 1e-6)[0], radius_and_integral(problem.path, 2e-6)[0]
+    return far > 3.5 * near
+
+
+@inlined
+def by_rate(solid: Solid, driver: Driver, phase: int) -> bool:
+    """Return whether the unknowns of a step are velocities."""
+    return driver.mass > 0.0 or (solid.viscosity > 0.0 and phase != FREE)
+
+
+@inlined
+def given(driver: Driver, piece: int, x: float, t: float) -> tuple[float, float, float]:
+    """Return the value of f at share x of a piece and time t, its slope over x, and the rate of the cosine."""
+    value, slope = 0.0, 0.0
+    for n in range(driver.values.shape[1] - 1, -1, -1):
+        slope = slope * x + value
+        value = value * x + driver.values[piece, n]
+    rate = 0.0
+    if driver.amplitude != 0.0:
+        angle = driver.frequency * t + driver.phase
+        value += driver.amplitude * math.cos(angle)
+        rate = -driver.amplitude * driver.frequency * math.sin(angle)
+    return value, slope, rate
