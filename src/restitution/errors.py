@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any, Final, Self
 
 
@@ -92,6 +93,32 @@ class RestitutionWarning(UserWarning):
 
     def __str__(self) -> str:
         return self.message
+
+
+def deprecated(name: str, instead: str, removed: str) -> None:
+    """Warn the caller of a public function that a name of it will go.
+
+    Parameters
+    ----------
+    name, instead : str
+        What is used, such as an argument, and what takes its place.
+    removed : str
+        Version that no longer has it: two minor releases after the first one that warns.
+
+    Examples
+    --------
+    >>> def draws(rng=0, seed=None):
+    ...     if seed is not None:
+    ...         deprecated("seed", "rng", "0.4")
+    ...         rng = seed
+    ...     return rng
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     print(draws(seed=3), caught[0].message)
+    3 seed: is deprecated and will be removed in version 0.4; use rng
+    """
+    rule = f"is deprecated and will be removed in version {removed}; use {instead}"
+    warnings.warn(RestitutionWarning("deprecated", f"{name}: {rule}"), stacklevel=3)
 
 
 def shown_value(value: Any) -> str:

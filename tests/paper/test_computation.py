@@ -79,7 +79,7 @@ def test_workers_do_not_matter_and_progress_is_complete() -> None:
 
 
 def test_random_inputs_span_their_decades() -> None:
-    drawn = rs.Samples(64, BODIES, seed=5).columns("draw", 0, 64)
+    drawn = rs.Samples(64, BODIES, rng=5).columns("draw", 0, 64)
     free = np.log10([drawn[name] for name in BODIES])
     # The narrowest distribution has three decades.
     assert np.all(np.ptp(free, axis=1) > 2.8)

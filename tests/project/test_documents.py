@@ -1,9 +1,7 @@
 """Code, case files, links, versions and names in the documents."""
 
-import importlib.metadata
 import math
 import re
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -107,13 +105,6 @@ def test_relative_links_exist(document):
         file = (document.parent / path).resolve() if path else document
         assert file.exists(), target
         assert not anchor or anchor in anchors(file), target
-
-
-def test_all_versions_agree():
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), flags=re.MULTILINE)
-    assert cited is not None
-    assert declared == restitution.__version__ == cited.group(1) == importlib.metadata.version("restitution")
 
 
 def test_no_module_hides_a_public_name():

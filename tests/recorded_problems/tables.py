@@ -97,7 +97,7 @@ def samples(random: Random, method: Any) -> Any:
             "velocity": rs.LogUniform(0.05, 0.2),
         },
         method=method,
-        seed=3,
+        rng=3,
     )
     return rs.sweep(ball(solid(random)), {"draw": draws, "external_force": [0.0, 0.01]})
 

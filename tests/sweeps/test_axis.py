@@ -39,7 +39,7 @@ def test_an_axis_of_one_value_is_its_lower_end() -> None:
 # Chunks of any size must join to the Sobol sequence of SciPy.
 @pytest.mark.parametrize("n", [64, 100])
 def test_sobol_draws_in_pieces_are_those_of_scipy(n: int) -> None:
-    axis = Samples(n, {"mass": Uniform(0.0, 1.0), "radius": Uniform(0.0, 1.0)}, seed=3)
+    axis = Samples(n, {"mass": Uniform(0.0, 1.0), "radius": Uniform(0.0, 1.0)}, rng=3)
     pieces = [axis.columns("draw", start, min(start + 13, n)) for start in range(0, n, 13)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
@@ -50,10 +50,18 @@ def test_sobol_draws_in_pieces_are_those_of_scipy(n: int) -> None:
 
 def test_latin_hypercube_has_one_draw_in_every_stratum() -> None:
     columns = whole(
-        Samples(50, {"mass": Uniform(0.0, 1.0), "external_force": Uniform(0.0, 1.0)}, "latin_hypercube", seed=1)
+        Samples(50, {"mass": Uniform(0.0, 1.0), "external_force": Uniform(0.0, 1.0)}, "latin_hypercube", rng=1)
     )
     for values in columns.values():
         assert sorted((values * 50).astype(int).tolist()) == list(range(50))
+
+
+def test_a_generator_gives_a_seed_that_is_kept() -> None:
+    draws = {"mass": Uniform(0.0, 1.0)}
+    axis = Samples(16, draws, rng=np.random.default_rng(7))
+    assert axis.rng == int(np.random.default_rng(7).integers(2**63))
+    np.testing.assert_array_equal(whole(axis)["mass"], whole(Samples(16, draws, rng=axis.rng))["mass"])
+    assert Samples(16, draws, rng=None).rng != Samples(16, draws, rng=None).rng
 
 
 def test_the_seed_determines_the_draws() -> None:
@@ -65,7 +73,7 @@ def test_the_seed_determines_the_draws() -> None:
 
 
 def test_draws_survive_pickling() -> None:
-    axis = Samples(16, {"mass": Normal(1.0, 0.1)}, "latin_hypercube", seed=5)
+    axis = Samples(16, {"mass": Normal(1.0, 0.1)}, "latin_hypercube", rng=5)
     before = whole(axis)["mass"]
     copy = pickle.loads(pickle.dumps(axis))
     np.testing.assert_array_equal(whole(copy)["mass"], before)
@@ -83,7 +91,7 @@ def test_draws_survive_pickling() -> None:
     ],
 )
 def test_moments_of_the_draws(distribution: object, mean: float, deviation: float) -> None:
-    values = whole(Samples(4096, {"mass": distribution}, seed=2))["mass"]  # type: ignore[dict-item]
+    values = whole(Samples(4096, {"mass": distribution}, rng=2))["mass"]  # type: ignore[dict-item]
     assert values.mean() == pytest.approx(mean, abs=1.5e-3 * deviation)
     assert values.std() == pytest.approx(deviation, rel=5e-3)
 
@@ -92,9 +100,7 @@ def test_moments_of_the_draws(distribution: object, mean: float, deviation: floa
 def test_no_draw_is_infinite(share: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Shares of 0 and almost 1 occur once in 2^30 draws."""
     monkeypatch.setattr(qmc.Sobol, "random", lambda self, n: np.full((n, self.d), share))
-    draws = Samples(4, {"mass": LogNormal(1.0, 0.1), "external_force": Normal(10.0, 0.1)}, seed=1).columns(
-        "draw", 0, 4
-    )
+    draws = Samples(4, {"mass": LogNormal(1.0, 0.1), "external_force": Normal(10.0, 0.1)}, rng=1).columns("draw", 0, 4)
     for values in draws.values():
         assert np.all(np.isfinite(values))
     # The quantile of 2^-31 is 6.2 standard deviations from the mean.
@@ -119,7 +125,7 @@ def test_a_normal_distribution_stays_in_the_range_of_its_quantity() -> None:
         (lambda: Linear(0.0, 1.0, 2.5), ("n", 2.5)),
         (lambda: Logarithmic(0.0, 1.0, 3), ("low", 0.0)),
         (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, "halton"), ("method", "halton")),
-        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, seed=-1), ("seed", -1)),
+        (lambda: Samples(4, {"mass": Uniform(1.0, 2.0)}, rng=-1), ("rng", -1)),
         (lambda: Samples(2**31, {"mass": Uniform(1.0, 2.0)}), ("n", 2**31)),
         (lambda: Normal(1.0, 0.0), ("standard_deviation", 0.0)),
         (lambda: read_axis("mass", [1.0, -1.0]), ("mass", 1, -1.0)),

@@ -24,7 +24,7 @@ def every_point(grid: Grid, block: int) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("chunk", [None, 1, 5, 7, 1000, {"velocity": 2, "draw": 3}])
 def test_chunks_cover_every_point_once(chunk: object) -> None:
     velocities, masses = np.array([0.1, 0.2, 0.5, 1.0, 2.0]), Linear(1.0, 2.0, 3)
-    draws = Samples(8, {"radius": Uniform(1.0, 2.0), "nu": Uniform(0.1, 0.4)}, seed=1)
+    draws = Samples(8, {"radius": Uniform(1.0, 2.0), "nu": Uniform(0.1, 0.4)}, rng=1)
     grid = make_grid({"velocity": velocities, "external_force": 0.5, "mass": masses, "draw": draws}, chunk)  # type: ignore[arg-type]
     assert (grid.dimensions, grid.shape, grid.n_points) == (("velocity", "mass", "draw"), (5, 3, 8), 120)
     assert sum(grid.size(index) for index in grid.chunks()) == 120

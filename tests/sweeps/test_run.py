@@ -336,7 +336,7 @@ def test_the_hash_of_a_function_includes_the_values_that_it_uses(
 
 
 def test_draws() -> None:
-    draws = rs.Samples(64, {"mass": rs.LogNormal(0.005, 0.2), "branch_modulus": rs.Normal(1e7, 1e6)}, seed=4)
+    draws = rs.Samples(64, {"mass": rs.LogNormal(0.005, 0.2), "branch_modulus": rs.Normal(1e7, 1e6)}, rng=4)
     result = rs.sweep(BALL, {"velocity": [0.5, 1.0], "draw": draws})
     assert result.restitution_coefficient.dims == ("velocity", "draw")
     assert result.mass.dims == result.branch_modulus.dims == ("draw",)
@@ -397,7 +397,7 @@ def test_a_failed_point_is_nan_and_counted_and_affects_no_other() -> None:
 
 def test_a_point_that_is_not_admissible_fails_alone() -> None:
     # The normal distribution exceeds the temperature range of the shift.
-    draws = rs.Samples(64, {"temperature": rs.Normal(300.0, 60.0)}, seed=1)
+    draws = rs.Samples(64, {"temperature": rs.Normal(300.0, 60.0)}, rng=1)
     with warns("failed"):
         result = rs.sweep(impact(EPOXY), {"draw": draws})
 

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 AXES = {
     "velocity": rs.Logarithmic(0.01, 10.0, 23),
-    "draw": rs.Samples(50, {"mass": rs.LogNormal(0.005, 0.1), "viscosity": rs.Normal(1e3, 50.0)}, seed=1),
+    "draw": rs.Samples(50, {"mass": rs.LogNormal(0.005, 0.1), "viscosity": rs.Normal(1e3, 50.0)}, rng=1),
     "nu": [0.3, 0.5],
     "external_force": 0.0,
 }

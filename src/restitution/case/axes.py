@@ -9,6 +9,7 @@ from typing import Any
 
 from restitution.case.impact import CaseFile
 from restitution.case.section import CaseError, in_file, key_path
+from restitution.checks import whole
 from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
@@ -167,7 +168,8 @@ def _samples(content: dict[str, Any]) -> Samples:
         field = key_path(["samples", *keys])
         name = quantity_name(field, keys)
         drawn[name] = distribution(field, name, spec)
-    return _new("samples", Samples, options.pop("n"), drawn, **options)
+    rng = _new("samples", whole, "seed", options.pop("seed", 0), 0)
+    return _new("samples", Samples, options.pop("n"), drawn, rng=rng, **options)
 
 
 def distribution(field: str, name: str, spec: Any) -> Any:

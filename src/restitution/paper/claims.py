@@ -77,7 +77,7 @@ def compute_collapse(computation: figures.Computation, n: int, draws: int) -> xr
         "poisson_ratio": [0.45, 0.5],
         "p2": figures.p2_axis(n),
         "p3": figures.p3_axis(n),
-        "draw": Samples(draws, figures.BODIES, seed=computation.seed),
+        "draw": Samples(draws, figures.BODIES, rng=computation.seed),
     }
     dataset = computation.sweep("Collapse of random inputs onto p1, p2 and p3", axes, ball)
     unit = viscosity_unit(*(dataset[name] for name in ("equilibrium_modulus", "mass", "velocity", "radius")))
@@ -354,7 +354,7 @@ def two_spheres(computation: figures.Computation) -> Claim:
         name: LogUniform(*(10.0**end for end in ends))
         for name, ends in (("p2", figures.LOG_P2_RANGE), ("p3", figures.LOG_P3_RANGE))
     }
-    draws = Samples(PAIRS // len(ratios), plane | figures.BODIES, seed=computation.seed)
+    draws = Samples(PAIRS // len(ratios), plane | figures.BODIES, rng=computation.seed)
     dataset = computation.sweep("Collisions of two spheres", {"poisson_ratio": ratios, "draw": draws}, pair)
     pairs = dataset["restitution_coefficient"].values
     # E*, R and m of the pair are halves, so that p3 is 2^(-1 + 4/5) times that of one sphere.

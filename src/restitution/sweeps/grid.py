@@ -388,6 +388,13 @@ class Distribution(Protocol):
         ...
 
 
+def _seed(rng: Any) -> int:
+    """Return the seed that a number is, or that a generator draws; every chunk of a sweep begins with it."""
+    if rng is None or isinstance(rng, np.random.Generator):
+        return int(np.random.default_rng(rng).integers(2**63))
+    return whole("rng", rng, 0)
+
+
 def _inside(distribution: Any, low: float, high: float) -> None:
     if not (low <= distribution.low and distribution.high <= high):
         raise InputError("", distribution, f"must lie in [{low:g}, {high:g}]")
@@ -533,8 +540,9 @@ class Samples(Axis):
         By name of the quantity: `Uniform`, `LogUniform`, `Normal`, `LogNormal`.
     method : {"sobol", "latin_hypercube"}
         Scrambled Sobol points, or a Latin hypercube (which holds all draws in memory).
-    seed : int
-        Seed of the generator: the same seed gives the same draws.
+    rng : int, numpy.random.Generator or None
+        Seed of the draws: the same one gives the same draws. A generator gives a seed of its own, None a fresh one;
+        `rng` is this seed afterwards, so that a sweep can be repeated.
 
     Raises
     ------
@@ -549,7 +557,7 @@ class Samples(Axis):
     Examples
     --------
     >>> from restitution.sweeps.grid import LogNormal, Uniform
-    >>> draws = Samples(4, {"mass": Uniform(1.0, 2.0), "radius": LogNormal(0.01, 0.1)}, seed=1)
+    >>> draws = Samples(4, {"mass": Uniform(1.0, 2.0), "radius": LogNormal(0.01, 0.1)}, rng=1)
     >>> sorted(draws.columns("draw", 0, 4))
     ['mass', 'radius']
     """
@@ -557,14 +565,14 @@ class Samples(Axis):
     n: int
     distributions: Mapping[str, Distribution]
     method: Method = "sobol"
-    seed: int = 0
+    rng: int | np.random.Generator | None = 0
     _hypercube: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
     scale = "samples"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", whole("n", self.n, 1, MOST_POINTS))
         one_of("method", self.method, ("sobol", "latin_hypercube"))
-        object.__setattr__(self, "seed", whole("seed", self.seed, 0))
+        object.__setattr__(self, "rng", _seed(self.rng))
         if not self.distributions:
             raise InputError("distributions", rule="must name at least one quantity")
         named = {ALIASES.get(name, name): drawn for name, drawn in self.distributions.items()}
@@ -601,7 +609,7 @@ class Samples(Axis):
         from scipy.stats import qmc
 
         # Newer versions of SciPy call it rng and take both.
-        options: dict[str, Any] = {"seed": self.seed}
+        options: dict[str, Any] = {"seed": self.rng}
         dimensions = len(self.distributions)
         if self.method == "latin_hypercube":
             if "shares" not in self._hypercube:
