@@ -274,7 +274,10 @@ def _json_sheet(source: str, title: str, columns: list[tuple[str, str | None]], 
 
 
 def _rheocompass(source: str, text: str) -> list[Sheet]:
-    """Return intervals of an export of RheoCompass; what lines with other keys state holds for those below."""
+    """Return intervals of an export of RheoCompass, in English or German.
+
+    What lines with other keys state holds for the intervals below.
+    """
     lines = [line for line in split_lines(text, " ") if line.text.strip(",;\t ")]
     keys = [(i, key) for i, line in enumerate(lines) if (key := _KEY.match(line.text))]
     sheets: list[Sheet] = []
@@ -283,19 +286,19 @@ def _rheocompass(source: str, text: str) -> list[Sheet]:
     for (i, key), end in zip(keys, ends, strict=True):
         rest = lines[i].text[key.end() :]
         match key[1].lower():
-            case "interval data" if end > i + 1:
+            case "interval data" | "intervalldaten" if end > i + 1:
                 mark = rest[:1] or "\t"
                 rows = [Line(n, row.removeprefix(mark)) for n, row in lines[i + 1 : end]]
                 sheet = read_sheet(source, [Line(lines[i].number, rest[1:]), *rows], mark=mark)
                 number, count = points or (str(len(sheets) + 1), "")
                 sheets.append(_titled(replace(sheet, temperature=kelvin), f"{title or 'interval'} {number}", count))
-            case "result":
+            case "result" | "ergebnis":
                 title, kelvin = rest[1:].strip('\t,; "'), _celsius(rest)
-            case "project" | "test":
+            case "project" | "projekt" | "test" | "versuch":
                 title, kelvin = "", _celsius(rest)
-            case "temperature":
+            case "temperature" | "temperatur":
                 kelvin = _celsius(rest)
-            case "interval and data points":
+            case "interval and data points" | "intervall und datenpunkte":
                 points = [*(cell.strip(' "') for cell in re.split(r"[\t,;]", rest[1:])), ""][:2]
             case _:
                 pass
@@ -348,7 +351,7 @@ def _plain(source: str, text: str) -> list[Sheet]:
 FORMATS: Sequence[tuple[Callable[[str], Any], Callable[[str, str], list[Sheet]]]] = (
     (re.compile(r"[\ufeff \t\r\n]*\{").match, _trios_json),
     (re.compile(r"^(\[step\]|Variables\t)", re.IGNORECASE | re.MULTILINE).search, _trios_text),
-    (re.compile(r"^\W?Interval data:", re.IGNORECASE | re.MULTILINE).search, _rheocompass),
+    (re.compile(r"^\W?(Interval data|Intervalldaten):", re.IGNORECASE | re.MULTILINE).search, _rheocompass),
     (_is_reptate, _reptate),
     (lambda text: True, _plain),
 )

@@ -197,8 +197,8 @@ def read_sheet(
     """Return the table of named columns in some lines; `source` is the name of their file in messages.
 
     The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
-    comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
-    in a second line of units. The `mark` separates the cells; without it the line of the names shows which one does.
+    comment (#) above the numbers. A unit is in brackets behind the name, or after a slash or an underscore if `is_unit`
+    holds, or in a second line of units. The `mark` separates the cells; without it the line of the names shows which one does.
     """
     comments: list[Line] = []
     body: list[Line] = []
@@ -284,7 +284,11 @@ def _name_and_unit(cell: str, is_unit: _Test, is_name: _Test) -> tuple[str, str 
     if cell.endswith((")", "]")) and not cell.lower().endswith("(t)") and not whole:
         opening = max(cell.rfind("("), cell.rfind("["))
         if opening >= 0:
-            return cell[:opening].strip(), cell[opening + 1 : -1].strip()
+            return cell[:opening].rstrip(" /"), cell[opening + 1 : -1].strip()
+    # Quantity over unit, as in ISO 80000: E'/MPa.
+    quotient, slash, tail = map(str.strip, cell.partition("/"))
+    if slash and tail and not whole and is_unit(tail):
+        return quotient, tail
     stem, _, tail = cell.rpartition("_")
     if stem and tail and (not whole or is_name(stem)) and is_unit(tail):
         return stem, tail
