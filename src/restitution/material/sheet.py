@@ -197,8 +197,9 @@ def read_sheet(
     """Return the table of named columns in some lines; `source` is the name of their file in messages.
 
     The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
-    comment (#) above the numbers. A unit is in brackets behind the name, or after a slash or an underscore if `is_unit`
-    holds, or in a second line of units. The `mark` separates the cells; without it the line of the names shows which one does.
+    comment (#) above the numbers. A unit is in brackets behind the name, or after a slash or an underscore if
+    `is_unit` holds, or in a second line of units. The `mark` separates the cells; without it the line of the names
+    shows which one does.
     """
     comments: list[Line] = []
     body: list[Line] = []
