@@ -31,7 +31,7 @@ from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
-from restitution.material.fit import DynamicTable, PronyFit, RelaxationTable, fit_prony
+from restitution.material.fit import CreepTable, DynamicTable, Measured, PronyFit, RelaxationTable, fit_prony
 from restitution.material.fractional import Window
 from restitution.material.master_curve import Isotherms, MasterCurve, ShiftLaw
 from restitution.material.models import MaterialModel, material_models
@@ -307,6 +307,7 @@ class FileSection(MaterialSection):
     file: Annotated[
         InstanceOf[RelaxationTable]
         | InstanceOf[DynamicTable]
+        | InstanceOf[CreepTable]
         | InstanceOf[Isotherms]
         | InstanceOf[PronyTerms]
         | InstanceOf[ViscoelasticDeck],
@@ -376,7 +377,7 @@ class FileSection(MaterialSection):
     def fit(self) -> PronyFit | None:
         """Fit to measured data."""
         data = self.file if self.curve is None else self.curve.data
-        if not isinstance(data, RelaxationTable | DynamicTable):
+        if not isinstance(data, Measured):
             return None
         return fit_prony(data, **self.values(("misfit", "liquid")))
 

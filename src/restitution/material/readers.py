@@ -20,7 +20,7 @@ from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.files import path_of
 from restitution.material.cards import PronyTerms, ViscoelasticDeck, beyond_one, read_abaqus, read_ansys
-from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.fit import CreepTable, DynamicTable, RelaxationTable
 from restitution.material.master_curve import Curve, Isotherms, average
 from restitution.material.sheet import (
     Column,
@@ -40,7 +40,7 @@ from restitution.material.sheet import (
 from restitution.material.shift import ShiftTable
 from restitution.units import MODULUS, ZERO_CELSIUS
 
-MaterialFile = RelaxationTable | DynamicTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
+MaterialFile = RelaxationTable | DynamicTable | CreepTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
 
 # Sweeps whose temperatures [K] differ by less are at one temperature.
 _SAME_TEMPERATURE = 1.0
@@ -58,9 +58,10 @@ _KEY = re.compile(r'"?([A-Za-z][^\t,;:"]{0,60}):"?(?=[\t,;]|$)')
 def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material; the content decides the kind.
 
-    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent), shift factors
-    (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus). Exports of TRIOS (text,
-    JSON), RheoCompass, RepTate and pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
+    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent), creep (time,
+    compliance), shift factors (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus).
+    Exports of TRIOS (text, JSON), RheoCompass, RepTate and pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with
+    ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
 
     Returns
     -------
-    RelaxationTable, DynamicTable, Isotherms, PronyTerms, ShiftTable or ViscoelasticDeck
+    RelaxationTable, DynamicTable, CreepTable, Isotherms, PronyTerms, ShiftTable or ViscoelasticDeck
         In SI. `Isotherms` are moduli at several temperatures.
 
     Raises
@@ -369,6 +370,8 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
         unused += [] if curves else [table.sheet.title]
     if curves_read:
         return _joined(source, curves_read, unused)
+    if (creep := _creep(source, tables)) is not None:
+        return creep
     if len(tables) == 1:
         for kind in (_prony_terms, _shift_table):
             if (content := kind(tables[0])) is not None:
@@ -376,7 +379,8 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
     if len(tables) == 1 and not unused[0]:
         sheet = tables[0].sheet
         message = f"columns {', '.join(filter(None, sheet.labels))[:200]}: must be time and relaxation modulus; "
-        message += "frequency, storage and loss modulus; relaxation time and modulus; or temperature and shift factor"
+        message += "frequency, storage and loss modulus; time and creep compliance; relaxation time and modulus; or "
+        message += "temperature and shift factor"
         raise tables[0].error(message, sheet.header_line)
     titles = ", ".join(unused)[:200]
     rule = "one must have several frequencies with storage and loss modulus, or times with the relaxation modulus"
@@ -430,6 +434,20 @@ def _curves(table: Table) -> list[Curve]:
         read(table.part(rows), [column._replace(values=column.values[rows]) for column in columns], several=True)
         for rows in sweeps
     ]
+
+
+def _creep(source: str, tables: Sequence[Table]) -> CreepTable | None:
+    """Return the only creep test; None without one."""
+    tests = [(table, columns) for table in tables if (columns := table.columns((Role.TIME,), (Role.COMPLIANCE,)))]
+    tests = [(table, columns) for table, columns in tests if "recover" not in table.sheet.title.lower()]
+    if not tests:
+        return None
+    if len(tests) > 1 or len(_sweeps(tests[0][0], tests[0][1][0].values)) > 1:
+        raise FileError(source, 0, "holds several creep tests: must have one")
+    table, columns = tests[0]
+    compliance = columns[1].values
+    creep: Any = _curve(CreepTable, table, columns, (compliance,), 1.0 / compliance, "rise over time", several=False)
+    return creep
 
 
 def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
@@ -512,7 +530,7 @@ def _curve(
     kelvin, others = _temperature(table, several)
     about = table.about(*columns, *others)
     values = (column[order] for column in (columns[0].values, *moduli))
-    curve: Curve = kind(*values, *about, temperature=kelvin)
+    curve: Any = kind(*values, *about, temperature=kelvin)
     return average([curve]) if table.sheet.scattered else curve
 
 
