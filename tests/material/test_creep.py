@@ -48,8 +48,8 @@ def test_a_maxwell_element_flows(rng: np.random.Generator) -> None:
 
 def test_a_dashpot_in_parallel_has_no_instantaneous_compliance() -> None:
     """J(t) = (1 - exp(-t G/eta))/G belongs to G and a dashpot eta."""
-    modulus, viscosity = 3e5, 2e5
-    time = np.geomspace(1e-2, 1e2, 60)
+    modulus, viscosity = 5e5, 5e5
+    time = np.geomspace(1e-2, 10.0, 20)
     fit = fit_prony(CreepTable(time, -np.expm1(-time * modulus / viscosity) / modulus))
     assert fit.series.equilibrium_modulus == pytest.approx(modulus, rel=MISFIT)
     assert fit.series.parallel_viscosity == pytest.approx(viscosity, rel=2.0 * CLOSE)
