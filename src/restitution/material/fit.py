@@ -288,7 +288,7 @@ def fit_prony(
     series = problem.series(times, moduli).known_within(problem.window)
     fit = PronyFit(series, problem.misfit(times, moduli), problem.window, problem.residuals(times, moduli), data)
     for doubtful, line in (
-        (not fit.n_terms, "no relaxation is seen in the data; the fit is a constant"),
+        (fit.series.is_elastic, "no relaxation is seen in the data; the fit is a constant"),
         (fit.misfit > _POOR, f"the relative misfit of the fit is {fit.misfit:.3g}, above {_POOR:g}"),
     ):
         if doubtful:
