@@ -85,6 +85,7 @@ from .material.classical import maxwell as maxwell
 from .material.classical import standard_solid as standard_solid
 from .material.conversion import shear_from_tension as shear_from_tension
 from .material.conversion import tension_from_shear as tension_from_shear
+from .material.fit import CreepTable as CreepTable
 from .material.fit import DynamicTable as DynamicTable
 from .material.fit import RelaxationTable as RelaxationTable
 from .material.fit import fit_prony as fit_prony

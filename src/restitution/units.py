@@ -64,6 +64,7 @@ TEMPERATURE_DIFFERENCE = Dimension("difference of temperatures", "K", "50 K")
 MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
 FREQUENCY = Dimension("frequency", "1/s", "100 Hz", Powers(time=-1))
 STIFFNESS = Dimension("stiffness", "N/m", "0.1 N/m", Powers(1, 0, -2))
+COMPLIANCE = Dimension("compliance", "1/Pa", "1e-6 1/Pa", Powers(-1, 1, 2))
 
 _SHOWN = (
     NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, IMPEDANCE, ENERGY, MODULUS, PRESSURE,
@@ -213,12 +214,16 @@ _UNITS = {
     **_powers(FREQUENCY, Hz=0, kHz=3, MHz=6), **_powers(ANGULAR_FREQUENCY, **{"rad/s": 0}),
     **_powers(TEMPERATURE, K=0), **dict.fromkeys(("degC", "°C"), Unit(TEMPERATURE, offset=ZERO_CELSIUS)),
     **_powers(MOLAR_ENERGY, **{"J/mol": 0, "kJ/mol": 3}),
+    **_powers(COMPLIANCE, **{"1/Pa": 0, "1/kPa": -3, "1/MPa": -6, "1/GPa": -9}),
     **_powers(ANGLE, rad=0),
     **_powers(NUMBER, **{"": 0, "%": -2}),
 }  # fmt: skip
 # Spellings of instruments, which a case file must not have. Pint would take C for coulomb.
-_OF_INSTRUMENTS = {"sec": "s", "C": "degC", "ºC": "degC", "1/s": "Hz", "-": "", "1": ""}
-_OF_COLUMNS = (TIME, MODULUS, FREQUENCY, ANGULAR_FREQUENCY, TEMPERATURE, NUMBER)
+_OF_INSTRUMENTS = {
+    "sec": "s", "C": "degC", "ºC": "degC", "1/s": "Hz", "-": "", "1": "",
+    **{f"{unit}{power}": f"1/{unit}" for unit in ("Pa", "kPa", "MPa", "GPa") for power in ("^-1", "-1", "⁻¹")},
+}  # fmt: skip
+_OF_COLUMNS = (TIME, MODULUS, FREQUENCY, ANGULAR_FREQUENCY, TEMPERATURE, NUMBER, COMPLIANCE)
 
 # The expressions below take quadratic time on some texts, which must therefore be short.
 _LONGEST = 200

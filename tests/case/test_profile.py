@@ -112,6 +112,7 @@ def test_the_coefficient_of_a_power_law_has_the_unit_of_its_exponent() -> None:
         "r [um],f [nm]\n0,0\n1,10\n2,40\n3,90\n",
         "r,f\num,nm\n0,0\n1,10\n2,40\n3,90\n",
         "f;r\nnm;um\n0;0\n10,0;1,0\n40;2\n90;3\n",
+        "r/um,f/nm\n0,0\n1,10\n2,40\n3,90\n",
         "# r_um f_nm\n0 0\n1 10\n2 40\n3 90\n",
     ],
 )

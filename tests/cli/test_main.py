@@ -243,7 +243,7 @@ def test_a_file_that_cannot_be_finished_leaves_nothing_behind(ball: Path, monkey
         (["solve", "none.toml"], "none.toml: no such file"),
         (["solve", "ball.toml", "--plot", "p.txt"], "--plot p.txt: must end in .png, .pdf or .svg"),
         (["solve", "ball.toml", "--history", "no/h.nc"], "--history no/h.nc: no such folder: no"),
-        (["solve"], "Missing argument 'CASE.toml'. (see: restitution solve --help)"),
+        (["bounce"], "Missing argument 'CASE.toml'. (see: restitution bounce --help)"),
         (["standard-solid", "--nu", "0", "--p2", "0", "--p3", "1"], "p2 = 0: "),
     ],
 )

@@ -148,6 +148,42 @@ def by_frequency():
     return "\n".join(lines)
 
 
+def rheocompass_in_german(mark="\t"):
+    words = {
+        "Project": "Projekt",
+        "Test": "Versuch",
+        "Result": "Ergebnis",
+        "Interval and data points": "Intervall und Datenpunkte",
+        "Interval data": "Intervalldaten",
+        "Point No.": "Messpkt.",
+        "Temperature": "Temperatur",
+        "Angular Frequency": "Kreisfrequenz",
+        "Storage Modulus": "Speichermodul",
+        "Loss Modulus": "Verlustmodul",
+        "Torque": "Moment",
+    }
+    text = rheocompass(mark, comma=True)
+    for word, other in words.items():
+        text = text.replace(word, other)
+    return text
+
+
+def netzsch():
+    """The names stand in a comment, with the unit behind a slash; columns that are not needed have one too."""
+    lines = ["#EXPORTTYPE:DATA ALL", "#DECIMAL:COMMA", "#SEPARATOR:SEMICOLON"]
+    lines += ["##Temp./°C;Time/min;Freq./Hz;E'/MPa;E''/MPa;tan d"]
+    lines += [f"{celsius};1.5;{w / 2 / math.pi!r};{g1 / 1e6!r};{g2 / 1e6!r};{g2 / g1!r}"
+              for celsius, factor in SWEEPS.items() for w, g1, g2 in rows(factor)]  # fmt: skip
+    return "\n".join(lines).replace(".", ",").replace("Temp,", "Temp.").replace("Freq,", "Freq.")
+
+
+def quantity_over_unit():
+    lines = ["omega/(rad/s),G'/kPa,G''/kPa,T / °C"]
+    lines += [f"{w!r},{g1 / 1e3!r},{g2 / 1e3!r},{celsius}"
+              for celsius, factor in SWEEPS.items() for w, g1, g2 in rows(factor)]  # fmt: skip
+    return "\n".join(lines)
+
+
 DYNAMIC = {
     "TRIOS": trios_steps(),
     "TRIOS, older": trios_old(),
@@ -158,6 +194,10 @@ DYNAMIC = {
     "RheoCompass, decimal commas": rheocompass(comma=True),
     "RheoCompass, semicolons": rheocompass(";", comma=True),
     "RheoCompass, commas": rheocompass(","),
+    "RheoCompass, German": rheocompass_in_german(),
+    "RheoCompass, German, semicolons": rheocompass_in_german(";"),
+    "Netzsch": netzsch(),
+    "quantity over unit": quantity_over_unit(),
     "pyvisco": pyvisco(),
     "a column of temperatures": pyvisco(number=False),
     "a ramp of temperatures": by_frequency(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -238,8 +239,8 @@ def _or(value: Any, default: float) -> Any:
 class Case:
     """An impact as a case file describes it, in SI; made by `read_case`.
 
-    `options` are the keyword arguments of `solve`, `sections` the checked content of the file. `deviations` are the
-    standard deviations that stand behind values, as texts by the places of their keys.
+    `options` are the keyword arguments of `solve`, `sections` the checked content of the file, `content` the one that
+    it has. `deviations` are the standard deviations that stand behind values, as texts by the places of their keys.
     """
 
     path: Path
@@ -248,6 +249,7 @@ class Case:
     options: dict[str, Any]
     sections: CaseFile = field(repr=False)
     deviations: dict[str, str] = field(default_factory=dict[str, str], repr=False)
+    content: dict[str, Any] = field(default_factory=dict[str, Any], repr=False)
 
     @property
     def states_deviations(self) -> bool:
@@ -388,9 +390,15 @@ def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     motion: Any = content.setdefault("impact", {}) if any_velocity else None
     if isinstance(motion, dict) and not {"velocity", "drop_height"} & set(motion):
         motion["velocity"] = 1.0
+    return case_of(content, path)
+
+
+def case_of(content: dict[str, Any], path: Path) -> Case:
+    """Return the case of the content of a file; other files that it names start in the folder of the path."""
+    plain = copy.deepcopy(content)
     with in_file(path):
-        deviations = without_deviations(content, UNCERTAIN)
-    sections = read_sections(CaseFile, path, content)
+        deviations = without_deviations(plain, UNCERTAIN)
+    sections = read_sections(CaseFile, path, plain)
     with in_file(path):
         impact = sections.build()
-    return Case(path, sections.title, impact, sections.solver.options, sections, deviations)
+    return Case(path, sections.title, impact, sections.solver.options, sections, deviations, content)

@@ -26,12 +26,12 @@ from pydantic import (
 )
 
 from restitution.case.quantity import LIST, fields_of, nonnegative, of, positive
-from restitution.case.section import FROM_FILE, IN_FILE, Forms, Section, folder_of, refuse, toml_value
+from restitution.case.section import FROM_FILE, IN_FILE, CaseError, Forms, Section, folder_of, refuse, toml_value
 from restitution.errors import InputError
 from restitution.material import library
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
-from restitution.material.fit import DynamicTable, PronyFit, RelaxationTable, fit_prony
+from restitution.material.fit import CreepTable, DynamicTable, Measured, PronyFit, RelaxationTable, fit_prony
 from restitution.material.fractional import Window
 from restitution.material.master_curve import Isotherms, MasterCurve, ShiftLaw
 from restitution.material.models import MaterialModel, material_models
@@ -307,6 +307,7 @@ class FileSection(MaterialSection):
     file: Annotated[
         InstanceOf[RelaxationTable]
         | InstanceOf[DynamicTable]
+        | InstanceOf[CreepTable]
         | InstanceOf[Isotherms]
         | InstanceOf[PronyTerms]
         | InstanceOf[ViscoelasticDeck],
@@ -343,16 +344,26 @@ class FileSection(MaterialSection):
                 refuse("has no meaning for several temperatures, whose shift is fitted", "shift")
         others = (key for key in type(self).model_fields if key not in ("file", *keys, *MaterialSection.model_fields))
         self.refuse_present(f"has no meaning for {what}; known are {', '.join(keys)}", *others)
-        if not isinstance(self.file, ViscoelasticDeck):
-            self.one_of("bulk_modulus", "poisson_ratio")
-            if self.file.deformation is None and self.deformation is None:
-                refuse('must be "tension" or "shear", as the data do not state it', "deformation")
+        if missing := [] if isinstance(self.file, ViscoelasticDeck) else self._missing(self.file.deformation):
+            raise CaseError(*missing)
         try:
             _ = self.fit
             _ = self.curve and self.curve.shift
         except InputError as error:
             is_key = error.field in type(self).model_fields
             refuse(error.rule, error.field if is_key or not error.where else "file")
+
+    def _missing(self, stated: str | None) -> list[InputError]:
+        """Return what is to be given beside data that state this deformation, all at once."""
+        mistakes: list[InputError] = []
+        try:
+            self.one_of("bulk_modulus", "poisson_ratio")
+        except InputError as error:
+            mistakes.append(error)
+        if stated is None and self.deformation is None:
+            rule = 'must be "tension" or "shear", as the data do not state it'
+            mistakes.append(InputError("deformation", rule=rule))
+        return mistakes
 
     @cached_property
     def curve(self) -> MasterCurve | None:
@@ -366,7 +377,7 @@ class FileSection(MaterialSection):
     def fit(self) -> PronyFit | None:
         """Fit to measured data."""
         data = self.file if self.curve is None else self.curve.data
-        if not isinstance(data, RelaxationTable | DynamicTable):
+        if not isinstance(data, Measured):
             return None
         return fit_prony(data, **self.values(("misfit", "liquid")))
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from restitution.case.axes import place_of, quantity_name, quantity_of, value_in_si
 from restitution.case.impact import UNCERTAIN, Case, UncertaintySection
-from restitution.case.section import in_file, read_toml, refuse, split_list, without_deviations
+from restitution.case.section import in_file, refuse, split_list, without_deviations
 from restitution.case.sweep import ENTRY, CaseTemplate, plan_case
 from restitution.checks import Array
 from restitution.errors import InputError
@@ -48,7 +47,7 @@ def propagate_case(case: Case) -> UncertaintyResult:
         if case.sections.needs_window:
             refuse("must not be a fractional model, whose Prony series changes with each impact", "material.model")
         options = section or UncertaintySection()
-        model, blocks = _model(case.path, texts)
+        model, blocks = _model(case, texts)
         draws = options.draws
         return propagate(model, blocks, options.outputs, draws=draws, rng=None if draws is None else options.seed)
 
@@ -66,9 +65,9 @@ def _leaves(content: Mapping[str, Any], *above: str) -> Iterator[tuple[tuple[str
             yield (*above, key), value
 
 
-def _model(path: Path, texts: Mapping[str, tuple[str, Any]]) -> tuple[Model, list[Block]]:
+def _model(case: Case, texts: Mapping[str, tuple[str, Any]]) -> tuple[Model, list[Block]]:
     """Return the impacts of a case file as a function of its keys, and how these scatter."""
-    content = read_toml(path)
+    content = copy.deepcopy(case.content)
     without_deviations(content, UNCERTAIN)
     for name in ("uncertainty", "bounces"):
         content.pop(name, None)
@@ -85,7 +84,7 @@ def _model(path: Path, texts: Mapping[str, tuple[str, Any]]) -> tuple[Model, lis
             raise InputError(field, text, error.rule) from None
         inputs.append(Input(name, quantity, np.asarray(value), 0.25 * size if value == 0.0 else None))
         blocks.append(Block((name,), np.array([[size**2]])))
-    plan = plan_case(path, content, {each.name: float(each.value) for each in inputs})
+    plan = plan_case(case.path, content, {each.name: float(each.value) for each in inputs})
     template = plan.template
     assert isinstance(template, CaseTemplate)
     vary = template.prepare({})

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from restitution.propagation.result import UncertaintyResult
 
 
+@cli.taking(**cli.BALL)
 def solve(
-    case: cli.CaseFile,
+    case: cli.CaseOrOptions = None,
     json: cli.Json = False,
     plot: cli.Plot = None,
     pressure_at: Annotated[
@@ -31,9 +32,14 @@ def solve(
     ] = None,
     history: cli.History = None,
     extrapolate: cli.Extrapolate = False,
+    save: Annotated[
+        Path | None, target("Write the case file of --material and the other options", "--save", ".toml")
+    ] = None,
+    **options: Any,
 ) -> None:
-    """Solve the impact that a case file describes.
+    """Solve the impact that a case file describes, or that of a ball on the material of a file.
 
+    Without a case file, --material and what it asks for describe the impact, and --save writes the file.
     Values such as "10 +- 0.5 MPa" give e and the other outputs their standard deviations.
     Example: restitution solve examples/rubber_ball.toml --plot picture.png
     """
@@ -42,7 +48,7 @@ def solve(
     if pressure_at and plot is None:
         raise cli.BadInput("--pressure-at: give --plot FILE as well")
     with single_solve("solve"):
-        problem = rs.read_case(case)
+        problem = _problem(case, options, save)
         require_known(problem.impact, extrapolate=extrapolate)
         result = problem.solve()
         uncertain = _propagated(problem)
@@ -66,6 +72,28 @@ def solve(
         from restitution.plot.impact import overview
 
         tables.save_picture(overview(result, pressure_at or None, title=problem.title or ""), plot)
+
+
+def _problem(case: Path | None, options: dict[str, Any], save: Path | None) -> rs.Case:
+    """Return the case of a file, or of options, which a file is to keep."""
+    if case is not None:
+        given = [f"--{name.replace('_', '-')}" for name in options] + ["--save"] * (save is not None)
+        if given:
+            raise cli.BadInput(f"{', '.join(given)}: {case} describes the impact; change it there, or leave it out")
+        return rs.read_case(case)
+    if not options:
+        raise cli.BadInput("give a case file, or --material FILE and what it asks for (see: restitution solve --help)")
+    from restitution.case.options import case_of_options, write_case
+
+    deformations = [name for name in ("tension", "shear") if options.pop(name, False)]
+    if len(deformations) > 1:
+        raise cli.BadInput("--tension, --shear: give one of both")
+    if deformations:
+        options["deformation"] = deformations[0]
+    problem = case_of_options(options)
+    if save is not None:
+        write_case(problem, save)
+    return problem
 
 
 def _propagated(problem: rs.Case) -> UncertaintyResult | None:

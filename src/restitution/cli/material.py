@@ -19,6 +19,7 @@ from restitution.units import DENSITY, MODULUS, MOLAR_ENERGY, TEMPERATURE, TIME,
 
 if TYPE_CHECKING:
     from restitution.material.cards import PronyTerms, ViscoelasticDeck
+    from restitution.material.fit import Measured
     from restitution.material.shift import Shift, ShiftTable
 
 
@@ -49,7 +50,7 @@ class Report:
     facts: dict[str, Any]
     series: dict[str, rs.PronySeries] = field(default_factory=dict[str, Any])
     window: tuple[float, float] | None = None
-    data: rs.RelaxationTable | rs.DynamicTable | None = None
+    data: Measured | None = None
     shifts: ShiftTable | rs.MasterCurve | None = None
     notes: tuple[str, ...] = ()  # remarks of the reader of the file, such as units that were assumed
     relative: bool = False  # whether the moduli are shares of a modulus that the file does not give
@@ -74,6 +75,13 @@ class Report:
             facts["window_s"] = window
         series = {name: part.scaled(1.0, time_factor=factor) for name, part in self.series.items()}
         return replace(self, facts=facts, series=series, window=window, data=data)
+
+
+_KINDS = {
+    "DynamicTable": "storage and loss modulus over frequency",
+    "RelaxationTable": "relaxation modulus over time",
+    "CreepTable": "creep compliance over time",
+}
 
 
 def series_of(material: rs.Material) -> dict[str, rs.PronySeries]:
@@ -103,11 +111,11 @@ def of_material(material: rs.Material, title: str, kind: str, kelvin: float | No
     return Report(title, facts, series, material.window or _window(series))
 
 
-def of_data(data: rs.RelaxationTable | rs.DynamicTable, source: str) -> Report:
-    """Report on measured moduli and their fit."""
-    fit, dynamic = rs.fit_prony(data), isinstance(data, rs.DynamicTable)
+def of_data(data: Measured, source: str) -> Report:
+    """Report on measured moduli or compliances and their fit."""
+    fit = rs.fit_prony(data)
     facts = {
-        "kind": "storage and loss modulus over frequency" if dynamic else "relaxation modulus over time",
+        "kind": _KINDS[type(data).__name__],
         "deformation": data.deformation or "not stated",
         "points": int(fit.residuals.size),
         "window_s": fit.window,
@@ -214,8 +222,8 @@ def material(
 ) -> None:
     """Read a material from a file or the library, and show its data, fit and moduli.
 
-    Relaxation and DMA data are fitted by a Prony series. Several temperatures become one master curve first. Tables of
-    Prony terms and of shift factors, the decks of ANSYS and Abaqus, and the materials of a case file are read too.
+    Relaxation, DMA and creep data are fitted by a Prony series. Several temperatures become one master curve first.
+    Tables of Prony terms and of shift factors, decks of ANSYS and Abaqus, and materials of a case file are read too.
     Example: restitution material examples/beads_dma.csv --plot moduli.png
     """
     if list_:

@@ -8,16 +8,18 @@ shells show as 130.
 from __future__ import annotations
 
 import errno
+import inspect
 import os
 import sys
 import traceback
 import warnings
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
+from functools import wraps
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, cast, get_args
 
 import typer
 from typer.core import TyperGroup
@@ -241,6 +243,30 @@ def ends(name: str, dimension: Dimension, words: str) -> Any:
     return quantity(name, dimension, words, "LOW HIGH")
 
 
+def taking(**options: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator of a command, which gets the options that are given as further keyword arguments.
+
+    Each option is an annotation of its type with an `option`; its default is None, or False for a flag.
+    """
+
+    def with_options(command: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(command)
+        def call(**given: Any) -> Any:
+            return command(**{name: value for name, value in given.items() if name not in options or value})
+
+        own = inspect.signature(command, eval_str=True).parameters.values()
+        named = [parameter for parameter in own if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
+        for name, annotation in options.items():
+            default = False if get_args(annotation)[0] is bool else None
+            keyword = inspect.Parameter.KEYWORD_ONLY
+            named.append(inspect.Parameter(name, keyword, default=default, annotation=annotation))
+        call.__signature__ = inspect.Signature(named)  # pyright: ignore[reportAttributeAccessIssue]
+        call.__annotations__ = {parameter.name: parameter.annotation for parameter in named}
+        return call
+
+    return with_options
+
+
 def completed(*registries: str, sign: str = "") -> Callable[[str], list[str]]:
     """Return a completion of the names of registries of the package; help must load nothing heavy."""
 
@@ -291,6 +317,41 @@ Extrapolate = Annotated[
 ]
 PICTURES = (".png", ".pdf", ".svg")
 CaseFile = Annotated[Path, argument("CASE.toml", "Case file.")]
+CaseOrOptions = Annotated[Path | None, argument("CASE.toml", "Case file; or give --material and what it asks for.")]
+_WITHOUT_FILE = "Without a case file"
+
+
+def text(words: str, metavar: str, *names: str, **settings: Any) -> Any:
+    """Return an option in place of a key of a case file, whose value is a text with a unit."""
+    return Annotated[str | None, option(words, metavar, *names, rich_help_panel=_WITHOUT_FILE, **settings)]
+
+
+def _flag(name: str, words: str) -> Any:
+    return Annotated[bool, option(words, None, name, rich_help_panel=_WITHOUT_FILE)]
+
+
+BALL: dict[str, Any] = {
+    "material": text(
+        "File of the material, as `restitution material` reads it, or a name of the library.", "FILE|NAME",
+        autocompletion=completed("material.library.names"),
+    ),
+    "temperature": text("Temperature of the material.", "TEMPERATURE"),
+    "shift": text("Shift factors over temperature, for moduli at one.", "FILE"),
+    "tension": _flag("--tension", "The moduli are those in tension."),
+    "shear": _flag("--shear", "The moduli are those in shear."),
+    "poisson_ratio": text("Poisson ratio; 0.5 is incompressible.", "NUMBER"),
+    "bulk_modulus": text("Bulk modulus, in place of the Poisson ratio.", "MODULUS"),
+    "instantaneous_modulus": text("For Prony terms without it.", "MODULUS"),
+    "equilibrium_modulus": text("For Prony terms without it.", "MODULUS"),
+    "radius": text("Radius of the ball.", "LENGTH"),
+    "mass": text("Mass of the ball.", "MASS"),
+    "density": text("Its density, in place of the mass.", "DENSITY"),
+    "velocity": text("Velocity at the first touch.", "VELOCITY"),
+    "drop_height": text("Height of the fall, in place of the velocity.", "LENGTH"),
+    "thickness": text("Thickness, for a layer on a rigid base.", "LENGTH"),
+    "base": text("Hold of the layer: bonded or frictionless.", "BASE"),
+}  # fmt: skip
+"""Options in place of a case file."""
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of text.")]
 JsonWithoutUnits = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
 Plot = Annotated[Path | None, target("Draw the result", "--plot", *PICTURES)]

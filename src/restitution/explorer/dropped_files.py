@@ -172,12 +172,14 @@ def _questions(about: Any) -> list[Question]:
 def _thinned(data: Any, path: Path) -> Sequence[str]:
     """Write a table with more rows than a fit has time for anew, with fewer, and return a note of it."""
     columns = [values for values in vars(data).values() if isinstance(values, np.ndarray)]
-    if not isinstance(data, rs.RelaxationTable | rs.DynamicTable) or columns[0].size <= _MOST_ROWS:
+    if not isinstance(data, rs.RelaxationTable | rs.DynamicTable | rs.CreepTable) or columns[0].size <= _MOST_ROWS:
         return []
     x = columns[0]
     rows = np.unique(np.searchsorted(x[:-1], np.geomspace(x[x > 0.0][0], x[-1], _MOST_ROWS)))
     letter = {"shear": "G", "tension": "E"}.get(str(data.deformation))
-    header = (f"time,{letter or 'modulus'}\ns,Pa" if len(columns) == 2
+    creep = {"G": "J(t)", "E": "D(t)"}.get(letter or "", "compliance")
+    header = (f"time,{creep}\ns,1/Pa" if isinstance(data, rs.CreepTable)
+              else f"time,{letter or 'modulus'}\ns,Pa" if len(columns) == 2
               else f"omega,{letter}',{letter}''\nrad/s,Pa,Pa" if letter
               else "omega,storage modulus,loss modulus\nrad/s,Pa,Pa")  # fmt: skip
     np.savetxt(path, np.transpose(columns)[rows], delimiter=",", header=header, comments="")

@@ -112,6 +112,37 @@ class DynamicTable(_Columns):
     _units: ClassVar[dict[str, str]] = {"angular_frequency": "rad/s", "storage_modulus": "Pa", "loss_modulus": "Pa"}
 
 
+@dataclass(frozen=True, eq=False)
+class CreepTable(_Columns):
+    """Creep compliance measured over time: the strain under a constant stress, over this stress.
+
+    Attributes
+    ----------
+    time : array, shape (n,)
+        Times t >= 0 [s] since the load, strictly ascending.
+    compliance : array, shape (n,)
+        Creep compliance J > 0 [1/Pa].
+    deformation, source, notes, temperature
+        As in `RelaxationTable`.
+
+    Examples
+    --------
+    >>> CreepTable(np.array([0.1, 1.0]), np.array([1e-6, 2e-6]), "shear").compliance
+    array([1.e-06, 2.e-06])
+    """
+
+    time: Array
+    compliance: Array
+    deformation: Deformation | None = None
+    source: str = ""
+    notes: tuple[str, ...] = ()
+    temperature: float | None = None
+    _units: ClassVar[dict[str, str]] = {"time": "s", "compliance": "1/Pa"}
+
+
+Measured = RelaxationTable | DynamicTable | CreepTable
+
+
 def column_names(table: RelaxationTable | DynamicTable) -> list[str]:
     """Return the names of the columns, that of the times or frequencies first."""
     return list(table._units)  # pyright: ignore[reportPrivateUsage]
@@ -125,7 +156,7 @@ class PronyFit:
     misfit: float  # root mean square of the relative residuals [-]
     window: tuple[float, float]  # shortest and longest time [s] that the data cover; 1/omega for dynamic data
     residuals: NDArray[Any] = field(repr=False)  # (fit - data)/|data| [-], complex for dynamic data, shape (n,)
-    data: RelaxationTable | DynamicTable = field(repr=False)
+    data: Measured = field(repr=False)
 
     @property
     def n_terms(self) -> int:
@@ -177,14 +208,14 @@ class PronyFit:
 
 
 def fit_prony(
-    data: RelaxationTable | DynamicTable,
+    data: Measured,
     *,
     misfit: float = 2e-3,
     liquid: bool = False,
     loss_weight: float = 0.8,
     smoothing: float = 1e-3,
 ) -> PronyFit:
-    """Return prony series with few terms that fits relaxation or dynamic data.
+    """Return prony series with few terms that fits relaxation, dynamic or creep data.
 
     Non-negative least squares of the relative residuals with a penalty on jumps of the spectrum. The relaxation
     times are evenly spaced in log time; they reach half a decade beyond the data at both ends. The densest grid (6 a
@@ -194,11 +225,11 @@ def fit_prony(
     Parameters
     ----------
     data
-        Measured moduli.
+        Measured moduli or compliances.
     misfit
         Relative misfit that is good enough [-]; for dynamic data of a small loss tangent, ten times that of it.
     liquid
-        Whether to leave out the equilibrium modulus.
+        Whether to leave out the equilibrium modulus; for creep data, whether the material flows in the end.
     loss_weight
         Weight of the loss modulus against the storage modulus, below 1 as it scatters more; at most 1e6.
     smoothing
@@ -224,6 +255,10 @@ def fit_prony(
     -----
     Lawson and Hanson, *Solving Least Squares Problems* (1974), ch. 23. The misfit is ``|fit - data|/|data|``.
 
+    Creep data are fitted by J(t) = J_0 + sum J_k (1 - exp(-t/lambda_k)) + t/eta. The Carson transforms of compliance
+    and relaxation obey J R = 1 (Ferry, *Viscoelastic Properties of Polymers*, 3rd ed. (1980), ch. 3), which turns the
+    fit into a Prony series exactly, by partial fractions.
+
     Examples
     --------
     >>> t = np.geomspace(1e-3, 1e3, 61)
@@ -231,8 +266,9 @@ def fit_prony(
     >>> fit.misfit < 2e-3, fit.n_terms <= 8
     (True, True)
     """
-    if not isinstance(data, RelaxationTable | DynamicTable):
-        raise InputTypeError("data", data, "must be a RelaxationTable or a DynamicTable, as read_material returns")
+    if not isinstance(data, Measured):
+        rule = "must be a RelaxationTable, a DynamicTable or a CreepTable, as read_material returns"
+        raise InputTypeError("data", data, rule)
     allowed = single_positive("misfit", misfit)
     weights = single_positive("loss_weight", loss_weight), single_nonnegative("smoothing", smoothing)
     for name, weight in zip(("loss_weight", "smoothing"), weights, strict=True):
@@ -249,11 +285,10 @@ def fit_prony(
             times, moduli = grid, solution
             break
     times, moduli = problem.reduced(times, moduli, allowed)
-    series = PronySeries(float(moduli[0]), moduli[1:], times)
-    series = series.known_within(problem.window)
+    series = problem.series(times, moduli).known_within(problem.window)
     fit = PronyFit(series, problem.misfit(times, moduli), problem.window, problem.residuals(times, moduli), data)
     for doubtful, line in (
-        (not fit.n_terms, "no relaxation is seen in the data; the fit is a constant"),
+        (fit.series.is_elastic, "no relaxation is seen in the data; the fit is a constant"),
         (fit.misfit > _POOR, f"the relative misfit of the fit is {fit.misfit:.3g}, above {_POOR:g}"),
     ):
         if doubtful:
@@ -262,12 +297,15 @@ def fit_prony(
 
 
 class _Problem:
-    """Linear problem whose unknowns are the equilibrium modulus and the moduli at given times."""
+    """Linear problem whose unknowns are the equilibrium modulus and the moduli at given times.
 
-    def __init__(
-        self, data: RelaxationTable | DynamicTable, liquid: bool, loss_weight: float, smoothing: float
-    ) -> None:
-        self.dynamic, self.liquid = isinstance(data, DynamicTable), liquid
+    For creep they are the glassy compliance, that of the flow at the last time, and compliances at given times.
+    """
+
+    def __init__(self, data: Measured, liquid: bool, loss_weight: float, smoothing: float) -> None:
+        self.dynamic, self.creep, self.liquid = isinstance(data, DynamicTable), isinstance(data, CreepTable), liquid
+        # Unknowns that belong to no time.
+        self.heads = 2 if self.creep and liquid else 1
         self.loss_weight, self.smoothing = loss_weight, smoothing
         values: NDArray[Any]
         if isinstance(data, DynamicTable):
@@ -275,11 +313,12 @@ class _Problem:
             self.points, values = data.angular_frequency, data.storage_modulus + 1j * data.loss_modulus
         else:
             what, unit = "times", "s"
-            self.points, values = data.time, data.modulus
+            self.points, values = data.time, data.compliance if isinstance(data, CreepTable) else data.modulus
         if not np.all(np.diff(self.points) > 0.0):
             raise InputError(what, rule="must be strictly ascending", where=data.source)
         if not np.all(np.isfinite(values) & (np.real(values) > 0.0)):
-            raise InputError("modulus", rule="must be finite and > 0 Pa in each row", where=data.source)
+            name, si = ("compliance", "1/Pa") if self.creep else ("modulus", "Pa")
+            raise InputError(name, rule=f"must be finite and > 0 {si} in each row", where=data.source)
         self.size = np.abs(values)
         self.target = values / self.size
         inside = self.points > 0
@@ -306,10 +345,29 @@ class _Problem:
         if self.dynamic:
             x = 1j * self.points[:, None] * times
             branches = x / (1.0 + x)
+        elif self.creep:
+            branches = -np.expm1(-self.points[:, None] / times)
         else:
             branches = np.exp(-self.points[:, None] / times)
-        constant = np.full((self.points.size, 1), 0.0 if self.liquid else 1.0)
-        return np.hstack((constant, branches)) / self.size[:, None]
+        heads = np.full((self.points.size, self.heads), 0.0 if self.liquid and not self.creep else 1.0)
+        heads[:, 1:] = self.points[:, None] / self.points[-1]
+        return np.hstack((heads, branches)) / self.size[:, None]
+
+    def series(self, times: Array, moduli: Array) -> PronySeries:
+        """Return the relaxation function of a solution."""
+        if not self.creep:
+            return PronySeries(float(moduli[0]), moduli[1:], times)
+        # With p J(p) = fluidity + J_0 p + sum J_k p/(1 + p lambda_k), itself the transform of a Prony series, the
+        # partial fractions of its inverse are those of the relaxation R(p) = p/(p J(p)).
+        unit = float(np.median(self.size))
+        glass, flow, compliances = np.split(moduli / unit, (1, self.heads))
+        fluidity = float(flow.sum()) / float(self.points[-1])
+        # Rounding is no spring in series with a dashpot.
+        spring = float(glass[0]) if glass[0] * unit > _ROUNDING * self.size.min() else 0.0
+        dual = PronySeries(fluidity, compliances / times, times, parallel_viscosity=spring)
+        dashpot, equilibrium, branches, taus = dual.retardation
+        viscosity = float(dashpot) / unit
+        return PronySeries(float(equilibrium) / unit, branches / taus / unit, taus, parallel_viscosity=viscosity)
 
     def solve(self, times: Array) -> Array:
         """Return non-negative moduli of least weighted relative residuals, the equilibrium modulus first."""
@@ -325,7 +383,7 @@ class _Problem:
             spectrum = np.diag(1.0 / np.gradient(logs))
             jumps = (spectrum[1:] - spectrum[:-1]) / np.interp(logs, *self.level)[1:, None]
             jumps *= self.smoothing * math.sqrt(target.size / times.size)
-            matrix = np.vstack((matrix, np.hstack((np.zeros((times.size - 1, 1)), jumps))))
+            matrix = np.vstack((matrix, np.hstack((np.zeros((times.size - 1, self.heads)), jumps))))
             target = np.concatenate((target, np.zeros(times.size - 1)))
         # Powers of two keep the squares of extreme numbers finite, and all digits.
         _, power = np.frexp(np.abs(matrix).max(axis=0))
@@ -344,17 +402,18 @@ class _Problem:
 
     def reduced(self, times: Array, moduli: Array, allowed: float) -> tuple[Array, Array]:
         """Return times and moduli with as few terms as the misfit allows."""
-        keep = moduli[1:] > 0
-        times, moduli = times[keep], np.concatenate((moduli[:1], moduli[1:][keep]))
+        heads = self.heads
+        keep = moduli[heads:] > 0
+        times, moduli = times[keep], np.concatenate((moduli[:heads], moduli[heads:][keep]))
         while times.size > 1:
             # The term with the smallest influence anywhere is tried first.
-            influence = np.abs(self.columns(times)[:, 1:] * moduli[1:]).max(axis=0)
+            influence = np.abs(self.columns(times)[:, heads:] * moduli[heads:]).max(axis=0)
             fewer = np.delete(times, int(np.argmin(influence)))
             solution = self.solve(fewer)
             if self.misfit(fewer, solution) > allowed:
                 break
-            keep = solution[1:] > 0
-            times, moduli = fewer[keep], np.concatenate((solution[:1], solution[1:][keep]))
+            keep = solution[heads:] > 0
+            times, moduli = fewer[keep], np.concatenate((solution[:heads], solution[heads:][keep]))
         none = times[:0]
         constant = self.solve(none)
         # Two more parameters lower the sum of squares of pure noise by the share 2/n on average. Dynamic data show

@@ -20,7 +20,7 @@ from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.files import path_of
 from restitution.material.cards import PronyTerms, ViscoelasticDeck, beyond_one, read_abaqus, read_ansys
-from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.fit import CreepTable, DynamicTable, RelaxationTable
 from restitution.material.master_curve import Curve, Isotherms, average
 from restitution.material.sheet import (
     Column,
@@ -40,7 +40,7 @@ from restitution.material.sheet import (
 from restitution.material.shift import ShiftTable
 from restitution.units import MODULUS, ZERO_CELSIUS
 
-MaterialFile = RelaxationTable | DynamicTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
+MaterialFile = RelaxationTable | DynamicTable | CreepTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
 
 # Sweeps whose temperatures [K] differ by less are at one temperature.
 _SAME_TEMPERATURE = 1.0
@@ -58,9 +58,10 @@ _KEY = re.compile(r'"?([A-Za-z][^\t,;:"]{0,60}):"?(?=[\t,;]|$)')
 def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material; the content decides the kind.
 
-    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent), shift factors
-    (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus). Exports of TRIOS (text,
-    JSON), RheoCompass, RepTate and pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
+    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent), creep (time,
+    compliance), shift factors (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus).
+    Exports of TRIOS (text, JSON), RheoCompass, RepTate and pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with
+    ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
 
     Returns
     -------
-    RelaxationTable, DynamicTable, Isotherms, PronyTerms, ShiftTable or ViscoelasticDeck
+    RelaxationTable, DynamicTable, CreepTable, Isotherms, PronyTerms, ShiftTable or ViscoelasticDeck
         In SI. `Isotherms` are moduli at several temperatures.
 
     Raises
@@ -274,7 +275,10 @@ def _json_sheet(source: str, title: str, columns: list[tuple[str, str | None]], 
 
 
 def _rheocompass(source: str, text: str) -> list[Sheet]:
-    """Return intervals of an export of RheoCompass; what lines with other keys state holds for those below."""
+    """Return intervals of an export of RheoCompass, in English or German.
+
+    What lines with other keys state holds for the intervals below.
+    """
     lines = [line for line in split_lines(text, " ") if line.text.strip(",;\t ")]
     keys = [(i, key) for i, line in enumerate(lines) if (key := _KEY.match(line.text))]
     sheets: list[Sheet] = []
@@ -283,19 +287,19 @@ def _rheocompass(source: str, text: str) -> list[Sheet]:
     for (i, key), end in zip(keys, ends, strict=True):
         rest = lines[i].text[key.end() :]
         match key[1].lower():
-            case "interval data" if end > i + 1:
+            case "interval data" | "intervalldaten" if end > i + 1:
                 mark = rest[:1] or "\t"
                 rows = [Line(n, row.removeprefix(mark)) for n, row in lines[i + 1 : end]]
                 sheet = read_sheet(source, [Line(lines[i].number, rest[1:]), *rows], mark=mark)
                 number, count = points or (str(len(sheets) + 1), "")
                 sheets.append(_titled(replace(sheet, temperature=kelvin), f"{title or 'interval'} {number}", count))
-            case "result":
+            case "result" | "ergebnis":
                 title, kelvin = rest[1:].strip('\t,; "'), _celsius(rest)
-            case "project" | "test":
+            case "project" | "projekt" | "test" | "versuch":
                 title, kelvin = "", _celsius(rest)
-            case "temperature":
+            case "temperature" | "temperatur":
                 kelvin = _celsius(rest)
-            case "interval and data points":
+            case "interval and data points" | "intervall und datenpunkte":
                 points = [*(cell.strip(' "') for cell in re.split(r"[\t,;]", rest[1:])), ""][:2]
             case _:
                 pass
@@ -348,7 +352,7 @@ def _plain(source: str, text: str) -> list[Sheet]:
 FORMATS: Sequence[tuple[Callable[[str], Any], Callable[[str, str], list[Sheet]]]] = (
     (re.compile(r"[\ufeff \t\r\n]*\{").match, _trios_json),
     (re.compile(r"^(\[step\]|Variables\t)", re.IGNORECASE | re.MULTILINE).search, _trios_text),
-    (re.compile(r"^\W?Interval data:", re.IGNORECASE | re.MULTILINE).search, _rheocompass),
+    (re.compile(r"^\W?(Interval data|Intervalldaten):", re.IGNORECASE | re.MULTILINE).search, _rheocompass),
     (_is_reptate, _reptate),
     (lambda text: True, _plain),
 )
@@ -366,6 +370,8 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
         unused += [] if curves else [table.sheet.title]
     if curves_read:
         return _joined(source, curves_read, unused)
+    if (creep := _creep(source, tables)) is not None:
+        return creep
     if len(tables) == 1:
         for kind in (_prony_terms, _shift_table):
             if (content := kind(tables[0])) is not None:
@@ -373,7 +379,8 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
     if len(tables) == 1 and not unused[0]:
         sheet = tables[0].sheet
         message = f"columns {', '.join(filter(None, sheet.labels))[:200]}: must be time and relaxation modulus; "
-        message += "frequency, storage and loss modulus; relaxation time and modulus; or temperature and shift factor"
+        message += "frequency, storage and loss modulus; time and creep compliance; relaxation time and modulus; or "
+        message += "temperature and shift factor"
         raise tables[0].error(message, sheet.header_line)
     titles = ", ".join(unused)[:200]
     rule = "one must have several frequencies with storage and loss modulus, or times with the relaxation modulus"
@@ -427,6 +434,20 @@ def _curves(table: Table) -> list[Curve]:
         read(table.part(rows), [column._replace(values=column.values[rows]) for column in columns], several=True)
         for rows in sweeps
     ]
+
+
+def _creep(source: str, tables: Sequence[Table]) -> CreepTable | None:
+    """Return the only creep test; None without one."""
+    tests = [(table, columns) for table in tables if (columns := table.columns((Role.TIME,), (Role.COMPLIANCE,)))]
+    tests = [(table, columns) for table, columns in tests if "recover" not in table.sheet.title.lower()]
+    if not tests:
+        return None
+    if len(tests) > 1 or len(_sweeps(tests[0][0], tests[0][1][0].values)) > 1:
+        raise FileError(source, 0, "holds several creep tests: must have one")
+    table, columns = tests[0]
+    compliance = columns[1].values
+    creep: Any = _curve(CreepTable, table, columns, (compliance,), 1.0 / compliance, "rise over time", several=False)
+    return creep
 
 
 def _sweeps(table: Table, x: Array) -> list[NDArray[np.intp]]:
@@ -509,7 +530,7 @@ def _curve(
     kelvin, others = _temperature(table, several)
     about = table.about(*columns, *others)
     values = (column[order] for column in (columns[0].values, *moduli))
-    curve: Curve = kind(*values, *about, temperature=kelvin)
+    curve: Any = kind(*values, *about, temperature=kelvin)
     return average([curve]) if table.sheet.scattered else curve
 
 

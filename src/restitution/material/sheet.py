@@ -197,8 +197,9 @@ def read_sheet(
     """Return the table of named columns in some lines; `source` is the name of their file in messages.
 
     The names are in the first line with two names for which `is_name` holds, or else in the first line, or in the last
-    comment (#) above the numbers. A unit is in brackets behind the name, or after an underscore if `is_unit` holds, or
-    in a second line of units. The `mark` separates the cells; without it the line of the names shows which one does.
+    comment (#) above the numbers. A unit is in brackets behind the name, or after a slash or an underscore if
+    `is_unit` holds, or in a second line of units. The `mark` separates the cells; without it the line of the names
+    shows which one does.
     """
     comments: list[Line] = []
     body: list[Line] = []
@@ -284,7 +285,11 @@ def _name_and_unit(cell: str, is_unit: _Test, is_name: _Test) -> tuple[str, str 
     if cell.endswith((")", "]")) and not cell.lower().endswith("(t)") and not whole:
         opening = max(cell.rfind("("), cell.rfind("["))
         if opening >= 0:
-            return cell[:opening].strip(), cell[opening + 1 : -1].strip()
+            return cell[:opening].rstrip(" /"), cell[opening + 1 : -1].strip()
+    # Quantity over unit, as in ISO 80000: E'/MPa, but not velocity_m/s.
+    quotient, _, tail = map(str.strip, cell.partition("/"))
+    if tail and not whole and is_unit(tail) and ("_" not in quotient or is_name(quotient)):
+        return quotient, tail
     stem, _, tail = cell.rpartition("_")
     if stem and tail and (not whole or is_name(stem)) and is_unit(tail):
         return stem, tail
@@ -315,6 +320,9 @@ class Role(Enum):
     TANGENT = "loss tangent", (units.NUMBER,), "", (
         "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor"
     )  # fmt: skip
+    COMPLIANCE = "creep compliance", (units.COMPLIANCE,), "1/Pa", (
+        "j j(t) d(t) compliance creepcompliance nachgiebigkeit kriechnachgiebigkeit"
+    )  # fmt: skip
     RELAXATION_TIME = "relaxation time", (units.TIME,), "s", "tau taui tauk τ reltime relaxationtime relaxationtimes"
     BRANCH = "branch modulus", (units.MODULUS,), "Pa", "branchmodulus branchmoduli ei ek"
     SHARE = "relative modulus", (units.NUMBER,), "", "relmod relativemodulus relativemoduli alpha alphai gi ki"
@@ -339,11 +347,11 @@ class Role(Enum):
 
 
 _ROLES = {name.replace("?", letter): role for role in Role for name in role.spellings for letter in "eg"}
-_TENSION = re.compile(r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young)")
-_SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear)")
+_TENSION = re.compile(r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young|d\(t\))")
+_SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear|j$|j\(t\))")
 _MEASURED = (
     Role.FREQUENCY, Role.ANGULAR_FREQUENCY, Role.STORAGE, Role.LOSS, Role.COMPLEX, Role.TANGENT, Role.TIME,
-    Role.MODULUS,
+    Role.MODULUS, Role.COMPLIANCE,
 )  # fmt: skip
 _QUOTES = str.maketrans(dict.fromkeys("’‘′´`", "'") | dict.fromkeys('”″"', "''"))
 
@@ -453,14 +461,15 @@ class Table(NamedTuple):
         return slice(None)
 
     def refuse_growth(self, column: Column, values: Array, order: slice, rule: str) -> None:
-        """Refuse values that grow by more than noise; of a storage modulus, its inverse."""
+        """Refuse values that grow by more than noise; of a storage modulus or a compliance, its inverse."""
         values, moduli, rows = values[order], column.values[order], self.sheet.rows[order]
         beyond = np.flatnonzero(values > _NOISE * np.minimum.accumulate(values))
         if beyond.size:
             last = int(beyond[0])
             first = int(np.argmin(values[:last]))
+            si = column.role.dimensions[0].unit
             message = (
-                f"{column.label} is {moduli[last]:.4g} Pa, and {moduli[first]:.4g} Pa in line {rows[first].number}"
+                f"{column.label} is {moduli[last]:.4g} {si}, and {moduli[first]:.4g} {si} in line {rows[first].number}"
             )
             raise self.error(f"{message}: must {rule}, apart from noise", rows[last].number)
 

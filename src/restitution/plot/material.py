@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from restitution.checks import Array
 from restitution.errors import InputError
-from restitution.material.fit import DynamicTable, RelaxationTable
+from restitution.material.fit import CreepTable, DynamicTable, Measured, RelaxationTable
 from restitution.material.master_curve import Curve, Isotherms, MasterCurve
 from restitution.material.prony import PronySeries
 from restitution.material.shift import ShiftTable
@@ -81,14 +81,31 @@ def dynamic(
     return _finished(ax, _FREQUENCY, "modulus", prefixed)
 
 
+def creep(
+    ax: Axes, series: Mapping[str, PronySeries], window: tuple[float, float], data: CreepTable | None = None
+) -> Axes:
+    """Draw creep compliances over a window of time [s], and the data to which one was fitted."""
+    t = np.geomspace(*window, 400)
+    curves = {name: np.asarray(part.creep_compliance(t)) for name, part in series.items()}
+    # A compliance has the reciprocal unit of a modulus.
+    factor, prefixed = scaled_unit([1.0 / curve[-1] for curve in curves.values()], MODULUS.unit)
+    if data is not None:
+        ax.plot(data.time, data.compliance / factor, ".", color=style.GREY, markersize=4, label="data")
+    for color, (name, curve) in zip(_COLORS, curves.items(), strict=False):
+        ax.plot(t, curve / factor, color=color, label=name)
+    return _finished(ax, _TIME, "creep compliance", f"1/{prefixed}")
+
+
 def overview(
     series: Mapping[str, PronySeries],
     window: tuple[float, float] | None = None,
-    data: RelaxationTable | DynamicTable | None = None,
+    data: Measured | None = None,
     *,
     unit: str = MODULUS.unit,
 ) -> Figure:
     """Return a figure of the relaxation moduli over time and the complex ones over frequency, of at most four series.
+
+    Where the data are of creep, the compliances take the place of the relaxation moduli.
 
     The window of times [s] reaches a decade beyond all relaxation times by default. The unit is empty for shares of
     the instantaneous modulus.
@@ -97,7 +114,10 @@ def overview(
         times = np.concatenate([part.relaxation_times for part in series.values()] or [np.empty(0)])
         window = (0.1 * float(times.min()), 10.0 * float(times.max())) if times.size else (1e-6, 1.0)
     with style.page("AB", height=3.2) as (figure, (left, right)):
-        relaxation(left, series, window, data if isinstance(data, RelaxationTable) else None, unit=unit)
+        if isinstance(data, CreepTable):
+            creep(left, series, window, data)
+        else:
+            relaxation(left, series, window, data if isinstance(data, RelaxationTable) else None, unit=unit)
         dynamic(right, series, window, data if isinstance(data, DynamicTable) else None, unit=unit)
     return figure
 
