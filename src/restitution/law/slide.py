@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from restitution.kernel.compile import compiled, entry_point
 from restitution.law.step import (
+    BEND,
     BEYOND,
     BRANCH,
     BRANCHES,
@@ -25,6 +26,7 @@ from restitution.law.step import (
     NUMBERS,
     PLACE,
     RADIUS,
+    RATE,
     ROWS,
     STIFFNESS,
     TRIAL,
@@ -42,15 +44,13 @@ FRICTION, MODES, SPRING, GRIPS = range(4)
 TILES, PACED, TIMED, SLOPE, TURN, WAYS = range(6)
 HEAD = WAYS + 2
 
-# Five numbers for each mode: three that depend on the length of the step alone, and the load along both axes of the
-# outermost tile beyond what its node has, times the radii.
-FADE, LIFT, CURL, RIM = range(4)
-MODE = 5
+# Three numbers for each mode: decay, gain and bend, which depend on the length of the step alone.
+FADE, LIFT, CURL, MODE = range(4)
 
-# Rows of the tiles: depth of the node; radii in contact; limit of the load; then, along each axis, displacement, its
-# rate in the last step and load. The loads of the modes follow, those along the first axis before those of the second.
-SPOT, SPAN, LIMIT, WAY, RATE, LOAD = 0, 1, 2, 3, 5, 7
-LINES = 9
+# Rows of the tiles: radii in contact; largest force over friction; then, along each axis, displacement, its rate in
+# the last step and load. The loads of the modes follow, those along the first axis before those of the second.
+SPAN, LIMIT, WAY, PACE, LOAD = 0, 1, 2, 4, 6
+LINES = 8
 
 # Size below which a load is none, because processors are slow on numbers below 1e-308.
 NONE = 1e-200
@@ -79,38 +79,48 @@ def set_step(grip: NDArray, tiles: NDArray, elapsed: float, dt: float) -> None:
 
 
 @compiled
-def match_tiles(grip: NDArray, tiles: NDArray, nodes: NDArray, room: int, count: int) -> int:
-    """Merge tiles whose nodes were dropped with their neighbours, and return the number of tiles."""
+def merge_tiles(grip: NDArray, tiles: NDArray, nodes: NDArray, room: int, kept: int) -> None:
+    """Share the states of all tiles among fewer ones, for the nodes that were kept, by the radii that they have."""
     modes = int(grip[MODES])
     rows = tiles[HEAD + MODE * modes :]
-    place, spot, span = nodes[PLACE * room :], rows[SPOT * room :], rows[SPAN * room :]
-    kept = 0
-    for n in range(int(tiles[TILES])):
-        if kept < count and spot[n] == place[kept]:
-            for row in range(LINES + 2 * modes):
-                rows[row * room + kept] = rows[row * room + n]
-            kept += 1
-        elif kept > 0:
-            total = span[kept - 1] + span[n]
-            if total > 0.0:
-                share = span[n] / total
-                for row in range(WAY, LINES + 2 * modes):
-                    rows[row * room + kept - 1] += share * (rows[row * room + n] - rows[row * room + kept - 1])
-                span[kept - 1] = total
-    return kept
+    place, integral, span = nodes[PLACE * room :], nodes[INTEGRAL * room :], rows[SPAN * room :]
+    old = int(tiles[TILES])
+    # Radii between which tile n, of the old ones, and tile m, of the others, lie; m <= n.
+    n = 0
+    low = 0.0
+    high = span[0]
+    lower = 0.0
+    for m in range(kept):
+        upper = (integral[m + 1] - integral[m]) / (place[m + 1] - place[m])
+        if m == kept - 1:
+            upper = math.inf
+        width = max(min(high, upper) - max(low, lower), 0.0)
+        for row in range(WAY, LINES + 2 * modes):
+            rows[row * room + m] = width * rows[row * room + n]
+        while n < old - 1 and high <= upper:
+            n += 1
+            low = high
+            high += span[n]
+            part = max(min(high, upper) - max(low, lower), 0.0)
+            for row in range(WAY, LINES + 2 * modes):
+                rows[row * room + m] += part * rows[row * room + n]
+            width += part
+        for row in range(WAY, LINES + 2 * modes):
+            rows[row * room + m] /= max(width, NONE)
+        span[m] = width
+        lower = upper
 
 
 @compiled
-def add_tiles(grip: NDArray, tiles: NDArray, nodes: NDArray, room: int, kept: int, count: int, pace: NDArray) -> None:
+def add_tiles(grip: NDArray, tiles: NDArray, room: int, kept: int, count: int, pace: NDArray) -> None:
     """Write tiles without load for the nodes from `kept` on; `pace` is the velocity of the body."""
     modes = int(grip[MODES])
     rows = tiles[HEAD + MODE * modes :]
     for n in range(kept, count):
         for row in range(LINES + 2 * modes):
             rows[row * room + n] = 0.0
-        rows[SPOT * room + n] = nodes[PLACE * room + n]
         for axis in range(2):
-            rows[(RATE + axis) * room + n] = pace[axis]
+            rows[(PACE + axis) * room + n] = pace[axis]
     tiles[TILES] = count
 
 
@@ -150,10 +160,10 @@ def edge_of(law: NDArray, state: NDArray, count: int, contact: int) -> float:
 
 
 @compiled
-def set_limits(law: NDArray, grip: NDArray, state: NDArray, tiles: NDArray, half: float) -> float:
+def set_limits(law: NDArray, grip: NDArray, state: NDArray, tiles: NDArray, half: float) -> None:
     """Write the radii of the tiles in contact and the normal forces on them, which are the limits over friction.
 
-    Radii that grow begin without load. Return the part of the normal force, `half` of the whole, that no tile has.
+    Radii that grow begin without load. The sum of the forces is `half`.
     """
     branches, room = int(law[BRANCHES]), int(law[NODES])
     count, contact, modes = int(state[COUNT]), int(state[CONTACT]), int(grip[MODES])
@@ -179,22 +189,19 @@ def set_limits(law: NDArray, grip: NDArray, state: NDArray, tiles: NDArray, half
                 inner = radius_at(law, place[n])
                 last = max(edge - inner, 0.0)
                 past = max(edge - upper, 0.0)
-                if past > 0.0:
+                if past > 0.0 and last > 0.0:
                     outside = 0.5 * load * past * past / last
                 force = load * (max(inner - lower, 0.0) + 0.5 * last) - outside
         if width > span[n] > 0.0:
             for row in range(WAY, LINES + 2 * modes):
-                if row < RATE or row >= LOAD:
+                if row < PACE or row >= LOAD:
                     rows[row * room + n] *= span[n] / width
         span[n] = width
         limit[n] = force
         total += force
         lower = upper
-    if total > half:
-        for n in range(count):
-            limit[n] *= half / total
-        return 0.0
-    return half - total
+    for n in range(count):
+        limit[n] *= half / max(total, NONE)
 
 
 @compiled
@@ -209,7 +216,7 @@ def move_tile(grip: NDArray, tiles: NDArray, room: int, n: int, way: NDArray) ->
         load = grip[SPRING] * rows[(WAY + axis) * room + n] + slope * way[axis]
         for k in range(modes):
             load += fade[k] * rows[(LINES + axis * modes + k) * room + n]
-            load -= turn * curl[k] * rows[(RATE + axis) * room + n] * elapsed
+            load -= turn * curl[k] * rows[(PACE + axis) * room + n] * elapsed
         rows[(LOAD + axis) * room + n] = load
         size = math.hypot(size, load)
     bound = 0.0
@@ -221,7 +228,7 @@ def move_tile(grip: NDArray, tiles: NDArray, room: int, n: int, way: NDArray) ->
     for axis in range(2):
         load = rows[(LOAD + axis) * room + n]
         moved = way[axis] - (1.0 - share) * load / slope
-        change = turn * (moved - rows[(RATE + axis) * room + n] * elapsed)
+        change = turn * (moved - rows[(PACE + axis) * room + n] * elapsed)
         for k in range(modes):
             here = (LINES + axis * modes + k) * room + n
             after = fade[k] * rows[here] + lift[k] * moved + curl[k] * change
@@ -230,45 +237,44 @@ def move_tile(grip: NDArray, tiles: NDArray, room: int, n: int, way: NDArray) ->
             rows[here] = after
         rows[(LOAD + axis) * room + n] = share * load
         rows[(WAY + axis) * room + n] += moved
-        rows[(RATE + axis) * room + n] = moved / elapsed
+        rows[(PACE + axis) * room + n] = moved / elapsed
     return share
 
 
 @compiled
-def pull_rim(
-    grip: NDArray, tiles: NDArray, room: int, n: int, growth: float, rest: float, share: float, pull: NDArray
-) -> None:
-    """Add the force of the radii at the edge beyond the load of the outermost tile n in contact.
+def rim_of(law: NDArray, state: NDArray, growth: float) -> float:
+    """Return the normal force of the newest radii, of the width `growth`, beyond loads along a line.
 
-    They were touched within steps. `growth` is that of the contact radius in this step, `rest` the limit, and
-    `share` below 1 where the tile slips.
+    Each of them was touched at its own instant within the step.
+    """
+    branches = int(law[BRANCHES])
+    bend = state[NUMBERS + BEND * branches :]
+    total = 0.0
+    for k in range(branches):
+        total += bend[k]
+    return max(total * growth * state[RATE] * state[ELAPSED], 0.0)
+
+
+@compiled
+def pull_rim(grip: NDArray, tiles: NDArray, room: int, growth: float, bound: float, share: float, pull: NDArray) -> None:
+    """Add the force of the newest radii beyond loads along a line; `bound` is its limit.
+
+    `share` is below 1 where the tile beside them slips, the last one that has moved.
     """
     modes = int(grip[MODES])
-    fade, curl = tiles[HEAD + FADE * modes :], tiles[HEAD + CURL * modes :]
-    rim, rows = tiles[HEAD + RIM * modes :], tiles[HEAD + MODE * modes :]
-    size = 0.0
-    load = 0.0
+    rows = tiles[HEAD + MODE * modes :]
+    n = int(tiles[TILES]) - 2
+    stiffness = 0.0
+    for k in range(modes):
+        stiffness += tiles[HEAD + CURL * modes + k]
+    stiffness *= growth * tiles[TIMED]
+    pace = math.hypot(rows[PACE * room + n], rows[(PACE + 1) * room + n])
+    load = math.hypot(rows[LOAD * room + n], rows[(LOAD + 1) * room + n])
     for axis in range(2):
-        total = 0.0
-        for k in range(modes):
-            here = axis * modes + k
-            rim[here] = fade[k] * rim[here] + curl[k] * growth * rows[(RATE + axis) * room + n] * tiles[TIMED]
-            if abs(rim[here]) < NONE:
-                rim[here] = 0.0
-            total += rim[here]
-        size = math.hypot(size, total)
-        load = math.hypot(load, rows[(LOAD + axis) * room + n])
-    part = 1.0
-    if size > rest:
-        part = rest / size
-    for axis in range(2):
-        total = 0.0
-        for k in range(modes):
-            rim[axis * modes + k] *= part
-            total += rim[axis * modes + k]
-        if share < 1.0 and load > 0.0:
-            total = rest * rows[(LOAD + axis) * room + n] / load
-        pull[axis] += total
+        if share < 1.0:
+            pull[axis] += bound * rows[(LOAD + axis) * room + n] / max(load, NONE)
+        elif pace > 0.0:
+            pull[axis] += min(stiffness * pace, bound) / pace * rows[(PACE + axis) * room + n]
 
 
 @entry_point
@@ -290,37 +296,36 @@ def slide(law: NDArray, grip: NDArray, state: NDArray, force: float, way: NDArra
     tiles = nodes[(ROWS + 2 * branches) * room :]
     rows, way_of = tiles[HEAD + MODE * modes :], tiles[WAYS:]
     if count == 0:
-        for n in range(HEAD):
-            tiles[n] = 0.0
-        for n in range(modes):
-            tiles[HEAD + RIM * modes + n] = 0.0
-            tiles[HEAD + (RIM + 1) * modes + n] = 0.0
+        tiles[TILES] = 0.0
+        tiles[PACED] = 0.0
         return
     set_step(grip, tiles, state[ELAPSED], dt)
     pull[0] = way[0] / dt
     pull[1] = way[1] / dt
     for axis in range(2):
         way_of[axis] = pull[axis] * state[ELAPSED]
-    kept = match_tiles(grip, tiles, nodes, room, count)
-    add_tiles(grip, tiles, nodes, room, kept, count, pull)
-    rest = set_limits(law, grip, state, tiles, 0.5 * force)
+    kept = int(tiles[TILES])
+    if kept > count:
+        # Nodes were dropped before the last one was set.
+        kept = count - 1
+        merge_tiles(grip, tiles, nodes, room, kept)
+    add_tiles(grip, tiles, room, kept, count, pull)
+    growth = 0.0
+    rest = 0.0
+    if max(kept, 1) < count:
+        growth = state[RADIUS] - radius_at(law, nodes[PLACE * room + count - 2])
+        rest = min(rim_of(law, state, growth), 0.5 * force)
+    set_limits(law, grip, state, tiles, 0.5 * force - rest)
     pull[0] = 0.0
     pull[1] = 0.0
     # A tile whose node was set in this step is touched at its end.
     share = 1.0
     for n in range(max(kept, 1)):
-        moved = move_tile(grip, tiles, room, n, way_of)
-        if n < contact:
-            share = moved
+        share = move_tile(grip, tiles, room, n, way_of)
         for axis in range(2):
             pull[axis] += rows[SPAN * room + n] * rows[(LOAD + axis) * room + n]
-    if contact > 0:
-        growth = 0.0
-        n = contact - 1
-        if max(kept, 1) < count:
-            growth = state[RADIUS] - radius_at(law, nodes[PLACE * room + count - 2])
-            n = count - 2
-        pull_rim(grip, tiles, room, n, growth, grip[FRICTION] * rest, share, pull)
+    if growth > 0.0:
+        pull_rim(grip, tiles, room, growth, grip[FRICTION] * rest, share, pull)
     for axis in range(2):
         pull[axis] *= 2.0
     tiles[PACED] = dt
