@@ -85,7 +85,8 @@ def merge_tiles(grip: NDArray, tiles: NDArray, nodes: NDArray, room: int, kept: 
     rows = tiles[HEAD + MODE * modes :]
     place, integral, span = nodes[PLACE * room :], nodes[INTEGRAL * room :], rows[SPAN * room :]
     old = int(tiles[TILES])
-    # Radii between which tile n, of the old ones, and tile m, of the others, lie; m <= n.
+    # Radii between which tile n, of the old ones, and tile m, of the others, lie. A state is read before it is
+    # written, because m <= n.
     n = 0
     low = 0.0
     high = span[0]
@@ -94,6 +95,11 @@ def merge_tiles(grip: NDArray, tiles: NDArray, nodes: NDArray, room: int, kept: 
         upper = (integral[m + 1] - integral[m]) / (place[m + 1] - place[m])
         if m == kept - 1:
             upper = math.inf
+        if n < m:
+            # By rounding the last of the old tiles may end beyond the one that has taken it.
+            n = m
+            low = high
+            high += span[n]
         width = max(min(high, upper) - max(low, lower), 0.0)
         for row in range(WAY, LINES + 2 * modes):
             rows[row * room + m] = width * rows[row * room + n]
