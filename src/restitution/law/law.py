@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, finite, single_nonnegative, single_positive, whole
+from restitution.checks import Array, Numeric, finite, single_nonnegative, single_positive, whole
 from restitution.contact.table import PathTable, path_table
 from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, write_text
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Body, Impact, collision, two_bodies
 from restitution.impact.window import require_known
-from restitution.law.slide import tiles_size
+from restitution.law.slide import grip_labels, tiles_size
 from restitution.law.step import DEPTH, labels, state_size
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_shear_modulus, single_material
@@ -153,7 +153,7 @@ class ContactLaw:
         states, forces = state.reshape(-1, self.state_size), np.empty(depths.size)
         step_all(self.constants, states, depths.ravel(), duration, forces)
         normal = forces if state.ndim > 1 else float(forces[0])
-        if ways is None:
+        if ways is None or way is None:
             return normal
         from restitution.law.slide import slide_all
 
@@ -286,7 +286,8 @@ class ContactLaw:
         name : str
             Start of the names in the header. ``name_start(state, depth)`` begins a contact,
             ``force = name_step(state, depth, dt)`` advances it, and a state is an array of ``name_SIZE`` doubles, with
-            the name in capitals.
+            the name in capitals. With friction ``name_slide(state, force, way, dt, pull)`` follows each step and
+            writes the tangential force.
 
         Returns
         -------
@@ -308,17 +309,21 @@ class ContactLaw:
         target = path_of(path)
         from restitution.law.c_header import header
 
+        friction = "frictionless"
+        if self.shear_modulus is not None:
+            friction = f"friction coefficient {self.friction:g}, reduced shear modulus {self.shear_modulus!r}"
         paragraphs = [
             f"Contact law with memory, made by restitution {version('restitution')}. All numbers are in SI units.",
             f"Profile: {self.impact.profile!r}.",
             *dict.fromkeys(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
             f"Reduced relaxation modulus: {self.modulus!r}, with an error of e of {self.restitution_error:.2g}.",
-            "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Any history on one spot. "
+            f"Quasi-static, {friction}, without adhesion, small strain, half-spaces. Any history on one spot. "
             "Beyond the largest depth the force is NaN.",
         ]
         values, meanings = self.constants.tolist(), labels(len(self._branches))
         meanings += ["table of the profile"] * (len(values) - len(meanings))
-        text = header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size)
+        grip = list(zip(self.grip.tolist(), grip_labels(len(self._modes)), strict=True)) if self.shear_modulus else []
+        text = header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size, grip)
         return write_text(target, text)
 
     @property

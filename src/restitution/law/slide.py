@@ -56,6 +56,16 @@ LINES = 8
 NONE = 1e-200
 
 
+def grip_labels(modes: int) -> list[str]:
+    """Return the meaning of each constant of friction."""
+    of_modes = (
+        "modulus of mode {} [Pa]; of a dashpot its viscosity [Pa s]",
+        "time of mode {} [s]; of a dashpot 0",
+    )
+    head = ["friction coefficient", "number of modes", "equilibrium modulus of the tangential line load [Pa]"]
+    return head + [text.format(k + 1) for text in of_modes for k in range(modes)]
+
+
 def tiles_size(modes: int, nodes: int) -> int:
     """Return the numbers that friction adds to the state of a contact."""
     return HEAD + MODE * modes + nodes * (LINES + 2 * modes)
@@ -198,7 +208,7 @@ def set_limits(law: NDArray, grip: NDArray, state: NDArray, tiles: NDArray, half
                 if past > 0.0 and last > 0.0:
                     outside = 0.5 * load * past * past / last
                 force = load * (max(inner - lower, 0.0) + 0.5 * last) - outside
-        if width > span[n] > 0.0:
+        if span[n] > 0.0 and width > span[n]:
             for row in range(WAY, LINES + 2 * modes):
                 if row < PACE or row >= LOAD:
                     rows[row * room + n] *= span[n] / width
@@ -262,7 +272,9 @@ def rim_of(law: NDArray, state: NDArray, growth: float) -> float:
 
 
 @compiled
-def pull_rim(grip: NDArray, tiles: NDArray, room: int, growth: float, bound: float, share: float, pull: NDArray) -> None:
+def pull_rim(
+    grip: NDArray, tiles: NDArray, room: int, growth: float, bound: float, share: float, pull: NDArray
+) -> None:
     """Add the force of the newest radii beyond loads along a line; `bound` is its limit.
 
     `share` is below 1 where the tile beside them slips, the last one that has moved.
@@ -297,7 +309,7 @@ def slide(law: NDArray, grip: NDArray, state: NDArray, force: float, way: NDArra
         pull[1] = force
         return
     branches, room = int(law[BRANCHES]), int(law[NODES])
-    count, contact, modes = int(state[COUNT]), int(state[CONTACT]), int(grip[MODES])
+    count, modes = int(state[COUNT]), int(grip[MODES])
     nodes = state[NUMBERS + BRANCH * branches :]
     tiles = nodes[(ROWS + 2 * branches) * room :]
     rows, way_of = tiles[HEAD + MODE * modes :], tiles[WAYS:]
