@@ -68,8 +68,8 @@ class ContactLaw:
 
     >>> law = rs.contact_law(law.impact, friction=0.3)
     >>> normal, tangential = law.step(law.start(), 1e-5, dt=1e-5, way=1e-6)
-    >>> print(round(normal, 3), round(tangential, 3))
-    0.101 0.007
+    >>> print(round(normal, 4), round(tangential, 4))
+    0.0994 0.0094
     """
 
     impact: Impact
