@@ -320,7 +320,7 @@ def test_elastic_balls_have_no_damping():
 @pytest.mark.parametrize("target", ["acusolve", "solfec", "rebound"])
 def test_a_table_has_e_at_all_velocities(target):
     calibrated = rs.calibrate((BALL, WALL), target, (0.01, 0.4), points=7)
-    numbers = set(re.findall(r"[\d.]+(?:e-?\d+)?", calibrated.snippet))
+    numbers = set(re.findall(r"\d+\.\d+(?:e-?\d+)?", calibrated.snippet))
     exact = rs.solve(rs.collision(BALL, WALL, np.geomspace(0.01, 0.4, 7)), rtol=1e-9).restitution_coefficient
     typed = [float(number) for number in numbers]
     assert all(np.min(np.abs(np.array(typed) - e)) < 2e-8 for e in exact)
