@@ -12,7 +12,7 @@ import pytest
 import restitution as rs
 from refusals import in_one_line, named
 from restitution.calibration.calibrate import TARGETS, nearest
-from restitution.calibration.laws import TypedLaw, tsuji_strength
+from restitution.calibration.laws import LAWS, TypedLaw, tsuji_strength
 from restitution.errors import ABSENT
 
 RNG = np.random.default_rng(13)
@@ -23,12 +23,12 @@ WALL = rs.Body(None)
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_exact_at_one_velocity(target):
-    """At one velocity every law meets both e and the contact time (REBOUND has no contact time)."""
+    """At one velocity every law meets both e and the contact time (codes of events have no contact time)."""
     speed = float(np.exp(RNG.uniform(math.log(0.05), math.log(5.0))))
     calibrated = rs.calibrate((BALL, WALL), target, speed)
     exact = rs.solve(rs.collision(BALL, WALL, speed))
     assert calibrated.restitution_coefficient(speed) == pytest.approx(exact.restitution_coefficient, rel=1e-7)
-    if target != "rebound":
+    if target in LAWS:
         assert calibrated.contact_time(speed) == pytest.approx(exact.contact_time, rel=1e-8)
     assert calibrated.largest_error < 1e-7
 
@@ -315,3 +315,33 @@ def test_elastic_balls_have_no_damping():
     assert calibrated.parameters["eta_n0"].value == 0.0
     assert calibrated.parameters["E"].value == pytest.approx(2e11, rel=1e-4)
     assert nearest(calibrated.law.law, calibrated.collisions) == calibrated.law
+
+
+@pytest.mark.parametrize("target", ["acusolve", "solfec", "rebound"])
+def test_a_table_has_e_at_all_velocities(target):
+    calibrated = rs.calibrate((BALL, WALL), target, (0.01, 0.4), points=7)
+    numbers = set(re.findall(r"\d+\.\d+(?:e-?\d+)?", calibrated.snippet))
+    exact = rs.solve(rs.collision(BALL, WALL, np.geomspace(0.01, 0.4, 7)), rtol=1e-9).restitution_coefficient
+    typed = [float(number) for number in numbers]
+    assert all(np.min(np.abs(np.array(typed) - e)) < 2e-8 for e in exact)
+    assert calibrated.largest_error < 1e-7
+
+
+@pytest.mark.parametrize("target", ["box2d", "bullet", "physx"])
+def test_a_single_e_is_the_middle_and_no_bounce_is_swallowed(target):
+    calibrated = rs.calibrate((BALL, WALL), target, (0.01, 0.4), points=9)
+    e = rs.solve(rs.collision(BALL, WALL, np.geomspace(0.01, 0.4, 9)), rtol=1e-9).restitution_coefficient
+    typed = calibrated.parameters["restitution"].value
+    assert typed / e.min() == pytest.approx(e.max() / typed, rel=1e-7)
+    assert calibrated.parameters["threshold"].value == pytest.approx(0.005)
+    assert f"{typed:.8g}f" in calibrated.snippet
+    assert "0.005f" in calibrated.snippet
+
+
+def test_drake_types_two_geometries_in_series():
+    """k = k1 k2/(k1 + k2) of two equal geometries is half of each (documentation of Drake)."""
+    calibrated = rs.calibrate((BALL, WALL), "drake", (0.05, 0.5), points=5)
+    assert calibrated.parameters["point_contact_stiffness"].value == pytest.approx(2.0 * calibrated.law.modulus)
+    d = calibrated.parameters["hunt_crossley_dissipation"].value
+    assert f"less than 1/d, here 1/({d:.8g} s/m)" in calibrated.snippet
+    assert 0.5 * calibrated.restitution_coefficient(0.5) < 1.0 / d

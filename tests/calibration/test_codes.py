@@ -8,6 +8,7 @@ import pytest
 from restitution import closed_forms, units
 from restitution.calibration.laws import (
     CONSTANT,
+    HUNT_CROSSLEY,
     LAWS,
     Setting,
     TypedLaw,
@@ -76,6 +77,11 @@ def force(name, modulus, strength, depth, velocity, mass, radius):
     if name in ("lammps-tsuji", "lammps-coeff-restitution"):
         normal = 4 / 3 * reduced * math.sqrt(radius) * depth**1.5
         return normal + strength * math.sqrt(mass * normal / depth) * velocity
+    if name == "drake":
+        # Modeling Compliant Contact: two geometries of stiffness 2 k in series, f = k x (1 + d v).
+        return modulus * depth * (1.0 + strength * velocity)
+    if name == "drake-sap":
+        return modulus * (depth + strength * velocity)
     return mass * (modulus * depth + strength * velocity)
 
 
@@ -87,6 +93,15 @@ def test_force_is_that_of_the_code(name):
     ours = stiffness * depth**law.shape.spring
     ours += strength * law.dashpot(stiffness, mass, radius) * depth**law.shape.dashpot * velocity
     assert ours == pytest.approx(force(name, modulus, strength, depth, velocity, mass, radius), rel=1e-12)
+
+
+def test_drake_bounds_the_velocity_of_the_rebound():
+    """Hunt and Crossley (1975): d v0 (1 + e) = ln((1 + d v0)/(1 - d v0 e)), so that e v0 stays below 1/d."""
+    b = np.exp(RNG.uniform(-4.0, 6.0, 20))
+    assert np.all(b * rebound(HUNT_CROSSLEY, "force", b)[0] < 1.0 + 1e-6)
+    b = np.exp(RNG.uniform(-4.0, 1.0, 20))
+    e, _ = rebound(HUNT_CROSSLEY, "force", b)
+    np.testing.assert_allclose(b * (1.0 + e), np.log1p(b) - np.log1p(-b * e), rtol=1e-6)
 
 
 def test_yade_gives_en_at_vn():

@@ -88,3 +88,46 @@ def test_a_name_that_c_does_not_take_is_refused(tmp_path, name):
     law: ContactLaw = CASES["power"]
     assert in_one_line(lambda: law.to_c(tmp_path / "law.h", name=name)).field == "name"
     assert not list(tmp_path.iterdir())
+
+
+SLIDING = """\
+#include <stdio.h>
+#include "rough.h"
+
+int main(void)
+{
+    double state[ROUGH_SIZE], depth, dt, way[2], pull[2];
+    rough_start(state, -1e-6);
+    while (scanf("%lf %lf %lf %lf", &depth, &dt, way, way + 1) == 4) {
+        double force = rough_step(state, depth, dt);
+        rough_slide(state, force, way, dt, pull);
+        printf("%.17g %.17g %.17g\\n", force, pull[0], pull[1]);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+def test_c_and_python_agree_with_friction(tmp_path):
+    law = contact_law(CASES["parabola"].impact, friction=0.4, max_nodes=12)
+    assert "friction coefficient 0.4" in law.to_c(tmp_path / "rough.h", name="rough").read_text()
+    (tmp_path / "main.c").write_text(SLIDING)
+    flags = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c99", "-O2"]
+    subprocess.run(["cc", *flags, "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True)
+    rng = np.random.default_rng(3)
+    depths, dt = history(rng)
+    ways = rng.normal(size=(dt.size, 2)) * 1e-5
+    table = np.column_stack([depths, dt, ways]).tolist()
+    lines = "".join(" ".join(map(repr, row)) + "\n" for row in table)
+    run = subprocess.run([tmp_path / "main"], input=lines, capture_output=True, text=True, check=True)
+    printed = np.array([line.split() for line in run.stdout.splitlines()], dtype=float)
+    state = law.start(depth=-1e-6)
+    expected = np.array(
+        [
+            (force, *pull)
+            for force, pull in (law.step(state, d, h, way=w) for d, h, w in zip(depths, dt, ways, strict=True))
+        ]
+    )
+    assert np.count_nonzero(expected[:, 1]) > 100
+    assert np.max(np.abs(printed - expected)) <= 1e-10 * expected.max()

@@ -10,7 +10,7 @@ import numpy as np
 
 from restitution import quantities
 from restitution.calibration import collisions as exact
-from restitution.calibration.collisions import REBOUND, Collisions
+from restitution.calibration.collisions import EVENTS, Collisions
 from restitution.calibration.laws import CODES, LAWS, Law, Setting, TypedLaw, rebound
 from restitution.calibration.result import Calibration, TypedParameter, heading, snippet
 from restitution.checks import one_of, single, whole, within
@@ -74,7 +74,7 @@ def _refuse_out_of_reach(law: Law, strength: float, cases: Collisions) -> None:
     raise InputError("target", law.name, f"{reach}, but e is {span}")
 
 
-TARGETS = (*LAWS, REBOUND)
+TARGETS = (*LAWS, *EVENTS)
 """Names of the laws of the package; a law that is added to `LAWS` is a target too."""
 
 
@@ -100,7 +100,8 @@ def calibrate(
         The bodies; an impact with a parabola, whose own velocity does not matter.
     target : str
         "lammps-viscoelastic", "lammps-tsuji", "lammps-coeff-restitution", "mercury-bshp", "yade-mindlin", "liggghts",
-        "kratos-dem", "mujoco-solref" or "rebound".
+        "kratos-dem", "mujoco-solref", "drake" or "drake-sap"; with e over velocity "rebound", "acusolve" or "solfec";
+        with one e and the velocity below which the code swallows a bounce "box2d", "bullet" or "physx".
     velocity : tuple of float, or float
         Lowest and highest velocity v0 [m/s], > 0, or one velocity. With a measured table its range by default.
     radius : tuple of float, optional
@@ -154,7 +155,7 @@ def calibrate(
     >>> round(law.parameters["E"].value / 1e6, 2), law.largest_error < 0.001
     (2.87, True)
     """
-    quantities.known("target", target, (*LAWS, REBOUND))
+    quantities.known("target", target, TARGETS)
     if contact is not None:
         one_of("contact", contact, (exact.PAIR, exact.WALL))
     whole("points", points, 2, 10_000)
@@ -164,7 +165,7 @@ def calibrate(
     one_of("units", units, systems, f" for {target}")
     bodies = exact.bodies_of(problem, contact)
     cases = exact.collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
-    return _of_events(cases) if law is None else _of_law(law, cases, units)
+    return _of_events(target, cases) if law is None else _of_law(law, cases, units)
 
 
 def _of_law(law: Law, cases: Collisions, units: str) -> Calibration:
@@ -194,10 +195,19 @@ def _system(cases: Collisions, units: str) -> UnitSystem:
     return reduced(mass, 2.0 * radius, float(cases.velocity[-1]))
 
 
-def _of_events(cases: Collisions) -> Calibration:
-    table, middle = exact.event_table(cases), cases.middle_restitution
+def _of_events(name: str, cases: Collisions) -> Calibration:
+    table, middle, code = exact.event_table(cases, name), cases.middle_restitution, CODES[name]
     constant = exact.TableLaw(cases.velocity[:1], np.array([middle]))
     naive = {"e": TypedParameter(middle, "", "coefficient of restitution at all velocities")}
-    words, source = (CODES[REBOUND][name] for name in ("words", "source"))
-    text = "\n".join([*(f"# {line}" for line in heading(words, cases, SI)), table.text])
-    return Calibration(REBOUND, words, source, "si", {}, naive, text, cases, table, constant)
+    threshold, parameters = exact.THRESHOLD * float(cases.velocity[0]), dict[str, TypedParameter]()
+    if "row" not in code:
+        words = "velocity below which a bounce is swallowed, half of the lowest one here"
+        e = float(table.restitution_coefficient[0])
+        parameters = {
+            "restitution": TypedParameter(e, "", "coefficient of restitution at all velocities"),
+            "threshold": TypedParameter(threshold, "m/s", words),
+        }
+    remarks = [*heading(code["words"], cases, SI), *code.get("notes", ())]
+    comment = code.get("comment", "# {}")
+    text = "\n".join([*map(comment.format, remarks), exact.event_text(table, name, threshold)])
+    return Calibration(name, code["words"], code["source"], "si", parameters, naive, text, cases, table, constant)

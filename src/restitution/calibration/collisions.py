@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from restitution import quantities, validity
-from restitution.calibration.laws import CODES
+from restitution.calibration.laws import CODES, LAWS
 from restitution.checks import Array, is_iterable, pair, positive, within
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError
@@ -255,35 +255,47 @@ def _coefficients(name: str, value: Any) -> Array:
     return np.asarray(positive(name, within(name, value, 0.0, 1.0)))
 
 
-# Law of event-driven and N-body codes, which take the coefficient of restitution over velocity itself: REBOUND.
+# Laws of codes that take the coefficient of restitution itself, over velocity or one for all velocities.
 
 REBOUND = "rebound"
+EVENTS = tuple(name for name in CODES if name not in LAWS)
+"""Names of the codes of events."""
+THRESHOLD = 0.5
+"""Velocity [-] below which a code of one coefficient may swallow a bounce, over the lowest velocity."""
 
 
 @dataclass(frozen=True, eq=False)
 class TableLaw:
-    """Coefficients of restitution over velocity [m/s], between which the code interpolates over log v."""
+    """Coefficients of restitution over velocity [m/s]; the code interpolates over v, or its logarithm."""
 
     velocity: Array
     restitution_coefficient: Array
+    logarithmic: bool = True
 
     def rebound(self, velocity: Any, mass: Any, radius: Any) -> tuple[Array, Array]:
         """Return the coefficient of restitution [-] and contact time [s], which is zero, at v0 [m/s]."""
         shape = np.broadcast_shapes(np.shape(velocity), np.shape(mass), np.shape(radius))
-        e = np.interp(np.log(velocity), np.log(self.velocity), self.restitution_coefficient)
+        places, table = (np.log(velocity), np.log(self.velocity)) if self.logarithmic else (velocity, self.velocity)
+        e = np.interp(places, table, self.restitution_coefficient)
         return np.broadcast_to(e, shape), np.zeros(shape)
 
-    @property
-    def text(self) -> str:
-        """The snippet."""
-        columns = self.velocity, self.restitution_coefficient
-        return CODES[REBOUND]["pair"].format(**{
-            name: ", ".join(f"{x:.8g}" for x in column)
-            for name, column in zip(("velocity", "restitution"), columns, strict=True)
-        })  # fmt: skip
 
+def event_table(cases: Collisions, name: str) -> TableLaw:
+    """Return the coefficients nearest to collisions: for several radii the middle, by ratios.
 
-def event_table(cases: Collisions) -> TableLaw:
-    """Return the table nearest to collisions: for several radii the middle, by ratios, at each velocity."""
+    Codes of one coefficient have the middle of all velocities.
+    """
     e = cases.restitution_coefficient
-    return TableLaw(cases.velocity, np.sqrt(e.min(axis=1) * e.max(axis=1)))
+    if "row" in CODES[name]:
+        return TableLaw(cases.velocity, np.sqrt(e.min(axis=1) * e.max(axis=1)), name == REBOUND)
+    return TableLaw(cases.velocity[:1], np.sqrt(e.min() * e.max()).reshape(1))
+
+
+def event_text(law: TableLaw, name: str, threshold: float) -> str:
+    """Return the snippet of a code of events."""
+    code = CODES[name]
+    if "row" not in code:
+        return code["pair"].format(restitution=f"{law.restitution_coefficient[0]:.8g}", threshold=f"{threshold:.8g}")
+    pairs = list(zip(law.velocity, law.restitution_coefficient, strict=True))
+    columns = [code.get("between", ", ").join(row.format(v=v, e=e) for v, e in pairs) for row in code["row"]]
+    return code["pair"].format(*columns)

@@ -22,6 +22,8 @@ End = Literal["force", "overlap"]
 
 _DAMPING = Dimension("damping per area", "1/(m s)", powers=Powers(0, -1, -1))
 _STIFFNESS_PER_MASS = Dimension("stiffness per mass", "1/s^2", powers=Powers(0, 0, -2))
+_SLOWNESS = Dimension("time per length", "s/m", powers=Powers(0, -1, 1))
+_FORCE_PER_LENGTH = Dimension("stiffness", "N/m", powers=Powers(1, 0, -2))
 _DAMPING_PER_MASS = Dimension("damping per mass", "1/s", powers=Powers(0, 0, -1))
 
 # Losses of the table. Below them e = exp(-C b); above them the rebound is too slow to be of use.
@@ -46,6 +48,9 @@ CONSTANT = Shape(1.5, 0.25)
 
 LINEAR = Shape(1.0, 0.0)
 """Linear spring and dashpot."""
+
+HUNT_CROSSLEY = Shape(1.0, 1.0)
+"""Linear spring, F = k d (1 + b v): the rebound velocity stays below 1/b."""
 
 # Largest losses of the table, with e of about 1e-5. With a pull, the overlap never vanishes from the critical loss on.
 _HIGHEST = {
@@ -168,6 +173,8 @@ class Law:
         Modulus and strength of what a user without this package types.
     strengths, elastic : tuple of float, bool
         Smallest and largest strength that can be typed; whether none can be typed too.
+    per_mass : bool
+        Whether the stiffness of a linear spring is one per mass.
     end, naive_end : str
         End of the contact with the snippet, and with the defaults of the code: at zero "force", or "overlap".
     pair, wall : str
@@ -189,6 +196,7 @@ class Law:
     wall: str
     strengths: tuple[float, float] = (0.0, math.inf)
     elastic: bool = True
+    per_mass: bool = False
     end: End = "force"
     naive_end: End = "force"
     comment: str = "# {}"
@@ -206,7 +214,7 @@ def _registered(name: str) -> Law:
 
 @dataclass(frozen=True)
 class TypedLaw:
-    """Law with its numbers: modulus E* [Pa] of k = (4/3) E* sqrt(R), or k/m [1/s^2] of a linear spring; strength."""
+    """Law with its numbers: modulus E* [Pa] of k = (4/3) E* sqrt(R), or k [N/m] or k/m [1/s^2]; strength."""
 
     law: Law
     modulus: float
@@ -227,7 +235,9 @@ class TypedLaw:
 
     def stiffness(self, mass: Any, radius: Any) -> Any:
         """Return the stiffness k of the law at m [kg] and R [m]."""
-        return self.modulus * mass if self.law.shape == LINEAR else 4.0 / 3.0 * self.modulus * np.sqrt(radius)
+        if self.law.shape.spring == LINEAR.spring:
+            return self.modulus * (mass if self.law.per_mass else np.ones_like(mass))
+        return 4.0 / 3.0 * self.modulus * np.sqrt(radius)
 
 
 def elastic(modulus: float, setting: Setting) -> dict[str, Typed]:
@@ -268,7 +278,7 @@ def inverse(function: Callable[[float], float], value: float, low: float, high: 
     return float(root)
 
 
-# Laws of LAMMPS, LIGGGHTS, MercuryDPM, YADE, Kratos and MuJoCo, from their documentation and sources.
+# Laws of LAMMPS, LIGGGHTS, MercuryDPM, YADE, Kratos, MuJoCo and Drake, from their documentation and sources.
 
 
 def coefficient_strength(e: float) -> float:
@@ -393,6 +403,7 @@ YADE_MINDLIN = Law(
 MUJOCO_SOLREF = Law(
     **_texts("mujoco-solref"),
     shape=LINEAR,
+    per_mass=True,
     dashpot=lambda stiffness, mass, radius: mass,
     typed=lambda modulus, strength, setting: {
         "stiffness": Typed(modulus, _STIFFNESS_PER_MASS, "stiffness per mass, typed with a minus"),
@@ -400,6 +411,39 @@ MUJOCO_SOLREF = Law(
     },
     # The default solref is "0.02 1": time constant [s] and damping ratio.
     naive=lambda setting: (0.02**-2, 2.0 / 0.02),
+)
+
+
+def _drake_stiffness(modulus: float) -> dict[str, Typed]:
+    """Return the stiffness of each of two geometries, which act in series."""
+    words = "stiffness of each of the two geometries, which act in series"
+    return {"point_contact_stiffness": Typed(2.0 * modulus, _FORCE_PER_LENGTH, words)}
+
+
+# Defaults of Drake: stiffness of each geometry [N/m], dissipation [s/m], relaxation time of each geometry [s].
+_DRAKE_STIFFNESS, _DRAKE_DISSIPATION, _DRAKE_RELAXATION = 1e6, 50.0, 0.1
+
+DRAKE = Law(
+    **_texts("drake"),
+    shape=HUNT_CROSSLEY,
+    dashpot=lambda stiffness, mass, radius: stiffness,
+    typed=lambda modulus, strength, setting: (
+        _drake_stiffness(modulus)
+        | {"hunt_crossley_dissipation": Typed(strength, _SLOWNESS, "dissipation of both geometries")}
+    ),
+    naive=lambda setting: (0.5 * _DRAKE_STIFFNESS, _DRAKE_DISSIPATION),
+)
+
+DRAKE_SAP = Law(
+    **_texts("drake-sap"),
+    shape=LINEAR,
+    # The relaxation times of both geometries add.
+    dashpot=lambda stiffness, mass, radius: stiffness,
+    typed=lambda modulus, strength, setting: (
+        _drake_stiffness(modulus)
+        | {"relaxation_time": Typed(0.5 * strength, TIME, "relaxation time of each of the two geometries, which add")}
+    ),
+    naive=lambda setting: (0.5 * _DRAKE_STIFFNESS, 2.0 * _DRAKE_RELAXATION),
 )
 
 LAWS = {
@@ -419,6 +463,8 @@ LAWS = {
         ),
         Law(**_texts("kratos-dem"), **by_restitution(thornton_strength, 1e-3, 0.999), shape=CONSTANT),
         MUJOCO_SOLREF,
+        DRAKE,
+        DRAKE_SAP,
     )
 }
 """Laws by the name of the target."""

@@ -152,7 +152,7 @@ def _write_materials(case: Path, to: Path) -> _Export:
 
 _TARGETS = (
     "lammps-viscoelastic, lammps-tsuji, lammps-coeff-restitution, mercury-bshp, yade-mindlin, liggghts, kratos-dem, "
-    "mujoco-solref or rebound"
+    "mujoco-solref, drake, drake-sap, rebound, acusolve, solfec, box2d, bullet or physx"
 )
 
 

@@ -1,4 +1,4 @@
-"""The contact law as a C99 header: the compiled functions of `step`, translated, and the constants of one law.
+"""The contact law as a C99 header: the compiled functions of `step` and `slide`, translated, and constants of one law.
 
 Only what the step needs is translated: numbers, conditions, loops over a range, and parts of arrays, which become
 pointers.
@@ -14,16 +14,43 @@ from itertools import groupby
 from string import Template
 from textwrap import indent, wrap
 
-from restitution.law import step
+from restitution.law import slide, step
 
 _TYPES = {"float": "double", "int": "int", "bool": "int", "None": "void"}
 _WORDS: dict[type[ast.AST], str] = {ast.And: " && ", ast.Or: " || "}
-_NAMES = {"max": "fmax", "min": "fmin", "abs": "fabs", "step": "advance"}
+_NAMES = {"max": "fmax", "min": "fmin", "abs": "fabs", "step": "advance", "slide": "drag"}
+# Arrays that a function only reads.
+_READ = ("law", "grip", "way", "moduli", "times")
 _VALUES = {"nan": "NAN", "inf": "INFINITY", "True": "1", "False": "0"}
 _WIDTH = 110
 
 
-def header(name: str, paragraphs: Sequence[str], constants: Sequence[tuple[float, str]], size: int) -> str:
+# The tangential half, behind the normal one.
+_SLIDE = """
+
+/* Constants of friction; see the module restitution.law.slide. */
+static const double {name}_grip[{count}] = {{
+{constants}
+}};
+"""
+_CALL = """
+
+/* Advance the tangential half of a contact after {name}_step, which has returned the force: way [m] of the contact
+   points past each other in the step, and pull [N], the force that resists it, along two axes at right angles. */
+static inline void {name}_slide(double *state, double force, const double *way, double dt, double *pull)
+{{
+    {name}_drag({name}_constants, {name}_grip, state, force, way, dt, pull);
+}}
+"""
+
+
+def header(
+    name: str,
+    paragraphs: Sequence[str],
+    constants: Sequence[tuple[float, str]],
+    size: int,
+    grip: Sequence[tuple[float, str]] = (),
+) -> str:
     """Return the text of a header.
 
     Parameters
@@ -34,25 +61,35 @@ def header(name: str, paragraphs: Sequence[str], constants: Sequence[tuple[float
         What the law is.
     constants, size
         The constants, each with its meaning, and the length of a state.
+    grip
+        The constants of friction, if the law has a tangential force.
     """
+    modules = [step, slide] if grip else [step]
     upper = name.upper()
-    places = {key: value for key, value in vars(step).items() if isinstance(value, int)}
-    numbers = {key: value for key, value in vars(step).items() if isinstance(value, float)}
-    entries = [f"{_VALUES.get(repr(value), repr(value))}, /* {_safe(meaning)} */" for value, meaning in constants]
+    places = {key: value for module in modules for key, value in vars(module).items() if isinstance(value, int)}
+    numbers = {key: value for module in modules for key, value in vars(module).items() if isinstance(value, float)}
+    parsed = [node for module in modules for node in ast.parse(inspect.getsource(module)).body]
     # Compiled functions have a decorator; the others are Python's.
-    parsed = ast.parse(inspect.getsource(step)).body
     functions = [node for node in parsed if isinstance(node, ast.FunctionDef) and node.decorator_list]
     returned = {node.name: _TYPES[ast.unparse(node.returns)] for node in functions if node.returns}
-    translated = [_Function(node, returned, name).text() for node in functions if node.name != "step_all"]
+    translated = [
+        _Function(node, returned, name).text() for node in functions if node.name not in ("step_all", "slide_all")
+    ]
     template = files("restitution.law").joinpath("contact_law.h.template").read_text(encoding="utf-8")
+    slid = _SLIDE.format(name=name, count=len(grip), constants=_listed(grip)).rstrip() if grip else ""
     return Template(template).substitute(
         text="\n".join(line for text in paragraphs for line in wrap(_safe(text), _WIDTH) or [""]),
         guard=f"{upper}_H", upper=upper, name=name, size=size, count=len(constants),
         places=indent(",\n".join(f"{upper}_{key} = {value}" for key, value in places.items()), "    "),
         numbers="\n".join(f"static const double {upper}_{key} = {value!r};" for key, value in numbers.items()),
-        constants=indent("\n".join(entries), "    "),
+        constants=_listed(constants), slid=slid, call=_CALL.format(name=name).rstrip() if grip else "",
         functions="\n".join(translated).rstrip(),
     )  # fmt: skip
+
+
+def _listed(constants: Sequence[tuple[float, str]]) -> str:
+    entries = [f"{_VALUES.get(repr(value), repr(value))}, /* {_safe(meaning)} */" for value, meaning in constants]
+    return indent("\n".join(entries), "    ")
 
 
 def _safe(text: str) -> str:
@@ -68,7 +105,7 @@ class _Function(ast.NodeTransformer):
         self.types: dict[str, str] = {}
         for argument in source.args.args:
             annotation = ast.unparse(argument.annotation or argument)
-            pointer = "const double *" if argument.arg == "law" else "double *"
+            pointer = "const double *" if argument.arg in _READ else "double *"
             self.types[argument.arg] = pointer if annotation == "NDArray" else _TYPES[annotation]
 
     def text(self) -> str:
@@ -105,8 +142,8 @@ class _Function(ast.NodeTransformer):
                 return f"{ast.unparse(self.visit(node))};\n"
             case ast.Expr():
                 return f"{self.expression(node.value)};\n"
-            case ast.Return(value=value) if value is not None:
-                return f"return {self.expression(value)};\n"
+            case ast.Return(value=value):
+                return f"return {self.expression(value)};\n" if value else "return;\n"
             case ast.For(target=ast.Name(id=name), iter=ast.Call(args=limits)):
                 self.declare(node.target, "int")
                 first, last = ("0", *map(self.expression, limits))[-2:]
@@ -159,6 +196,11 @@ class _Function(ast.NodeTransformer):
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         if isinstance(node.op, ast.FloorDiv):
             node = ast.BinOp(node.left, ast.Div(), node.right)
+        return self.generic_visit(node)
+
+    def visit_Compare(self, node: ast.Compare) -> ast.AST:
+        if len(node.ops) > 1:
+            raise TypeError(f"no translation to C: {ast.unparse(node)}")
         return self.generic_visit(node)
 
     def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:

@@ -1,4 +1,4 @@
-"""The contact law: force over the history of the depth, step by step."""
+"""The contact law: normal and tangential force over the history of a contact, step by step."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, Numeric, finite, single_positive, whole
+from restitution.checks import Array, Numeric, finite, single_nonnegative, single_positive, whole
 from restitution.contact.table import PathTable, path_table
 from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, write_text
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Body, Impact, collision, two_bodies
 from restitution.impact.window import require_known
+from restitution.law.slide import grip_labels, tiles_size
 from restitution.law.step import DEPTH, labels, state_size
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, single_material
+from restitution.material.viscoelastic import Material, reduced_shear_modulus, single_material
 
 # Fewest nodes: after thinning, which keeps half and two, there is room for new ones.
 _FEWEST = 8
@@ -47,6 +48,10 @@ class ContactLaw:
         Largest depth [m] that the law describes.
     restitution_error : float
         Largest change of the restitution coefficient of the impact by `reduced`; 0 for a law that is not reduced.
+    friction : float or None
+        Coefficient of friction [-]; None for a law without a tangential force.
+    shear_modulus : PronySeries or None
+        Reduced shear modulus G*(t) [Pa] of a law with friction.
 
     Examples
     --------
@@ -58,6 +63,13 @@ class ContactLaw:
     >>> state = law.start(3)
     >>> print(law.step(state, [-1e-6, 1e-5, 2e-5], dt=1e-5).round(3))
     [0.    0.099 0.281]
+
+    A law with friction takes the way of the contact points past each other as well:
+
+    >>> law = rs.contact_law(law.impact, friction=0.3)
+    >>> normal, tangential = law.step(law.start(), 1e-5, dt=1e-5, way=1e-6)
+    >>> print(round(normal, 4), round(tangential, 4))
+    0.0994 0.0094
     """
 
     impact: Impact
@@ -66,6 +78,8 @@ class ContactLaw:
     max_depth: float
     _table: PathTable | None = field(repr=False)
     restitution_error: float = 0.0
+    friction: float | None = None
+    shear_modulus: PronySeries | None = None
 
     def start(self, contacts: int | None = None, *, depth: ArrayLike = 0.0) -> Array:
         """Return the state of contacts before first touch.
@@ -97,7 +111,7 @@ class ContactLaw:
         state[..., DEPTH] = _like("depth", before, shape)
         return state
 
-    def step(self, state: Array, depth: ArrayLike, dt: float) -> Numeric:
+    def step(self, state: Array, depth: ArrayLike, dt: float, way: ArrayLike | None = None) -> Any:
         """Return the force [N] after a time step; the state is changed in place.
 
         Parameters
@@ -108,16 +122,21 @@ class ContactLaw:
             Depth [m] at the end of the step, negative for a gap; one, or one for each contact.
         dt : float
             Length of the step [s], > 0; it may differ from step to step.
+        way : float or array
+            With friction: displacement [m] of the contact points past each other in the step, ``(v_x + R w) dt`` with
+            the velocity and the spin in the middle of the step. One number, or one for each contact, along one line;
+            or two numbers with a last axis of length 2, along two axes at right angles.
 
         Returns
         -------
         float or array
-            Normal force on each body, >= 0, shape ``()`` or ``(contacts,)``.
+            Normal force on each body, >= 0, shape ``()`` or ``(contacts,)``. With friction a pair: this force, and the
+            tangential force that resists the way, in the shape of the way.
 
         Raises
         ------
         InputError
-            If a number is out of range; the state is then unchanged.
+            If a number is out of range, or `way` does not belong to the law; the state is then unchanged.
         """
         if not isinstance(state, np.ndarray) or state.dtype != np.float64 or not state.flags.c_contiguous:
             raise InputTypeError("state", rule="must be an array that `start` returned")
@@ -127,19 +146,44 @@ class ContactLaw:
         depths = np.ascontiguousarray(_like("depth", finite("depth", depth, "m"), state.shape[:-1]))
         if np.any(depths > self.max_depth):
             raise InputError("depth", float(depths.max()), f"must be <= {self.max_depth:g} m", "m")
+        duration, ways = single_positive("dt", dt, "s"), self._ways(way, state.shape[:-1])
         # The compiled step takes 0.5 s to import.
         from restitution.law.step import step_all
 
-        forces = np.empty(depths.size)
-        step_all(
-            self.constants, state.reshape(-1, self.state_size), depths.ravel(), single_positive("dt", dt, "s"), forces
-        )
-        return forces if state.ndim > 1 else float(forces[0])
+        states, forces = state.reshape(-1, self.state_size), np.empty(depths.size)
+        step_all(self.constants, states, depths.ravel(), duration, forces)
+        normal = forces if state.ndim > 1 else float(forces[0])
+        if ways is None or way is None:
+            return normal
+        from restitution.law.slide import slide_all
+
+        pulls = np.empty(ways.shape)
+        slide_all(self.constants, self.grip, states, forces, ways, duration, pulls)
+        if np.ndim(way) == state.ndim:
+            return normal, pulls.reshape(*state.shape[:-1], 2)
+        return normal, pulls[:, 0].copy() if state.ndim > 1 else float(pulls[0, 0])
+
+    def _ways(self, way: ArrayLike | None, shape: tuple[int, ...]) -> Array | None:
+        """Return the ways of all contacts along both axes; None without friction."""
+        if self.friction is None:
+            if way is not None:
+                raise InputError("way", way, "belongs to a law with friction", "m")
+            return None
+        if way is None:
+            raise InputError("way", rule="must be given: the law has friction")
+        along = np.asarray(finite("way", way, "m"))
+        ways = np.zeros((math.prod(shape), 2))
+        if along.ndim > len(shape):
+            ways[:] = _like("way", along, (*shape, 2)).reshape(-1, 2)
+        else:
+            ways[:, 0] = _like("way", along, shape).reshape(-1)
+        return ways
 
     @property
     def state_size(self) -> int:
         """Numbers in the state of one contact."""
-        return state_size(len(self._branches), self.max_nodes)
+        normal = state_size(len(self._branches), self.max_nodes)
+        return normal if self.shear_modulus is None else normal + tiles_size(len(self._modes), self.max_nodes)
 
     @cached_property
     def compiled(self) -> Any:
@@ -157,6 +201,30 @@ class ContactLaw:
         @numba.njit
         def advance(state: Any, depth: float, dt: float) -> float:
             return step(law, state, depth, dt)
+
+        return advance
+
+    @cached_property
+    def compiled_slide(self) -> Any:
+        """The tangential half of a step as a function of numba, ``compiled_slide(state, force, way, dt, pull)``.
+
+        It follows `compiled`, whose normal force it takes, and writes the tangential force [N] along both axes into
+        `pull`. `way` and `pull` are contiguous arrays of two numbers.
+
+        Raises
+        ------
+        InputError
+            If the law has no friction.
+        """
+        import numba
+
+        from restitution.law.slide import slide
+
+        law, grip = self.constants, self.grip
+
+        @numba.njit
+        def advance(state: Any, force: float, way: Any, dt: float, pull: Any) -> None:
+            slide(law, grip, state, force, way, dt, pull)
 
         return advance
 
@@ -180,8 +248,8 @@ class ContactLaw:
         Raises
         ------
         InputError
-            If `terms` is below 1, the impacts lie outside the window of the material, or the body of one does not
-            rebound.
+            If `terms` is below 1, the law has friction, the impacts lie outside the window of the material, or the
+            body of one does not rebound.
 
         Notes
         -----
@@ -199,6 +267,8 @@ class ContactLaw:
         (1, True)
         """
         whole("terms", terms)
+        if self.friction is not None:
+            raise InputError("friction", self.friction, "must be None: a law with friction keeps all its terms")
         require_known(self.impact, extrapolate=extrapolate)
         if len(self._branches) <= terms:
             return self
@@ -216,7 +286,8 @@ class ContactLaw:
         name : str
             Start of the names in the header. ``name_start(state, depth)`` begins a contact,
             ``force = name_step(state, depth, dt)`` advances it, and a state is an array of ``name_SIZE`` doubles, with
-            the name in capitals.
+            the name in capitals. With friction ``name_slide(state, force, way, dt, pull)`` follows each step and
+            writes the tangential force.
 
         Returns
         -------
@@ -238,25 +309,45 @@ class ContactLaw:
         target = path_of(path)
         from restitution.law.c_header import header
 
+        friction = "frictionless"
+        if self.shear_modulus is not None:
+            friction = f"friction coefficient {self.friction:g}, reduced shear modulus {self.shear_modulus!r}"
         paragraphs = [
             f"Contact law with memory, made by restitution {version('restitution')}. All numbers are in SI units.",
             f"Profile: {self.impact.profile!r}.",
             *dict.fromkeys(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
             f"Reduced relaxation modulus: {self.modulus!r}, with an error of e of {self.restitution_error:.2g}.",
-            "Quasi-static, frictionless, without adhesion, small strain, half-spaces. Any history on one spot. "
+            f"Quasi-static, {friction}, without adhesion, small strain, half-spaces. Any history on one spot. "
             "Beyond the largest depth the force is NaN.",
         ]
         values, meanings = self.constants.tolist(), labels(len(self._branches))
         meanings += ["table of the profile"] * (len(values) - len(meanings))
-        text = header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size)
+        grip = list(zip(self.grip.tolist(), grip_labels(len(self._modes)), strict=True)) if self.shear_modulus else []
+        text = header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size, grip)
         return write_text(target, text)
 
     @property
     def _branches(self) -> list[tuple[float, float]]:
-        """Modulus [Pa] and time [s] of each branch; of a dashpot its viscosity and 0."""
-        series = self.modulus
-        pairs = list(zip(series.branch_moduli.tolist(), series.relaxation_times.tolist(), strict=True))
-        return pairs + [(series.parallel_viscosity, 0.0)] * (series.parallel_viscosity > 0.0)
+        return _terms(self.modulus)
+
+    @property
+    def _modes(self) -> list[tuple[float, float]]:
+        return _terms(self._spectrum)
+
+    @property
+    def _spectrum(self) -> PronySeries:
+        if self.shear_modulus is None:
+            raise InputError("friction", None, "must be given to `contact_law`: this law has no tangential force")
+        return self.shear_modulus
+
+    @cached_property
+    def grip(self) -> Array:
+        """Constants of friction in the order that the module `restitution.law.slide` describes."""
+        series, modes = self._spectrum, np.array(self._modes).reshape(-1, 2).T.ravel()
+        head = self.friction, len(self._modes), series.equilibrium_modulus
+        constants = np.concatenate([np.array(head, dtype=np.float64), modes])
+        constants.setflags(write=False)
+        return constants
 
     @cached_property
     def constants(self) -> Array:
@@ -279,7 +370,11 @@ class ContactLaw:
 
 
 def contact_law(
-    problem: Impact | tuple[Body, Body], *, max_nodes: int = 32, max_depth: float | None = None
+    problem: Impact | tuple[Body, Body],
+    *,
+    friction: float | None = None,
+    max_nodes: int = 32,
+    max_depth: float | None = None,
 ) -> ContactLaw:
     """Return the contact law with memory for codes that step in time, such as discrete-element and multibody codes.
 
@@ -288,6 +383,8 @@ def contact_law(
     problem : Impact, or pair of Body
         Its materials and its profile define the law. Mass, velocity and external force do not matter, except for a
         profile given by a table, whose depths end beyond the deepest of these impacts. They may be arrays.
+    friction : float, optional
+        Coefficient of friction [-], >= 0 and finite, for a law with a tangential force as well.
     max_nodes : int
         Largest number of nodes of a contact, >= 8. A contact gets one node for each step of its first approach;
         when there is no room, nodes that are near others in depth and time are dropped.
@@ -351,6 +448,10 @@ def contact_law(
         if getattr(impact, name) is not None:
             single_material(name, getattr(impact, name))
     impact.contact.warn_if_approximate("contact law")
+    shear = None
+    if friction is not None:
+        friction = single_nonnegative("friction", friction)
+        shear = reduced_shear_modulus(impact.material, impact.counter_material)
     profile, nodes = impact.profile, whole("max_nodes", max_nodes, _FEWEST)
     limit, largest = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
     exponent, coefficient = profile.path_exponent, profile.path_coefficient
@@ -359,11 +460,21 @@ def contact_law(
     if largest is not None and largest > limit:
         raise InputError("max_depth", largest, f"must be <= {limit:g} m, {profile.end}", "m")
     if exponent is not None and coefficient is not None:
-        return ContactLaw(impact, impact.reduced_modulus, nodes, float(limit if largest is None else largest), None)
+        largest = float(limit if largest is None else largest)
+        return ContactLaw(
+            impact, impact.reduced_modulus, nodes, largest, None, friction=friction, shear_modulus=shear
+        )  # fmt: skip
     if largest is None:
         deepest = np.nanmax(Batch.from_impact(impact).solve(1e-6)["max_indentation_depth"])
         largest = min(float(limit), _DEEPER * float(deepest))
-    return ContactLaw(impact, impact.reduced_modulus, nodes, largest, path_table(profile, largest, _TABLE_RTOL))
+    table = path_table(profile, largest, _TABLE_RTOL)
+    return ContactLaw(impact, impact.reduced_modulus, nodes, largest, table, friction=friction, shear_modulus=shear)
+
+
+def _terms(series: PronySeries) -> list[tuple[float, float]]:
+    """Return modulus [Pa] and time [s] of each branch; of a dashpot its viscosity and 0."""
+    pairs = list(zip(series.branch_moduli.tolist(), series.relaxation_times.tolist(), strict=True))
+    return pairs + [(series.parallel_viscosity, 0.0)] * (series.parallel_viscosity > 0.0)
 
 
 def _like(name: str, values: Numeric, shape: tuple[int, ...]) -> Array:

@@ -135,13 +135,12 @@ TINY = 1e-200
 
 
 @compiled
-def set_elapsed(law: NDArray, state: NDArray, elapsed: float) -> None:
-    """Store the numbers of the branches for a length of step."""
-    branches = int(law[BRANCHES])
-    moduli, times = law[CONSTANTS:], law[CONSTANTS + branches :]
-    decay, gain = state[NUMBERS + DECAY * branches :], state[NUMBERS + GAIN * branches :]
-    bend = state[NUMBERS + BEND * branches :]
-    stiffness = law[EQUILIBRIUM]
+def set_branches(
+    moduli: NDArray, times: NDArray, numbers: NDArray, branches: int, elapsed: float, spring: float
+) -> float:
+    """Write decay, gain and bend of the branches for a length of step; return a spring and all gains."""
+    decay, gain, bend = numbers[DECAY * branches :], numbers[GAIN * branches :], numbers[BEND * branches :]
+    stiffness = spring
     for k in range(branches):
         if times[k] == 0.0:
             decay[k] = 0.0
@@ -159,7 +158,16 @@ def set_elapsed(law: NDArray, state: NDArray, elapsed: float) -> None:
                 series = 1.0 / 80.0 - z * (1.0 / 360.0 - z * (1.0 / 2016.0 - z / 13440.0))
                 bend[k] = moduli[k] * z * (1.0 / 12.0 - z * (1.0 / 24.0 - z * series))
         stiffness += gain[k]
-    state[STIFFNESS] = stiffness
+    return stiffness
+
+
+@compiled
+def set_elapsed(law: NDArray, state: NDArray, elapsed: float) -> None:
+    """Store the numbers of the branches for a length of step."""
+    branches = int(law[BRANCHES])
+    moduli, times = law[CONSTANTS:], law[CONSTANTS + branches :]
+    spring = law[EQUILIBRIUM]
+    state[STIFFNESS] = set_branches(moduli, times, state[NUMBERS:], branches, elapsed, spring)
     state[ELAPSED] = elapsed
 
 
