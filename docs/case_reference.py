@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from restitution.case import axes, identification, impact, indentation, material, oblique, oscillation, profile, sweep
+from restitution.case import axes, identification, impact, indentation, material, oscillation, profile, sweep
 from restitution.case.observations import KINDS
 from restitution.case.quantity import Reader
 from restitution.case.section import Section
@@ -68,7 +68,6 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 |---|---|---|
 | impact | `[body]`, `[material]`, `[impact]`; others are optional | `restitution solve`, `surrogate`, `map` |
 | bounces | the same; also `[bounces]` | `restitution bounce` |
-| oblique impact | an impact with `[oblique]` | `restitution oblique` |
 | indentation | `[profile]`, `[material]`, `[indentation]`; others are optional | `restitution indent` |
 | oscillation | `[profile]`, `[material]`, `[oscillation]`; others are optional | `restitution oscillate` |
 | tapping | `[profile]`, `[material]`, `[tapping]`; others are optional | `restitution tap` |
@@ -80,6 +79,9 @@ Without `[counter_body]` the body hits a half-space. `[material]` and `[counter_
 the body and the half-space in any order. Without `[counter_material]` one of the two is rigid. The order changes no
 result. Only the warning of elastic waves depends on it: `material_of = "body"` in `[impact]` states that the body is
 of `[material]`, and that its size, not that of the target, holds the waves.
+
+With `friction` in `[impact]` the impact is oblique: it takes a `tangential_velocity` or an `angle`, and a `spin`. The
+angle keeps the normal `velocity`; with `speed` in place of it, that of the centre.
 """
 UNCERTAINTY = """
 ## Standard deviations
@@ -192,7 +194,6 @@ def page() -> str:
     lines += table("`[material.shift]`: Williams, Landel and Ferry", material.WLFSection)
     lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
     lines += [*table("`[impact]`", impact.ImpactSection), *table("`[bounces]`", impact.BouncesSection)]
-    lines += table("`[oblique]`", oblique.ObliqueSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)
     lines += [*UNCERTAINTY.rstrip().split("\n"), *table("`[uncertainty]` of an impact", impact.UncertaintySection)]
     lines += table("`[indentation]`", indentation.IndentationSection)

@@ -46,7 +46,6 @@ from .impact.impedance import plate_impedance as plate_impedance
 from .impact.impedance import rod_impedance as rod_impedance
 from .impact.oblique import ObliqueResult as ObliqueResult
 from .impact.oblique import hollow_gyration as hollow_gyration
-from .impact.oblique import oblique as oblique
 from .impact.problem import Body as Body
 from .impact.problem import Impact as Impact
 from .impact.problem import collision as collision

@@ -169,6 +169,12 @@ INPUTS = _by_name(
     _positive("relaxation_times", TIME, "relaxation time of a branch", r"$\tau_k$"),
     _positive("p2", NUMBER, "equilibrium over branch modulus", r"$p_2$"),
     _positive("p3", NUMBER, "dimensionless viscosity", r"$p_3$"),
+    _nonnegative("friction", NUMBER, "coefficient of friction", r"$\mu$", infinite=True),
+    Quantity("tangential_velocity", VELOCITY, "tangential velocity of the centre", r"$v_x$"),
+    Quantity("spin", ANGULAR_FREQUENCY, "spin", r"$\omega$"),
+    _positive("gyration", NUMBER, "moment of inertia over m R^2", r"$\kappa$"),
+    Quantity("angle", ANGLE, "angle of incidence from the normal", r"$\alpha$", -math.pi / 2, math.pi / 2, open=True),
+    _positive("speed", VELOCITY, "speed of the centre", r"$u_0$"),
 )
 """Quantities that an axis of a sweep may set by name; a builder or a case file may have further ones."""
 
@@ -219,6 +225,29 @@ OUTPUTS = _by_name(
 )  # fmt: skip
 """Outputs of an impact. An entry with `derive` follows from those before it."""
 
+OBLIQUE = _by_name(
+    Quantity("tangential_restitution_coefficient", NUMBER, "tangential restitution coefficient", r"$e_t$", -1.0, 1.0),
+    Quantity("rebound_tangential_velocity", VELOCITY, "tangential velocity of the centre after", r"$v_x'$"),
+    Quantity("rebound_spin", ANGULAR_FREQUENCY, "spin after", r"$\omega'$"),
+    Quantity("rebound_angle", ANGLE, "angle of the rebound from the normal", r"$\alpha'$"),
+    Quantity("impulse_ratio", NUMBER, "tangential over normal impulse", r"$J_x/J_z$"),
+    _nonnegative("stick_time", TIME, "time in which some of the contact sticks", r"$T_\mathrm{stick}$"),
+    _nonnegative("slip_time", TIME, "time in which all of the contact slides", r"$T_\mathrm{slip}$"),
+    _nonnegative("tangential_energy_in", ENERGY, "energy of the contact point before", r"$E_{x0}$"),
+    _nonnegative("tangential_energy_out", ENERGY, "energy of the contact point after", r"$E_x'$"),
+    _nonnegative("friction_energy", ENERGY, "energy lost by friction", r"$E_\mu$"),
+    _nonnegative(
+        "tangential_dissipated_energy", ENERGY, "energy dissipated by tangential loads", r"$E_{x\mathrm{d}}$"
+    ),
+    _nonnegative("tangential_stored_energy", ENERGY, "energy stored by tangential loads", r"$E_{x\mathrm{s}}$"),
+    Quantity("tangential_energy_residual", NUMBER, "residual of the tangential energy balance", r"$r_x$"),
+    _nonnegative("tangential_error", NUMBER, "estimate of the error of e_t", r"$\Delta e_t$"),
+)
+"""Outputs of an impact with friction, besides those that friction does not change."""
+
+IMPACT_OUTPUTS: Mapping[str, Quantity] = ChainMap(OBLIQUE, OUTPUTS)
+"""All outputs of an impact."""
+
 VALIDITY = _by_name(
     _nonnegative(
         "strain_number", NUMBER, "contact radius over R, or depth over contact radius or thickness", r"$a/R$"
@@ -230,13 +259,15 @@ VALIDITY = _by_name(
     Quantity("instantaneous_poisson_ratio", NUMBER, "instantaneous Poisson ratio", r"$\nu_0$", -1.0, 0.5),
     _nonnegative("mean_density", DENSITY, "density of a ball of this mass and radius", r"$\bar\rho$"),
     _nonnegative("layer_strain", NUMBER, "indentation depth over thickness of the layer", r"$d/h$"),
+    _nonnegative("coupling_number", NUMBER, "Dundurs' parameter over friction", r"$\beta/\mu$"),
+    _nonnegative("travel_number", NUMBER, "way along the surface over contact radius", r"$v_x T/a$"),
     _nonnegative(
         "undetermined_constants", NUMBER, "constants that data do not determine: 1 some, 2 the scale", r"$n$"
     ),
 )
 """Numbers of an impact for the assumptions of the theory; see `restitution.validity`."""
 
-SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, OUTPUTS)
+SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, OBLIQUE, OUTPUTS)
 """Outputs that a sweep can compute: those of an impact, then those of its validity."""
 
 DEFAULT_OUTPUTS = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
@@ -250,6 +281,9 @@ BUDGET = ("kinetic_energy_in", "kinetic_energy_out", *ENERGIES, "energy_residual
 
 BODY = ("mass", "velocity", "external_force", "impedance")
 """Inputs that a derived output may take."""
+
+SLIDING = ("friction", "tangential_velocity", "spin", "gyration")
+"""Inputs of the tangential motion of an impact."""
 
 STATUS = "status"
 NOT_COMPUTED = -1
@@ -267,48 +301,12 @@ HISTORY = _by_name(
     _nonnegative("radiated_energy", ENERGY, "energy that the target carries away", r"$E_\mathrm{r}$"),
     Quantity("body_velocity", VELOCITY, "velocity of the body", r"$v$"),
     Quantity("target_displacement", LENGTH, "displacement of the target", r"$w$"),
-)
-"""Columns of a history over time."""
-
-OBLIQUE_INPUTS = _by_name(
-    _nonnegative("friction", NUMBER, "coefficient of friction", r"$\mu$", infinite=True),
-    Quantity("tangential_velocity", VELOCITY, "tangential velocity of the centre", r"$v_x$"),
-    Quantity("spin", ANGULAR_FREQUENCY, "spin", r"$\omega$"),
-    Quantity("angle", ANGLE, "angle of incidence from the normal", r"$\alpha$", -math.pi / 2, math.pi / 2, open=True),
-    _positive("speed", VELOCITY, "speed of the centre", r"$u_0$"),
-    _positive("gyration", NUMBER, "moment of inertia over m R^2", r"$\kappa$"),
-)
-"""Inputs of an oblique impact, besides those of its normal impact."""
-
-OBLIQUE = _by_name(
-    Quantity("tangential_restitution_coefficient", NUMBER, "tangential restitution coefficient", r"$e_t$", -1.0, 1.0),
-    Quantity("rebound_tangential_velocity", VELOCITY, "tangential velocity of the centre after", r"$v_x'$"),
-    Quantity("rebound_spin", ANGULAR_FREQUENCY, "spin after", r"$\omega'$"),
-    Quantity("rebound_angle", ANGLE, "angle of the rebound from the normal", r"$\alpha'$"),
-    Quantity("impulse_ratio", NUMBER, "tangential over normal impulse", r"$J_x/J_z$"),
-    _nonnegative("stick_time", TIME, "time in which some of the contact sticks", r"$T_\mathrm{stick}$"),
-    _nonnegative("slip_time", TIME, "time in which all of the contact slides", r"$T_\mathrm{slip}$"),
-    _nonnegative("tangential_energy_in", ENERGY, "energy of the contact point before", r"$E_{x0}$"),
-    _nonnegative("tangential_energy_out", ENERGY, "energy of the contact point after", r"$E_x'$"),
-    _nonnegative("friction_energy", ENERGY, "energy lost by friction", r"$E_\mu$"),
-    _nonnegative(
-        "tangential_dissipated_energy", ENERGY, "energy dissipated by tangential loads", r"$E_{x\mathrm{d}}$"
-    ),
-    _nonnegative("tangential_stored_energy", ENERGY, "energy stored by tangential loads", r"$E_{x\mathrm{s}}$"),
-    Quantity("tangential_energy_residual", NUMBER, "residual of the tangential energy balance", r"$r_x$"),
-)
-"""Outputs of an oblique impact, besides those of its normal impact."""
-
-OBLIQUE_HISTORY = _by_name(
-    HISTORY["time"],
-    Quantity("contact_point_velocity", VELOCITY, "velocity of the contact point", r"$v_c$"),
+    Quantity("contact_point_velocity", VELOCITY, "tangential velocity of the contact point", r"$v_c$"),
     Quantity("tangential_force", FORCE, "tangential force", r"$F_x$"),
-    HISTORY["force"],
-    HISTORY["contact_radius"],
     _nonnegative("stick_radius", LENGTH, "radius that sticks", r"$c$"),
     _nonnegative("slip_velocity", VELOCITY, "largest velocity of slip", r"$v_\mathrm{slip}$"),
 )
-"""Columns of the history of an oblique impact."""
+"""Columns of a history over time."""
 
 BOUNCES = _by_name(
     _nonnegative("touch_time", TIME, "time of touch", r"$t$"),

@@ -35,7 +35,7 @@ _BESIDE_RIGID, _TARGET, _LAYER, _BALL, _, _, _INDENTER = range(len(_BODIES))
 _TITLES = {
     "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
     "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "separability": "separability",
-    "constants": "constants",
+    "constants": "constants", "coupling": "coupling", "travel": "travel",
 }  # fmt: skip
 
 # Representative strain 0.2 a/R = 4 % (Tabor 1951); an exact sphere is there 0.4 % softer than its parabola.
@@ -48,6 +48,10 @@ SIZE_LIMIT = 0.05
 RADIATION_LIMIT = 0.05
 # Velocity over wave speed, where no mass is known.
 SPEED_LIMIT = 0.01
+# Dundurs' parameter over friction: up to it v_c'/(mu v0) of an elastic impact changes by some 0.03.
+COUPLING_LIMIT = 0.3
+# Way of the centre in contact over the largest contact radius, up to which the patch counts as at rest.
+TRAVEL_LIMIT = 0.5
 # From below any foam to above osmium. Two equal balls have four times their density by reduced mass and radius.
 DENSITY_LIMITS = (1.0, 3e4)
 _PAIR = 4.0
@@ -66,8 +70,8 @@ class Check:
     Attributes
     ----------
     kind : str
-        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, or if in doubt `separability` or
-        `constants`.
+        `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, with friction `coupling` and
+        `travel`, or if in doubt `separability` or `constants`.
     words, value, threshold : str, float or None, float or tuple of float
         The number that is compared, its worst value (None if it is not known), and its limit, a range for the density.
     exceeded : bool
@@ -187,6 +191,8 @@ class Numbers(NamedTuple):
     wave_body: Array = np.zeros(1)
     wave_size: Array = np.full(1, math.nan)
     undetermined_constants: Array = np.zeros(1)
+    coupling_number: Array = np.full(1, math.nan)
+    travel_number: Array = np.full(1, math.nan)
 
 
 class Outputs(NamedTuple):
@@ -207,6 +213,8 @@ class Outputs(NamedTuple):
     residual_indentation_depth: Any = math.nan
     body_size: Any = math.nan
     impedance: Any = math.inf
+    coupling_number: Any = math.nan
+    travel_number: Any = math.nan
 
 
 class _Shapes(NamedTuple):
@@ -302,6 +310,8 @@ def numbers(contact: Contact | Sequence[Contact], **columns: ArrayLike) -> Numbe
             wave_body=np.where(place > 0.0, sizes.second_name, sizes.first_name),
             wave_size=np.where(place > 0.0, sizes.second, sizes.first),
             undetermined_constants=materials.undetermined_constants,
+            coupling_number=outputs.coupling_number,
+            travel_number=outputs.travel_number,
         )
 
 
@@ -454,6 +464,8 @@ def excess(numbers: Numbers) -> dict[str, Array]:
             "constants": np.where(
                 numbers.undetermined_constants > 0.0, 1.0 + numbers.undetermined_constants, math.nan
             ),
+            "coupling": numbers.coupling_number / COUPLING_LIMIT,
+            "travel": numbers.travel_number / TRAVEL_LIMIT,
         }
 
 
@@ -464,7 +476,7 @@ def report(numbers: Numbers) -> Validity:
         name, limit, reason, describe = _KINDS[kind]
         unknown = np.isnan(values)
         is_known = not unknown.all()
-        if kind in ("separability", "constants") and not is_known:
+        if not reason and not is_known:
             continue
         place = int(np.where(unknown, -np.inf, values).argmax())
         worst: Any = Numbers(*[column[place] for column in numbers])
@@ -568,7 +580,21 @@ def _constants(worst: Any, exceeded: bool) -> tuple[str, str]:
     return text, "Stay near those contacts, or add the measurement that `restitution identify` names."
 
 
-# The quantity that is compared, its limit, the reason if it is not known, and the text with advice if it is.
+def _coupling(worst: Any, exceeded: bool) -> tuple[str, str]:
+    text = f"{VALIDITY['coupling_number'].words} is {_beside(worst.coupling_number, COUPLING_LIMIT)}"
+    if exceeded:
+        text += "; normal and tangential displacements are not independent then"
+    return text, "Expect e_t to be off by some hundredths or more; take more friction, or bodies of like compliance."
+
+
+def _travel(worst: Any, exceeded: bool) -> tuple[str, str]:
+    text = f"the body moves by {worst.travel_number:.3g} contact radii during contact, "
+    text += f"{'above' if exceeded else 'not above'} the limit {TRAVEL_LIMIT:g}"
+    return text, "Expect rolling and ploughing on fresh material, which are left out; take a lower speed."
+
+
+# The quantity that is compared, its limit, the reason if it is not known (without one it is left out then), and the
+# text with advice if it is.
 _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, str]]]] = {
     "small_strain": ("strain_number", STRAIN_LIMIT, "no contact radius is known", _small_strain),
     "half_space": ("contact_size_ratio", SIZE_LIMIT, "no size of the target is given", _half_space),
@@ -578,6 +604,8 @@ _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, st
     "density": ("mean_density", DENSITY_LIMITS, "the body is no ball of a known mass", _density),
     "separability": ("instantaneous_poisson_ratio", math.nan, "", _separability),
     "constants": ("undetermined_constants", 0.0, "", _constants),
+    "coupling": ("coupling_number", COUPLING_LIMIT, "", _coupling),
+    "travel": ("travel_number", TRAVEL_LIMIT, "", _travel),
 }
 
 

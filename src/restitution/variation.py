@@ -13,12 +13,12 @@ import numpy as np
 from restitution.axes import aligned, named
 from restitution.checks import finite, instance, mapping, one_of
 from restitution.errors import InputError
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Impact, directed
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.conversion import bulk_from_poisson_ratio
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import ALIASES, BODY, INPUTS, key_of
+from restitution.quantities import ALIASES, BODY, INPUTS, SLIDING, key_of
 
 HeldElastic = Literal["bulk_modulus", "poisson_ratio"]
 
@@ -33,7 +33,11 @@ _RIVALS = (
     ("branch_modulus", "branch_moduli[0]", "p2"),
     ("viscosity", "relaxation_time", "relaxation_times[0]", "p3"),
     ("poisson_ratio", "bulk_modulus"),
+    ("tangential_velocity", "angle"),
+    ("tangential_velocity", "speed"),
+    ("velocity", "speed"),
 )
+_DIRECTION = ("angle", "speed")
 _PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(0|[1-9]\d*)\]")
 
 
@@ -45,11 +49,12 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
     impact : Impact
         The impact, single or an array.
     numbers : dict of str to float, array or DataArray
-        Numbers in SI by name: of the impact (`velocity`, `mass`, `external_force`, `impedance`), of its geometry
-        (`radius`, `half_angle`, `thickness`), of its material (`poisson_ratio` or `nu`, `bulk_modulus`,
-        `equilibrium_modulus`, `branch_modulus`, `viscosity`, `relaxation_time`, `branch_moduli[0]`,
-        `relaxation_times[0]`, `temperature`, `p2`, `p3`), and the materials themselves (`material`,
-        `counter_material`). Arrays broadcast against each other and against the impact; DataArrays by name.
+        Numbers in SI by name: of the impact (`velocity`, `mass`, `external_force`, `impedance`), of its tangential
+        motion (`friction`, `tangential_velocity`, `spin`, `gyration`, `angle`, `speed`), of its geometry (`radius`,
+        `half_angle`, `thickness`), of its material (`poisson_ratio` or `nu`, `bulk_modulus`, `equilibrium_modulus`,
+        `branch_modulus`, `viscosity`, `relaxation_time`, `branch_moduli[0]`, `relaxation_times[0]`, `temperature`,
+        `p2`, `p3`), and the materials themselves (`material`, `counter_material`). Arrays broadcast against each other
+        and against the impact; DataArrays by name.
     held : {"bulk_modulus", "poisson_ratio"}
         Which of the two stays constant where `equilibrium_modulus` changes.
 
@@ -66,7 +71,8 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
     Notes
     -----
     `branch_modulus` and `p2` keep the viscosity, `relaxation_time` and `viscosity` the branch modulus.
-    `branch_moduli[k]` and `relaxation_times[k]` keep each other.
+    `branch_moduli[k]` and `relaxation_times[k]` keep each other. `angle` keeps the normal velocity, or with `speed`
+    the speed; `speed` alone keeps the angle.
 
     Examples
     --------
@@ -95,7 +101,7 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
 def check_names(impact: Impact, names: Iterable[str], field: str = "axes") -> None:
     """Refuse names that are no numbers of the impact, or that set the same one."""
     entries = (f"{name}[0]" for name in _LISTS)
-    choices = *BODY, *numbers_of(impact), *MATERIALS, *_OF_MATERIAL, "temperature", *entries
+    choices = *BODY, *SLIDING, *_DIRECTION, *numbers_of(impact), *MATERIALS, *_OF_MATERIAL, "temperature", *entries
     for name in names:
         if name not in choices and not _PLACE.fullmatch(name):
             close = get_close_matches(name, choices, 1)
@@ -119,11 +125,16 @@ def numbers_of(impact: Impact) -> tuple[str, ...]:
 
 def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_modulus") -> Impact:
     """Return an impact with other numbers in SI by name, which are not checked but for their ranges; see `vary`."""
-    parts: dict[str, Any] = {name: values[name] for name in (*MATERIALS, *BODY) if name in values}
+    parts: dict[str, Any] = {name: values[name] for name in (*MATERIALS, *BODY, *SLIDING) if name in values}
+    if direction := {name: values[name] for name in _DIRECTION if name in values}:
+        normal = parts.get("velocity", impact.velocity)
+        angle = direction.get("angle", np.arctan2(impact.tangential_velocity, impact.velocity))
+        parts["velocity"], parts["tangential_velocity"] = directed(normal, angle, direction.get("speed"))
     geometry = {name: values[name] for name in numbers_of(impact) if name in values}
     parts["profile"] = profile = impact.profile.changed(geometry) if geometry else impact.profile
     material, counter = parts.get("material", impact.material), parts.get("counter_material", impact.counter_material)
-    numbers = {name: value for name, value in values.items() if name not in parts and name not in geometry}
+    done = {*parts, *geometry, *direction}
+    numbers = {name: value for name, value in values.items() if name not in done}
     if "p3" in numbers:
         if counter is not None or np.any(profile.path_exponent != 1.0) or not is_standard_solid(material):
             raise InputError("axes", rule="p3 belongs to a rigid parabola on a standard solid, which this is not")
@@ -167,8 +178,13 @@ def numbers_by_name(impact: Impact, names: Iterable[str], field: str = "names") 
 
 def _number(impact: Impact, name: str) -> Any:
     """Return one number of an impact by its name."""
-    if name in BODY:
-        return getattr(impact, name)
+    if name in (*BODY, *SLIDING):
+        if (value := getattr(impact, name)) is None:
+            raise InputError("names", name, "must be known: the impact has none")
+        return value
+    if name in _DIRECTION:
+        both = impact.tangential_velocity, impact.velocity
+        return np.arctan2(*both) if name == "angle" else np.hypot(*both)
     if name in (geometry := impact.profile.numbers) and name not in MATERIAL_NAMES:
         return geometry[name]
     material, shear = impact.material, impact.material.shear

@@ -48,7 +48,7 @@ def check(seed, count):
         friction = math.inf if generator.random() < 0.1 else 10 ** generator.uniform(-1.5, 0.5)
         slope = 10 ** generator.uniform(-1.3, 1) * (1.0 if math.isinf(friction) else friction)
         options = {"tangential_velocity": slope * impact.velocity, "gyration": generator.uniform(0.1, 0.67)}
-        found = rs.oblique(impact, friction=friction, rtol=1e-4, **options)
+        found = rs.solve(rs.vary(impact, options | {"friction": friction}), rtol=1e-4)
         if found.status is not rs.Status.SEPARATED:
             assert found.status is rs.Status.SINKS_IN
             continue

@@ -63,11 +63,15 @@ def test_energy_adds_up(method):
 
 def test_history_has_units_and_the_ends():
     history, moving = solve(BALL).history, solve(replace(BALL, impedance=10.0)).history
-    assert set(moving.data_vars) == set(HISTORY) - {"time"}
+    rough = solve(replace(BALL, friction=0.3, tangential_velocity=0.1)).history
     of_target = {"radiated_energy", "body_velocity", "target_displacement"}
-    assert set(history.data_vars) == set(HISTORY) - {"time"} - of_target
-    assert all(moving[name].attrs["units"] == quantity.unit for name, quantity in HISTORY.items())
-    assert all(moving[name].attrs["long_name"] for name in HISTORY)
+    of_friction = {"contact_point_velocity", "tangential_force", "stick_radius", "slip_velocity"}
+    assert set(moving.data_vars) == set(HISTORY) - {"time"} - of_friction
+    assert set(rough.data_vars) == set(HISTORY) - {"time"} - of_target
+    assert set(history.data_vars) == set(HISTORY) - {"time"} - of_target - of_friction
+    both = dict(moving.data_vars) | dict(rough.data_vars) | dict(moving.coords)
+    assert all(both[name].attrs["units"] == quantity.unit for name, quantity in HISTORY.items())
+    assert all(both[name].attrs["long_name"] for name in HISTORY)
     assert history.time.attrs["units"] == "s"
     assert history.sizes["time"] == 401
     assert history.attrs == {"method": "exact", "rtol": 1e-9}

@@ -219,10 +219,44 @@ def test_ends_that_differ_have_no_derivative() -> None:
     assert len(close.warnings) == 4
 
 
+def test_full_sliding_has_its_closed_form():
+    """e_t = -1 + (1 + 1/kappa)(1 + e) mu/tan(alpha) at an angle alpha, and v_x' = v_x - mu (1 + e) v0."""
+    rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.5)
+    friction, angle = 0.2, 1.2
+    ball = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0, friction=friction, angle=angle)
+    outputs = ["restitution_coefficient", "tangential_restitution_coefficient", "rebound_tangential_velocity"]
+    by = rs.derivatives(ball, ["friction", "angle", "velocity"], outputs)
+    e, slope = rs.solve(ball).restitution_coefficient, 3.5 / math.tan(angle)
+    e_t = outputs[1]
+    assert by[e_t, "friction"] == pytest.approx(slope * (1.0 + e), rel=1e-6)
+    assert by[e_t, "angle"] == pytest.approx(-3.5 * (1.0 + e) * friction / math.sin(angle) ** 2, rel=1e-6)
+    assert by["restitution_coefficient", "friction"] == 0.0
+    # The tangential velocity stays as the normal one changes.
+    change = by["restitution_coefficient", "velocity"] + 1.0 + e
+    assert by["rebound_tangential_velocity", "velocity"] == pytest.approx(-friction * change, rel=1e-5)
+
+
+def test_errors_of_partial_slip_are_stated():
+    """Deviations of derivatives from those of a ten times smaller step stay below the errors of both."""
+    rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.5)
+    ball = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0, friction=0.3, tangential_velocity=1.5)
+    name, step = "tangential_restitution_coefficient", 0.004
+    by = rs.derivatives(ball, "tangential_velocity", name)
+    low, high = (
+        rs.solve(rs.vary(ball, {"tangential_velocity": 1.5 + side * step})).tangential_restitution_coefficient
+        for side in (-1.0, 1.0)
+    )
+    # Two errors of 1e-6 of e_t over the step, and the term of third order of the difference.
+    assert by[name, "tangential_velocity"] == pytest.approx((high - low) / (2.0 * step), abs=1e-6 / step + 1e-4)
+    assert by.errors[0, 0] < 1e-3
+
+
 @pytest.mark.parametrize(
     ("names", "options", "where"),
     [
-        (["speed"], {}, ("names",)),
+        (["pace"], {}, ("names",)),
+        (["friction"], {}, ("names", "friction")),
+        (["spin"], {}, ("spin", 0.0)),
         (["material"], {}, ("names", "material")),
         ([], {}, ("names",)),
         (["branch_moduli[3]"], {}, ("names", "branch_moduli[3]")),

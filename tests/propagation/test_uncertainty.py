@@ -198,7 +198,7 @@ def test_identified_material_beside_other_inputs() -> None:
     ("inputs", "options", "where"),
     [
         ({}, {}, ("inputs",)),
-        ({"speed": 1.0}, {}, ("names",)),
+        ({"pace": 1.0}, {}, ("names",)),
         ({"velocity": 0.0}, {}, ("inputs.velocity", 0.0)),
         ({"velocity": -1.0}, {}, ("inputs.velocity", -1.0)),
         ({"nu": 0.1, ("poisson_ratio",): [[0.01]]}, {}, ("inputs",)),

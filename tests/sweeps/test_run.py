@@ -261,9 +261,10 @@ def test_a_function_of_some_axes_and_columns_for_the_others() -> None:
 
 
 def test_every_output() -> None:
-    result = rs.sweep(BALL, {"velocity": [0.1, 1.0]}, list(SWEEP_OUTPUTS))
+    rough = impact(friction=0.3, tangential_velocity=0.05)
+    result = rs.sweep(rough, {"velocity": [0.1, 1.0]}, list(SWEEP_OUTPUTS))
     for n, velocity in enumerate((0.1, 1.0)):
-        single = rs.solve(impact(velocity=velocity))
+        single = rs.solve(rs.vary(rough, {"velocity": velocity}))
         for name in set(SWEEP_OUTPUTS) - set(VALIDITY):
             names = {
                 "kinetic_energy_in": "kinetic_in", "kinetic_energy_out": "kinetic_out",
@@ -425,7 +426,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
 @pytest.mark.parametrize(
     ("base", "axes", "options", "message"),
     [
-        (BALL, {"speed": [1.0]}, {}, "axes: the impact has no 'speed'; known are mass, velocity, external_force"),
+        (BALL, {"pace": [1.0]}, {}, "axes: the impact has no 'pace'; known are mass, velocity, external_force"),
         (BALL, {"half_angle": [1.0]}, {}, "axes: the impact has no 'half_angle'"),
         (BALL, {"velocity": [1.0, -1.0]}, {}, r"velocity\[1\] = -1 m/s"),
         (BALL, {"p2": [1.0], "branch_modulus": [1e6]}, {}, "axes: p2 and branch_modulus set the same"),

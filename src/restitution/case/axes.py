@@ -14,7 +14,7 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
-from restitution.quantities import ALIASES, CONSTANTS, INPUTS, Quantity, advice, key_of
+from restitution.quantities import ALIASES, CONSTANTS, INPUTS, SLIDING, Quantity, advice, key_of
 from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
 from restitution.units import to_si
 
@@ -24,6 +24,7 @@ _DRAWS = "sample"
 # Keys that are clear without their section.
 _SHORT = {
     **dict.fromkeys(("velocity", "drop_height", "gravity", "external_force", "impedance"), "impact."),
+    **dict.fromkeys((*SLIDING, "angle", "speed"), "impact."),
     **dict.fromkeys(("mass", "density", "radius"), "body."),
     "thickness": "profile.",
     **dict.fromkeys(("poisson_ratio", "bulk_modulus", "equilibrium_modulus", "branch_modulus"), "material."),

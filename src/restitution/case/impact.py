@@ -19,10 +19,18 @@ from restitution.contact.geometry import BALL_ON_TARGET
 from restitution.contact.profiles import Parabola, sphere_mass
 from restitution.errors import InputError
 from restitution.files import path_of
-from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, collision, fall_velocity, for_contact
+from restitution.impact.problem import (
+    STANDARD_GRAVITY,
+    Body,
+    Impact,
+    collision,
+    directed,
+    fall_velocity,
+    for_contact,
+)
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
-from restitution.quantities import DEFAULT_OUTPUTS, LENGTH, NUMBER, OUTPUTS, TIME, known
+from restitution.quantities import DEFAULT_OUTPUTS, IMPACT_OUTPUTS, LENGTH, NUMBER, SLIDING, TIME, known
 
 if TYPE_CHECKING:
     from restitution.impact.bounces import Bounces
@@ -64,7 +72,7 @@ class CounterBodySection(BodySection):
 
 
 class ImpactSection(Section):
-    """The velocity of the body or the height of its fall, and a constant external force."""
+    """The velocity of the body or the height of its fall, a constant external force; friction and oblique motion."""
 
     velocity: Annotated[float, of("velocity")] | None = None
     drop_height: Annotated[float, of("drop_height")] | None = None
@@ -76,18 +84,49 @@ class ImpactSection(Section):
     material_of: Annotated[
         Literal["target", "body"] | None, Field(description="which body is of `[material]`, for warnings of waves")
     ] = None
+    friction: Annotated[float, of("friction")] | None = None
+    tangential_velocity: Annotated[float, of("tangential_velocity")] | None = None
+    angle: Annotated[float, of("angle")] | None = None
+    speed: Annotated[float, of("speed")] | None = None
+    spin: Annotated[float, of("spin")] | None = None
+    gyration: Annotated[float, of("gyration")] | None = None
 
     @model_validator(mode="after")
     def _check(self) -> ImpactSection:
-        self.one_of("velocity", "drop_height")
+        self.one_of("velocity", "drop_height", "speed")
+        if self.speed is not None and self.angle is None:
+            refuse("belongs to an angle of incidence; give angle", "speed", self.speed)
+        if self.angle is not None and self.tangential_velocity is not None:
+            refuse("give tangential_velocity or angle, not both")
+        if self.friction is None:
+            rule = "belongs to an impact with friction; give friction, 0 for a smooth contact"
+            self.refuse_present(rule, "tangential_velocity", "angle", "spin", "gyration")
         if self.weight and self.external_force is not None:
             refuse("give external_force or weight = true, not both")
         return self
 
     @property
     def impact_velocity(self) -> Any:
-        """Velocity at first touch [m/s]; sqrt(2 g h) after a fall."""
-        return plain(fall_velocity(self.drop_height, self.gravity)) if self.velocity is None else self.velocity
+        """Normal velocity at first touch [m/s]; sqrt(2 g h) after a fall."""
+        return self._velocities[0]
+
+    @property
+    def sliding(self) -> dict[str, Any]:
+        """Numbers of the tangential motion; none without friction."""
+        if self.friction is None:
+            return {}
+        return self.values(SLIDING) | {"tangential_velocity": self._velocities[1]}
+
+    @property
+    def _velocities(self) -> tuple[Any, Any]:
+        """Normal and tangential velocity [m/s] at first touch."""
+        velocity = self.velocity
+        if self.drop_height is not None:
+            velocity = plain(fall_velocity(self.drop_height, self.gravity))
+        if self.angle is None:
+            return velocity, _or(self.tangential_velocity, 0.0)
+        normal, along = directed(velocity, self.angle, self.speed)
+        return plain(normal), plain(along)
 
 
 class BouncesSection(Section):
@@ -143,7 +182,7 @@ class UncertaintySection(Section):
     @classmethod
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         try:
-            return tuple(known("", name, OUTPUTS) for name in value)
+            return tuple(known("", name, IMPACT_OUTPUTS) for name in value)
         except InputError as error:
             refuse(error.rule)
 
@@ -155,7 +194,7 @@ class CaseFile(Section):
         "indentation": "a prescribed indentation is for `restitution indent`",
         "oscillation": "an oscillating indentation is for `restitution oscillate`",
         "tapping": "tapping is for `restitution tap`",
-        "oblique": "an oblique impact is for `restitution oblique`",
+        "oblique": "friction, tangential_velocity or angle, and spin stand in [impact]",
         "axes": "axes are for `restitution sweep`",
         "samples": "random draws are for `restitution sweep`",
     }
@@ -215,11 +254,12 @@ class CaseFile(Section):
         force = mass * self.impact.gravity if self.impact.weight else _or(self.impact.external_force, 0.0)
         bodies, size = self.bodies(material, counter), self.impact.body_size
         if bodies is not None:
-            return replace(collision(*bodies, velocity, external_force=force), body_size=size)
+            return replace(collision(*bodies, velocity, external_force=force), body_size=size, **self.impact.sliding)
         options: dict[str, Any] = {"external_force": force, "impedance": _or(self.impact.impedance, math.inf)}
         if self.impact.material_of == "body":
             options["diameters"] = BALL_ON_TARGET[::-1]
         profile = self.profile.build(self.body.radius)
+        options |= self.impact.sliding
         return Impact(material, profile, mass, velocity, counter_material=counter, body_size=size, **options)
 
     def bodies(self, material: Material, counter: Material | None) -> tuple[Body, Body] | None:
@@ -388,7 +428,7 @@ def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     path = path_of(path)
     content = read_toml(path)
     motion: Any = content.setdefault("impact", {}) if any_velocity else None
-    if isinstance(motion, dict) and not {"velocity", "drop_height"} & set(motion):
+    if isinstance(motion, dict) and not {"velocity", "drop_height", "speed"} & set(motion):
         motion["velocity"] = 1.0
     return case_of(content, path)
 

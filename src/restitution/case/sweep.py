@@ -22,7 +22,7 @@ from restitution.case.section import Section, in_file, read_sections, read_toml,
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.models import material_models
-from restitution.quantities import BODY, DEFAULT_OUTPUTS, checked_outputs
+from restitution.quantities import BODY, DEFAULT_OUTPUTS, SLIDING, checked_outputs
 from restitution.sweeps.grid import Values, make_grid
 from restitution.sweeps.plan import Plan, Template, Vary, describe, dimensionless_template
 from restitution.variation import MATERIALS, check_rivals, varied
@@ -35,7 +35,8 @@ _BY_WAY_OF = {"p2": "branch_modulus", "p3": "viscosity", "relaxation_time": "vis
 
 # Mutually exclusive keys. An axis over one may complete a file that has none of them, or vary the one that it has.
 _RIVALS = (
-    ("impact.velocity", "impact.drop_height"),
+    ("impact.velocity", "impact.drop_height", "impact.speed"),
+    ("impact.tangential_velocity", "impact.angle"),
     ("impact.external_force", "impact.weight"),
     ("body.mass", "body.density"),
     ("counter_body.mass", "counter_body.density"),
@@ -163,7 +164,7 @@ def _takes_arrays(vary: Vary, name: str, value: Any) -> bool:
             single, row = vary({name: value}), several.take(np.array(0))
         except (ValueError, TypeError):
             return False
-    parts = (*MATERIALS, "profile", *BODY)
+    parts = (*MATERIALS, "profile", *BODY, *SLIDING)
     return several.shape == shape and all(getattr(row, part) == getattr(single, part) for part in parts)
 
 

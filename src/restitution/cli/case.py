@@ -1,4 +1,4 @@
-"""The commands for single cases: `solve`, `oblique`, `bounce`, `indent`, `oscillate`, `tap`, `cite` and so on."""
+"""The commands for single cases: `solve`, `bounce`, `indent`, `oscillate`, `tap`, `cite` and so on."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from restitution.files import TABLES, write_table, write_text
 from restitution.units import TIME
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from restitution.propagation.result import UncertaintyResult
 
 
@@ -38,6 +40,8 @@ def solve(
     **options: Any,
 ) -> None:
     """Solve the impact that a case file describes, or that of a ball on the material of a file.
+
+    The impact is normal, or has friction, an angle and a spin.
 
     Without a case file, --material and what it asks for describe the impact, and --save writes the file.
     Values such as "10 +- 0.5 MPa" give e and the other outputs their standard deviations.
@@ -69,9 +73,16 @@ def solve(
         tables.write_history(result, history, title)
     if plot is not None:
         tables.require_end(result, "--plot", plot)
-        from restitution.plot.impact import overview
+        tables.save_picture(_picture(result, pressure_at or None, problem.title or ""), plot)
 
-        tables.save_picture(overview(result, pressure_at or None, title=problem.title or ""), plot)
+
+def _picture(result: rs.ImpactResult, pressure_at: list[float] | None, title: str) -> Figure:
+    """Draw one impact; that of the normal motion where the pressure is wanted."""
+    from restitution.plot import impact, oblique
+
+    if isinstance(result, rs.ObliqueResult) and pressure_at is None:
+        return oblique.overview(result, title=title)
+    return impact.overview(result, pressure_at, title=title)
 
 
 def _problem(case: Path | None, options: dict[str, Any], save: Path | None) -> rs.Case:
@@ -138,34 +149,6 @@ def standard_solid(
         return
     title = f"Standard solid: nu = {nu:g}, p2 = {p2:g}, p3 = {p3:g}"
     tables.show(replace(of_impact(result, title, dimensionless=True), **doubts))
-
-
-def oblique(
-    case: cli.CaseFile,
-    json: cli.Json = False,
-    plot: cli.Plot = None,
-    history: cli.History = None,
-    extrapolate: cli.Extrapolate = False,
-) -> None:
-    """Throw a body at an angle, with friction and spin: tangential restitution, angle and spin of the rebound.
-
-    The case file of the normal impact has the section oblique: friction, tangential_velocity or angle, spin.
-    Example: restitution oblique examples/thrown_ball.toml --plot thrown.png
-    """
-    from restitution.case.oblique import read_oblique
-    from restitution.impact.window import require_known
-
-    problem = read_oblique(case)
-    with cli.compilation():
-        require_known(problem.case.impact, extrapolate=extrapolate)
-        result = problem.solve()
-    for option, path in (("--plot", plot), ("--history", history)):
-        if path is not None:
-            tables.require_end(result.normal, option, path)
-    notes = problem.case.notes(result.impact)
-    tables.answer(result, problem.case.title or str(case), problem.case.arrangement, json=json, plot=plot, notes=notes)
-    if history is not None:
-        write_table(result.history, history)
 
 
 def bounce(

@@ -51,7 +51,6 @@ _COMMANDS = {
     _SOLVE: (
         *(
             case.solve,
-            case.oblique,
             case.bounce,
             case.indent,
             case.oscillate,

@@ -14,6 +14,7 @@ from restitution.contact.geometry import Geometry, as_array
 from restitution.contact.profiles import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import INPUTS
+from restitution.units import ANGLE
 
 # Ellipsoid: the elliptical contact of bodies whose curvature differs between two directions.
 
@@ -124,7 +125,7 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         >>> print(round(gap.radius_1, 9), round(gap.radius_2, 9))
         0.01 0.008333333
         """
-        turn = single("angle", finite("angle", angle, "rad"), "rad")
+        turn = single("angle", finite("angle", angle, ANGLE.unit), "rad")
         curvatures = np.array([_curvatures("radii_1", radii_1), _curvatures("radii_2", radii_2)])
         (p, q), (r, s) = curvatures
         total = curvatures.sum()
@@ -219,7 +220,7 @@ def crossed_cylinders(radius_1: Any, radius_2: Any, *, angle: Any = 0.5 * math.p
     """
     sizes = {"radius_1": radius_1, "radius_2": radius_2}
     radii = [single(name, finite(name, radius, "m"), "m") for name, radius in sizes.items()]
-    turn = single("angle", between("angle", angle, 0.0, math.pi, "rad"), "rad")
+    turn = single("angle", between("angle", angle, 0.0, math.pi, ANGLE.unit), "rad")
     return Ellipsoid.of_bodies((radii[0], math.inf), (radii[1], math.inf), angle=turn)
 
 

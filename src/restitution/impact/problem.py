@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
-from restitution.axes import Axes, align, aligned, axes_of, named, spread_array
+from restitution.axes import Axes, align, aligned, axes_of, is_named, named, spread_array
 from restitution.checks import (
     Array,
     Numeric,
@@ -25,7 +25,7 @@ from restitution.checks import (
     truth,
 )
 from restitution.contact.geometry import BALL_ON_TARGET, Contact, Geometry
-from restitution.contact.profiles import Parabola, sphere_mass
+from restitution.contact.profiles import Parabola, as_profile, sphere_mass
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.fractional import Window
@@ -34,6 +34,7 @@ from restitution.material.viscoelastic import Material, single_material
 
 # Parts of an impact that are no numbers but may be arrays of them.
 _OBJECTS = ("material", "profile", "counter_material")
+_NUMBERS = (*quantities.BODY, *quantities.SLIDING)
 # Tolerance of a first solution, whose largest contact radius is good to 1e-8 then.
 _ESTIMATE_RTOL = 1e-6
 # Window of the first solution, which gives the contact time only: from a picosecond to about four months.
@@ -47,15 +48,28 @@ _SHORTEST, _MARGIN = 1e-6, 1e-2
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2]."""
 
+SOLID_BALL = 0.4
+"""Moment of inertia of a solid ball over m R^2."""
+
 
 def fall_velocity(height: Any, gravity: Any) -> Any:
     """Return the velocity sqrt(2 g h) [m/s] after a free fall from the height h [m] at the gravity g [m/s2]."""
     return np.sqrt(2.0 * gravity * height)
 
 
+def directed(velocity: Any, angle: Any, speed: Any = None) -> tuple[Any, Any]:
+    """Return the normal and the tangential velocity [m/s] at an angle of incidence [rad], which keeps the first one.
+
+    A speed [m/s] of the centre, which is not None, replaces the normal velocity.
+    """
+    if speed is None:
+        return velocity, velocity * np.tan(angle)
+    return speed * np.cos(angle), speed * np.sin(angle)
+
+
 @dataclass(frozen=True, eq=False)
 class Impact:
-    """Normal impact of a body on a viscoelastic half-space, or on another target, in SI units.
+    """Impact of a body on a viscoelastic half-space, or on another target, in SI units: normal, or with friction.
 
     Numbers may be arrays that broadcast against each other, those of the materials and of the geometry included: the
     results then are arrays of the common shape. DataArrays keep their dimensions and coordinates by name.
@@ -70,7 +84,7 @@ class Impact:
     mass : float or array
         Mass m [kg], > 0; of two free bodies the reduced mass.
     velocity : float or array
-        Impact velocity v0 [m/s], > 0; of two bodies their relative velocity.
+        Normal impact velocity v0 [m/s], > 0; of two bodies their relative velocity. Left out where a speed is given.
     counter_material : Material, optional
         Material of the indenting body, which is rigid by default. The compliances of both bodies add.
     external_force : float or array
@@ -93,8 +107,8 @@ class Impact:
 
     Notes
     -----
-    Quasi-static, frictionless, adhesionless, small strain, half-space; `ImpactResult.validity` compares these
-    assumptions with the numbers of the impact.
+    Quasi-static, adhesionless, small strain, half-space; `ImpactResult.validity` compares these assumptions with the
+    numbers of the impact. Friction is that of Coulomb, and leaves the normal motion as it is; see `ObliqueResult`.
 
     Examples
     --------
@@ -108,28 +122,81 @@ class Impact:
     material: Material
     profile: Geometry
     mass: Numeric
-    velocity: Numeric
+    velocity: Numeric = math.nan
     counter_material: Material | None = field(default=None, kw_only=True)
     external_force: Numeric = field(default=0.0, kw_only=True)
     impedance: Numeric = field(default=math.inf, kw_only=True)
     body_size: float | None = field(default=None, kw_only=True)
     diameters: tuple[Numeric, Numeric] = field(default=BALL_ON_TARGET, kw_only=True)
+    friction: Numeric | None = field(default=None, kw_only=True)
+    tangential_velocity: Numeric = field(default=0.0, kw_only=True)
+    spin: Numeric = field(default=0.0, kw_only=True)
+    gyration: Numeric = field(default=SOLID_BALL, kw_only=True)
+    angle: InitVar[Any] = field(default=None, kw_only=True)
+    speed: InitVar[Any] = field(default=None, kw_only=True)
 
     axes: ClassVar[Axes | None] = None
     """Names of the axes of an array of impacts; None where they have no names."""
 
-    def __post_init__(self) -> None:
-        align(self, (*_OBJECTS, *quantities.BODY))
+    def __post_init__(self, angle: Any, speed: Any) -> None:
+        if angle is not None or speed is not None:
+            self._direct(angle, speed)
+        align(self, (*_OBJECTS, *_NUMBERS))
         object.__setattr__(self, "profile", self.contact.profile)
         both = pair("diameters", self.diameters, "must be a pair of numbers")
         object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", each) for each in both))
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.INPUTS[name].check(getattr(self, name)))
+        self._check_sliding()
         _ = self.shape
         forces = np.where(np.isinf(self.impedance), 0.0, self.external_force)
         if np.any(forces):
             rule = "must be 0 where the target has an impedance, as a force would drive such a target for ever"
             raise InputError("external_force", self.external_force, rule, "N")
+
+    def _direct(self, angle: Any, speed: Any) -> None:
+        """Set the velocities from an angle and a speed, whose numbers may have names of axes."""
+        if angle is None or np.any(self.tangential_velocity):
+            raise InputError("tangential_velocity, angle", rule="must be one of them; a speed belongs to an angle")
+        if speed is not None and not np.all(np.isnan(self.velocity)):
+            raise InputError("velocity, speed", rule="must be one of them, not both")
+        given = {"velocity": self.velocity if speed is None else None, "angle": angle, "speed": speed}
+        values = (_in_si(name, value) for name, value in given.items())
+        normal, along = directed(*values)
+        vars(self).update(velocity=normal, tangential_velocity=along)
+
+    def _check_sliding(self) -> None:
+        """Check the numbers of the tangential motion; refuse contacts without a theory of friction."""
+        if self.friction is None:
+            for name in ("tangential_velocity", "spin"):
+                value = getattr(self, name)
+                if value if type(value) is float else np.any(value):
+                    rule = f"must be given where {name} is not 0; 0 for a smooth contact"
+                    raise InputError("friction", rule=rule)
+            return
+        for name in quantities.SLIDING:
+            object.__setattr__(self, name, quantities.INPUTS[name].check(getattr(self, name)))
+        as_profile(self.profile, "friction")
+        if np.any(np.isfinite(self.impedance)):
+            rule = "must be infinite where there is friction: the target may not move"
+            raise InputError("impedance", self.impedance, rule, "kg/s")
+        if not np.any(self.spin):
+            return
+        if not self.is_single_body:
+            rule = "must be 0 of two balls; their contact points have the relative velocity v_x + R1 w1 + R2 w2"
+            raise InputError("spin", self.spin, rule, "rad/s")
+        if np.any(np.isnan(self.profile.ball_radius)):
+            raise InputError("spin", self.spin, "must be 0 for a profile without the radius of a ball", "rad/s")
+
+    @property
+    def is_single_body(self) -> bool:
+        """Whether one of the bodies is flat, so that the velocity of the contact point is that of one body."""
+        return bool(np.any(np.isinf(self.diameters[0]) | np.isinf(self.diameters[1])))
+
+    @cached_property
+    def normal(self) -> Impact:
+        """The impacts without friction and tangential motion, in the shape of their own numbers."""
+        return replace(self, friction=None, tangential_velocity=0.0, spin=0.0, gyration=SOLID_BALL)
 
     @cached_property
     def contact(self) -> Contact:
@@ -139,7 +206,9 @@ class Impact:
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Common shape of all numbers; () for a single impact."""
-        shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY} | {"profile": self.profile.rows}
+        shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY}
+        shapes |= {name: shape for name in quantities.SLIDING if (shape := np.shape(getattr(self, name)))}
+        shapes |= {"profile": self.profile.rows}
         return common_shape(shapes | ({"material": self.contact.shape} if self.contact.shape else {}))
 
     @cached_property
@@ -211,7 +280,7 @@ class Impact:
         assert target is not None
         parts = {name: getattr(self, name) for name in _OBJECTS}
         parts = {name: part and part.spread(names, target) for name, part in parts.items()}
-        numbers = {name: spread_array(getattr(self, name), target, names, shape) for name in quantities.BODY}
+        numbers = {name: spread_array(getattr(self, name), target, names, shape) for name in _NUMBERS}
         diameters = tuple(spread_array(each, target, names, shape) for each in self.diameters)
         return replace(self, **parts, **numbers, diameters=diameters)
 
@@ -226,7 +295,7 @@ class Impact:
         material, counter = (None if each is None else each.take(shape, first)
                              for each in (self.material, self.counter_material))  # fmt: skip
         assert material is not None
-        numbers: dict[str, Any] = {name: _rows(getattr(self, name), shape, places) for name in quantities.BODY}
+        numbers: dict[str, Any] = {name: _rows(getattr(self, name), shape, places) for name in _NUMBERS}
         diameters = tuple(_rows(each, shape, places) for each in self.diameters)
         profile = self.profile.take(shape, places, self.profile.apart if alike else ())
         return replace(
@@ -241,6 +310,14 @@ class Impact:
         if self.reduced_moduli.size > 1:
             raise InputError("impact", rule="must be a single one: those of this array have moduli of their own")
         return self.reduced_moduli.row()
+
+
+def _in_si(name: str, value: Any) -> Any:
+    """Return checked values of an input in SI, with their names of axes; None stays."""
+    if value is None:
+        return None
+    checked = np.asarray(quantities.INPUTS[name].check(value))
+    return value.copy(data=checked) if is_named(value) else checked[()]
 
 
 def _rows(value: Numeric, shape: tuple[int, ...], places: NDArray[np.intp]) -> Numeric:

@@ -24,6 +24,7 @@ from restitution.quantities import (
     DEFAULT_OUTPUTS,
     ENERGIES,
     HISTORY,
+    IMPACT_OUTPUTS,
     INPUTS,
     OUTPUTS,
     STATUS,
@@ -115,6 +116,7 @@ class ImpactResult(Result):
     the energy balance stays below 10 rtol.
     """
 
+    _default_outputs = DEFAULT_OUTPUTS
     _numbers = ("max_semi_axes", "zero_overlap_time", "energy", "status", "method", "rtol", "warnings", "validity")
 
     restitution_coefficient: Numeric
@@ -165,7 +167,7 @@ class ImpactResult(Result):
     @cached_property
     def _by_name(self) -> dict[str, Any]:
         """Inputs of the body and stored outputs by name, without names of axes."""
-        outputs = {name: getattr(self, name) for name in OUTPUTS if name in self.__dataclass_fields__}
+        outputs = {name: getattr(self, name) for name in IMPACT_OUTPUTS if name in self.__dataclass_fields__}
         if np.shape(self.status):
             outputs = {name: np.asarray(values) for name, values in outputs.items()}
         impacts = self.impact
@@ -205,8 +207,7 @@ class ImpactResult(Result):
         >>> print(result.validity_on(body_size=0.02)["half_space"].exceeded)
         True
         """
-        inputs = {name: self._by_name[name] for name in (*COLUMNS, "velocity", "mass", "impedance")}
-        inputs["body_size"] = body_size
+        inputs = self._compared | {"body_size": body_size}
         if isinstance(self.impact, list):
             compared = numbers([impact.contact for impact in self.impact], **inputs)
         elif not self.impact.is_split:
@@ -222,6 +223,11 @@ class ImpactResult(Result):
         tally = Tally()
         tally.add(compared)
         return tally.report()
+
+    @property
+    def _compared(self) -> dict[str, Any]:
+        """Columns of the validity report."""
+        return {name: self._by_name[name] for name in (*COLUMNS, "velocity", "mass", "impedance")}
 
     @property
     def warnings(self) -> list[str]:
@@ -511,13 +517,15 @@ class ImpactResult(Result):
         outputs = {name: plain(np.asarray(value)) for name, value in self.outputs.items() if name not in BUDGET}
         return outputs | super().to_dict()
 
-    def to_dataset(self, outputs: Iterable[str] = DEFAULT_OUTPUTS) -> xarray.Dataset:
+    def to_dataset(self, outputs: Iterable[str] | None = None) -> xarray.Dataset:
         """Return outputs and the status as a Dataset over the named axes of the impacts, or over dim_0 and so on.
 
         Parameters
         ----------
         outputs : sequence of str
-            Names of `restitution.quantities.OUTPUTS`; energies and pressures take a second solve of several impacts.
+            Names of `restitution.quantities.IMPACT_OUTPUTS`; by default the restitution, contact time, largest depth
+            and force, and with friction all that it adds. Energies and pressures take a second solve of several
+            impacts.
 
         Examples
         --------
@@ -529,10 +537,11 @@ class ImpactResult(Result):
         >>> dict(table.sizes), table.contact_time.attrs["units"]
         ({'velocity': 2}, 's')
         """
-        names = [name for name in checked_outputs(outputs) if name in OUTPUTS]
+        chosen = checked_outputs(self._default_outputs if outputs is None else outputs)
+        names = [name for name in chosen if name in IMPACT_OUTPUTS]
         columns = self.outputs if needs(names, {*ENERGIES, "max_pressure"}) else derived(self._by_name)
         axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
-        variables = {name: (columns[name], OUTPUTS[name].attributes) for name in names}
+        variables = {name: (columns[name], IMPACT_OUTPUTS[name].attributes) for name in names}
         variables[STATUS] = self.status, Status.attributes()
         return axes.dataset(variables, {"method": self.method, "rtol": self.rtol or np.nan})
 
@@ -567,7 +576,7 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
-    shown = [(OUTPUTS[name], float(value)) for name, value in result.outputs.items() if name != "energy_residual"]
+    shown = [(IMPACT_OUTPUTS[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
     values = [
         (output.words, plain_symbol(output.symbol), 0.0 if abs(x) < noise.get(output.unit, 0.0) else x, output.unit)
         for output, x in shown
@@ -594,8 +603,8 @@ def of_impacts(result: ImpactResult, title: str = "") -> Summary:
     """Table of several impacts: the lowest and the highest of each output that is stored; their ends below."""
     statuses = np.asarray(result.status)
     rows: list[tuple[str, ...]] = []
-    for name in ("velocity", *(name for name in OUTPUTS if name in result.__dataclass_fields__)):
-        quantity = OUTPUTS.get(name) or INPUTS[name]
+    for name in ("velocity", *(name for name in IMPACT_OUTPUTS if name in result.__dataclass_fields__)):
+        quantity = IMPACT_OUTPUTS.get(name) or INPUTS[name]
         values = np.asarray(getattr(result, name), dtype=np.float64)
         values = values[np.isfinite(values)]
         factor, prefixed = scaled_unit(values, quantity.unit)

@@ -16,6 +16,7 @@ from restitution.axes import Axes, aligned
 from restitution.checks import Array, function, items, one_of, single, whole, within
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, flat, shaped, solve_columns
+from restitution.impact.oblique import ObliqueResult, Sliding, join_sliding, normal_rtol
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
 from restitution.impact.solution import Progress, Sampled, Solution, Trajectory
@@ -23,7 +24,7 @@ from restitution.impact.status import SolverError, Status, failures
 from restitution.indentation.surface import Surface
 from restitution.kernel.outcome import OUTCOME
 from restitution.material.conversion import reduced_standard_solid
-from restitution.quantities import OUTPUTS, SOLVER_RTOL, STATUS, check
+from restitution.quantities import IMPACT_OUTPUTS, OUTPUTS, SOLVER_RTOL, STATUS, check
 from restitution.validity import warn
 
 Method = Literal["exact", "elements"]
@@ -47,10 +48,11 @@ def solve(
     Parameters
     ----------
     impact : Impact, or sequence of Impact
-        One impact, an array of impacts (an `Impact` with arrays), or a list of single ones.
+        One impact, an array of impacts (an `Impact` with arrays), or a list of single ones. All or none of a list
+        have friction.
     method : {"exact", "elements"}
         "exact": collocation of the reduced equations, of any accuracy. "elements": the elements and the explicit Euler
-        scheme of the paper, of first order.
+        scheme of the paper, of first order, without friction.
     rtol : float
         The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of about 1e-12; in [1e-12, 1e-2]. The
         other results have no tolerance of their own; the page Validation has their measured errors.
@@ -71,12 +73,13 @@ def solve(
     Returns
     -------
     ImpactResult
-        Numbers for a single impact, arrays for several.
+        Numbers for a single impact, arrays for several. With friction an `ObliqueResult`, which has e_t, the spin
+        and the angle of the rebound as well.
 
     Raises
     ------
     InputError
-        If an option is out of range.
+        If an option is out of range, or friction meets the elements or a surface.
     SolverError
         If a solve fails and `errors` is "raise".
 
@@ -98,6 +101,8 @@ def solve(
     if method != "elements" and not (n_elements is None and time_step is None):
         raise InputError("n_elements, time_step", rule=f"belong to method 'elements', not to {method!r}")
     if isinstance(impact, Impact):
+        if impact.friction is not None and (method != "exact" or surface is not None):
+            raise InputError("friction", rule='must be None for method "elements" and on a surface with an imprint')
         if not impact.shape:
             impact.contact.warn_if_approximate()
         if surface is not None:
@@ -130,6 +135,8 @@ def _as_list(impact: Any) -> list[Impact]:
             raise InputError("impact", rule=f"has shape {member.shape}; a list takes single impacts", index=(n,))
     if not impacts:
         raise InputError("impact", rule="must hold at least one impact")
+    if len({member.friction is None for member in impacts}) > 1:
+        raise InputError("impact", rule="must all have friction, or none of them; 0 is that of a smooth contact")
     return impacts
 
 
@@ -237,20 +244,24 @@ def solve_exact(
     """Solve impacts by the exact method; see `solve`."""
     single("rtol", SOLVER_RTOL.check(rtol))
     shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
-    solution = None
+    solution, has_friction = None, (impact if isinstance(impact, Impact) else impact[0]).friction is not None
+    of_normal = normal_rtol(rtol) if has_friction else rtol
     if shape or isinstance(impact, list):
-        columns = solve_columns(impact, rtol, workers=workers, progress=progress)
+        columns = solve_columns(impact, of_normal, workers=workers, progress=progress)
     else:
-        columns, solution = Batch.from_impact(impact).solve_stored(rtol)
+        columns, solution = Batch.from_impact(impact).solve_stored(of_normal)
         most = float(impact.profile.max_depth)
         if columns["status"][0] == Status.TOO_DEEP and math.isfinite(most):
             rule = f"is described to a depth of {most:.3g} m, {impact.profile.end}, and the body goes deeper"
             raise InputError("profile", rule=rule)
         if progress is not None:
             progress(1, 1)
+    sliding = join_sliding(impact, columns, rtol, workers, progress)
     judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)
-    columns = {name: column for name, column in columns.items() if name == STATUS or OUTPUTS[name].derive is None}
-    result = _result(impact, "exact", rtol, columns, solution, shape)
+    columns = {
+        name: column for name, column in columns.items() if name == STATUS or IMPACT_OUTPUTS[name].derive is None
+    }
+    result = _result(impact, "exact", rtol, columns, solution, shape, sliding=sliding)
     if shape:
         warn({check.kind: check.warning for check in result.validity if check.exceeded}, stacklevel=3)
     return result
@@ -259,6 +270,7 @@ def solve_exact(
 def _result(
     impact: Impact | list[Impact], method: str, rtol: float | None, fields: dict[str, Any],
     solution: Solution | Sampled | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
+    sliding: Sliding | None = None,
 ) -> ImpactResult:  # fmt: skip
     numbers: dict[str, Any] = {
         name: shaped(values, shape) if shape else float(np.asarray(values).item()) for name, values in fields.items()
@@ -267,13 +279,15 @@ def _result(
     status = status.astype(np.int64) if isinstance(status, np.ndarray) else Status(int(status))
     axes = None if isinstance(impact, list) else impact.axes
     if axes is not None:
-        numbers = {name: axes.array(values, name, OUTPUTS[name].attributes) for name, values in numbers.items()}
+        numbers = {name: axes.array(values, name, IMPACT_OUTPUTS[name].attributes) for name, values in numbers.items()}
         status = axes.array(status, STATUS, Status.attributes())
     again = None if axes is None or rtol is None else partial(solve_exact, rtol=rtol)
-    return ImpactResult(
-        **numbers, status=status, impact=impact, method=method, rtol=rtol, notes=notes, _solution=solution,
-        _again=again,
-    )  # fmt: skip
+    options: dict[str, Any] = {
+        "status": status, "impact": impact, "method": method, "rtol": rtol, "_solution": solution, "_again": again
+    }  # fmt: skip
+    if sliding is not None:
+        return ObliqueResult(**numbers, **options, notes=sliding.notes, _motion=sliding.motion)
+    return ImpactResult(**numbers, **options, notes=notes)
 
 
 def _solve_on(

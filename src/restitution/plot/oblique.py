@@ -2,46 +2,46 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from restitution.checks import Array
+from restitution.impact.oblique import contact_point
 from restitution.plot import style
-from restitution.quantities import NUMBER, OBLIQUE, OBLIQUE_HISTORY, OBLIQUE_INPUTS, Quantity
+from restitution.quantities import HISTORY, INPUTS, NUMBER, OBLIQUE, Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from restitution.impact.oblique import ObliqueResult
 
-_FORCE = OBLIQUE_HISTORY["tangential_force"]._replace(words="force", symbol=r"$F$")
-_RADIUS = OBLIQUE_HISTORY["contact_radius"]._replace(words="radius", symbol="$r$")
-_VELOCITY = OBLIQUE_HISTORY["contact_point_velocity"]._replace(words="velocity", symbol="$v$")
+_FORCE = HISTORY["tangential_force"]._replace(words="force", symbol=r"$F$")
+_RADIUS = HISTORY["contact_radius"]._replace(words="radius", symbol="$r$")
+_VELOCITY = HISTORY["contact_point_velocity"]._replace(words="velocity", symbol="$v$")
 _SLOPE = Quantity("slope", NUMBER, "velocity of the contact point over", r"$\mu v_0$")
 _DEGREES = 180.0 / np.pi
 
 
-def overview(result: ObliqueResult) -> Figure:
+def overview(result: ObliqueResult, *, title: str = "") -> Figure:
     """Draw the tangential force within the limits of friction, the radii in contact and stuck, and the velocities.
 
     Examples
     --------
     >>> import restitution as rs
     >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-    >>> ball = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0)
-    >>> len(overview(rs.oblique(ball, friction=0.3, angle=0.5)).axes)
+    >>> ball = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0, friction=0.3, angle=0.5)
+    >>> len(overview(rs.solve(ball)).axes)
     3
     """
     history = result.history
-    time = OBLIQUE_HISTORY["time"], history["time"].values
-    angle, after = (_DEGREES * float(np.arctan2(along, up)) for along, up in (
-        (float(result.tangential_velocity), float(result.normal.velocity)),
-        (float(result.rebound_tangential_velocity), float(result.rebound_velocity)),
-    ))  # fmt: skip
-    title = (
-        f"{angle:.3g}° to {after:.3g}° from the normal, e_t = {float(result.tangential_restitution_coefficient):.4g}"
-    )
+    time = HISTORY["time"], history["time"].values
+    impact = _array(result)
+    angle = _DEGREES * float(np.arctan2(impact.tangential_velocity, impact.velocity))
+    after, e_t = _DEGREES * float(result.rebound_angle), float(result.tangential_restitution_coefficient)
+    numbers = f"{angle:.3g}° to {after:.3g}° from the normal, $e_t$ = {e_t:.4g}"
+    title = f"{title}\n{numbers}" if title else numbers
     with style.page("AB;CC", height=5.4, title=title) as (page, panels):
         forces(panels[0], result)
         radii = {"in contact": ("contact_radius", style.BLUE), "sticks": ("stick_radius", style.VERMILION)}
@@ -60,8 +60,8 @@ def overview(result: ObliqueResult) -> Figure:
 
 def forces(ax: Axes, result: ObliqueResult) -> Axes:
     """Draw the tangential force over time, between the limits +-mu F where friction is finite."""
-    history, friction = result.history, float(result.friction)
-    time = OBLIQUE_HISTORY["time"], history["time"].values
+    history, friction = result.history, float(_array(result).friction or 0.0)
+    time = HISTORY["time"], history["time"].values
     limit = friction * history["force"].values if np.isfinite(friction) else np.full(time[1].size, np.nan)
     both = np.stack([history["tangential_force"].values, limit, -limit])
     up = style.axis(_FORCE, np.where(np.isfinite(both), both, 0.0))
@@ -79,22 +79,29 @@ def forces(ax: Axes, result: ObliqueResult) -> Axes:
 def of_several(result: ObliqueResult) -> Figure:
     """Draw e_t over the velocity of the contact point over mu v0, and the angle of the rebound over that before."""
     shape = np.shape(result.status)
-    flat = {
-        name: np.broadcast_to(np.asarray(values, dtype=np.float64), shape).ravel()
-        for name, values in {
-            "e_t": result.tangential_restitution_coefficient, "friction": result.friction,
-            "along": result.tangential_velocity, "spin": result.spin, "after": result.rebound_angle,
-            "normal": result.impact.velocity, "radius": result.impact.profile.ball_radius,
-        }.items()
-    }  # fmt: skip
-    turning = np.where(flat["spin"] == 0.0, 0.0, flat["spin"] * flat["radius"])
+    impacts = result.impact if isinstance(result.impact, list) else [result.impact]
+    names = "friction", "tangential_velocity", "velocity"
+    friction, along, normal = (_column([np.asarray(getattr(each, name)) for each in impacts], shape) for name in names)
+    point = _column([np.asarray(contact_point(each)[0]) for each in impacts], shape)
+    e_t = np.asarray(result.tangential_restitution_coefficient, dtype=np.float64).ravel()
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.abs(flat["along"] + turning) / (flat["friction"] * flat["normal"])
-    known = np.isfinite(slope) & np.isfinite(flat["e_t"])
-    angle = OBLIQUE_INPUTS["angle"], np.arctan2(flat["along"], flat["normal"])
+        slope = np.abs(point) / (friction * normal)
+    known = np.isfinite(slope) & np.isfinite(e_t)
+    before, after = np.arctan2(along, normal), np.asarray(result.rebound_angle, dtype=np.float64).ravel()
+    look: dict[str, Any] = {"color": style.BLUE, "markersize": 3}
     with style.page("AB", height=3.0) as (page, panels):
-        e_t = OBLIQUE["tangential_restitution_coefficient"], flat["e_t"][known]
-        style.draw(panels[0], (_SLOPE, slope[known]), e_t, "o", color=style.BLUE, markersize=3)
+        tangential = OBLIQUE["tangential_restitution_coefficient"], e_t[known]
+        style.draw(panels[0], (_SLOPE, slope[known]), tangential, "o", **look)
         panels[0].set_ylim(-1.05, 1.05)
-        style.draw(panels[1], angle, (OBLIQUE["rebound_angle"], flat["after"]), "o", color=style.BLUE, markersize=3)
+        style.draw(panels[1], (INPUTS["angle"], before), (OBLIQUE["rebound_angle"], after), "o", **look)
     return page
+
+
+def _array(result: ObliqueResult) -> Any:
+    """Return the impact of a result of one."""
+    return result.impact
+
+
+def _column(values: list[Array], shape: tuple[int, ...]) -> Array:
+    """Return numbers of an array of impacts, or of a list of them, for each one."""
+    return np.broadcast_to(values[0] if len(values) == 1 else np.stack(values), shape).ravel()

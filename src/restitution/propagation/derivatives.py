@@ -14,11 +14,21 @@ from restitution.axes import unnamed
 from restitution.checks import Array, Numeric, items
 from restitution.errors import InputError
 from restitution.impact.batch import shaped, solve_columns
+from restitution.impact.oblique import TANGENTIAL_RTOL, join_sliding, normal_rtol
 from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
 from restitution.numerics.differences import Slopes, slopes
 from restitution.propagation.inputs import STEP, Input, Model, model_of
-from restitution.quantities import DEFAULT_OUTPUTS, ENERGIES, OUTPUTS, SOLVER_RTOL, STATUS, known, needs
+from restitution.quantities import (
+    DEFAULT_OUTPUTS,
+    ENERGIES,
+    IMPACT_OUTPUTS,
+    OBLIQUE,
+    SOLVER_RTOL,
+    STATUS,
+    known,
+    needs,
+)
 from restitution.result import Result, Summary, Table, plain_symbol
 from restitution.variation import HeldElastic
 
@@ -32,8 +42,8 @@ DERIVATIVE_RTOL = 1e-11
 _OF_OUTPUTS = 20.0
 # Shares of the usual steps that are tried in turn, and the relative error below which no further one is.
 _SHARES, _GOOD = (1.0, 0.25, 0.0625), 1e-9
-# Relative error of a derivative above which the result has a warning.
-_DOUBTFUL = 1e-4
+# Relative error of a derivative above which the result has a warning; e_t is known to 1e-6 only.
+_DOUBTFUL, _DOUBTFUL_OBLIQUE = 1e-4, 1e-2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,7 +112,7 @@ class Derivatives(Result):
         places = None if not shape else (axes or unnamed(shape)).array(np.zeros(shape))
         columns: dict[str, Any] = {}
         for output, rows, errors in zip(self.outputs, self.matrix, self.errors, strict=True):
-            words = f"derivative of {OUTPUTS[output].words}"
+            words = f"derivative of {IMPACT_OUTPUTS[output].words}"
             for name, numbers, text in ((output, rows, words), (f"{output}_error", errors, f"error of the {words}")):
                 if places is None:
                     columns[name] = xr.DataArray(numbers, dims="input", attrs={"long_name": text})
@@ -118,7 +128,7 @@ class Derivatives(Result):
             flat = relative.reshape(*relative.shape[:2], -1)
             pick = np.argmax(np.nan_to_num(np.abs(flat)), axis=-1)
             relative = np.take_along_axis(flat, pick[..., None], axis=-1)[..., 0]
-        head = ("input", *(plain_symbol(OUTPUTS[name].symbol) or name for name in self.outputs))
+        head = ("input", *(plain_symbol(IMPACT_OUTPUTS[name].symbol) or name for name in self.outputs))
         rows = [
             (name, *("-" if math.isnan(x) else f"{x + 0.0:.6g}" for x in column))
             for name, column in zip(self.inputs, relative.T, strict=True)
@@ -158,8 +168,8 @@ def derivatives(
         `branch_modulus`, `viscosity`, `poisson_ratio`, `temperature`, `branch_moduli[0]`, `relaxation_times[0]` and
         so on.
     outputs : sequence of str
-        Names of the outputs of `restitution.quantities.OUTPUTS`; the default are restitution coefficient, contact
-        time, largest depth and largest force.
+        Names of the outputs of `restitution.quantities.IMPACT_OUTPUTS`; the default are restitution coefficient,
+        contact time, largest depth and largest force.
     held : {"bulk_modulus", "poisson_ratio"}
         Which of the two stays constant where `equilibrium_modulus` changes and neither of them is among the names.
     steps : dict of str to float, optional
@@ -214,12 +224,12 @@ def derivatives(
 def output_names(outputs: Any) -> tuple[str, ...]:
     """Return names of outputs of impacts in the order of the registry."""
     listed = [outputs] if isinstance(outputs, str) else items("outputs", outputs, "must be a sequence of names")
-    # The residual of the balance is rounding.
-    choices = [name for name in OUTPUTS if name != "energy_residual"]
+    # Residuals and errors are rounding.
+    choices = [name for name in IMPACT_OUTPUTS if not name.endswith(("_residual", "_error"))]
     chosen = [known("outputs", name, choices) for name in listed]
     if not chosen:
         raise InputError("outputs", rule="must name at least one output")
-    return tuple(name for name in OUTPUTS if name in chosen)
+    return tuple(name for name in IMPACT_OUTPUTS if name in chosen)
 
 
 def solved(model: Model, values: Mapping[str, Array], outputs: Sequence[str], rtol: float, workers: int | None) -> Any:
@@ -227,13 +237,17 @@ def solved(model: Model, values: Mapping[str, Array], outputs: Sequence[str], rt
     wide = {name: column[:, None] if model.shape and column.ndim == 1 else column for name, column in values.items()}
     impacts = model.build(wide)
     energy = needs(outputs, ENERGIES)
-    columns = solve_columns(impacts, rtol, workers=workers, energy=energy, pressure="max_pressure" in outputs)
+    slides = not set(OBLIQUE).isdisjoint(outputs)
+    least = normal_rtol(rtol) if slides else rtol
+    columns = solve_columns(impacts, least, workers=workers, energy=energy, pressure="max_pressure" in outputs)
+    if slides:
+        join_sliding(impacts, columns, rtol, workers)
     n = len(next(iter(values.values())))
     noise = {"m": columns["max_indentation_depth"], "J": columns["kinetic_energy_in"]}
     result = {STATUS: columns[STATUS].reshape(n, *model.shape)}
     for name in outputs:
         # A number below the tolerance times the largest of its kind is rounding, as the imprint of an elastic body.
-        least = rtol * noise.get(OUTPUTS[name].unit, 0.0)
+        least = rtol * noise.get(IMPACT_OUTPUTS[name].unit, 0.0)
         result[name] = np.where(np.abs(columns[name]) < least, 0.0, columns[name]).reshape(n, *model.shape)
     return result
 
@@ -242,6 +256,7 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
     """Return the derivatives of the impacts of a model at the values of its inputs."""
     tolerance = float(checks.single("rtol", SOLVER_RTOL.check(rtol)))
     shape, count = model.shape, len(model.inputs)
+    errors = [max(tolerance, TANGENTIAL_RTOL) if name in OBLIQUE else tolerance for name in outputs]
     best = Slopes(*(np.full((len(outputs), count, *shape), start) for start in (np.nan, np.inf, np.nan)))
     values: dict[str, Numeric] = {}
     wanted, scale = list(range(count)), np.empty(0)
@@ -254,11 +269,12 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
         for n, k in enumerate(wanted):
             rows = {name: column[1 + 9 * n : 10 + 9 * n] for name, column in columns.items()}
             for output, name in enumerate(outputs):
-                new = _slopes(model.inputs[k], share, rows[name], rows[STATUS], tolerance)
+                new = _slopes(model.inputs[k], share, rows[name], rows[STATUS], errors[output])
                 better = new.error < best.error[output, k]
                 for target, part in zip(best, new, strict=True):
                     target[output, k] = np.where(better, part, target[output, k])
-        good = best.error <= _GOOD * np.abs(best.first) + 2.0 * _OF_OUTPUTS * tolerance * scale
+        allowed = np.array(errors).reshape(-1, *(1,) * (best.error.ndim - 1))
+        good = best.error <= _GOOD * np.abs(best.first) + 2.0 * _OF_OUTPUTS * allowed * scale
         # Nothing is good that is not found yet.
         wanted = [k for k in wanted if not good[:, k].all()]
         if not wanted:
@@ -314,7 +330,8 @@ def _refuse_failed(statuses: Array) -> None:
 def _doubts(outputs: Sequence[str], names: Sequence[str], best: Slopes, scale: Array) -> tuple[str, ...]:
     """Return warnings of derivatives that do not exist or are not accurate."""
     lines: list[str] = []
-    excess = best.error - _DOUBTFUL * (np.abs(best.first) + 1e-3 * scale)
+    shares = np.array([_DOUBTFUL_OBLIQUE if name in OBLIQUE else _DOUBTFUL for name in outputs])
+    excess = best.error - shares.reshape(-1, *(1,) * (best.error.ndim - 1)) * (np.abs(best.first) + 1e-3 * scale)
     for n, output in enumerate(outputs):
         for k, name in enumerate(names):
             if np.isnan(best.first[n, k]).any():

@@ -56,7 +56,7 @@ class Input:
             rule = "must be finite: a number that is infinite has no derivative"
             hint = "; take poisson_ratio for an incompressible material" if key_of(self.name) == "bulk_modulus" else ""
             raise InputError(self.name, math.inf, rule + hint, self.quantity.unit)
-        if self._absolute is None and np.any(value == 0.0) and self._at_end.any():
+        if self._absolute is None and np.any(value == 0.0) and (self._at_end.any() or not self._is_between):
             rule = "has no step of its own at 0; give steps={name: step in SI}"
             raise InputError(self.name, 0.0, rule, self.quantity.unit)
 

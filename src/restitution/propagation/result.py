@@ -10,7 +10,7 @@ import numpy as np
 from restitution.axes import unnamed
 from restitution.checks import Array, Numeric
 from restitution.propagation.derivatives import Derivatives
-from restitution.quantities import OUTPUTS, Quantity, known
+from restitution.quantities import IMPACT_OUTPUTS, Quantity, known
 from restitution.result import Outcome, Result, Summary, Table, plain_symbol
 from restitution.units import scaled_unit, with_error
 
@@ -134,7 +134,7 @@ class UncertaintyResult(Result):
 
         columns: dict[str, Any] = {}
         for name, rows in zip(self.outputs, self.shares, strict=True):
-            quantity = OUTPUTS[name]
+            quantity = IMPACT_OUTPUTS[name]
             columns[name] = over(self.values[name], quantity, "")
             columns[f"{name}_deviation"] = over(self.standard_deviations[name], quantity, "standard deviation of")
             parts = [over(row, quantity, "") for row in rows]
@@ -152,7 +152,7 @@ class UncertaintyResult(Result):
             return self._of_several(title)
         lines: list[tuple[str, ...]] = []
         for name in self.outputs:
-            output, (value, deviation) = OUTPUTS[name], self[name]
+            output, (value, deviation) = IMPACT_OUTPUTS[name], self[name]
             text, unit = with_error(float(value), float(deviation), output.unit)
             drawn = () if self.drawn is None else (self._interval(name),)
             lines.append((output.words, plain_symbol(output.symbol), text, unit, *drawn, self.contributions(name)))
@@ -163,13 +163,13 @@ class UncertaintyResult(Result):
     def _interval(self, name: str) -> str:
         assert self.drawn is not None
         low, high = float(self.drawn.low[name]), float(self.drawn.high[name])
-        factor, unit = scaled_unit([low, high], OUTPUTS[name].unit)
+        factor, unit = scaled_unit([low, high], IMPACT_OUTPUTS[name].unit)
         return f"{low * factor:.4g} to {high * factor:.4g} {unit}".rstrip()
 
     def _of_several(self, title: str) -> Summary:
         rows: list[tuple[str, ...]] = []
         for name in self.outputs:
-            output, deviations = OUTPUTS[name], np.asarray(self.standard_deviations[name])
+            output, deviations = IMPACT_OUTPUTS[name], np.asarray(self.standard_deviations[name])
             values = np.asarray(self.values[name])
             factor, unit = scaled_unit(values, output.unit)
             ends = (f"{factor * end:.4g}" for end in (values.min(), values.max(), deviations.min(), deviations.max()))
@@ -184,7 +184,7 @@ class UncertaintyResult(Result):
         """The outputs of one impact in a line each: symbol, value, standard deviation, largest contributions."""
         texts: list[str] = []
         for name in self.outputs:
-            output, (value, deviation) = OUTPUTS[name], self[name]
+            output, (value, deviation) = IMPACT_OUTPUTS[name], self[name]
             text, unit = with_error(float(value), float(deviation), output.unit)
             number = f"{plain_symbol(output.symbol)} = {text} {unit}".rstrip()
             texts.append(f"{number} ({self.contributions(name)})")
@@ -208,5 +208,5 @@ class UncertaintyResult(Result):
         if self.covariance.ndim > 2:
             return f"{len(self.outputs)} outputs of impacts of shape {self.covariance.shape[2:]}"
         value, deviation = self[self.outputs[0]]
-        text, unit = with_error(float(value), float(deviation), OUTPUTS[self.outputs[0]].unit)
+        text, unit = with_error(float(value), float(deviation), IMPACT_OUTPUTS[self.outputs[0]].unit)
         return f"{self.outputs[0]} = {text} {unit}".rstrip()

@@ -107,7 +107,7 @@ def uncertainty(
         an `Identification` of `restitution.identify`: its material replaces that of the impact, and its covariance
         counts. The entries are independent of each other.
     outputs : sequence of str
-        Names of the outputs of `restitution.quantities.OUTPUTS`.
+        Names of the outputs of `restitution.quantities.IMPACT_OUTPUTS`.
     draws : int, optional
         Number of random draws by which to check the linear deviations, 10 or more.
     rng : numpy Generator, or int, optional

@@ -26,10 +26,20 @@ from numpy.typing import NDArray
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.impact.batch import Batch
+from restitution.impact.oblique import normal_rtol, sliding_numbers, solve_sliding
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
 from restitution.material.classical import standard_solid
-from restitution.quantities import ENERGIES, NOT_COMPUTED, STATUS, SWEEP_OUTPUTS, VALIDITY, input_attributes, needs
+from restitution.quantities import (
+    ENERGIES,
+    NOT_COMPUTED,
+    OBLIQUE,
+    STATUS,
+    SWEEP_OUTPUTS,
+    VALIDITY,
+    input_attributes,
+    needs,
+)
 from restitution.sweeps.grid import Grid, Index, Listed, Region, Values, boxes, halves, lengths, part_of
 from restitution.validity import COLUMNS, Numbers, Tally, numbers
 from restitution.variation import HeldElastic, check_names, check_rivals, varied
@@ -193,6 +203,11 @@ class Plan:
         """Names of the computed variables; the status last."""
         return (*self.outputs, STATUS)
 
+    @property
+    def slides(self) -> bool:
+        """Whether outputs of the tangential motion are wanted."""
+        return not set(OBLIQUE).isdisjoint(self.outputs)
+
     @cached_property
     def _apart(self) -> tuple[str, ...]:
         """Quantities whose combinations need a separate impact each."""
@@ -215,7 +230,10 @@ class Plan:
     def check(self) -> None:
         """Refuse axes whose ends give no admissible impact, with an `InputError`."""
         for point in self.grid.corners():
-            self._impacts(point)
+            for _, impact, _ in self._impacts(point).parts:
+                if self.slides and impact.friction is None:
+                    name = next(name for name in self.outputs if name in OBLIQUE)
+                    raise InputError("outputs", name, "is of an impact with friction; give friction, or an axis of it")
 
     def _impacts(self, values: Values) -> Impacts:
         """Return the impacts of values of all quantities, which broadcast."""
@@ -299,23 +317,33 @@ class Plan:
         rows = {name: np.full(count, np.nan) for name in (*self.outputs, *COLUMNS, STATUS)}
         for places, batch in Batch.joined([(places, batch) for places, _, batch in parts]):
             done = 0
-            columns = batch.solve(self.rtol, workers=1, progress=progress, energy=energy, pressure=pressure)
+            report, rtol = (None, normal_rtol(self.rtol)) if self.slides else (progress, self.rtol)
+            columns = batch.solve(rtol, workers=1, progress=report, energy=energy, pressure=pressure)
             for name in rows.keys() & columns.keys():
                 rows[name][places] = columns[name]
+        for places, impact, _ in parts if self.slides else ():
+            done, at = 0, places.reshape(-1)
+            normal = {name: rows[name][at] for name in (*COLUMNS, STATUS)}
+            columns = solve_sliding(impact, normal, self.rtol, 1, progress).columns
+            for name in rows.keys() & columns.keys():
+                rows[name][at] = columns[name]
         return rows
 
     def _numbers(self, parts: list[Part], rows: dict[str, Array]) -> Numbers:
         """Return the numbers of the validity report for all rows of the parts of impacts."""
-        singles = [(places, part) for places, part, _ in parts if not part.shape]
+        singles = [(places, part) for places, part, _ in parts if not part.shape and part.friction is None]
         kinds: list[tuple[Any, Any, dict[str, Any]]] = []
         if singles:
             bodies = {name: np.array([getattr(part, name) for _, part in singles]) for name in _BODIES}
             places = np.concatenate([places for places, _ in singles])
             kinds.append((places, [part.contact for _, part in singles], bodies))
         for places, part, _ in parts:
-            if part.shape:
+            if part.shape or part.friction is not None:
                 bodies = {name: getattr(part, name) for name in _BODIES}
-                kinds.append((places.reshape(part.shape), part.contact, bodies))
+                at = places.reshape(part.shape)
+                if part.friction is not None:
+                    bodies |= sliding_numbers([part], {name: rows[name][at] for name in COLUMNS})
+                kinds.append((at, part.contact, bodies))
         columns = {name: np.empty(rows[STATUS].size) for name in Numbers._fields}
         for places, contact, bodies in kinds:
             compared = numbers(contact, **{name: rows[name][places] for name in COLUMNS}, **bodies)
@@ -431,7 +459,7 @@ def hash_of(description: Any) -> str:
 # Linux grants more memory than there is, and ends a process that uses it.
 _SHARE_OF_MEMORY = 0.5
 # Time of an impact on one core [s], as in docs/sweeps.md, and time of a sweep [h] from which a store is advised.
-_PER_IMPACT, _LONG = 3e-5, 1.0
+_PER_IMPACT, _PER_OBLIQUE, _LONG = 3e-5, 6e-3, 1.0
 # Attribute of a coordinate of numbers that represent words.
 _LABELS = "labels"
 _STATUS_ATTRIBUTES: dict[str, Any] = {"long_name": "how the solve ended", **Status.attributes()}
@@ -495,7 +523,7 @@ class InMemory:
         n = plan.grid.n_points
         needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
         cores = os.cpu_count() or 1
-        hours = n * _PER_IMPACT / 3600.0 / cores
+        hours = n * (_PER_OBLIQUE if plan.slides else _PER_IMPACT) / 3600.0 / cores
         takes, time = f"{n} points take {needed / 1e9:.3g} GB", f"about {hours:.2g} h on {cores} cores"
         why = f"{takes}, too much for the memory of this machine; give out=, a store, which takes any number"
         refusal = InputError("axes", rule=f"{why} ({time}) and resumes")
