@@ -198,7 +198,7 @@ def page() -> str:
     lines += [*UNCERTAINTY.rstrip().split("\n"), *table("`[uncertainty]` of an impact", impact.UncertaintySection)]
     lines += table("`[indentation]`", indentation.IndentationSection)
     lines += table("`[oscillation]`", oscillation.OscillationSection)
-    lines += table("`[tapping]`", oscillation.TappingSection)
+    lines += table("`[tapping]`", oscillation.TappingSection) + table("`[[tapping.modes]]`", oscillation.ModeSection)
     lines += table("`[solver]` of an indentation", impact.AccuracySection)
     lines += table("`[identification]`", identification.IdentificationSection)
     lines += [

@@ -68,6 +68,7 @@ class Lever(NamedTuple):
     distance: float
     pull: float = 0.0
     cutoff: float = 1.0
+    modes: tuple[tuple[float, float, float], ...] = ()  # stiffness, frequency, quality of further oscillators
 
     def attraction(self, gap: float) -> float:
         """Pull at a gap, constant in contact."""
@@ -80,7 +81,7 @@ def tap_elements(
     """Amplitude, phase, mean and largest force, and loss of the last tap of a lever under a parabola of radius 1.
 
     Equal elements up to a depth, with u linear within a step; velocity Verlet. The errors are of second order. The
-    lever starts at rest with z = 1.
+    lever starts at rest with z = 1. With further modes, also the amplitude of each mode, and half of its way.
     """
     spacing, step = math.sqrt(depth) / count, 2.0 * math.pi / steps
     s = ((np.arange(count) + 0.5) * spacing) ** 2
@@ -88,12 +89,17 @@ def tap_elements(
     gain = moduli * times / step * -np.expm1(-step / times)
     stiff = equilibrium + float(gain.sum())
     u, loads = np.zeros(count), np.zeros((times.size, count))
-    z, rate, force = 1.0, 0.0, -lever.attraction(lever.distance + 1.0)
-    record = np.zeros((steps, 3))
+    stiffness, omega, quality = np.array([(1.0, 1.0, lever.quality), *lever.modes]).T
+    mass, push = stiffness / omega**2, np.append(lever.push, np.zeros(len(lever.modes)))
+    damping, force = mass * omega / quality, -lever.attraction(lever.distance + 1.0)
+    heights, rates = np.append(1.0, np.zeros(len(lever.modes))), np.zeros(mass.size)
+    z = 1.0
+    record, parts = np.zeros((steps, 3)), np.zeros((steps, mass.size))
     for n in range(taps * steps):
-        before = lever.push * math.cos(n * step) + force - rate / lever.quality - z
+        before = (push * math.cos(n * step) + force - damping * rates - stiffness * heights) / mass
         z_before, force_before = z, force
-        z += step * rate + 0.5 * step * step * before
+        heights = heights + step * rates + 0.5 * step * step * before
+        z = float(heights.sum())
         depth_now, memory = -(lever.distance + z), decay @ loads
         load = memory + equilibrium * (depth_now - s) + (stiff - equilibrium) * (depth_now - s - u)
         touched = load > 0.0
@@ -102,9 +108,12 @@ def tap_elements(
         u = changed
         gap = 0.0 if touched[0] else float(u[0] + s[0] - depth_now)
         force = 2.0 * spacing * float(load[touched].sum()) - lever.attraction(gap)
-        after = lever.push * math.cos((n + 1) * step) + force - z
-        rate = (rate + 0.5 * step * (before + after)) / (1.0 + 0.5 * step / lever.quality)
+        after = (push * math.cos((n + 1) * step) + force - stiffness * heights) / mass
+        rates = (rates + 0.5 * step * (before + after)) / (1.0 + 0.5 * step * damping / mass)
         record[n % steps] = z, force, -0.5 * (force + force_before) * (z - z_before)
+        parts[n % steps] = heights
     z, force, work = record.T
-    harmonic = 2.0 / steps * np.sum(z * np.exp(-1j * step * (np.arange(steps) + 1.0)))
-    return np.array([abs(harmonic), math.atan2(harmonic.imag, harmonic.real), force.mean(), force.max(), work.sum()])
+    waves = 2.0 / steps * np.exp(-1j * step * (np.arange(steps) + 1.0))
+    harmonic, modes = waves @ z, np.abs(waves @ parts)
+    numbers = [abs(harmonic), math.atan2(harmonic.imag, harmonic.real), force.mean(), force.max(), work.sum()]
+    return np.array(numbers if not lever.modes else [*numbers, *modes, *(0.5 * np.ptp(parts, axis=0))])

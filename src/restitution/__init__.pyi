@@ -57,6 +57,8 @@ from .impact.solve import solve as solve
 from .impact.solve import standard_solid_restitution as standard_solid_restitution
 from .impact.status import SolverError as SolverError
 from .impact.status import Status as Status
+from .indentation.cantilever import CantileverMode as CantileverMode
+from .indentation.cantilever import beam_modes as beam_modes
 from .indentation.history import History as History
 from .indentation.history import cycles as cycles
 from .indentation.history import hold as hold

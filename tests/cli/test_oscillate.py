@@ -63,6 +63,20 @@ def test_taps() -> None:
     assert "PERIODIC" in done("tap", "tap.toml").stdout
 
 
+def test_taps_of_several_modes() -> None:
+    """A beam, and its second mode by numbers: 6.2669 times the frequency, 39.27 times the stiffness."""
+    mode = "{ spring_constant = 0.39273, frequency = 997368, quality_factor = 30 }"
+    answers: list[dict[str, list[list[float]]]] = []
+    for option in ("beam_quality_factors = [30]", f"modes = [{mode}]"):
+        indenter("tap.toml", tapping=TAP + option)
+        answers.append(json.loads(done("tap", "tap.toml", "--json").stdout))
+    assert answers[0]["mode_swing"][0] == pytest.approx(answers[1]["mode_swing"][0], rel=1e-3)
+    assert 1e-12 < answers[0]["mode_swing"][0][1] < 1e-9
+    done("tap", "tap.toml", "--out", "modes.csv")
+    with Path("modes.csv").open() as file:
+        assert [row[:2] for row in csv.reader(file)][1:] == [["8e-09", "1"], ["8e-09", "2"]]
+
+
 @pytest.mark.parametrize(
     ("change", "field"),
     [
@@ -86,6 +100,9 @@ def test_mistakes_of_an_oscillation(change: str, field: str) -> None:
         (TAP + 'drive = "1 nN"', "tapping"),
         (TAP.replace("= 10", "= 0.2"), "tapping.quality_factor"),
         (TAP.replace("N/m", "N"), "tapping.spring_constant"),
+        (TAP + "beam_quality_factors = [0.1]", "tapping.beam_quality_factors[0]"),
+        (TAP + "beam_quality_factors = []", "tapping.beam_quality_factors"),
+        (TAP + 'modes = [{ spring_constant = 1.0, frequency = "1 Hz" }]', "tapping.modes[0].quality_factor"),
     ],
 )
 def test_mistakes_of_taps(change: str, field: str) -> None:

@@ -12,8 +12,9 @@ from pydantic import Field, StrictInt, model_validator
 from restitution.case.impact import AccuracySection
 from restitution.case.indentation import IndenterCase, IndenterFile, bodies_of
 from restitution.case.quantity import LIST, nonnegative, positive, within
-from restitution.case.section import Section, in_file, read_sections, read_toml
+from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
 from restitution.impact.problem import window_around
+from restitution.indentation.cantilever import MOST_MODES, CantileverMode, beam_modes
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 from restitution.units import ENERGY, FREQUENCY, STIFFNESS
 
@@ -57,6 +58,14 @@ class OscillationSection(Section):
         return self.values(("depth", "force", "frequency", "cycles", "rise_time", "hold_time")) | swing
 
 
+class ModeSection(Section):
+    """A higher mode of the cantilever."""
+
+    spring_constant: Annotated[float, positive(STIFFNESS, "stiffness of the mode at the tip")]
+    frequency: Annotated[float, positive(FREQUENCY, "undamped resonance of the mode")]
+    quality_factor: Annotated[float, within(NUMBER, 0.5, 1e12, "quality factor of the mode")]
+
+
 class TappingSection(Section):
     """The cantilever, its drive and the distances."""
 
@@ -78,12 +87,39 @@ class TappingSection(Section):
     intermolecular_distance: (
         Annotated[float, positive(LENGTH, "distance of their atoms in contact; 0.165 nm by default")] | None
     ) = None
+    modes: Annotated[list[ModeSection], Field(description="higher modes of the cantilever, a table each")] | None = (
+        None
+    )
+    beam_quality_factors: (
+        Annotated[
+            list[Annotated[float, within(NUMBER, 0.5, 1e12, "quality factors of the higher modes of a beam")]],
+            LIST,
+        ]
+        | None
+    ) = None
     max_taps: Annotated[StrictInt, Field(ge=4, description="largest number of taps at a distance")] = 1000
 
     @model_validator(mode="after")
     def _check(self) -> TappingSection:
         self.one_of("free_amplitude", "drive")
+        if self.modes is not None:
+            self.refuse_present("belongs to a beam; leave it or modes out", "beam_quality_factors")
+        if self.beam_quality_factors is not None and not 1 <= len(self.beam_quality_factors) <= MOST_MODES:
+            refuse(f"must be a list of 1 to {MOST_MODES} quality factors", "beam_quality_factors")
         return self
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Keyword arguments of `tap`."""
+        options = self.values(name for name in type(self).model_fields if name != "beam_quality_factors")
+        if self.modes is not None:
+            options["modes"] = tuple(CantileverMode(**mode.model_dump()) for mode in self.modes)
+        if self.beam_quality_factors is not None:
+            own = self.frequency if self.resonance_frequency is None else self.resonance_frequency
+            options["modes"] = beam_modes(
+                spring_constant=self.spring_constant, frequency=own, quality_factors=self.beam_quality_factors
+            )
+        return options
 
 
 class OscillationFile(IndenterFile):
@@ -188,5 +224,5 @@ def read_tapping(path: str | Path) -> TappingCase:
     file = read_sections(TappingFile, path, read_toml(path))
     section = file.tapping
     window = window_around(1.0 / section.frequency)
-    options = section.values(type(section).model_fields) | file.solver.options
+    options = section.options | file.solver.options
     return TappingCase(*bodies_of(file, path, window), options)

@@ -74,7 +74,8 @@ class Drive(NamedTuple):
     """What moves the body: a depth, a force on it, or the base of a spring that holds it; and its inertia.
 
     Without `by_depth`, `m d'' + c d' + k d = f(t) + A cos(w t + phi) - F + pull`, where f is `history`. A mass feels
-    the pull `C/(gap + cutoff)^2` of the surface; forces and work of the solution are those of F - pull.
+    the pull `C/(gap + cutoff)^2` of the surface; forces and work of the solution are those of F - pull. Depths of
+    higher modes, each under F - pull alone, add to that of the mass.
     """
 
     history: History  # f; the depth [m] where it is given
@@ -95,6 +96,8 @@ class Drive(NamedTuple):
     scale: float = 1.0  # depth over the peak, with which errors are compared
     attraction: float = 0.0  # C [N m^2]
     cutoff: float = 1.0  # [m]
+    modes: Array = np.zeros((0, 3))  # mass, damping, stiffness of higher modes in series with the mass, (M, 3)
+    swing: Array = np.zeros((0, 2))  # their depths [m] and velocities [m/s] at the start, (M, 2)
 
     @property
     def first_depth(self) -> float:
@@ -165,12 +168,13 @@ class PanelSolution:
         if grip is not None:
             panels += grip.following.end.size
         while True:
-            work = room(self._solid, panels, steps)
+            work = room(self._solid, panels, steps, drive.swing.shape[0])
             if imprint is not None:
                 write_imprint(work.free, imprint, self.units.length, self.units.time)
                 work.places[FREE_PANELS] = imprint.end.size
             work.state[DEPTH] = drive.first_depth / self.units.length
             work.state[RATE] = drive.velocity * self.units.time / self.units.length
+            work.swing[:] = drive.swing / self.units.length * np.array([1.0, self.units.time])
             if grip is not None:
                 _write_grip(self._problem, work, grip)
             if drive.touches:
@@ -287,38 +291,47 @@ class PanelSolution:
         power = 1.0 / np.abs(kind)
         z = np.where(kind > 0, passed**power, 1.0 - (1.0 - passed) ** power)
         basis = chebyshev.chebvander(2.0 * z - 1.0, NODES - 1)
-        values = np.einsum("nqk,nk->qn", records.columns[places[n]], basis)
+        values = np.einsum("nqk,nk->qn", records.columns[places[n], :4], basis)
         return values, records.phase[places[n]] != FREE
 
     def quadrature(self) -> tuple[Array, Array, Array]:
-        """Return times [s], weights [s], and depth [m], rate [m/s], force [N], shape (3, n), for integrals."""
+        """Return times [s], weights [s], and depth [m], rate [m/s], force [N], shape (3, n), for integrals.
+
+        Further rows are the depths of higher modes.
+        """
         starts, lengths, kinds, places = self._records
         kind, z = kinds[:, None], PLACES[None]
         power = np.abs(kind)
         pace = power * np.where(kind > 0, z ** (power - 1), (1.0 - z) ** (power - 1))
         basis = chebyshev.chebvander(2.0 * PLACES - 1.0, NODES - 1)
         units = self.units
-        sizes = np.array([units.length, units.length / units.time, units.force])
-        columns = self._room.records.columns[places, :3] @ basis.T * sizes[:, None]
+        count = self._room.swing.shape[0]
+        sizes = np.array([units.length, units.length / units.time, units.force, *[units.length] * count])
+        rows = [0, 1, 2, *range(4, 4 + count)]
+        columns = self._room.records.columns[places][:, rows] @ basis.T * sizes[:, None]
         times = units.touch + units.time * (starts[:, None] + lengths[:, None] * share_of_step(kinds, z))
         weights = units.time * lengths[:, None] * pace * WEIGHTS
-        return times.ravel(), weights.ravel(), np.moveaxis(columns, 1, 0).reshape(3, -1)
+        return times.ravel(), weights.ravel(), np.moveaxis(columns, 1, 0).reshape(len(rows), -1)
 
     # Energy and surface at the end.
 
     @property
+    def swing(self) -> Array:
+        """Depths [m] and velocities [m/s] of higher modes at the end of the history, shape (M, 2)."""
+        return self._room.swing * self.units.length / np.array([1.0, self.units.time])
+
+    @property
     def max_force(self) -> float:
         """Largest force [N]: of the polynomials of all steps."""
-        columns = self._room.records.columns[self._records[3], 2]
-        basis = chebyshev.chebvander(np.linspace(-1.0, 1.0, 8 * NODES), NODES - 1)
-        values = columns @ basis.T
-        best = -math.inf
-        # The largest node and its neighbours give the vertex.
-        for n in np.argsort(values.max(axis=1))[-3:]:
-            extremes = chebyshev.chebroots(chebyshev.chebder(columns[n]))
-            inner = extremes.real[(np.abs(extremes.imag) < 1e-9) & (np.abs(extremes.real) <= 1.0)]
-            best = max(best, float(np.max(chebyshev.chebval(np.append(inner, [-1.0, 1.0]), columns[n]))))
-        return best * self.units.force
+        return _largest(self._room.records.columns[self._records[3], 2]) * self.units.force
+
+    @property
+    def swings(self) -> Array:
+        """Half of the way [m] of the mass and of each higher mode between their ends."""
+        columns = self._room.records.columns[self._records[3]]
+        higher = columns[:, 4:]
+        ways = [columns[:, 0] - higher.sum(axis=1), *np.moveaxis(higher, 1, 0)]
+        return np.array([0.5 * (_largest(way) + _largest(-way)) for way in ways]) * self.units.length
 
     @property
     def work(self) -> float:
@@ -384,6 +397,19 @@ class PanelSolution:
         return self
 
 
+def _largest(columns: Array) -> float:
+    """Return the largest value of polynomials with these Chebyshev coefficients, (n, N)."""
+    basis = chebyshev.chebvander(np.linspace(-1.0, 1.0, 8 * NODES), NODES - 1)
+    values = columns @ basis.T
+    best = -math.inf
+    # The largest node and its neighbours give the vertex.
+    for n in np.argsort(values.max(axis=1))[-3:]:
+        extremes = chebyshev.chebroots(chebyshev.chebder(columns[n]))
+        inner = extremes.real[(np.abs(extremes.imag) < 1e-9) & (np.abs(extremes.real) <= 1.0)]
+        best = max(best, float(np.max(chebyshev.chebval(np.append(inner, [-1.0, 1.0]), columns[n]))))
+    return best
+
+
 def _write_grip(problem: Problem, work: Room, grip: Grip) -> None:
     """Let a run go on from a contact, as at a smooth knot."""
     problem.driver.smooth[0] = True
@@ -406,6 +432,7 @@ def _driver(drive: Drive, units: Units, dashpot: float) -> Driver:
         drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
         drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
         drive.attraction / (units.force * units.length**2), drive.cutoff / units.length,
+        drive.modes * stiffness * np.array([rate * rate, rate, 1.0]),
     )  # fmt: skip
 
 

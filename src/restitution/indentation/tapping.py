@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, finite, function, single_positive, whole, within
+from restitution.checks import Array, finite, function, whole, within
 from restitution.contact.geometry import Contact, Geometry
-from restitution.contact.profiles import Parabola, Sphere
 from restitution.errors import InputError
+from restitution.indentation.cantilever import Cantilever, CantileverMode, Pull, cantilever, pull_of
 from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, Grip, PanelSolution
 from restitution.indentation.solve import contact_of
@@ -48,6 +48,13 @@ COLUMNS = {
     "max_indentation_depth": Quantity("max_indentation_depth", LENGTH, "largest indentation", r"$d_\mathrm{max}$"),
     "dissipated": Quantity("dissipated", ENERGY, "loss per tap", r"$E_\mathrm{tap}$"),
 }
+
+MODES = {
+    "mode_amplitude": Quantity("mode_amplitude", LENGTH, "amplitude of a mode", "$A_n$"),
+    "mode_phase": Quantity("mode_phase", ANGLE, "phase of a mode to the drive", r"$\phi_n$"),
+    "mode_swing": Quantity("mode_swing", LENGTH, "half of the way of a mode", ""),
+}
+"""Numbers of each mode of the cantilever."""
 
 
 class TappingStatus(Outcome):
@@ -86,6 +93,10 @@ class Tapping(Result):
         Largest depth of the tip below the undeformed surface [m].
     dissipated : array
         Work [J] that the tip does on the surface in a period.
+    mode_amplitude, mode_phase : array, shape (n, modes)
+        Amplitude [m] and phase [rad] of the first harmonic of each mode of the cantilever, the first mode first.
+    mode_swing : array, shape (n, modes)
+        Half of the way [m] between the highest and the lowest place of each mode in a period.
     status : array of int
         `TappingStatus` of each distance.
     taps : array of int
@@ -96,7 +107,7 @@ class Tapping(Result):
         Materials and profile.
     """
 
-    _numbers = (*COLUMNS, "status", "taps", "free_amplitude")
+    _numbers = (*COLUMNS, *MODES, "status", "taps", "free_amplitude")
     _picture = "oscillation.tapping_curves"
 
     distance: Array
@@ -107,15 +118,23 @@ class Tapping(Result):
     mean_force: Array
     max_indentation_depth: Array
     dissipated: Array
+    mode_amplitude: Array
+    mode_phase: Array
+    mode_swing: Array
     status: NDArray[np.int64]
     taps: NDArray[np.int64]
     free_amplitude: float
     contact: Contact
 
     def to_dataset(self) -> xarray.Dataset:
-        """Return all columns over `distance`, with units."""
+        """Return all columns over `distance`, and those of several modes over `mode` too, with units."""
         columns = {name: (getattr(self, name), quantity) for name, quantity in COLUMNS.items()}
-        return dataset("distance", columns, {"free_amplitude": self.free_amplitude})
+        data = dataset("distance", columns, {"free_amplitude": self.free_amplitude})
+        if self.mode_amplitude.shape[1] == 1:
+            return data
+        data = data.assign_coords(mode=np.arange(1, self.mode_amplitude.shape[1] + 1))
+        parts = {name: (("distance", "mode"), getattr(self, name), each.attributes) for name, each in MODES.items()}
+        return data.assign(parts)
 
     def summary(self, title: str = "") -> Summary:
         """Return the table of the distances, which `print` and notebooks show."""
@@ -136,29 +155,6 @@ class Tapping(Result):
         return f"{self.distance.size} distances, free amplitude {in_words(self.free_amplitude, 'm')}"
 
 
-class Cantilever(NamedTuple):
-    """Oscillator `m z'' + c z' + k z = P cos(w t) + F`, with the height z of the tip over its rest."""
-
-    mass: float
-    damping: float
-    stiffness: float
-    push: float  # P
-    omega: float
-
-    @property
-    def response(self) -> complex:
-        """Complex amplitude of the free oscillation."""
-        w = self.omega
-        return self.push / complex(self.stiffness - self.mass * w * w, self.damping * w)
-
-
-class Pull(NamedTuple):
-    """Van der Waals force `-C/(gap + cutoff)^2` of the surface on the tip, constant in contact."""
-
-    attraction: float = 0.0  # C = H R/6 [N m^2]
-    cutoff: float = 1.0  # [m]
-
-
 class Start(NamedTuple):
     """State at the beginning of a period: depth, velocity, the free surface, and the contact if there is one."""
 
@@ -167,6 +163,7 @@ class Start(NamedTuple):
     imprint: Imprint | None = None
     grip: Grip | None = None
     level: float = 0.0  # depth of the surface at the axis
+    swing: Array = np.zeros((0, 2))  # depths and velocities of higher modes, (M, 2)
 
 
 class Tapper:
@@ -191,7 +188,7 @@ class Tapper:
             history, False, peak, mass=lever.mass, damping=lever.damping, stiffness=lever.stiffness,
             amplitude=-lever.push, frequency=lever.omega, phase=-self.phase, depth=start.depth,
             velocity=start.velocity, first=0.1 * self.period, scale=min(max(reach / peak, _LEAST_SCALE), 1.0),
-            attraction=self.pull.attraction, cutoff=self.pull.cutoff,
+            attraction=self.pull.attraction, cutoff=self.pull.cutoff, modes=lever.higher, swing=start.swing,
         )  # fmt: skip
         series = self.contact.reduced_modulus
         for share in _SHARES:
@@ -201,7 +198,7 @@ class Tapper:
 
     def free(self, distance: float) -> Start:
         """Return the start of a free oscillation, or a tip at rest on the surface where that would begin below it."""
-        return Start(min(-distance - self.amplitude, 0.0), 0.0)
+        return Start(min(-distance - self.amplitude, 0.0), 0.0, swing=np.zeros((len(self.lever.modes), 2)))
 
     def end(self, solution: PanelSolution) -> Start:
         """Return the state at the end."""
@@ -211,7 +208,23 @@ class Tapper:
         imprint = solution.imprint
         if imprint.end.size > _MOST_PANELS:
             raise InputError("distance", rule="leaves a surface of more panels than can be followed")
-        return Start(float(depth[0]), float(rate[0]), imprint, solution.grip, solution.elements.axis_depth)
+        level = solution.elements.axis_depth
+        return Start(float(depth[0]), float(rate[0]), imprint, solution.grip, level, solution.swing)
+
+    def coordinates(self, state: Start) -> Array:
+        """Return depths and velocities of all modes over those of the free oscillation, at their frequencies."""
+        own = np.array([[state.depth, state.velocity]]) - state.swing.sum(axis=0)
+        return (np.concatenate([own, state.swing]) / self._scales).ravel()
+
+    def moved(self, state: Start, coordinates: Array) -> Start:
+        """Return a state with other depths and velocities."""
+        modes = coordinates.reshape(-1, 2) * self._scales
+        depth, velocity = modes.sum(axis=0).tolist()
+        return state._replace(depth=depth, velocity=velocity, swing=modes[1:])
+
+    @property
+    def _scales(self) -> Array:
+        return self.amplitude * np.column_stack([np.ones_like(self.lever.frequencies), self.lever.frequencies])
 
     def steady(self, distance: float, start: Start, most: int) -> tuple[PanelSolution, Start, TappingStatus]:
         """Return the last tap, its end, and whether taps have become periodic.
@@ -219,7 +232,7 @@ class Tapper:
         The start of the next tap is extrapolated from the changes in the last ones (Anderson's method), while the
         surface relaxes; plain taps confirm.
         """
-        scale = np.array([self.amplitude, self.amplitude * self.lever.omega])
+        memory = max(_MEMORY, 4 * self.lever.frequencies.size + 1) if _MEMORY > 1 else 1
         tolerance, first = _PERIODIC * self.rtol, self.count
         starts: list[Array] = []
         changes: list[Array] = []
@@ -227,7 +240,7 @@ class Tapper:
         while True:
             solution = self.run(distance, start)
             after = self.end(solution)
-            x, y = np.array([start.depth, start.velocity]) / scale, np.array([after.depth, after.velocity]) / scale
+            x, y = self.coordinates(start), self.coordinates(after)
             change = float(np.abs(y - x).max())
             confirmed = confirmed + 1 if change <= tolerance else 0
             if confirmed >= _CONFIRMED:
@@ -237,13 +250,13 @@ class Tapper:
             if change > _GROWTH * best:
                 starts, changes = [], []
             best = min(best, change)
-            starts, changes = [*starts, x][-_MEMORY:], [*changes, y - x][-_MEMORY:]
+            starts, changes = [*starts, x][-memory:], [*changes, y - x][-memory:]
             start = after
             # A body in contact has no other depth than this.
             if len(changes) > 2 and confirmed == 0 and after.grip is None:
-                depth, velocity = (_extrapolated(np.array(starts), np.array(changes)) * scale).tolist()
-                if depth < after.level:
-                    start = after._replace(depth=depth, velocity=velocity)
+                guess = self.moved(after, _extrapolated(np.array(starts), np.array(changes)))
+                if guess.depth < after.level:
+                    start = guess
 
 
 def _extrapolated(starts: Array, changes: Array) -> Array:
@@ -266,6 +279,7 @@ def tap(
     free_amplitude: float | None = None,
     drive: float | None = None,
     resonance_frequency: float | None = None,
+    modes: Sequence[CantileverMode] = (),
     hamaker: float | None = None,
     intermolecular_distance: float = 1.65e-10,
     counter_material: Material | None = None,
@@ -294,6 +308,9 @@ def tap(
         Amplitude [m] without a surface, or the force [N] of the drive; exactly one of the two.
     resonance_frequency : float, optional
         Undamped resonance of the cantilever [Hz]; that of the drive by default.
+    modes : sequence of CantileverMode
+        Higher modes of the cantilever, as from `beam_modes`; none by default. The numbers above are those of the
+        first mode.
     hamaker : float, optional
         Hamaker constant H [J] of the van der Waals force between a round tip and the surface; none by default.
     intermolecular_distance : float
@@ -321,7 +338,12 @@ def tap(
     Notes
     -----
     `m z'' + (m w0/Q) z' + k z = P cos(w t) + F(d)` with the depth d = -(D + z) of the tip, m = k/w0^2, and the exact
-    contact force of `indent` with all that the surface keeps from the taps before. One mode of the cantilever.
+    contact force of `indent` with all that the surface keeps from the taps before.
+
+    With `modes` the height of the tip is the sum of the heights of all modes, each an oscillator under the same force
+    F on the tip; the drive moves the first mode alone, as it is far from the resonances of the others. Amplitude and
+    phase are those of the tip; `mode_amplitude` and `mode_phase` those of each mode at the frequency of the drive, and
+    `mode_swing` is half of the way of each mode in a period, with all harmonics.
 
     With `hamaker` the force on the tip is, in the usual form of tapping mode [1]_, `-H R/(6 (g + a0)^2)` at a gap g
     between the tip and the surface, as it then is, and less by `H R/(6 a0^2)` in contact. It acts on the tip alone:
@@ -354,18 +376,18 @@ def tap(
     most = whole("max_taps", max_taps, 4)
     if progress is not None:
         function("progress", progress, "must be callable with (distances done, all distances)", 2)
-    lever = cantilever(spring_constant, quality_factor, frequency, resonance_frequency, free_amplitude, drive)
+    lever = cantilever(spring_constant, quality_factor, frequency, resonance_frequency, free_amplitude, drive, modes)
     pull = pull_of(hamaker, intermolecular_distance, contact.profile)
     tapper = Tapper(contact, lever, pull, rtol)
     columns = {name: np.full(places.size, np.nan) for name in COLUMNS if name != "distance"}
+    columns |= {name: np.full((places.size, lever.frequencies.size), np.nan) for name in MODES}
     status, taps = np.zeros(places.size, dtype=np.int64), np.zeros(places.size, dtype=np.int64)
     start: Start | None = None
     for n, place in enumerate(places):
         before = tapper.count
         if place >= tapper.amplitude and not pull.attraction:
             status[n], start = TappingStatus.FREE, None
-            numbers = dict.fromkeys(columns, 0.0) | {"amplitude": tapper.amplitude, "phase": tapper.phase}
-            numbers["max_indentation_depth"] = tapper.amplitude - place
+            numbers = _free_numbers(tapper, float(place))
         else:
             numbers, start, status[n] = _at_distance(tapper, float(place), start, most)
         for name, value in numbers.items():
@@ -376,36 +398,9 @@ def tap(
     return Tapping(places, **columns, status=status, taps=taps, free_amplitude=tapper.amplitude, contact=contact)
 
 
-def cantilever(
-    spring_constant: float, quality_factor: float, frequency: float, resonance_frequency: float | None,
-    free_amplitude: float | None, drive: float | None,
-) -> Cantilever:  # fmt: skip
-    k, rate = single_positive("spring_constant", spring_constant, "N/m"), single_positive("frequency", frequency, "Hz")
-    own = rate if resonance_frequency is None else single_positive("resonance_frequency", resonance_frequency, "Hz")
-    quality = single_positive("quality_factor", quality_factor)
-    if quality <= 0.5:
-        raise InputError("quality_factor", quality, "must be > 0.5, an oscillator")
-    omega = 2.0 * math.pi * own
-    mass = k / omega**2
-    lever = Cantilever(mass, mass * omega / quality, k, 1.0, 2.0 * math.pi * rate)
-    if drive is not None:
-        return lever._replace(push=single_positive("drive", drive, "N"))
-    amplitude = single_positive("free_amplitude", 1.0 if free_amplitude is None else free_amplitude, "m")
-    return lever._replace(push=amplitude / abs(lever.response))
-
-
-def pull_of(hamaker: float | None, distance: float, profile: Geometry) -> Pull:
-    cutoff = single_positive("intermolecular_distance", distance, "m")
-    if hamaker is None:
-        return Pull()
-    if not isinstance(profile, Parabola | Sphere):
-        raise InputError("hamaker", hamaker, "needs a parabola or a sphere, for whose radius the force holds", "J")
-    return Pull(single_positive("hamaker", hamaker, "J") * float(profile.radius) / 6.0, cutoff)
-
-
 def _at_distance(
     tapper: Tapper, distance: float, start: Start | None, most: int
-) -> tuple[dict[str, float], Start | None, TappingStatus]:
+) -> tuple[dict[str, Any], Start | None, TappingStatus]:
     """Return the numbers at a distance, the state for the next one, and the status."""
     begin = tapper.free(distance) if start is None else start
     try:
@@ -415,20 +410,39 @@ def _at_distance(
     return numbers_of_tap(tapper, distance, solution), after, status
 
 
-def numbers_of_tap(tapper: Tapper, distance: float, solution: PanelSolution) -> dict[str, float]:
+def _free_numbers(tapper: Tapper, distance: float) -> dict[str, Any]:
+    """Return the numbers of a tip that does not reach the surface."""
+    numbers: dict[str, Any] = dict.fromkeys(COLUMNS, 0.0)
+    del numbers["distance"]
+    numbers |= {
+        "amplitude": tapper.amplitude,
+        "phase": tapper.phase,
+        "max_indentation_depth": tapper.amplitude - distance,
+    }
+    first = np.arange(tapper.lever.frequencies.size) == 0
+    own = {"mode_amplitude": tapper.amplitude, "mode_phase": tapper.phase, "mode_swing": tapper.amplitude}
+    return numbers | {name: np.where(first, value, 0.0) for name, value in own.items()}
+
+
+def numbers_of_tap(tapper: Tapper, distance: float, solution: PanelSolution) -> dict[str, Any]:
     """Return the numbers of a tap."""
-    times, weights, (depth, _, force) = solution.quadrature()
-    height, omega = -(depth + distance), tapper.lever.omega
+    times, weights, (depth, _, force, *swings) = solution.quadrature()
+    higher = -np.array(swings).reshape(-1, times.size)
+    heights = np.concatenate([-(depth + distance)[None], higher])
     # The drive is cos(w t - free phase) here.
-    harmonic = 2.0 / tapper.period * np.sum(weights * height * np.exp(-1j * omega * times))
-    harmonic *= np.exp(1j * tapper.phase)
+    waves = weights * np.exp(1j * (tapper.phase - tapper.lever.omega * times))
+    tip, *parts = 2.0 / tapper.period * heights @ waves
+    harmonics = np.array([tip - sum(parts), *parts])
     intervals = np.minimum(solution.contact_intervals, solution.history.stop)
     return {
-        "amplitude": abs(harmonic),
-        "phase": math.atan2(harmonic.imag, harmonic.real),
+        "amplitude": abs(tip),
+        "phase": math.atan2(tip.imag, tip.real),
         "contact_share": float(np.sum(intervals[:, 1] - intervals[:, 0])) / tapper.period,
         "max_force": solution.max_force,
         "mean_force": float(np.sum(weights * force)) / tapper.period,
         "max_indentation_depth": float(depth.max()),
         "dissipated": solution.work,
+        "mode_amplitude": np.abs(harmonics),
+        "mode_phase": np.angle(harmonics),
+        "mode_swing": solution.swings,
     }

@@ -5,6 +5,8 @@ A body is moved by its depth, a force, a spring, or all that acts on a mass; wit
     by depth:   d = f(t)
     otherwise:  m d'' + c d' + k d = f(t) - F + pull    (a force for m = c = k = 0, a spring for m = c = 0)
 
+A mass may carry the body together with the higher modes of a cantilever (lever.py).
+
 Phases: FREE (no contact), GROWS (the gap closes at the front) and SHRINKS (the load vanishes at the front).
 """
 
@@ -31,6 +33,10 @@ PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
 D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL = range(11)
 
 
+# A body without higher modes.
+_ALONE = np.zeros((0, 3))
+
+
 class Driver(NamedTuple):
     """What moves the body; dimensionless."""
 
@@ -47,6 +53,7 @@ class Driver(NamedTuple):
     once: bool = False  # whether the run ends with the first contact
     attraction: float = 0.0  # C of the pull C/(gap + cutoff)^2 by the surface on a mass
     cutoff: float = 1.0
+    modes: Any = _ALONE  # (M, 3): mass, damping and stiffness of higher modes
 
 
 class Scales(NamedTuple):
@@ -82,14 +89,14 @@ class Step(NamedTuple):
 
 
 class Records(NamedTuple):
-    """Accepted steps: Chebyshev coefficients over z of depth, rate, force and y."""
+    """Accepted steps: Chebyshev coefficients over z of depth, rate, force and y, and of the depths of higher modes."""
 
     start: Any  # (R,)
     length: Any  # (R,)
     kind: Any  # (R,): map of the step
     phase: Any  # (R,)
     event: Any  # (R,): what ends the step
-    columns: Any  # (R, 4, N)
+    columns: Any  # (R, 4 + M, N)
 
 
 class Room(NamedTuple):
@@ -117,21 +124,29 @@ class Room(NamedTuple):
     vectors: Any  # (8, N)
     basis: Any  # (2, N)
     parts: Any  # (max(K, J),)
+    response: Any  # (S, 2 S + 1)
+    mobility: Any  # (S, S): loss of velocity by forces at the nodes
+    unloaded: Any  # (S,): velocities without a force
+    mobilities: Any  # (M, S, S): of the higher modes
+    swing: Any  # (M, 2): depths and velocities of the higher modes now
+    swings: Any  # (M, 2, N)
 
 
-def room(solid: Solid, panels: int, records: int) -> Room:
+def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
     """Return a body above virgin surface, with room for a number of panels and steps."""
-    K, J, N, S = solid.rates.size, solid.recoveries.size, NODES, STAGES
+    K, J, M, N, S = solid.rates.size, solid.recoveries.size, modes, NODES, STAGES
     whole = np.int64
     kept = Records(
         np.zeros(records), np.zeros(records), np.zeros(records, dtype=whole), np.zeros(records, dtype=whole),
-        np.zeros(records, dtype=whole), np.zeros((records, 4, N)),
+        np.zeros(records, dtype=whole), np.zeros((records, 4 + M, N)),
     )  # fmt: skip
     return Room(
         stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(5, dtype=whole), np.zeros(K),
         np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((11, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
         np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)), np.zeros((S, S)),
         np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
+        np.zeros((S, 2 * S + 1)), np.zeros((S, S)), np.zeros(S), np.zeros((M, S, S)), np.zeros((M, 2)),
+        np.zeros((M, 2, N)),
     )  # fmt: skip
 
 

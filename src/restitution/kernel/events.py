@@ -33,6 +33,7 @@ from restitution.kernel.driver import (
     is_force,
     is_light,
 )
+from restitution.kernel.lever import acceleration
 from restitution.kernel.panels import (
     FLAT,
     NODES,
@@ -95,8 +96,7 @@ def pace_of_load(problem: Problem, room: Room, i: int, second: float) -> float:
             total += solid.rates[k] * (room.L[k, i] - room.loads[k, i] * nodes[A, i])
         return total / (solid.glass * nodes[A, 0])
     if driver.mass > 0.0:
-        second = nodes[GIVEN, i] + nodes[PULL, i] - nodes[F, i]
-        second = (second - driver.damping * nodes[V, i] - driver.stiffness * nodes[D, i]) / driver.mass
+        second = acceleration(driver, room, i, nodes[F, i] - nodes[PULL, i], nodes[D, i], nodes[V, i])
     total = solid.glass * nodes[V, i] + solid.viscosity * second
     for k in range(solid.rates.shape[0]):
         total -= solid.rates[k] * room.loads[k, i]

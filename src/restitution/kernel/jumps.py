@@ -18,7 +18,6 @@ from restitution.kernel.driver import (
     FREE,
     FREE_PANELS,
     FRONT,
-    GIVEN,
     GROWS,
     NO_ROOM,
     PACE,
@@ -40,6 +39,7 @@ from restitution.kernel.driver import (
     is_force,
     is_light,
 )
+from restitution.kernel.lever import acceleration
 from restitution.kernel.panels import (
     FROZEN,
     KINK,
@@ -149,8 +149,7 @@ def second_rate(problem: Problem, room: Room) -> float:
     if driver.by_depth:
         return 0.0
     if driver.mass > 0.0:
-        force = nodes[GIVEN, 0] + nodes[PULL, 0] - state[FORCE]
-        return (force - driver.damping * state[RATE] - driver.stiffness * state[DEPTH]) / driver.mass
+        return acceleration(driver, room, 0, state[FORCE] - nodes[PULL, 0], state[DEPTH], state[RATE])
     if not (solid.viscosity > 0.0 and nodes[A, 0] > 0.0):
         return 0.0
     # F' = a (E0 d' + eta d'') - sum rho_k L_k.

@@ -70,6 +70,7 @@ from restitution.kernel.jumps import (
     push,
     sweep,
 )
+from restitution.kernel.lever import keep_swings
 from restitution.kernel.panels import (
     BACKWARD,
     CORNER,
@@ -189,6 +190,8 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         net[i] = nodes[F, i] - nodes[PULL, i]
     to_coefficients(rule, net, records.columns[n, 2])
     to_coefficients(rule, nodes[Y], records.columns[n, 3])
+    for m in range(room.swing.shape[0]):
+        to_coefficients(rule, room.swings[m, 0], records.columns[n, 4 + m])
     room.places[RECORDS] = n + 1
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
@@ -221,6 +224,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     room.state[FRONT], room.state[FORCE] = nodes[Y, last], nodes[F, last]
     for k in range(K):
         room.memory[k], room.sums[k] = room.h[k, last], room.L[k, last]
+    keep_swings(problem.driver, room)
     if event == ENDS:
         end_contact(problem, room)
     if event == TOUCHES:

@@ -48,6 +48,7 @@ from restitution.kernel.driver import (
     given,
     is_force,
 )
+from restitution.kernel.lever import excess_velocity, solve_linear, write_response, write_swings
 from restitution.kernel.panels import (
     NODES,
     STAGES,
@@ -75,32 +76,6 @@ _MOST_ITERATIONS = 60
 _SETTLED = 0.05
 # Difference of the forces of a panel and of the step before, over the error of a step.
 _SAME_FORCE = 10.0
-
-
-@compiled
-def solve_linear(matrix: Any) -> bool:
-    """Solve by elimination with pivots; the right-hand side, the last column, becomes the solution."""
-    S = STAGES
-    for c in range(S):
-        row = c
-        for r in range(c, S):
-            if abs(matrix[r, c]) > abs(matrix[row, c]):
-                row = r
-        if not abs(matrix[row, c]) > 0.0:
-            return False
-        if row != c:
-            for n in range(c, S + 1):
-                matrix[c, n], matrix[row, n] = matrix[row, n], matrix[c, n]
-        for r in range(c + 1, S):
-            factor = matrix[r, c] / matrix[c, c]
-            for n in range(c + 1, S + 1):
-                matrix[r, n] -= factor * matrix[c, n]
-    for c in range(S - 1, -1, -1):
-        value = matrix[c, S]
-        for n in range(c + 1, S):
-            value -= matrix[c, n] * matrix[n, S]
-        matrix[c, S] = value / matrix[c, c]
-    return True
 
 
 @compiled
@@ -317,7 +292,7 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
                 value *= nodes[A, j + 1] if phase == GROWS else nodes[A, i + 1]
                 if grows and i == j and room.weights[i + 1] > 0.0:
                     value += solid.viscosity * growth[i + 1] / room.weights[i + 1]
-            M[i, j] = value + (driver.stiffness if i == j else 0.0)
+            M[i, j] = value + (driver.stiffness if i == j and driver.mass == 0.0 else 0.0)
     if not by_rate(solid, driver, phase):
         return
     if driver.attraction > 0.0 and phase == FREE:
@@ -325,7 +300,7 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
             # 2 C/(gap + cutoff)^3
             pull = min(nodes[PULL, i + 1], driver.attraction / driver.cutoff**2)
             M[i, i] -= 2.0 * pull * math.sqrt(pull / driver.attraction)
-    # c v + k d + F - f with d = d0 + A w v: c + eta a + (k + dF/dd) A w.
+    # F with d = d0 + A w v: eta a + dF/dd A w.
     for i in range(S):
         for j in range(S):
             row[j] = 0.0
@@ -333,22 +308,22 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
                 row[j] += M[i, n] * rule.A[n, j] * room.weights[j + 1]
         for j in range(S):
             M[i, j] = row[j]
-        M[i, i] += driver.damping + (solid.viscosity * nodes[A, i + 1] if phase != FREE else 0.0)
+        M[i, i] += solid.viscosity * nodes[A, i + 1] if phase != FREE else 0.0
     if driver.mass == 0.0:
         return
-    # m (v - v0) + A w (c v + k d + F - f) = 0.
+    # v - u + R F = 0.
     for j in range(S):
         for i in range(S):
             row[i] = 0.0
             for n in range(S):
-                row[i] += rule.A[i, n] * room.weights[n + 1] * M[n, j]
+                row[i] += room.mobility[i, n] * M[n, j]
         for i in range(S):
             M[i, j] = row[i]
-        M[j, j] += driver.mass
+        M[j, j] += 1.0
 
 
 @compiled
-def newton_step(driver: Driver, rule: Scheme, room: Room, moving: bool) -> bool:
+def newton_step(driver: Driver, room: Room, moving: bool) -> bool:
     """Correct the depths, or the velocities, at the nodes; False if the matrix is singular."""
     S, nodes, M = STAGES, room.nodes, room.matrix
     for i in range(S):
@@ -364,12 +339,7 @@ def newton_step(driver: Driver, rule: Scheme, room: Room, moving: bool) -> bool:
                 elif not nodes[A, n] > 0.0:
                     M[i, i], M[i, S] = 1.0, 0.0
             continue
-        total = driver.mass * (nodes[V, n] - nodes[V, 0])
-        for j in range(S):
-            n = j + 1
-            push = driver.damping * nodes[V, n] + driver.stiffness * nodes[D, n] + nodes[F, n] - nodes[GIVEN, n]
-            total += rule.A[i, j] * room.weights[n] * (push - nodes[PULL, n])
-        M[i, S] = -total
+        M[i, S] = -excess_velocity(room, i)
     return solve_linear(M)
 
 
@@ -474,11 +444,15 @@ def first_depth(problem: Problem, room: Room, t: float, level: float, modulus: f
 
 @compiled
 def predict(problem: Problem, room: Room, phase: int) -> None:
-    """Write a first guess of depths or velocities: constant velocity, or elastic growth."""
+    """Write a first guess of depths or velocities: under a constant force, or elastic growth."""
     solid, driver, nodes, slopes = problem.solid, problem.driver, room.nodes, room.vectors[7]
+    force = nodes[F, 0] if phase != FREE else 0.0
     for i in range(1, NODES):
         nodes[V, i], nodes[D, i] = nodes[V, 0], nodes[D, 0]
         if driver.mass > 0.0:
+            nodes[V, i] = room.unloaded[i - 1]
+            for j in range(STAGES):
+                nodes[V, i] -= room.mobility[i - 1, j] * force
             continue
         rise = nodes[GIVEN, i] - nodes[F, 0] - driver.stiffness * nodes[D, 0]
         if phase == FREE:
@@ -591,10 +565,26 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
         write_forces(solid, driver, path, rule, room, phase)
         return True
     moving = by_rate(solid, driver, phase)
+    if driver.mass > 0.0 and not write_response(driver, rule, room):
+        return False
     predict(problem, room, phase)
     apply_correction(rule, room, moving, 0.0)
     write_forces(solid, driver, path, rule, room, phase)
     write_pull(solid, driver, room, phase)
+    # Without a force the first guess is the solution.
+    is_alone = driver.mass > 0.0 and phase == FREE and driver.attraction == 0.0
+    if not (is_alone or converges(problem, room, step, moving)):
+        return False
+    if driver.mass > 0.0:
+        write_swings(driver, rule, room)
+    return True
+
+
+@compiled
+def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
+    """Correct a first guess of depths or velocities by Newton's method; whether it converges."""
+    solid, path, driver, rule, scales = problem.solid, problem.path, problem.driver, problem.rule, problem.scales
+    nodes, phase = room.nodes, step.phase
     last, ratio = math.inf, 1.0
     reach = (step.length if moving else 1.0) / scales.depth
     light = moving and driver.mass == 0.0
@@ -607,7 +597,7 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     for iteration in range(_MOST_ITERATIONS):
         # A new matrix costs less than the search for the fronts.
         write_jacobian(solid, driver, rule, room, phase)
-        if not newton_step(driver, rule, room, moving):
+        if not newton_step(driver, room, moving):
             return False
         change, size = 0.0, 1.0
         for i in range(STAGES):

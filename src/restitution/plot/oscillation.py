@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from restitution.indentation.tapping import COLUMNS
+from restitution.indentation.tapping import COLUMNS, MODES
 from restitution.plot import history as curves
 from restitution.plot import style
 from restitution.quantities import HISTORY, MEASURED, Quantity
@@ -88,7 +88,7 @@ def errors(result: OscillationArray, *, figure: Figure | None = None) -> Figure:
 
 
 def tapping_curves(result: Tapping, *, figure: Figure | None = None) -> Figure:
-    """Draw amplitude, phase, largest force and loss per tap over the distance.
+    """Draw amplitude, phase, largest force and loss per tap over the distance, and the ways of several modes.
 
     Examples
     --------
@@ -98,15 +98,22 @@ def tapping_curves(result: Tapping, *, figure: Figure | None = None) -> Figure:
     >>> len(tapping_curves(rs.tap(solid, rs.Parabola(1.0), [0.9, 0.8], **options)).axes)
     4
     """
-    with style.page("AB;CD", height=5.0, figure=figure, title="Tapping over the distance") as (page, panels):
+    modes = result.mode_swing.shape[1]
+    layout, height = ("AB;CD", 5.0) if modes == 1 else ("AB;CD;EE", 7.2)
+    with style.page(layout, height=height, figure=figure, title="Tapping over the distance") as (page, panels):
         across = COLUMNS["distance"], result.distance
         columns = (
             (COLUMNS["amplitude"], result.amplitude), (_DEGREES, np.degrees(result.phase)),
             (COLUMNS["max_force"], result.max_force), (COLUMNS["dissipated"], result.dissipated),
         )  # fmt: skip
         for ax, column, color in zip(
-            panels, columns, (style.BLUE, style.GREEN, style.VERMILION, style.ORANGE), strict=True
+            panels[:4], columns, (style.BLUE, style.GREEN, style.VERMILION, style.ORANGE), strict=True
         ):
             style.draw(ax, across, column, color=color, marker=".")
         panels[1].set_ylabel(_DEGREES.words)
+        if modes > 1:
+            labels = [f"mode {n + 1}" for n in range(modes)]
+            style.draw(panels[4], across, (MODES["mode_swing"], result.mode_swing), marker=".", label=labels)
+            panels[4].set_yscale("log")
+            panels[4].legend(fontsize=7)
     return page
