@@ -102,6 +102,7 @@ from .material.readers import read_material as read_material
 from .material.shift import WLF as WLF
 from .material.shift import Arrhenius as Arrhenius
 from .material.shift import ShiftTable as ShiftTable
+from .material.temperature_ramp import TemperatureRamp as TemperatureRamp
 from .material.viscoelastic import Material as Material
 from .material.viscoelastic import dundurs_parameter as dundurs_parameter
 from .material.viscoelastic import reduced_modulus as reduced_modulus

@@ -55,6 +55,32 @@ def test_a_table_becomes_a_series_that_fits_it(text):
     assert "/" not in answer["words"]
 
 
+def test_creep_becomes_the_series_whose_compliance_fits_it():
+    x = 0.5e-3 * np.arange(1.0, 3001.0)
+    for times in (TIMES, x):
+        text = table(times, 1e6 * SERIES.creep_compliance(times), names="t,J", units="s,1/MPa")
+        state = settled(dropped(text)["state"])
+        series = rs.PronySeries(
+            *(state[f"material.shear.{name}"] for name in ("equilibrium_modulus", "branch_moduli", "relaxation_times"))
+        )
+        # Nine digits of the file, a misfit of 2e-3, and half a decade at each end, which the data do not hold.
+        inside = times[(times > 4.0 * times[0]) & (times < 0.25 * times[-1])]
+        np.testing.assert_allclose(series.creep_compliance(inside), SERIES.creep_compliance(inside), rtol=1e-2)
+
+
+def test_a_ramp_asks_for_its_frequency_and_has_room_temperature():
+    kelvin = np.arange(220.0, 330.0, 2.0)
+    reduced = rs.WLF(240.0, 17.44, 51.6, temperature_range=(200.0, 400.0)).factor(kelvin)
+    columns = kelvin - 273.15, 1e-6 * SERIES.storage_modulus(reduced), 1e-6 * SERIES.loss_modulus(reduced)
+    text = table(*columns, names="T,G',G''", units="°C,MPa,MPa")
+    assert [question["key"] for question in dropped(text)["questions"]] == ["frequency", "temperature"]
+    warm, hot = (dropped(text, answers={"frequency": "1 Hz"} | more) for more in ({}, {"temperature": "40 degC"}))
+    assert any("moduli are those at 20 °C" in note for note in warm["notes"])
+    assert any("universal constants" in note for note in warm["notes"])
+    times = [settled(answer["state"])["material.shear.relaxation_times"] for answer in (warm, hot)]
+    assert times[1][0] < times[0][0]
+
+
 @pytest.mark.parametrize("dynamic", [False, True])
 def test_a_long_table_has_fewer_rows_evenly_over_the_logarithm(dynamic):
     # Evenly over time or frequency, as instruments write them: most rows are in the last decade.

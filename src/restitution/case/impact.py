@@ -381,8 +381,8 @@ class Case:
 
     def notes(self, impact: Any) -> list[str]:
         """Return remarks on the files of the materials, and assumptions about the materials of a solved impact."""
-        files = [getattr(part, "file", None) for part in (self.sections.material, self.sections.partner)]
-        remarks = [note for file in files for note in getattr(file, "notes", ())]
+        parts = (self.sections.material, self.sections.partner)
+        remarks = [note for part in parts for note in getattr(part, "remarks", ())]
         return list(dict.fromkeys(remarks)) + notes_on(impact.material, impact.counter_material)
 
 

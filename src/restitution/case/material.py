@@ -38,8 +38,10 @@ from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
 from restitution.material.readers import MaterialFile, read_material
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
+from restitution.material.temperature_ramp import ReducedRamp, TemperatureRamp
 from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, TIME, known
+from restitution.units import FREQUENCY
 
 Modulus = Annotated[float, of("instantaneous_modulus")]
 EndModulus = Annotated[float, of("equilibrium_modulus")]
@@ -309,12 +311,14 @@ class FileSection(MaterialSection):
         | InstanceOf[DynamicTable]
         | InstanceOf[CreepTable]
         | InstanceOf[Isotherms]
+        | InstanceOf[TemperatureRamp]
         | InstanceOf[PronyTerms]
         | InstanceOf[ViscoelasticDeck],
         FROM_FILE,
     ]
     reference_temperature: Temperature | None = None
     superposition: ShiftLaw | None = None
+    frequency: Annotated[float, positive(FREQUENCY, "frequency of a temperature ramp")] | None = None
     deformation: Literal["tension", "shear"] | None = None
     bulk_modulus: Bulk | None = None
     youngs_modulus: Annotated[float, of("youngs_modulus")] | None = None
@@ -342,6 +346,8 @@ class FileSection(MaterialSection):
             what, keys = "several temperatures", ("reference_temperature", "superposition", *keys)
             if self.shift is not None:
                 refuse("has no meaning for several temperatures, whose shift is fitted", "shift")
+        if isinstance(self.file, TemperatureRamp):
+            what, keys = "a temperature ramp", ("frequency", *keys)
         others = (key for key in type(self).model_fields if key not in ("file", *keys, *MaterialSection.model_fields))
         self.refuse_present(f"has no meaning for {what}; known are {', '.join(keys)}", *others)
         if missing := [] if isinstance(self.file, ViscoelasticDeck) else self._missing(self.file.deformation):
@@ -363,6 +369,12 @@ class FileSection(MaterialSection):
         if stated is None and self.deformation is None:
             rule = 'must be "tension" or "shear", as the data do not state it'
             mistakes.append(InputError("deformation", rule=rule))
+        if isinstance(self.file, TemperatureRamp):
+            if self.file.angular_frequency is None and self.frequency is None:
+                rule = 'must be given, e.g. "1 Hz", as the data do not state it'
+                mistakes.append(InputError("frequency", rule=rule))
+            if self.temperature is None:
+                mistakes.append(InputError("temperature", rule="is missing; the data are of many temperatures"))
         return mistakes
 
     @cached_property
@@ -374,9 +386,24 @@ class FileSection(MaterialSection):
         return self.file.superposed(reference_temperature=self.reference_temperature, shift=law)
 
     @cached_property
+    def reduced_ramp(self) -> ReducedRamp | None:
+        """Moduli of a temperature ramp over the reduced frequency, by the law of the shift that is given, or WLF."""
+        if not isinstance(self.file, TemperatureRamp):
+            return None
+        omega = None if self.frequency is None else 2.0 * np.pi * self.frequency
+        law: Any = self.shift.build() if isinstance(self.shift, ShiftSection) else self.shift
+        return self.file.reduced(law, angular_frequency=omega)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Remarks of the reader of the file."""
+        return getattr(self.file if self.reduced_ramp is None else self.reduced_ramp.data, "notes", ())
+
+    @cached_property
     def fit(self) -> PronyFit | None:
         """Fit to measured data."""
-        data = self.file if self.curve is None else self.curve.data
+        reduced = self.curve or self.reduced_ramp
+        data = self.file if reduced is None else reduced.data
         if not isinstance(data, Measured):
             return None
         return fit_prony(data, **self.values(("misfit", "liquid")))
@@ -385,10 +412,10 @@ class FileSection(MaterialSection):
         if isinstance(self.file, ViscoelasticDeck):
             return self.file.material(youngs_modulus=self.youngs_modulus, poisson_ratio=self.poisson_ratio)
         if self.fit is not None:
-            material = self.fit.material(**self.values(_OF_MODULI))
-            if self.curve is None:
+            material, reduced = self.fit.material(**self.values(_OF_MODULI)), self.curve or self.reduced_ramp
+            if reduced is None:
                 return material
-            return replace(material, shift=self.curve.shift, temperature=self.curve.reference_temperature)
+            return replace(material, shift=reduced.shift, temperature=reduced.reference_temperature)
         terms = self.file
         assert isinstance(terms, PronyTerms)
         elastic, series = (self.bulk_modulus, self.poisson_ratio), terms.series(**self.values(_ENDS))

@@ -17,6 +17,7 @@ from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.material.master_curve import Isotherms
 from restitution.material.readers import read_material
 from restitution.material.shift import ShiftTable
+from restitution.material.temperature_ramp import TemperatureRamp
 from restitution.quantities import advice
 from restitution.units import TEMPERATURE, celsius, to_si
 
@@ -24,6 +25,7 @@ KEYS = {
     "material": "material.file",
     "temperature": "material.temperature",
     "shift": "material.shift",
+    "frequency": "material.frequency",
     "deformation": "material.deformation",
     "poisson_ratio": "material.poisson_ratio",
     "bulk_modulus": "material.bulk_modulus",
@@ -69,6 +71,8 @@ def case_of_options(options: Mapping[str, str]) -> Case:
         if option in options:
             section, _, field = key.partition(".")
             content.setdefault(section, {})[field] = _value(options[option])
+    if "wlf" in options:
+        content["material"]["shift"] = _wlf(options)
     if of_library:
         content["material"]["library"] = content["material"].pop("file")
     elif _is_at(material, options):
@@ -89,8 +93,9 @@ def write_case(case: Case, path: str | Path) -> Path:
             continue
         lines += ["", f"[{section}]"]
         for key, value in cast("dict[str, Any]", content).items():
-            is_name = key in ("file", "shift")
-            lines.append(f"{key} = {_toml(_relative(case.path.parent / value, path.parent) if is_name else value)}")
+            if key in ("file", "shift") and isinstance(value, str):
+                value = _relative(case.path.parent / value, path.parent)
+            lines.append(f"{key} = {_toml(value)}")
     return write_text(path, "\n".join(lines) + "\n")
 
 
@@ -137,6 +142,12 @@ def _missing_of_material(options: Mapping[str, str], material: Any, of_library: 
     elif isinstance(material, Isotherms) and "temperature" not in options:
         low, high = (celsius(kelvin, 4) for kelvin in material.temperatures[[0, -1]])
         yield f"--temperature, as {name} has several from {low} to {high} °C"
+    elif isinstance(material, TemperatureRamp):
+        if material.angular_frequency is None and "frequency" not in options:
+            yield f"--frequency, as {name} does not state it"
+        if "temperature" not in options:
+            low, high = (celsius(kelvin, 4) for kelvin in material.temperatures[[0, -1]])
+            yield f"--temperature, as {name} has all from {low} to {high} °C"
 
 
 def _is_at(material: Any, options: Mapping[str, str]) -> bool:
@@ -149,6 +160,17 @@ def _is_at(material: Any, options: Mapping[str, str]) -> bool:
     except InputError:
         return False
     return abs(kelvin - stated) < _SAME_TEMPERATURE
+
+
+def _wlf(options: Mapping[str, str]) -> dict[str, float | str]:
+    """Return the section of a law of WLF, whose reference and constants stand in one option."""
+    parts = [part.strip() for part in options["wlf"].split(",")]
+    if "shift" in options:
+        raise CaseError(InputError("--wlf", rule="is a law of the shift, and so is --shift; give one of both"))
+    if len(parts) != 3 or not all(parts):
+        rule = 'must be a temperature and two constants, e.g. "20 degC, 8.86, 101.6"'
+        raise CaseError(InputError("--wlf", options["wlf"], rule))
+    return dict(zip(("reference_temperature", "c1", "c2"), map(_value, parts), strict=True))
 
 
 def _title(options: Mapping[str, str]) -> str:
@@ -167,6 +189,8 @@ def _value(text: str) -> float | str:
 def _of_option(mistake: InputError) -> InputError:
     """Return a mistake of the case under the name of the option."""
     option = next((name for name, key in KEYS.items() if key == mistake.field), None)
+    if mistake.field.startswith("material.shift."):
+        option = "wlf"
     if option in (None, "deformation"):
         return mistake
     return InputError(f"--{option.replace('_', '-')}", mistake.value, mistake.rule, mistake.unit)
@@ -179,7 +203,9 @@ def _relative(file: Path, folder: Path) -> str:
         return str(file.resolve())
 
 
-def _toml(value: float | str) -> str:
+def _toml(value: float | str | dict[str, Any]) -> str:
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + " }"
     if isinstance(value, float):
         return repr(value)
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

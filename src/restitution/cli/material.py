@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # Rows of the table of moduli: enough to see each transition, few enough for a screen.
 _ROWS = 9
 # Units at the end of the names of facts.
-_UNITS = [dimension.unit for dimension in (TIME, MODULUS, TEMPERATURE, DENSITY, MOLAR_ENERGY)]
+_UNITS = ["Hz", *(dimension.unit for dimension in (TIME, MODULUS, TEMPERATURE, DENSITY, MOLAR_ENERGY))]
 # Columns of tables that belong to another command, and advice on it.
 _OTHERS = (
     (
@@ -141,6 +141,27 @@ def of_isotherms(curve: rs.MasterCurve, source: str) -> Report:
         unit = {"c2": "_K", "activation_energy": "_J/mol"}.get(name, "")
         facts |= {f"{name}{unit}": value, f"standard_error_of_{name}{unit}": curve.constant_errors[name]}
     return replace(report, facts=facts | report.facts, shifts=curve, notes=curve.isotherms.notes)
+
+
+def of_ramp(ramp: rs.TemperatureRamp, source: str, law: ShiftTable | None, kelvin: float | None) -> Report:
+    """Report on a temperature ramp and the master curve that a law of the shift makes of it."""
+    import numpy as np
+
+    # The shape needs no frequency.
+    data, shift = ramp.reduced(law, angular_frequency=None if ramp.angular_frequency else 2.0 * np.pi)
+    report = of_data(data, source)
+    facts: dict[str, Any] = {
+        "kind": "storage and loss modulus over temperature",
+        "deformation": ramp.deformation or "not stated",
+        "points": int(ramp.temperatures.size),
+        "lowest_temperature_K": float(ramp.temperatures[0]),
+        "highest_temperature_K": float(ramp.temperatures[-1]),
+        "frequency_Hz": None if ramp.angular_frequency is None else ramp.angular_frequency / (2.0 * np.pi),
+        "reference_temperature_K": shift.reference_temperature,
+    }
+    notes = data.notes if ramp.angular_frequency else (*data.notes, "frequency not given: 1 Hz assumed")
+    others = {key: value for key, value in report.facts.items() if key not in facts}
+    return replace(report, facts=facts | others, notes=notes).shifted(shift, kelvin)
 
 
 def of_terms(terms: PronyTerms, source: str) -> Report:
@@ -280,6 +301,8 @@ def _reports(
             reference_temperature=options["--reference-temperature"], shift=options["--superposition"] or "free"
         )
         return [of_isotherms(curve, source).shifted(law or curve.shift, kelvin)]
+    if isinstance(content, rs.TemperatureRamp):
+        return [of_ramp(content, source, law, kelvin)]
     if unused := [option for option, value in options.items() if value is not None]:
         raise cli.BadInput(f"{unused[0]}: {source} must have moduli at several temperatures")
     match content:

@@ -337,6 +337,8 @@ BALL: dict[str, Any] = {
     ),
     "temperature": text("Temperature of the material.", "TEMPERATURE"),
     "shift": text("Shift factors over temperature, for moduli at one.", "FILE"),
+    "wlf": text('Law of Williams, Landel and Ferry, e.g. "20 degC, 8.86, 101.6".', "T0,C1,C2"),
+    "frequency": text("Frequency of a temperature ramp that does not state it.", "FREQUENCY"),
     "tension": _flag("--tension", "The moduli are those in tension."),
     "shear": _flag("--shear", "The moduli are those in shear."),
     "poisson_ratio": text("Poisson ratio; 0.5 is incompressible.", "NUMBER"),

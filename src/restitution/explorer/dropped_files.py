@@ -31,6 +31,8 @@ FILE_KEYS = frozenset({"file", "terms", "shift"})
 # A case file of the page has no long tables.
 _LONGEST_CASE, _MOST_FILES = 65_536, 5
 _LONGEST_NAME, _MOST_ROWS = 100, 1000
+# A temperature ramp has no temperature of its own.
+_ROOM = "20 degC"
 
 Question = dict[str, Any]
 
@@ -122,6 +124,7 @@ _ENDS: list[Question] = [
     {"key": "instantaneous_modulus", "words": "Instantaneous modulus, with its unit"},
     {"key": "equilibrium_modulus", "words": "Equilibrium modulus, with its unit"},
 ]
+_FREQUENCY: Question = {"key": "frequency", "words": "Frequency, with its unit", "value": "1 Hz"}
 _TEMPERATURE: Question = {"key": "temperature", "words": "Temperature, with its unit"}
 
 
@@ -140,9 +143,11 @@ def _material(path: Path, state: State, answers: Mapping[str, str]) -> dict[str,
         section[bulk] = state.get(f"material.{bulk}", inputs()["material.poisson_ratio"].default)
         if bulk == "poisson_ratio" and section[bulk] < 0.5:
             notes.append(f"the Poisson ratio {section[bulk]:g} is constant in time; a bulk modulus is the alternative")
+    if isinstance(about, rs.TemperatureRamp):
+        stated.setdefault("temperature", _ROOM)
     built = read_sections(_File, path, {"material": section | stated}).material
     material = built.build()
-    if isinstance(about, rs.Isotherms):
+    if isinstance(about, rs.Isotherms | rs.TemperatureRamp):
         degrees = celsius(material.temperature or 0.0, 4)
         notes.append(f"the moduli are those at {degrees} °C")
         questions = [*questions[:-1], _TEMPERATURE | {"value": f"{degrees} degC"}]
@@ -166,6 +171,8 @@ def _questions(about: Any) -> list[Question]:
     ends = getattr(about, "instantaneous_modulus", None), getattr(about, "equilibrium_modulus", None)
     if isinstance(about, PronyTerms) and about.relative and ends == (None, None):
         questions += _ENDS
+    if isinstance(about, rs.TemperatureRamp):
+        return [*questions, *([] if about.angular_frequency else [_FREQUENCY]), _TEMPERATURE]
     return [*questions, _TEMPERATURE] if isinstance(about, rs.Isotherms) else questions
 
 

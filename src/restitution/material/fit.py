@@ -34,7 +34,7 @@ _BEYOND = math.sqrt(10.0)
 _ROUNDING = 1e-9
 
 
-class _Columns:
+class Columns:
     """Table whose first column has times or frequencies, and the others moduli."""
 
     _units: ClassVar[dict[str, str]]  # units of the columns by name
@@ -50,7 +50,7 @@ class _Columns:
 
 
 @dataclass(frozen=True, eq=False)
-class RelaxationTable(_Columns):
+class RelaxationTable(Columns):
     """Relaxation modulus measured over time.
 
     Attributes
@@ -84,7 +84,7 @@ class RelaxationTable(_Columns):
 
 
 @dataclass(frozen=True, eq=False)
-class DynamicTable(_Columns):
+class DynamicTable(Columns):
     r"""Storage and loss modulus measured over frequency (DMA).
 
     Attributes
@@ -113,7 +113,7 @@ class DynamicTable(_Columns):
 
 
 @dataclass(frozen=True, eq=False)
-class CreepTable(_Columns):
+class CreepTable(Columns):
     """Creep compliance measured over time: the strain under a constant stress, over this stress.
 
     Attributes

@@ -38,12 +38,24 @@ from restitution.material.sheet import (
     unit,
 )
 from restitution.material.shift import ShiftTable
+from restitution.material.temperature_ramp import TemperatureRamp
 from restitution.units import MODULUS, ZERO_CELSIUS
 
-MaterialFile = RelaxationTable | DynamicTable | CreepTable | Isotherms | PronyTerms | ShiftTable | ViscoelasticDeck
+MaterialFile = (
+    RelaxationTable
+    | DynamicTable
+    | CreepTable
+    | Isotherms
+    | TemperatureRamp
+    | PronyTerms
+    | ShiftTable
+    | ViscoelasticDeck
+)
 
 # Sweeps whose temperatures [K] differ by less are at one temperature.
 _SAME_TEMPERATURE = 1.0
+# Frequencies of a temperature ramp differ by less, relatively; fewer temperatures are none.
+_SAME_FREQUENCY, _FEWEST = 1e-2, 4
 # Measured files are smaller; more would only cost memory.
 _LARGEST = 200_000_000
 _MOST_ROWS = 100_000
@@ -58,10 +70,10 @@ _KEY = re.compile(r'"?([A-Za-z][^\t,;:"]{0,60}):"?(?=[\t,;]|$)')
 def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material; the content decides the kind.
 
-    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent), creep (time,
-    compliance), shift factors (temperature, log aT or aT), Prony terms (relaxation time, modulus or relative modulus).
-    Exports of TRIOS (text, JSON), RheoCompass, RepTate and pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with
-    ``*VISCOELASTIC, TIME=PRONY``.
+    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent; or temperature
+    and these moduli at one frequency), creep (time, compliance), shift factors (temperature, log aT or aT), Prony
+    terms (relaxation time, modulus or relative modulus). Exports of TRIOS (text, JSON), RheoCompass, RepTate and
+    pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
@@ -72,8 +84,8 @@ def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
 
     Returns
     -------
-    RelaxationTable, DynamicTable, CreepTable, Isotherms, PronyTerms, ShiftTable or ViscoelasticDeck
-        In SI. `Isotherms` are moduli at several temperatures.
+    RelaxationTable, DynamicTable, CreepTable, Isotherms, TemperatureRamp, PronyTerms, ShiftTable or ViscoelasticDeck
+        In SI. `Isotherms` are moduli at several temperatures, a `TemperatureRamp` has one frequency alone.
 
     Raises
     ------
@@ -370,8 +382,9 @@ def _content(source: str, sheets: list[Sheet]) -> MaterialFile:
         unused += [] if curves else [table.sheet.title]
     if curves_read:
         return _joined(source, curves_read, unused)
-    if (creep := _creep(source, tables)) is not None:
-        return creep
+    for read_one in (_creep, _ramp):
+        if (only := read_one(source, tables)) is not None:
+            return only
     if len(tables) == 1:
         for kind in (_prony_terms, _shift_table):
             if (content := kind(tables[0])) is not None:
@@ -413,11 +426,9 @@ def _joined(source: str, curves: list[Curve], unused: list[str]) -> Curve | Isot
 
 def _curves(table: Table) -> list[Curve]:
     """Return sweeps of one table: a single one, or one at each temperature; none if it has not the columns."""
-    loss = (Role.LOSS, Role.TANGENT) if Role.STORAGE in table.roles else (Role.TANGENT, Role.LOSS)
-    read, columns = (
-        _dynamic,
-        table.columns((Role.ANGULAR_FREQUENCY, Role.FREQUENCY), (Role.STORAGE, Role.COMPLEX), loss),
-    )
+    read, columns = _dynamic, table.columns((Role.ANGULAR_FREQUENCY, Role.FREQUENCY), *_moduli(table))
+    if columns and _is_ramp(table, columns[0].values):
+        return []
     if not columns:
         read, columns = _relaxation, table.columns((Role.TIME,), (Role.MODULUS,))
         # Steps of creep and flow have times and a "modulus" as well.
@@ -434,6 +445,45 @@ def _curves(table: Table) -> list[Curve]:
         read(table.part(rows), [column._replace(values=column.values[rows]) for column in columns], several=True)
         for rows in sweeps
     ]
+
+
+def _moduli(table: Table) -> tuple[tuple[Role, ...], tuple[Role, ...]]:
+    """Return the columns that may hold the complex modulus."""
+    loss = (Role.LOSS, Role.TANGENT) if Role.STORAGE in table.roles else (Role.TANGENT, Role.LOSS)
+    return (Role.STORAGE, Role.COMPLEX), loss
+
+
+def _is_ramp(table: Table, omega: Array) -> bool:
+    """Return whether the temperature changes from row to row at one frequency."""
+    if omega.size < 2 or np.ptp(omega) > _SAME_FREQUENCY * omega.max() or Role.TEMPERATURE not in table.roles:
+        return False
+    column = table.temperature
+    return column is not None and float(np.ptp(column.values)) > _SAME_TEMPERATURE
+
+
+def _ramp(source: str, tables: Sequence[Table]) -> TemperatureRamp | None:
+    """Return the only temperature ramp; None without one."""
+    ramps: list[tuple[Table, list[Column]]] = []
+    for table in tables:
+        if table.temperature is None or not (columns := table.columns((Role.TEMPERATURE,), *_moduli(table))):
+            continue
+        frequency = table.columns((Role.ANGULAR_FREQUENCY, Role.FREQUENCY))
+        if not frequency or _is_ramp(table, frequency[0].values):
+            ramps.append((table, [*columns, *frequency]))
+    if len(ramps) > 1:
+        raise FileError(source, 0, "holds several temperature ramps: must have one")
+    if not ramps:
+        return None
+    table, (kelvin, first, second, *frequency) = ramps[0]
+    storage, loss = _complex_modulus(table, first, second)
+    omega = float(frequency[0].values.mean()) if frequency else None
+    deformation, where, notes = table.about(kelvin, first, second, *frequency)
+    # Rows of one temperature, and a furnace that overshoots, are no steps of the ramp.
+    order = np.unique(kelvin.values, return_index=True)[1]
+    if order.size < _FEWEST:
+        raise table.error(f"{kelvin.label}: must have at least {_FEWEST} temperatures", table.sheet.header_line)
+    columns = (kelvin.values[order], storage[order], loss[order])
+    return TemperatureRamp(*columns, omega, deformation, where, notes)
 
 
 def _creep(source: str, tables: Sequence[Table]) -> CreepTable | None:
@@ -495,6 +545,13 @@ def _temperature(table: Table, several: bool) -> tuple[float | None, list[Column
 
 def _dynamic(table: Table, columns: list[Column], *, several: bool) -> Curve:
     _, first, second = columns
+    storage, loss = _complex_modulus(table, first, second)
+    softness = 1.0 / np.maximum(storage, 1e-300)
+    return _curve(DynamicTable, table, columns, (storage, loss), softness, "rise over frequency", several)
+
+
+def _complex_modulus(table: Table, first: Column, second: Column) -> tuple[Array, Array]:
+    """Return storage and loss modulus [Pa] of two columns."""
     storage, loss = first.values, second.values
     # What overflows is refused below.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -509,8 +566,7 @@ def _dynamic(table: Table, columns: list[Column], *, several: bool) -> Curve:
     if not good.all():
         rule = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
         raise table.error(rule, row=int(np.argmin(good)))
-    softness = 1.0 / np.maximum(storage, 1e-300)
-    return _curve(DynamicTable, table, columns, (storage, loss), softness, "rise over frequency", several)
+    return storage, loss
 
 
 def _relaxation(table: Table, columns: list[Column], *, several: bool) -> Curve:
