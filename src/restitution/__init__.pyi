@@ -95,6 +95,8 @@ from .material.fractional import fractional_kelvin_voigt as fractional_kelvin_vo
 from .material.fractional import fractional_maxwell as fractional_maxwell
 from .material.fractional import fractional_zener as fractional_zener
 from .material.fractional import springpot as springpot
+from .material.hardness import HardnessModulus as HardnessModulus
+from .material.hardness import shore_modulus as shore_modulus
 from .material.master_curve import Isotherms as Isotherms
 from .material.master_curve import MasterCurve as MasterCurve
 from .material.prony import PronySeries as PronySeries

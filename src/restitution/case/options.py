@@ -14,6 +14,7 @@ from restitution.errors import InputError
 from restitution.files import path_of, write_text
 from restitution.material import library
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
+from restitution.material.hardness import read_hardness
 from restitution.material.master_curve import Isotherms
 from restitution.material.readers import read_material
 from restitution.material.shift import ShiftTable
@@ -103,6 +104,9 @@ def _read(name: str) -> Any:
     path = Path(name)
     if path.suffix.lower() == ".toml":
         raise CaseError(InputError("--material", name, "is a case file; give it alone"))
+    if not path.exists() and read_hardness(name) is not None:
+        rule = "a hardness is a modulus without a loss, with which e = 1; `restitution material` shows its range"
+        raise CaseError(InputError("--material", name, rule))
     if not path.exists() and not path.suffix:
         rule = f"no such file, and no material of the library; {advice(name, library.names())}"
         raise CaseError(InputError("--material", name, rule))

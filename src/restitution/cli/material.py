@@ -183,6 +183,30 @@ def of_terms(terms: PronyTerms, source: str) -> Report:
     return Report(source, facts, series, _window(series), relative=relative)
 
 
+def of_hardness(hardness: float, scale: str, source: str) -> Report:
+    """Report on Young's modulus from a Shore hardness."""
+    from restitution.material.hardness import SOURCES
+
+    found = rs.shore_modulus(hardness, scale)
+    shear = found.shear_modulus
+    facts: dict[str, Any] = {
+        "kind": f"Shore {scale} hardness",
+        "youngs_modulus_Pa": found.youngs_modulus,
+        "lowest_youngs_modulus_Pa": found.low,
+        "highest_youngs_modulus_Pa": found.high,
+        "shear_modulus_Pa": shear,
+        **{f"{name}_Pa": modulus for name, modulus in found.by_source.items()},
+    }
+    prior = f'{{ equilibrium_modulus = {{ lognormal = ["{shear / 1e6:.3g} MPa", {found.log_deviation:.2g}] }} }}'
+    notes = (
+        "a hardness has no loss, so that it gives no e; take it as a start for measured rebounds, in the section "
+        f"[identification] as prior = {prior}",
+        *(f"{name}: {SOURCES[name]}" for name in found.by_source),
+        "the range is that of the sources, for a reading that is 5 points lower or higher",
+    )
+    return Report(source, facts, notes=notes)
+
+
 def of_deck(deck: ViscoelasticDeck, source: str) -> Report:
     """Report on the deck of a solver."""
     facts: dict[str, Any] = {
@@ -245,6 +269,7 @@ def material(
 
     Relaxation, DMA and creep data are fitted by a Prony series. Several temperatures become one master curve first.
     Tables of Prony terms and of shift factors, decks of ANSYS and Abaqus, and materials of a case file are read too.
+    A Shore hardness such as "60 Shore A" gives Young's modulus with its scatter.
     Example: restitution material examples/beads_dma.csv --plot moduli.png
     """
     if list_:
@@ -295,6 +320,8 @@ def _reports(
         raise cli.BadInput(f"--shift {shift}: must hold temperatures and shift factors")
     if law is not None and kelvin is None:
         raise cli.BadInput(f"--shift {shift}: give --at TEMPERATURE as well")
+    if (hardness := _hardness(source)) is not None:
+        return [of_hardness(*hardness, source)]
     content = _read(source, name)
     if isinstance(content, rs.Isotherms):
         curve = content.superposed(
@@ -352,6 +379,13 @@ def _read(source: str, name: str | None) -> Any:
     subject = read_indentation(source) if "indentation" in read_toml(path) else rs.read_case(source).impact
     materials = ((role, getattr(subject, role)) for role in ("material", "counter_material"))
     return [(role, each) for role, each in materials if each is not None]
+
+
+def _hardness(source: str) -> tuple[float, str] | None:
+    """Return number and scale of a Shore hardness; None for a file, a name and anything else."""
+    from restitution.material.hardness import read_hardness
+
+    return None if Path(source).exists() else read_hardness(source)
 
 
 def _relaxes(material: rs.Material) -> bool:
