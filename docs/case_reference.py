@@ -69,7 +69,7 @@ moduli unless the key contains `bulk` or `youngs`. Unknown keys are refused. The
 | impact | `[body]`, `[material]`, `[impact]`; others are optional | `restitution solve`, `surrogate`, `map` |
 | bounces | the same; also `[bounces]` | `restitution bounce` |
 | indentation | `[profile]`, `[material]`, `[indentation]`; others are optional | `restitution indent` |
-| oscillation | `[profile]`, `[material]`, `[oscillation]`; others are optional | `restitution oscillate` |
+| oscillation | `[profile]`, `[material]`, `[oscillation]`; others, e.g. `[axes]`, optional | `restitution oscillate` |
 | tapping | `[profile]`, `[material]`, `[tapping]`; others are optional | `restitution tap` |
 | identification | `[identification]`, `[[data]]` | `restitution identify` |
 | design | `[material]`, `[design]` | `restitution design` |

@@ -4,6 +4,7 @@ import csv
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import restitution as rs
@@ -50,6 +51,53 @@ def test_an_oscillation() -> None:
     assert 100.0 * content["storage_error"] == pytest.approx(-3.8, abs=0.05)
     assert 100.0 * content["loss_error"] == pytest.approx(-7.3, abs=0.05)
     assert content["status"] == "STEADY"
+
+
+AXES = """
+frequency = { logarithmic = ["10 kHz", "1 MHz"], n = 3 }
+amplitude = "[0.5, 1] nm"
+"""
+
+
+def test_oscillations_over_axes() -> None:
+    """Each row is a single oscillation; the modulus and the time of a standard solid follow its viscosity."""
+    solid = (
+        'model = "standard_solid"\nequilibrium_modulus = "0.25 MPa"\nbranch_modulus = "1 MPa"\npoisson_ratio = 0.5\n'
+    )
+    wave = 'depth = "10 nm"\n'
+    case_file("axes.toml", body=None, impact=None, profile='radius = "10 nm"', material=solid + 'viscosity = "1 Pa s"',
+              oscillation=wave, axes=AXES + 'material.viscosity = "[1, 4] Pa s"')  # fmt: skip
+    content = json.loads(done("oscillate", "axes.toml", "--json", "--out", "waves.csv", "--plot", "errors.png").stdout)
+    assert np.shape(content["loss_error"]) == (2, 2, 3)
+    case_file("one.toml", body=None, impact=None, profile='radius = "10 nm"', material=solid + 'viscosity = "4 Pa s"',
+              oscillation=wave + 'frequency = "1 MHz"\namplitude = "0.5 nm"')  # fmt: skip
+    one = json.loads(done("oscillate", "one.toml", "--json").stdout)
+    waves = read_oscillation("axes.toml").solve()
+    assert isinstance(waves, rs.OscillationArray)
+    table = waves.to_dataset()
+    assert table["loss_error"].sel(viscosity=4.0, frequency=1e6, amplitude=0.5e-9) == pytest.approx(
+        one["loss_error"], rel=1e-12
+    )
+    with Path("waves.csv").open() as file:
+        rows = list(csv.reader(file))
+    assert len(rows) == 13
+    assert {"frequency [1/s]", "amplitude [m]", "viscosity [Pa s]"} <= set(rows[0])
+
+
+@pytest.mark.parametrize(
+    ("axes", "field"),
+    [
+        ('depth = "[1, 2] nm"', "oscillation.depth"),
+        ('frequency = "[1, 2] nm"', "axes.frequency"),
+        ("velocity = [1.0]", "axes.velocity"),
+        ("nonsense = [1.0]", "axes.nonsense"),
+        ("", "axes"),
+    ],
+)
+def test_mistakes_of_axes(axes: str, field: str) -> None:
+    indenter("wave.toml", oscillation=WAVE, axes=axes)
+    assert named(lambda: read_oscillation("wave.toml"))[0] == field
+    assert refused("oscillate", "wave.toml").startswith(f"wave.toml: {field}")
 
 
 def test_taps() -> None:
@@ -118,6 +166,7 @@ def test_a_solver_refuses_with_the_file() -> None:
 
 def test_the_examples() -> None:
     wave = read_oscillation(EXAMPLES / "oscillation.toml").solve()
+    assert isinstance(wave, rs.Oscillation)
     # E* = 4/3 of E(t) = 200 + 800 exp(-t/0.3 s) Pa of an incompressible material.
     spring, dashpot = 200.0 / 0.75, 800.0 / 0.75
     assert wave.complex_modulus == pytest.approx(

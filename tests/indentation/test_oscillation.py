@@ -211,6 +211,44 @@ def test_names_of_arrays_are_kept():
     assert table["loss_modulus"].attrs["units"] == "Pa"
 
 
+@pytest.mark.parametrize("counter", [False, True])
+def test_arrays_of_materials_are_single_oscillations(counter):
+    """Materials of one, two and three branches; with a second body of two materials, which broadcast against them."""
+    rng = np.random.default_rng(11)
+    moduli, times = rng.uniform(0.2, 2.0, (3, 3)), 10.0 ** rng.uniform(-1.0, 1.0, (3, 3))
+    moduli[0, 1:], moduli[1, 2:] = 0.0, 0.0
+    materials = rs.Material(rs.PronySeries(rng.uniform(0.2, 0.4, 3), moduli, times), bulk=math.inf)
+    others = rs.Material(rs.PronySeries([[3.0], [5.0]], [[[4.0]], [[1.0]]], [[[0.3]], [[2.0]]]), bulk=math.inf)
+    bodies = {"counter_material": others} if counter else {}
+    waves = rs.oscillate(materials, rs.Cone(1.2), depth=1.0, amplitude=[0.05, 0.1, 0.2], frequency=0.3, **bodies)
+    assert waves.shape == ((2, 3) if counter else (3,))
+    place = (1, 2) if counter else (2,)
+    single = {"counter_material": others.row(1, 0)} if counter else {}
+    one = rs.oscillate(materials.row(2), rs.Cone(1.2), depth=1.0, amplitude=0.2, frequency=0.3, **single)
+    assert waves[place].force.tobytes() == one.force.tobytes()
+    assert waves.storage_error[place] == one.storage_error
+    # Few branches beside others have the bits that they have alone, without terms of no modulus.
+    first = rs.Material(
+        rs.PronySeries(materials.shear.equilibrium_modulus[0], moduli[0, :1], times[0, :1]), bulk=math.inf
+    )
+    single = {"counter_material": others.row(0, 0)} if counter else {}
+    one = rs.oscillate(first, rs.Cone(1.2), depth=1.0, amplitude=0.05, frequency=0.3, **single)
+    assert waves[(0, 0) if counter else (0,)].force == pytest.approx(one.force, rel=1e-10)
+    assert len(waves.plot().axes) == 2
+
+
+def test_materials_keep_the_names_of_their_constants():
+    viscosity = xr.DataArray([0.5, 2.0], dims="viscosity", coords={"viscosity": [0.5, 2.0]})
+    frequency = xr.DataArray([0.1, 0.2, 0.4], dims="frequency", coords={"frequency": [0.1, 0.2, 0.4]})
+    material = rs.standard_solid(0.25, 1.0, viscosity, poisson_ratio=0.5)
+    table = rs.oscillate(material, rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=frequency).to_dataset()
+    assert dict(table.sizes) == {"viscosity": 2, "frequency": 3}
+    alone = rs.oscillate(
+        rs.standard_solid(0.25, 1.0, 2.0, poisson_ratio=0.5), rs.Parabola(1.0), depth=1.0, amplitude=0.1, frequency=0.4
+    )  # fmt: skip
+    assert float(table["storage_error"].sel(viscosity=2.0, frequency=0.4)) == alone.storage_error
+
+
 def test_arrays_of_forces():
     waves = rs.oscillate(
         SOLID, rs.Parabola(1.0), force=[1.0, 2.0], amplitude=0.05, frequency=UNIT, cycles=2, hold_time=1.0

@@ -7,14 +7,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from restitution.case.impact import CaseFile
-from restitution.case.section import CaseError, in_file, key_path
-from restitution.checks import whole
+from restitution.case.section import CaseError, in_file, key_path, split_list
+from restitution.checks import finite, whole
 from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
-from restitution.quantities import ALIASES, CONSTANTS, INPUTS, SLIDING, Quantity, advice, key_of
+from restitution.quantities import ALIASES, CONSTANTS, INPUTS, MEASURED, SLIDING, Quantity, advice, key_of
 from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
 from restitution.units import to_si
 
@@ -33,6 +35,11 @@ _SHORT = {
 }
 SHORT_NAMES = (*_SHORT, *ALIASES)
 """Keys that an axis may have without their section."""
+WAVES = {
+    "depth": "depth", "amplitude": "depth_amplitude", "force": "mean_force", "force_amplitude": "force_amplitude",
+    "frequency": "frequency",
+}  # fmt: skip
+"""Quantities of the keys of `[oscillation]` that may be axes."""
 _SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact")
 _AXES: dict[str, Callable[..., Any]] = {kind.__name__.lower(): kind for kind in (Linear, Logarithmic)}
 _KINDS = (Uniform, LogUniform, Normal, LogNormal)
@@ -66,6 +73,40 @@ def read_axes(path: Path, axes: Any, samples: Any) -> dict[str, Any]:
     if samples:
         with in_file(path):
             read[_DRAWS] = _samples(dict(samples))
+    return read
+
+
+def read_wave_axes(path: Path, content: Any) -> dict[str, Any]:
+    """Return the axes of an oscillation, DataArrays by key: of `[oscillation]`, and of numbers of the material.
+
+    A `CaseError` has a line for each mistake.
+    """
+    import xarray as xr
+
+    if not isinstance(content, dict) or not content:
+        rule = "must be a table of what varies, e.g. frequency = { logarithmic = [1.0, 100.0], n = 20 }"
+        raise CaseError(InputError("axes", content, rule), where=path)
+    read: dict[str, Any] = {}
+    mistakes: list[InputError] = []
+    for keys, spec in _leaves(content, (*_AXES, "n")):
+        field, key = key_path(["axes", *keys]), keys[-1]
+        of_wave = key in WAVES and keys in ((key,), ("oscillation", key))
+        try:
+            name = WAVES[key] if of_wave else quantity_name(field, keys)
+            if not of_wave and not place_of(name).startswith("material."):
+                rule = f"must be a number of the material, or one of {', '.join(WAVES)}"
+                raise InputError(field, rule=rule)
+            values = read_axis(field, name, split_list(spec) if str(spec).startswith("[") else spec)
+            numbers = values.values(0, values.size) if isinstance(values, Linear) else finite(field, values)
+            quantity = quantity_of(name)
+            coordinate = (key, np.atleast_1d(numbers), {} if quantity is None else quantity.attributes)
+            if key in read:
+                raise InputError("axes", rule=f"{key} is there twice")
+            read[key if of_wave else name] = xr.DataArray(coordinate[1], {key: coordinate}, (key,))
+        except InputError as error:
+            mistakes.append(error)
+    if mistakes:
+        raise CaseError(*mistakes, where=path)
     return read
 
 
@@ -105,7 +146,8 @@ def _quantities() -> dict[str, Quantity]:
     owners = (*Geometry.registered.values(), Layer, *(model.build for model in material_models().values()))
     constants = {name: each.quantity for owner in owners for name, each in constants_of(owner).items()}
     shear = CONSTANTS["shear_modulus"]
-    return constants | CONSTANTS | INPUTS | {"bulk": INPUTS["bulk_modulus"], "shear": shear}
+    waves = {name: MEASURED[name] for name in WAVES.values()}
+    return constants | CONSTANTS | INPUTS | waves | {"bulk": INPUTS["bulk_modulus"], "shear": shear}
 
 
 def value_in_si(field: str, name: str, value: Any) -> Any:
@@ -153,7 +195,7 @@ def _admissible(field: str, name: str, value: Any) -> Any:
 def _leaves(content: Mapping[str, Any], kinds: Iterable[str], *above: str) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Yield the keys and values of nested tables, such as `impact.velocity = {...}`."""
     for name, value in content.items():
-        within = above or name in CaseFile.model_fields
+        within = above or name in CaseFile.model_fields or name == "oscillation"
         if isinstance(value, dict) and within and not set(value) & set(kinds):
             yield from _leaves(value, kinds, *above, name)
         else:

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, StrictInt, model_validator
 
+from restitution.case.axes import WAVES, read_wave_axes
 from restitution.case.impact import AccuracySection
 from restitution.case.indentation import IndenterCase, IndenterFile, bodies_of
 from restitution.case.quantity import LIST, nonnegative, positive, within
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
-from restitution.impact.problem import window_around
+from restitution.impact.problem import Impact, window_around
 from restitution.indentation.cantilever import MOST_MODES, CantileverMode, beam_modes
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 from restitution.units import ENERGY, FREQUENCY, STIFFNESS
+from restitution.variation import vary
 
 if TYPE_CHECKING:
-    from restitution.indentation.oscillation import Oscillation
+    from restitution.indentation.oscillation import Oscillation, OscillationArray
     from restitution.indentation.tapping import Tapping
 
 _ANY = (-1e300, 1e300)
@@ -142,13 +144,27 @@ class OscillationCase(IndenterCase):
 
     options: dict[str, Any]  # keyword arguments of `oscillate`
 
-    def solve(self) -> Oscillation:
-        """Solve the oscillation."""
+    def solve(self) -> Oscillation | OscillationArray:
+        """Solve the oscillation, or each point of its axes."""
         # The solver takes a while to import, which a faulty file need not wait for.
         from restitution.indentation.oscillation import oscillate
 
         with in_file(self.path, "oscillation", rtol="solver"):
             return oscillate(self.material, self.profile, counter_material=self.counter_material, **self.options)
+
+    def over(self, axes: dict[str, Any]) -> OscillationCase:
+        """Return the case over axes, DataArrays by the names of their numbers."""
+        numbers = {name: values for name, values in axes.items() if name in WAVES}
+        if "force_amplitude" in numbers:
+            numbers["amplitude"] = numbers.pop("force_amplitude").rename(force_amplitude="amplitude")
+        materials = {name: values for name, values in axes.items() if name not in WAVES}
+        material = self.material
+        if materials:
+            # The material of an impact has numbers by name.
+            impact = Impact(material, self.profile, mass=1.0, velocity=1.0, counter_material=self.counter_material)
+            with in_file(self.path, "axes"):
+                material = vary(impact, materials).material
+        return replace(self, material=material, options=self.options | numbers)
 
 
 @dataclass(frozen=True)
@@ -167,7 +183,7 @@ class TappingCase(IndenterCase):
 
 
 def read_oscillation(path: str | Path) -> OscillationCase:
-    """Read a TOML file of an oscillating indentation; a `CaseError` has a line for each mistake.
+    """Read a TOML file of oscillating indentations; a `CaseError` has a line for each mistake.
 
     Examples
     --------
@@ -189,11 +205,21 @@ def read_oscillation(path: str | Path) -> OscillationCase:
     10.0 5e-09
     """
     path = Path(path)
-    file = read_sections(OscillationFile, path, read_toml(path))
+    content = read_toml(path)
+    axes = read_wave_axes(path, content.pop("axes")) if "axes" in content else {}
+    section = content.setdefault("oscillation", {})
+    if isinstance(section, dict):
+        with in_file(path):
+            for name in filter(axes.__contains__, section):
+                refuse("stands in [axes] too; leave one of the two out", f"oscillation.{name}")
+        # The section is complete with one point of the axes.
+        section |= {name: float(values[0]) for name, values in axes.items() if name in WAVES}
+    file = read_sections(OscillationFile, path, content)
     section, period = file.oscillation, 1.0 / file.oscillation.frequency
     longest = (section.rise_time or period) + (section.hold_time or 0.0) + (section.cycles or 1) * period
     window = window_around(period)._replace(high=2.0 * longest)
-    return OscillationCase(*bodies_of(file, path, window), section.options | file.solver.options)
+    case = OscillationCase(*bodies_of(file, path, window), section.options | file.solver.options)
+    return case.over(axes) if axes else case
 
 
 def read_tapping(path: str | Path) -> TappingCase:

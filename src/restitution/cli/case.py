@@ -208,10 +208,15 @@ def indent(
         write_table(result.sample(n_points=problem.n_points), history)
 
 
-def oscillate(case: cli.CaseFile, json: cli.Json = False, plot: cli.Plot = None) -> None:
+def oscillate(
+    case: cli.CaseFile,
+    json: cli.Json = False,
+    plot: cli.Plot = None,
+    out: Annotated[Path | None, target("Write a row for each oscillation, or time of one", "--out", *TABLES)] = None,
+) -> None:
     """Oscillate an indenter about a mean depth or force: harmonics, and how far the reading of moduli is off.
 
-    The case file has the sections profile, material and oscillation.
+    The case file has the sections profile, material and oscillation, and axes for many oscillations.
     Example: restitution oscillate examples/oscillation.toml --plot loop.png
     """
     with single_solve("oscillate"):
@@ -221,6 +226,8 @@ def oscillate(case: cli.CaseFile, json: cli.Json = False, plot: cli.Plot = None)
         result = problem.solve()
         complete(result)
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
+    if out is not None:
+        write_table(result.history if isinstance(result, rs.Oscillation) else result.to_dataset(), out)
 
 
 def tap(

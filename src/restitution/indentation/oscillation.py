@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ from restitution.checks import (
     whole,
     within,
 )
-from restitution.contact.geometry import Contact, Geometry
+from restitution.contact.geometry import Contact, Geometry, of_type
 from restitution.errors import InputError
 from restitution.indentation.history import History
 from restitution.indentation.panels import PanelSolution, solve_by_panels
@@ -28,7 +28,7 @@ from restitution.indentation.rim import steady_states
 from restitution.indentation.solve import contact_of
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import HISTORY, MODULI, Quantity, dataset
+from restitution.quantities import CONSTANTS, HISTORY, INPUTS, MODULI, Quantity, dataset
 from restitution.result import Outcome, Result, Summary, Table, of_values, plain_symbol
 from restitution.units import ENERGY, FORCE, FREQUENCY, LENGTH, MODULUS, NUMBER, Dimension, in_words
 from restitution.validity import Check, Validity, validity
@@ -279,7 +279,12 @@ class OscillationArray(Result):
         }  # fmt: skip
         columns |= {name: (getattr(self, name), quantity.attributes) for name, quantity in _COLUMNS.items()}
         columns["status"] = self.status, OscillationStatus.attributes()
-        return self.axes.dataset(columns, {})
+        data = self.axes.dataset(columns, {})
+        known = CONSTANTS | INPUTS | {name: Quantity(name, kind, name) for name, kind in names.items()}
+        for name, coordinate in data.coords.items():
+            if (quantity := known.get(str(name))) is not None:
+                coordinate.attrs |= quantity.attributes
+        return data
 
     @property
     def _swing(self) -> Dimension:
@@ -309,36 +314,24 @@ class OscillationArray(Result):
         return f"{len(self.rows)} oscillations"
 
 
+class _Options(TypedDict, total=False):
+    cycles: int | None
+    rise_time: float | None
+    hold_time: float
+    counter_material: Material | None
+    rtol: float
+
+
 @overload
 def oscillate(  # pyright: ignore[reportOverlappingOverload]
-    material: Material,
-    profile: Geometry,
-    *,
-    depth: float | None = None,
-    force: float | None = None,
-    amplitude: float,
-    frequency: float,
-    cycles: int | None = None,
-    rise_time: float | None = None,
-    hold_time: float = 0.0,
-    counter_material: Material | None = None,
-    rtol: float = 1e-8,
-) -> Oscillation: ...
+    material: Material, profile: Geometry, *, depth: float | None = None, force: float | None = None,
+    amplitude: float, frequency: float, **options: Unpack[_Options],
+) -> Oscillation: ...  # fmt: skip
 @overload
 def oscillate(
-    material: Material,
-    profile: Geometry,
-    *,
-    depth: ArrayLike | None = None,
-    force: ArrayLike | None = None,
-    amplitude: ArrayLike,
-    frequency: ArrayLike,
-    cycles: int | None = None,
-    rise_time: float | None = None,
-    hold_time: float = 0.0,
-    counter_material: Material | None = None,
-    rtol: float = 1e-8,
-) -> OscillationArray: ...
+    material: Material, profile: Geometry, *, depth: ArrayLike | None = None, force: ArrayLike | None = None,
+    amplitude: ArrayLike, frequency: ArrayLike, **options: Unpack[_Options],
+) -> OscillationArray: ...  # fmt: skip
 def oscillate(
     material: Material,
     profile: Geometry,
@@ -358,12 +351,13 @@ def oscillate(
     Parameters
     ----------
     material : Material
-        Material of the target.
+        Material of the target, or an array of them.
     profile : Geometry
         Profile of the indenter, or another geometry, with scalar parameters.
     depth, force : float, array or DataArray
-        Mean of the prescribed depth [m] or force [N]; exactly one of the two. Arrays of this, of the amplitude and of
-        the frequency broadcast against each other; DataArrays keep their names and coordinates.
+        Mean of the prescribed depth [m] or force [N]; exactly one of the two. Arrays of this, of the amplitude, of
+        the frequency and of materials broadcast against each other; DataArrays, also as constants of materials, keep
+        their names and coordinates.
     amplitude : float, array or DataArray
         Amplitude of the depth [m], or of the force [N], > 0; that of a force is below its mean.
     frequency : float, array or DataArray
@@ -373,7 +367,7 @@ def oscillate(
     rise_time, hold_time : float
         Duration [s] of the ramp to the mean, a period by default, and of the hold before the first of the `cycles`.
     counter_material : Material, optional
-        Material of the indenter; rigid by default.
+        Material of the indenter, or an array of them; rigid by default.
     rtol : float
         Error of force and depth over their largest value; in [1e-11, 1e-2].
 
@@ -414,22 +408,45 @@ def oscillate(
         raise InputError("depth, force", rule="exactly one of the two must be given: depth= or force=")
     name = "depth" if force is None else "force"
     numbers = {name: depth if force is None else force, "amplitude": amplitude, "frequency": frequency}
-    numbers, axes = aligned(numbers)
-    contact = contact_of(material, profile, counter_material)
+    bodies: dict[str, Any] = {"material": material}
+    if counter_material is not None:
+        bodies["counter_material"] = counter_material
+    for each, body in bodies.items():
+        of_type(each, body, Material)
+    numbers, axes = aligned(bodies | numbers)
+    bodies = {each: numbers.pop(each) for each in bodies}
     options = {"cycles": cycles, "rise_time": rise_time, "hold_time": hold_time, "rtol": rtol}
-    if axes is None and not any(map(is_iterable, numbers.values())):
-        return _single(contact, name, *numbers.values(), **options)
+    several = any(map(is_iterable, numbers.values())) or any(body.shape for body in bodies.values())
+    if axes is None and not several:
+        return _single(contact_of(material, profile, counter_material), name, *numbers.values(), **options)
     unit = "m" if name == "depth" else "N"
     checked = {each: positive(each, value, "Hz" if each == "frequency" else unit) for each, value in numbers.items()}
-    shape = common_shape({each: np.shape(value) for each, value in checked.items()})
+    shapes = {each: np.shape(value) for each, value in checked.items()}
+    shape = common_shape(shapes | {each: body.shape for each, body in bodies.items() if body.shape})
     columns = {each: np.broadcast_to(value, shape) for each, value in checked.items()}
     waves = np.stack([column.ravel() for column in columns.values()], axis=1).tolist()
-    for mean, swing, _ in waves:
-        _refuse_beyond(contact, name, mean, swing)
-    rows = tuple(_single(contact, name, *wave, **options) for wave in waves)
-    if not rows:
+    if not waves:
         raise InputError(", ".join(columns), rule="must hold at least one number")
+    contacts = _contacts(bodies, profile, shape)
+    for contact, (mean, swing, _) in zip(contacts, waves, strict=True):
+        _refuse_beyond(contact, name, mean, swing)
+    rows = tuple(_single(contact, name, *wave, **options) for contact, wave in zip(contacts, waves, strict=True))
     return OscillationArray(rows, shape, axes or unnamed(shape), columns)
+
+
+def _contacts(bodies: dict[str, Material], profile: Geometry, shape: tuple[int, ...]) -> list[Contact]:
+    """Return the contact of each row; rows of one material share it."""
+    places = np.arange(math.prod(shape))
+    kinds = [
+        np.broadcast_to(np.arange(math.prod(body.shape)).reshape(body.shape), shape).ravel()
+        for body in bodies.values()
+    ]
+    _, first, which = np.unique(np.stack(kinds), axis=1, return_index=True, return_inverse=True)
+    contacts: list[Contact] = []
+    for place in places[first]:
+        material, *counter = (body.take(shape, place) for body in bodies.values())
+        contacts.append(contact_of(material, profile, counter[0] if counter else None))
+    return [contacts[n] for n in which.ravel()]
 
 
 def _refuse_beyond(contact: Contact, name: str, mean: float, swing: float) -> None:

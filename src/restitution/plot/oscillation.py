@@ -67,8 +67,10 @@ def errors(result: OscillationArray, *, figure: Figure | None = None) -> Figure:
     2
     """
     frequency, places = result.given["frequency"].ravel(), np.arange(len(result.rows))
-    others = np.column_stack([values.ravel() for name, values in result.given.items() if name != "frequency"])
-    kinds, which = np.unique(others, axis=0, return_inverse=True)
+    contacts = list(dict.fromkeys(id(row.contact) for row in result.rows))
+    others = [values.ravel() for name, values in result.given.items() if name != "frequency"]
+    others.append(np.array([float(contacts.index(id(row.contact))) + 1.0 for row in result.rows]))
+    kinds, which = np.unique(np.column_stack(others), axis=0, return_inverse=True)
     unit = (LENGTH if "depth" in result.given else FORCE).unit
     with style.page("AB", height=3.2, figure=figure, title="Readings of the textbook over the moduli") as (
         page,
@@ -79,8 +81,9 @@ def errors(result: OscillationArray, *, figure: Figure | None = None) -> Figure:
             for n, kind in enumerate(kinds):
                 run = places[which.ravel() == n]
                 run = run[np.argsort(frequency[run], kind="stable")]
-                words = ", ".join(in_words(float(value), unit) for value in kind)
-                ax.plot(frequency[run], ratio[run], ".-", label=f"mean and amplitude {words}" if n < _MOST else None)
+                words = "mean and amplitude " + ", ".join(in_words(float(value), unit) for value in kind[:2])
+                words += f", material {kind[2]:.0f}" if len(contacts) > 1 else ""
+                ax.plot(frequency[run], ratio[run], ".-", label=words if n < _MOST else None)
             ax.set(xscale="log")
             style.plain_ticks(style.labelled(ax, MEASURED["frequency"].label("Hz"), f"{label}, read over true"))
         panels[0].legend(fontsize=7)
