@@ -179,6 +179,8 @@ class Law:
         End of the contact with the snippet, and with the defaults of the code: at zero "force", or "overlap".
     pair, wall : str
         Text to paste for two balls, and for a ball and a wall; the numbers are fields.
+    rough : tuple of pairs of str
+        Parts of the texts, and what they are with friction.
     comment, units : str, tuple of str
         Form of a comment; unit systems.
     notes : tuple of str
@@ -199,6 +201,7 @@ class Law:
     per_mass: bool = False
     end: End = "force"
     naive_end: End = "force"
+    rough: tuple[tuple[str, str], ...] = ()
     comment: str = "# {}"
     units: tuple[str, ...] = ("si",)
     notes: tuple[str, ...] = ()
@@ -318,6 +321,7 @@ def _lammps(damping: str, number: str) -> dict[str, Any]:
         "words": f"LAMMPS, pair_style granular, hertz/material, damping {damping} limit_damping",
         "source": "LAMMPS documentation (version 22Jul2025), pages pair_style granular and fix wall/gran",
         "naive_end": "overlap",
+        "rough": (("linear_nohistory 0 0", "{style} {k_t} {x_gammat} {x_mu}"),),
         "units": ("si", "cgs", "micro", "lj"),
         "pair": f"pair_style granular\npair_coeff * * {model}",
         "wall": f"fix wall all wall/gran granular {model} zplane 0 NULL",
@@ -332,7 +336,8 @@ CODES: dict[str, dict[str, Any]] = tomllib.loads(
 
 def _texts(name: str) -> dict[str, Any]:
     """Return the arguments of a law that are texts."""
-    text = CODES[name] | {"name": name, "notes": tuple(CODES[name].get("notes", ()))}
+    pairs = tuple((smooth, rough) for smooth, rough in CODES[name].get("rough", ()))
+    text = CODES[name] | {"name": name, "notes": tuple(CODES[name].get("notes", ())), "rough": pairs}
     return text | {"wall": f"{text['pair']}\n{text.pop('wall_line', '')}".rstrip("\n")}
 
 
