@@ -127,7 +127,7 @@ def calibrate(
         Unit system of the numbers: for LAMMPS all, for LIGGGHTS "si" and "cgs", else "si". In "lj" the mass and the
         diameter of the first ball and the highest velocity are 1.
     friction : float, optional
-        Coefficient of friction [-], > 0: the text then has friction too, and `angles` e_t over the angle of incidence.
+        Coefficient of friction [-], > 0, by default that of the impact, if it has one: the text then has friction too, and `angles` e_t over the angle of incidence.
         For LAMMPS, LIGGGHTS, MercuryDPM, YADE, Kratos, MuJoCo and REBOUND.
     angle : tuple of float, or float, optional
         Smallest and largest angle of incidence [rad] from the normal, or one angle, of bodies without spin. The
@@ -188,6 +188,9 @@ def calibrate(
     law = LAWS.get(target)
     systems = law.units if law else ("si",)
     one_of("units", units, systems, f" for {target}")
+    if isinstance(problem, Impact) and problem.friction is not None:
+        friction, gyration = (problem.friction, problem.gyration) if friction is None else (friction, gyration)
+        problem = problem.normal
     bodies = exact.bodies_of(problem, contact)
     cases = exact.collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
     rough = None if friction is None else (friction, angle, gyration, tangential)

@@ -24,7 +24,7 @@ _DAMPING = Dimension("damping per area", "1/(m s)", powers=Powers(0, -1, -1))
 _STIFFNESS_PER_MASS = Dimension("stiffness per mass", "1/s^2", powers=Powers(0, 0, -2))
 _SLOWNESS = Dimension("time per length", "s/m", powers=Powers(0, -1, 1))
 _FORCE_PER_LENGTH = Dimension("stiffness", "N/m", powers=Powers(1, 0, -2))
-_DAMPING_PER_MASS = Dimension("damping per mass", "1/s", powers=Powers(0, 0, -1))
+DAMPING_PER_MASS = Dimension("damping per mass", "1/s", powers=Powers(0, 0, -1))
 
 # Losses of the table. Below them e = exp(-C b); above them the rebound is too slow to be of use.
 _LOWEST = 1e-4
@@ -412,7 +412,7 @@ MUJOCO_SOLREF = Law(
     dashpot=lambda stiffness, mass, radius: mass,
     typed=lambda modulus, strength, setting: {
         "stiffness": Typed(modulus, _STIFFNESS_PER_MASS, "stiffness per mass, typed with a minus"),
-        "damping": Typed(strength, _DAMPING_PER_MASS, "damping per mass, typed with a minus"),
+        "damping": Typed(strength, DAMPING_PER_MASS, "damping per mass, typed with a minus"),
     },
     # The default solref is "0.02 1": time constant [s] and damping ratio.
     naive=lambda setting: (0.02**-2, 2.0 / 0.02),

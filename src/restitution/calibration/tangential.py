@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -10,19 +11,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.calibration.collisions import REBOUND, Collisions
-from restitution.calibration.laws import Setting, Typed, TypedLaw, loss, scales
+from restitution.calibration.laws import DAMPING_PER_MASS, Setting, Typed, TypedLaw, loss, scales
 from restitution.checks import Array, between, single_nonnegative, single_positive
-from restitution.errors import InputError
-from restitution.impact.oblique import oblique
+from restitution.errors import InputError, RestitutionWarning
+from restitution.impact.oblique import ObliqueResult
+from restitution.impact.solve import solve
 from restitution.units import MODULUS, NUMBER
 from restitution.variation import vary
 
 # Steps in a contact when the law of a code is followed; its error of e_t is then some 1e-4.
 _STEPS = 1500
-# Angles at which e_t is compared.
-_ANGLES = 17
+# Angles at which e_t is compared, and those of a table.
+_ANGLES, _TABLE = 17, 65
 _LOWEST, _HIGHEST = math.radians(2.0), math.radians(85.0)
 _RTOL = 1e-5
+# Rate at which a contact without a tangential spring comes to stick, times the contact time.
+_STICKING = 100.0
 # Bounds of the tangential over the normal stiffness where it is free.
 _FREE = (0.05, 5.0)
 
@@ -169,6 +173,13 @@ def _mercury(friction: float, modulus: float, ratio: float, number: float) -> di
     }
 
 
+def _mujoco(friction: float, modulus: float, ratio: float, number: float) -> dict[str, Typed]:
+    return {
+        "mu": Typed(friction, NUMBER, "coefficient of friction"),
+        "damping_t": Typed(number, DAMPING_PER_MASS, "damping per mass of friction, typed with a minus"),
+    }
+
+
 def _yade(friction: float, modulus: float, ratio: float, number: float) -> dict[str, Typed]:
     return {"angle": Typed(math.atan(friction), NUMBER, "angle of friction [rad]")}
 
@@ -198,7 +209,7 @@ MODELS = {
     "kratos-dem": Model(_KRATOS, _BY_POISSON, False, _friction("mu")),
     "mercury-bshp": Model(_MERCURY, _FREE, True, _mercury),
     "yade-mindlin": Model(Rule("force", False, False), _BY_POISSON, False, _yade),
-    "mujoco-solref": Model(None, _FREE, False, _friction("mu")),
+    "mujoco-solref": Model(None, _FREE, False, _mujoco),
     REBOUND: Model(None, _FREE, False, _friction("mu")),
 }
 """Tangential laws by the name of the target, apart from those of LAMMPS; REBOUND has a table."""
@@ -216,6 +227,8 @@ class Angles:
         Normal velocity [m/s] of the collision.
     angle, exact, calibrated : array
         Angles [rad] from the normal of a body without spin, and e_t there: exact, and by the code.
+    warnings : tuple of str
+        Assumptions of the theory that are doubtful at these angles.
     ratio, number : float
         Tangential over normal stiffness of the code, and the number of its dashpot; NaN where it has none.
     """
@@ -226,6 +239,7 @@ class Angles:
     angle: Array
     exact: Array
     calibrated: Array
+    warnings: tuple[str, ...] = ()
     ratio: float = math.nan
     number: float = math.nan
 
@@ -252,30 +266,36 @@ def over_angles(
         raise InputError("friction", friction, "must be > 0; leave it out for a contact without friction")
     if cases.validity is None:
         raise InputError("friction", friction, "needs the material: it has no meaning with a stated restitution")
-    model, angles = model_of(target, style), _angles(angle)
+    model, angles = model_of(target, style), _angles(angle, _TABLE if law is None else _ANGLES)
     velocity, mass, radius = cases.middle
     impact = vary(cases.pair.impact, {"radius": radius, "mass": mass, "velocity": velocity})
-    solved = oblique(impact, friction=mu, angle=angles, gyration=kappa, rtol=_RTOL)
+    with warnings.catch_warnings():
+        # The result has them.
+        warnings.simplefilter("ignore", RestitutionWarning)
+        solved = solve(vary(impact, {"friction": mu, "gyration": kappa, "angle": angles}), rtol=_RTOL)
+    assert isinstance(solved, ObliqueResult)
+    doubts = tuple(solved.warnings)
     exact, slopes = np.asarray(solved.tangential_restitution_coefficient), np.tan(angles) / mu
     if law is None:
-        return Angles(mu, kappa, velocity, angles, exact, exact)
+        return Angles(mu, kappa, velocity, angles, exact, exact, doubts)
     case = Case(velocity, mass, radius, kappa)
     if model.rule is None:
-        e = float(law.rebound(velocity, mass, radius)[0])
-        return Angles(mu, kappa, velocity, angles, exact, rigid_rebounds(e, kappa, slopes))
+        e, time = (float(x) for x in law.rebound(velocity, mass, radius))
+        rigid = rigid_rebounds(e, kappa, slopes)
+        return Angles(mu, kappa, velocity, angles, exact, rigid, doubts, number=_STICKING / time)
     ratio, number = _nearest(model, model.rule, law, case, slopes, exact)
     calibrated = rebounds(model.rule, law, case, ratio, number, slopes)
-    return Angles(mu, kappa, velocity, angles, exact, calibrated, ratio, number)
+    return Angles(mu, kappa, velocity, angles, exact, calibrated, doubts, ratio, number)
 
 
-def _angles(angle: Any) -> Array:
+def _angles(angle: Any, count: int) -> Array:
     """Return angles [rad] over a range, or the one angle."""
     if angle is None:
-        return np.linspace(_LOWEST, _HIGHEST, _ANGLES)
+        return np.linspace(_LOWEST, _HIGHEST, count)
     ends = np.atleast_1d(between("angle", angle, 0.0, 0.5 * math.pi, "rad"))
     if ends.ndim != 1 or ends.size not in (1, 2):
         raise InputError("angle", angle, "must be one angle, or the smallest and the largest", "rad")
-    return np.linspace(ends[0], ends[-1], _ANGLES if ends.size > 1 else 1)
+    return np.linspace(ends[0], ends[-1], count if ends.size > 1 else 1)
 
 
 def _nearest(model: Model, rule: Rule, law: TypedLaw, case: Case, slopes: Array, exact: Array) -> tuple[float, float]:
