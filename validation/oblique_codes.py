@@ -7,6 +7,7 @@ out.
 
 from __future__ import annotations
 
+import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from codes import lammps  # noqa: E402
 STYLES = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")
 VELOCITY, FRICTION, RADIUS = 0.1, 0.3, 0.01
 DEGREES = (5, 15, 25, 35, 45, 55, 65, 75, 85)
+ENDS = math.radians(DEGREES[0]), math.radians(DEGREES[-1])
 RUBBER = rs.standard_solid(2e6, 5e6, 200.0, poisson_ratio=0.45, density=1100.0)
 BALL, WALL = rs.Body(RUBBER, radius=RADIUS), rs.Body(None)
 
@@ -118,7 +120,7 @@ def rows() -> list[tuple[str, list[float], list[float] | None]]:
     table = [("exact", np.asarray(exact.tangential_restitution_coefficient).tolist(), None)]
     for target, styles in (("lammps-viscoelastic", STYLES), ("mujoco-solref", (None,)), ("rebound", (None,))):
         for style in styles:
-            law = rs.calibrate((BALL, WALL), target, VELOCITY, friction=FRICTION, tangential=style)
+            law = rs.calibrate((BALL, WALL), target, VELOCITY, friction=FRICTION, tangential=style, angle=ENDS)
             assert law.angles is not None
             promised = np.interp(np.tan(angles), np.tan(law.angles.angle), law.angles.calibrated)
             run: Any = {"lammps-viscoelastic": by_lammps, "mujoco-solref": by_mujoco}.get(target)
@@ -141,7 +143,7 @@ def main() -> None:
         "",
         f"A ball of {1e3 * RADIUS:g} mm of a standard solid (2 and 5 MPa, 200 Pa s, Poisson ratio 0.45) meets a rigid "
         f"wall with {VELOCITY} m/s along the normal and friction {FRICTION}. The numbers are those of",
-        "`rs.calibrate(..., friction=0.3)`, the best over 2 to 85 degrees. LAMMPS and MuJoCo run with 2000 steps in a "
+        "`rs.calibrate(..., friction=0.3)`, the best over 5 to 85 degrees. LAMMPS and MuJoCo run with 2000 steps in a "
         "contact. *Misses* is the largest difference from the exact $e_t$ in this table, *promise* that from what "
         "`rs.calibrate` states.",
         "",
@@ -157,7 +159,10 @@ def main() -> None:
         lines.append(f"| {name} | " + " | ".join(cells) + f" | {missed} | {kept} |")
     lines += [
         "",
-        "MuJoCo's contacts have no tangential spring: what sticks never springs back, so that $e_t \\le 0$.",
+        "LAMMPS keeps the promise. The best of its styles, `mindlin_rescale/force`, misses 0.015, with a tangential "
+        "stiffness and a damping that were fitted to the exact answer.",
+        "MuJoCo's contacts have no tangential spring: what sticks never springs back, so that $e_t \\le 0$. Its cone "
+        "of friction is not Coulomb's law: impulses of slow sliding are smaller, and those of fast sliding larger.",
         "",
     ]
     text = "\n".join(lines)
