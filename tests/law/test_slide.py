@@ -14,9 +14,9 @@ from restitution import (
     Parabola,
     PronySeries,
     contact_law,
-    oblique,
     solve,
     standard_solid,
+    vary,
 )
 from restitution.law.step import step
 
@@ -73,8 +73,8 @@ def test_error_of_reference_values_falls_with_the_square_of_the_step(row):
 @pytest.mark.parametrize("materials", [(RUBBER, None), (LIQUID, None), (RUBBER, LIQUID)], ids=str)
 def test_small_steps_give_oblique_impacts(profile, materials):
     impact = Impact(materials[0], profile, 0.005, 1.0, counter_material=materials[1])
-    exact = oblique(impact, friction=0.3, tangential_velocity=0.4)
-    e_t, time = float(exact.tangential_restitution_coefficient), float(exact.normal.contact_time)
+    exact = solve(vary(impact, {"friction": 0.3, "tangential_velocity": 0.4}))
+    e_t, time = float(exact.tangential_restitution_coefficient), float(exact.contact_time)
     coarse = worst_error(contact_law(impact, friction=0.3), e_t, time, 0.4, 50)
     fine = worst_error(contact_law(impact, friction=0.3, max_nodes=300), e_t, time, 0.4, 200)
     assert coarse < 3e-3
@@ -83,15 +83,15 @@ def test_small_steps_give_oblique_impacts(profile, materials):
 
 def test_a_dashpot_is_of_first_order_at_least():
     impact = Impact(Material(PronySeries(3e6, parallel_viscosity=300.0), 1e7), Parabola(0.01), 0.005, 1.0)
-    exact = oblique(impact, friction=0.3, tangential_velocity=0.4)
-    e_t, time = float(exact.tangential_restitution_coefficient), float(exact.normal.contact_time)
+    exact = solve(vary(impact, {"friction": 0.3, "tangential_velocity": 0.4}))
+    e_t, time = float(exact.tangential_restitution_coefficient), float(exact.contact_time)
     law = contact_law(impact, friction=0.3, max_nodes=500)
     assert worst_error(law, e_t, time, 0.4, 400) < worst_error(law, e_t, time, 0.4, 100) / 2.0 < 5e-4
 
 
 def test_the_error_of_a_thinned_foundation_falls_with_the_square_of_the_nodes():
-    exact = oblique(BALL, friction=0.3, tangential_velocity=0.4)
-    e_t, time = float(exact.tangential_restitution_coefficient), float(exact.normal.contact_time)
+    exact = solve(vary(BALL, {"friction": 0.3, "tangential_velocity": 0.4}))
+    e_t, time = float(exact.tangential_restitution_coefficient), float(exact.contact_time)
     for nodes, limit in ((16, 3e-2), (32, 4e-3), (64, 1e-3)):
         for steps in (200, 800):
             assert worst_error(contact_law(BALL, friction=0.3, max_nodes=nodes), e_t, time, 0.4, steps) < limit
@@ -138,6 +138,13 @@ def test_any_motion_obeys_coulomb_and_never_yields_energy(seed):
         work.append(work[-1] + 0.5 * (before + pull) @ way)
         before = pull
     assert min(work) >= -1e-12 * max(work)
+
+
+def test_the_friction_of_an_impact_is_that_of_its_law():
+    law = contact_law(vary(BALL, {"friction": 0.3, "tangential_velocity": 0.4}))
+    assert law.friction == 0.3
+    assert law.grip.tolist() == contact_law(BALL, friction=0.3).grip.tolist()
+    assert contact_law(vary(BALL, {"friction": 0.3}), friction=0.2).friction == 0.2
 
 
 @pytest.mark.plain

@@ -291,11 +291,18 @@ def event_table(cases: Collisions, name: str) -> TableLaw:
     return TableLaw(cases.velocity[:1], np.sqrt(e.min() * e.max()).reshape(1))
 
 
-def event_text(law: TableLaw, name: str, threshold: float) -> str:
-    """Return the snippet of a code of events."""
-    code = CODES[name]
+def event_text(law: TableLaw, name: str, threshold: float, angles: Any = None) -> str:
+    """Return the snippet of a code of events; `angles` are those of `tangential` with friction."""
+    code, numbers = CODES[name], dict[str, str]()
+    text = code["pair"]
+    if angles is not None:
+        for smooth, rough in code["rough"]:
+            text = text.replace(smooth, rough)
+        for key, column in (("slope", angles.slope), ("tangential", angles.exact)):
+            numbers[key] = ", ".join(f"{x:.8g}" for x in column)
+        numbers |= {"mu": f"{angles.friction:.8g}", "gyration": f"{angles.gyration:.8g}"}
     if "row" not in code:
-        return code["pair"].format(restitution=f"{law.restitution_coefficient[0]:.8g}", threshold=f"{threshold:.8g}")
+        return text.format(restitution=f"{law.restitution_coefficient[0]:.8g}", threshold=f"{threshold:.8g}")
     pairs = list(zip(law.velocity, law.restitution_coefficient, strict=True))
     columns = [code.get("between", ", ").join(row.format(v=v, e=e) for v, e in pairs) for row in code["row"]]
-    return code["pair"].format(*columns)
+    return text.format(*columns, **numbers)

@@ -24,7 +24,7 @@ _DAMPING = Dimension("damping per area", "1/(m s)", powers=Powers(0, -1, -1))
 _STIFFNESS_PER_MASS = Dimension("stiffness per mass", "1/s^2", powers=Powers(0, 0, -2))
 _SLOWNESS = Dimension("time per length", "s/m", powers=Powers(0, -1, 1))
 _FORCE_PER_LENGTH = Dimension("stiffness", "N/m", powers=Powers(1, 0, -2))
-_DAMPING_PER_MASS = Dimension("damping per mass", "1/s", powers=Powers(0, 0, -1))
+DAMPING_PER_MASS = Dimension("damping per mass", "1/s", powers=Powers(0, 0, -1))
 
 # Losses of the table. Below them e = exp(-C b); above them the rebound is too slow to be of use.
 _LOWEST = 1e-4
@@ -179,6 +179,8 @@ class Law:
         End of the contact with the snippet, and with the defaults of the code: at zero "force", or "overlap".
     pair, wall : str
         Text to paste for two balls, and for a ball and a wall; the numbers are fields.
+    rough : tuple of pairs of str
+        Parts of the texts, and what they are with friction.
     comment, units : str, tuple of str
         Form of a comment; unit systems.
     notes : tuple of str
@@ -199,6 +201,7 @@ class Law:
     per_mass: bool = False
     end: End = "force"
     naive_end: End = "force"
+    rough: tuple[tuple[str, str], ...] = ()
     comment: str = "# {}"
     units: tuple[str, ...] = ("si",)
     notes: tuple[str, ...] = ()
@@ -318,6 +321,7 @@ def _lammps(damping: str, number: str) -> dict[str, Any]:
         "words": f"LAMMPS, pair_style granular, hertz/material, damping {damping} limit_damping",
         "source": "LAMMPS documentation (version 22Jul2025), pages pair_style granular and fix wall/gran",
         "naive_end": "overlap",
+        "rough": (("linear_nohistory 0 0", "{style} {k_t} {x_gammat} {x_mu}"),),
         "units": ("si", "cgs", "micro", "lj"),
         "pair": f"pair_style granular\npair_coeff * * {model}",
         "wall": f"fix wall all wall/gran granular {model} zplane 0 NULL",
@@ -332,7 +336,8 @@ CODES: dict[str, dict[str, Any]] = tomllib.loads(
 
 def _texts(name: str) -> dict[str, Any]:
     """Return the arguments of a law that are texts."""
-    text = CODES[name] | {"name": name, "notes": tuple(CODES[name].get("notes", ()))}
+    pairs = tuple((smooth, rough) for smooth, rough in CODES[name].get("rough", ()))
+    text = CODES[name] | {"name": name, "notes": tuple(CODES[name].get("notes", ())), "rough": pairs}
     return text | {"wall": f"{text['pair']}\n{text.pop('wall_line', '')}".rstrip("\n")}
 
 
@@ -407,7 +412,7 @@ MUJOCO_SOLREF = Law(
     dashpot=lambda stiffness, mass, radius: mass,
     typed=lambda modulus, strength, setting: {
         "stiffness": Typed(modulus, _STIFFNESS_PER_MASS, "stiffness per mass, typed with a minus"),
-        "damping": Typed(strength, _DAMPING_PER_MASS, "damping per mass, typed with a minus"),
+        "damping": Typed(strength, DAMPING_PER_MASS, "damping per mass, typed with a minus"),
     },
     # The default solref is "0.02 1": time constant [s] and damping ratio.
     naive=lambda setting: (0.02**-2, 2.0 / 0.02),

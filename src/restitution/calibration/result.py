@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from restitution.calibration.collisions import Collisions, TableLaw
 from restitution.calibration.laws import TypedLaw
+from restitution.calibration.tangential import Angles
 from restitution.checks import Array
 from restitution.files import write_text
 from restitution.quantities import INPUTS, OUTPUTS, check
@@ -67,6 +68,8 @@ class Calibration(Result):
         Velocities, radii and the exact answers.
     law, naive_law : TypedLaw or TableLaw
         The laws with their numbers in SI; of an N-body code the coefficients over the velocity.
+    angles : Angles or None
+        With friction e_t over the angle of incidence: exact, and by the code.
 
     Notes
     -----
@@ -88,6 +91,7 @@ class Calibration(Result):
     collisions: Collisions
     law: TypedLaw | TableLaw
     naive_law: TypedLaw | TableLaw
+    angles: Angles | None = None
 
     @property
     def wall(self) -> bool:
@@ -102,7 +106,8 @@ class Calibration(Result):
     @property
     def warnings(self) -> list[str]:
         """Messages of the assumptions of the theory that are doubtful within the range."""
-        return [] if self.collisions.validity is None else self.collisions.validity.warnings
+        own = [] if self.collisions.validity is None else self.collisions.validity.warnings
+        return own if self.angles is None else [*dict.fromkeys([*own, *self.angles.warnings])]
 
     def restitution_coefficient(self, velocity: Any, radius: float | None = None) -> Any:
         """Return the coefficient of restitution [-] that the code gives, without the error of its time step.
@@ -185,6 +190,7 @@ class Calibration(Result):
             "within": {f"{level:g}": ranges for level, ranges in self.within.items()},
             "table": {str(name): plain(table[name].to_numpy(), nullable) for name in table.variables},
             "units_of_table": {str(name): table[name].attrs["units"] for name in table.variables},
+            "angles": None if self.angles is None else {k: plain(v) for k, v in vars(self.angles).items()},
         }
 
     def to_json(self, path: str | Path | None = None) -> str:
@@ -232,6 +238,10 @@ class Calibration(Result):
             error, naive = (self._largest_error(kind + name) for kind in ("calibrated_", "naive_"))
             if np.isfinite(error):
                 lines.append(f"  largest error of {what}: {100 * error:.2g} %; as usually typed: {100 * naive:.2g} %")
+        if self.angles is not None:
+            low, high = np.degrees(self.angles.angle[[0, -1]])
+            error = self.angles.largest_error
+            lines.append(f"  largest difference of e_t from {low:.3g} to {high:.3g} degrees: {error:.2g}")
         for level, ranges in self.within.items():
             where = ", ".join(f"{a:.3g} to {b:.3g} m/s" for a, b in ranges) or "nowhere"
             lines.append(f"  e within {100 * level:g} %: {where}")
@@ -250,13 +260,18 @@ def _ranges(x: Array, good: NDArray[np.bool_]) -> list[tuple[float, float]]:
 _STEPS = 100
 
 
-def snippet(typed: TypedLaw, parameters: Mapping[str, Any], cases: Collisions, system: UnitSystem) -> str:
-    """Return the text of a law with its numbers, after comments on what they hold for."""
+def snippet(
+    typed: TypedLaw, parameters: Mapping[str, Any], cases: Collisions, system: UnitSystem, style: str | None
+) -> str:
+    """Return the text of a law with its numbers, after comments on what they hold for; `style` is that of friction."""
     law, numbers = typed.law, {name: f"{number.value:.8g}" for name, number in parameters.items()}
     remarks = [*heading(law.words, cases, system), *(note.format(**numbers) for note in law.notes)]
     _, times = typed.rebound(float(cases.velocity[-1]), cases.mass, cases.reduced_radius)
     remarks.append(f"time step at most {_amount(float(times.min()) / _STEPS, TIME, system)}")
-    text = (law.wall if cases.pair.wall else law.pair).format(**numbers)
+    text = law.wall if cases.pair.wall else law.pair
+    for smooth, rough in law.rough if style is not None else ():
+        text = text.replace(smooth, rough)
+    text = text.format(**numbers, style=style)
     return "\n".join([*(law.comment.format(line) for line in remarks), text, ""])
 
 

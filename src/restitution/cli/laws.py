@@ -111,6 +111,14 @@ def _write_law(
             "relaxation_times": series.relaxation_times.tolist(), "parallel_viscosity": series.parallel_viscosity,
             "restitution_error": law.restitution_error,
         }  # fmt: skip
+        if law.shear_modulus is not None:
+            shear = law.shear_modulus
+            content |= {
+                "friction": law.friction, "shear_equilibrium_modulus": shear.equilibrium_modulus,
+                "shear_branch_moduli": shear.branch_moduli.tolist(),
+                "shear_relaxation_times": shear.relaxation_times.tolist(),
+                "shear_parallel_viscosity": shear.parallel_viscosity,
+            }  # fmt: skip
         write_text(to, dumps(content, indent=1) + "\n")
     count = law.modulus.n_branches
     error = f", error of e {law.restitution_error:.1e}" if terms else ""

@@ -384,7 +384,8 @@ def contact_law(
         Its materials and its profile define the law. Mass, velocity and external force do not matter, except for a
         profile given by a table, whose depths end beyond the deepest of these impacts. They may be arrays.
     friction : float, optional
-        Coefficient of friction [-], >= 0 and finite, for a law with a tangential force as well.
+        Coefficient of friction [-], >= 0 and finite, for a law with a tangential force as well; by default that of the
+        impact, if it has one.
     max_nodes : int
         Largest number of nodes of a contact, >= 8. A contact gets one node for each step of its first approach;
         when there is no room, nodes that are near others in depth and time are dropped.
@@ -448,7 +449,8 @@ def contact_law(
         if getattr(impact, name) is not None:
             single_material(name, getattr(impact, name))
     impact.contact.warn_if_approximate("contact law")
-    shear = None
+    shear, friction = None, impact.friction if friction is None else friction
+    impact = impact if impact.friction is None else impact.normal
     if friction is not None:
         friction = single_nonnegative("friction", friction)
         shear = reduced_shear_modulus(impact.material, impact.counter_material)
