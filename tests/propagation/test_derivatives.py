@@ -1,5 +1,6 @@
 """Derivatives of impacts against closed forms that mpmath differentiates, and against dimensional analysis."""
 
+import math
 from typing import Any
 
 import mpmath as mp
