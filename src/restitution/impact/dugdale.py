@@ -17,8 +17,8 @@ from restitution.material.prony import PronySeries, secular_roots
 FEWEST, MOST, _SCALING = 100, 3200, 64
 # Room beyond the largest zone, steps for each element, and jumps that are kept.
 _ROOM, _STEPS, _JUMPS = 1.3, 24, 64
-# Largest number of trials for the scales, and factors of a zone and a duration that were too small.
-_TRIALS, _WIDER, _LONGER = 120, 1.6, 4.0
+# Largest number of trials for the scales, and of scales, and factors of a zone and a duration that were too small.
+_TRIALS, _WIDENED, _WIDER, _LONGER = 120, 8, 1.6, 4.0
 # Share of the room that the largest zone takes at least.
 _FILLED = 0.6
 # The error of an extrapolated result is its last change, or this share of the change before.
@@ -79,38 +79,64 @@ class Solved(NamedTuple):
 
 def solve_adhesive(problem: Problem, rtol: float) -> Solved:
     """Return the impact with e known to `rtol`, or a status that says why not."""
-    from restitution.kernel.adhesion import HELD, NOT_DISC, SEPARATED
+    from restitution.kernel.adhesion import NO_ROOM, TOO_LONG
 
     width, time = scales(problem)
-    failed = Solved(Status.TOO_MANY_STEPS, dict.fromkeys(NUMBERS, math.nan), _NONE, 0, math.inf)
-    if not math.isfinite(width):
-        return failed._replace(status=Status.TOO_DEEP if width == math.inf else Status.TOO_MANY_STEPS)
-    count, held, change = FEWEST, 0, math.inf
+    for _ in range(_WIDENED):
+        if not math.isfinite(width):
+            break
+        solved = _refined(problem, width, time, rtol)
+        if solved.march.end == NO_ROOM:
+            # A coarse march may hold a body that a finer one lets go deeper.
+            width = _wider(problem, width)
+        elif solved.march.end == TOO_LONG:
+            time *= _LONGER
+        else:
+            return solved
+    return _failed(Status.TOO_DEEP if width == math.inf else Status.TOO_MANY_STEPS, _NONE)
+
+
+def _failed(status: Status, march: March) -> Solved:
+    return Solved(status, dict.fromkeys(NUMBERS, math.nan), march, 0, math.inf)
+
+
+def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved:
+    """March with more and more elements on one scale until e is known, or a march does not end."""
+    from restitution.kernel.adhesion import HELD, SEPARATED
+
+    count, held, change = FEWEST, 0, 0.0
     last: March | None = None
     now: dict[str, float] | None = None
     while count <= MOST:
         march = run(problem, width, time, count)
-        if march.end == HELD:
-            held += 1
-            if held >= _SURE:
-                return Solved(Status.CAPTURED, march.numbers | {"energy": 0.0}, march, count, 0.0)
-            last, now = None, None
-        elif march.end == SEPARATED:
-            held = 0
-            if last is not None:
-                after = {name: (4.0 * march.numbers[name] - last.numbers[name]) / 3.0 for name in NUMBERS}
-                moved = math.inf if now is None else abs(after["energy"] - now["energy"])
-                error = _error_of_e(after["energy"], max(moved, _BEFORE * change if math.isfinite(change) else 0.0))
-                if after["energy"] > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(after["energy"])):
-                    return Solved(Status.SEPARATED, after, march, count, error)
-                now, change = after, moved
-            last = march
-        elif march.end == NOT_DISC:
-            return failed._replace(status=Status.NOT_ACCURATE, march=march)
+        if march.end not in (HELD, SEPARATED):
+            return _failed(Status.NOT_ACCURATE, march)
+        held = held + 1 if march.end == HELD else 0
+        if held >= _SURE:
+            return Solved(Status.CAPTURED, march.numbers | {"energy": 0.0}, march, count, 0.0)
+        if last is not None and march.end == last.end == SEPARATED:
+            after = {name: (4.0 * march.numbers[name] - last.numbers[name]) / 3.0 for name in NUMBERS}
+            moved = math.inf if now is None else abs(after["energy"] - now["energy"])
+            error = _error_of_e(after["energy"], max(moved, _BEFORE * change))
+            if after["energy"] > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(after["energy"])):
+                return Solved(Status.SEPARATED, after, march, count, error)
+            now, change = after, moved if math.isfinite(moved) else 0.0
         else:
-            last, now = None, None
+            now, change = None, 0.0
+        last = march
         count *= 2
-    return failed._replace(status=Status.NOT_ACCURATE)
+    return _failed(Status.NOT_ACCURATE, _NONE)
+
+
+def _widest(problem: Problem) -> float:
+    """Return the largest zone [m] whose elements end before the profile does, where its slope may be infinite."""
+    return 0.99 * float(np.asarray(problem.profile.max_contact_radius)) / (_ROOM + 0.1)
+
+
+def _wider(problem: Problem, width: float) -> float:
+    """Return the next larger zone [m]; infinite beyond the profile."""
+    widest = _widest(problem)
+    return math.inf if width >= widest else min(_WIDER * width, widest)
 
 
 def _error_of_e(energy: float, error: float) -> float:
@@ -122,25 +148,21 @@ def scales(problem: Problem) -> tuple[float, float]:
     """Return the largest radius [m] of the zone and the duration [s]; infinite where the profile ends before."""
     from restitution.kernel.adhesion import NO_ROOM, TOO_LONG
 
-    profile = problem.profile
-    most = float(np.asarray(profile.max_contact_radius))
-    # The elements must end before the profile does, where it has an infinite slope.
-    widest = 0.99 * most / (_ROOM + 0.1)
-    width = min(_first_width(problem), widest)
-    time = 4.0 * (float(profile.transform(width)) + float(problem.adhesion.range or 0.0)) / problem.velocity
+    width = min(_first_width(problem), _widest(problem))
+    time = 4.0 * (float(problem.profile.transform(width)) + float(problem.adhesion.range or 0.0)) / problem.velocity
     for _ in range(_TRIALS):
         march = run(problem, width, time, _SCALING)
         if march.end == NO_ROOM:
-            if width >= widest:
-                return math.inf, time
-            width = min(_WIDER * width, widest)
+            width = _wider(problem, width)
+            if width == math.inf:
+                return width, time
         elif march.end == TOO_LONG:
             time *= _LONGER
         elif march.widest < _FILLED * width:
             width = max(1.02 * march.widest, 0.1 * width)
             time = min(time, _LONGER * march.duration)
         else:
-            return min(1.02 * march.widest, widest), march.duration
+            return min(1.02 * march.widest, _widest(problem)), march.duration
     return math.nan, time
 
 
