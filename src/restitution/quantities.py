@@ -221,7 +221,7 @@ OUTPUTS = _by_name(
     ),
     _nonnegative("dissipated_energy", ENERGY, "energy dissipated", r"$E_\mathrm{d}$"),
     _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
-    _nonnegative("radiated_energy", ENERGY, "energy that the target carries away", r"$E_\mathrm{r}$"),
+    _nonnegative("radiated_energy", ENERGY, "energy carried away by waves", r"$E_\mathrm{r}$"),
     Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$", derive=_energy_residual),
 )  # fmt: skip
 """Outputs of an impact. An entry with `derive` follows from those before it."""
@@ -318,7 +318,7 @@ ADHESION_INPUTS = _by_name(
 
 ADHESION = _by_name(
     _nonnegative("pull_off_force", FORCE, "largest pull", r"$F_\mathrm{pull}$"),
-    _nonnegative("touch_time", TIME, "time from the first to the last touch", r"$T_a$"),
+    _nonnegative("touching_time", TIME, "time from the first to the last touch", r"$T_a$"),
 )
 """Outputs of an adhesive impact, besides those of all impacts."""
 

@@ -244,3 +244,43 @@ def test_a_zone_that_is_too_thin_is_refused():
     with pytest.raises(SolverError, match="lambda = 5") as caught:
         rs.solve(impact)
     assert caught.value.status == Status.NOT_ACCURATE
+
+
+def test_a_case_file_has_a_section(tmp_path):
+    text = """
+    [body]
+    mass = 1
+    radius = 1
+    [material]
+    shear = {equilibrium_modulus = 0.25, branch_moduli = [1], relaxation_times = [1]}
+    bulk_modulus = "incompressible"
+    [impact]
+    velocity = 0.5
+    [adhesion]
+    work = "20 mJ/m^2"
+    stress = 0.3
+    [solver]
+    rtol = 1e-4
+    """
+    path = tmp_path / "ball.toml"
+    path.write_text(text)
+    result = rs.read_case(path).solve()
+    assert (
+        result.restitution_coefficient == rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-4).restitution_coefficient
+    )
+    path.write_text(text + "\n[bounces]\n")
+    assert "adhesion" in str(in_one_line(lambda: rs.read_case(path).bounces()))
+    path.write_text(text.replace("stress = 0.3", 'stress = 0.3\nrange = "1 nm"'))
+    assert "adhesion" in str(in_one_line(lambda: rs.read_case(path)))
+
+
+def test_results_tell_their_numbers():
+    result = rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-4)
+    static, glass = result.maugis_numbers
+    assert static == pytest.approx(0.3 * (9.0 / (2.0 * math.pi * 0.02)) ** (1.0 / 3.0))
+    assert static / glass == pytest.approx(5.0 ** (2.0 / 3.0))
+    text = str(result.summary())
+    assert "range of the attraction 66.6667 mm" in text
+    assert f"lambda {static:.3g} at rest" in text
+    assert result.to_dict()["pull_off_force"] == result.pull_off_force
+    assert result.outputs["radiated_energy"] == result.energy.radiated

@@ -73,7 +73,7 @@ class Adhesion:
             reach = ADHESION_INPUTS["range"].check(RANGE if self.range is None else self.range)
             stress = work / np.asarray(reach)
         for name, value in (("work", work), ("stress", stress), ("range", reach)):
-            object.__setattr__(self, name, np.asarray(value)[()])
+            object.__setattr__(self, name, np.asarray(value) if np.ndim(value) else float(value))
         _ = self.shape
 
     @property

@@ -48,7 +48,7 @@ LEAST_RTOL = 1e-6
 """Smallest tolerance of e with adhesion."""
 
 # Maugis' parameter at the static modulus from which the zone is too thin for the elements, and the one advised.
-_THINNEST, _ADVISED = 30.0, 5.0
+_THINNEST, _ADVISED = 20.0, 5.0
 
 
 class Jump(NamedTuple):
@@ -80,7 +80,7 @@ class AdhesiveResult(ImpactResult):
     ----------
     pull_off_force : float or array
         Largest pull [N] during the impact.
-    touch_time : float or array
+    touching_time : float or array
         Time [s] from the first to the last touch, within the contact time.
     dissipated_energy, stored_energy, radiated_energy : float or array
         Energies [J] that the material dissipates, that the surface still stores at separation, and that jumps into
@@ -98,7 +98,7 @@ class AdhesiveResult(ImpactResult):
     _numbers = (*ImpactResult._numbers, *ADHESION, "restitution_error", "maugis_numbers")
 
     pull_off_force: Numeric = math.nan
-    touch_time: Numeric = math.nan
+    touching_time: Numeric = math.nan
     dissipated_energy: Numeric = math.nan
     stored_energy: Numeric = math.nan
     radiated_energy: Numeric = math.nan
@@ -186,15 +186,15 @@ class AdhesiveResult(ImpactResult):
     def summary(self, title: str = "") -> Summary:
         """Return the table of outputs, the range of the attraction and warnings; of several impacts their ranges."""
         found = super().summary(title)
-        return found if np.shape(self.status) else replace(found, lines=(*found.lines, _zone_in_words(self)))
+        if np.shape(self.status) or not isinstance(self.impact, Impact):
+            return found
+        return replace(found, lines=(*found.lines, _zone_in_words(self.impact)))
 
 
-def _zone_in_words(result: AdhesiveResult) -> str:
+def _zone_in_words(impact: Impact) -> str:
     """Return the range and Maugis' parameters of a single impact."""
-    impact = result.impact
-    assert isinstance(impact, Impact)
     assert impact.adhesion is not None
-    static, glass = (float(np.asarray(value)) for value in result.maugis_numbers)
+    static, glass = (float(np.asarray(value)) for value in maugis_numbers(impact))
     reach = in_words(float(np.asarray(impact.adhesion.range)), "m")
     if math.isnan(static):
         return f"range of the attraction {reach}"
@@ -286,7 +286,9 @@ def solve_with_adhesion(
     message = failures(np.bincount(status, minlength=len(Status)).tolist(), count)
     if message and (errors or ("warn" if shape else "raise")) == "raise":
         first = int(np.argmax(status >= Status.TOO_MANY_STEPS))
-        raise SolverError(Status(int(status[first])), f"impact {first} of {count}" if count > 1 else "")
+        place = f"impact {first} of {count}: " if count > 1 else ""
+        single = impact.take(np.asarray(first)) if shape else impact
+        raise SolverError(Status(int(status[first])), place + _zone_in_words(single))
     warn({"failed": message} if message else {}, 4)
     return _result(impact, limit, columns, status, kept[0] if kept else None)
 
@@ -300,7 +302,7 @@ def _at_rest(problem: Problem, solved: Solved) -> Solved:
         held = rest(problem.profile, static, problem.adhesion, solved.march.widest)
         depth, radius = held.depth, held.radius
     numbers |= {
-        "residual_indentation_depth": depth, "contact_time": math.inf, "touch_time": math.inf,
+        "residual_indentation_depth": depth, "contact_time": math.inf, "touching_time": math.inf,
         "max_indentation_depth": max(numbers["max_indentation_depth"], depth),
         "max_contact_radius": max(numbers["max_contact_radius"], radius),
         "dissipated_energy": math.nan, "radiated_energy": math.nan, "stored_energy": math.nan,

@@ -14,7 +14,7 @@ from restitution.impact.status import Status
 from restitution.material.prony import PronySeries, secular_roots
 
 # Elements of the first march that counts, and of the finest; those of the march that finds the scales.
-FEWEST, MOST, _SCALING = 100, 3200, 64
+FEWEST, MOST, _SCALING = 100, 6400, 64
 # Room beyond the largest zone, steps for each element, and jumps that are kept.
 _ROOM, _STEPS, _JUMPS = 1.3, 24, 64
 # Largest number of trials for the scales, and of scales, and factors of a zone and a duration that were too small.
@@ -33,7 +33,7 @@ _OCTAVES, _SPREAD, _FINE = 20, 0.05, 0.05
 
 NUMBERS = (
     "energy", "contact_time", "max_indentation_depth", "max_force", "max_contact_radius", "residual_indentation_depth",
-    "dissipated_energy", "radiated_energy", "stored_energy", "pull_off_force", "touch_time",
+    "dissipated_energy", "radiated_energy", "stored_energy", "pull_off_force", "touching_time",
 )  # fmt: skip
 """Numbers of a march: rebound over impact energy, then those of `restitution.quantities` in SI."""
 
@@ -227,7 +227,7 @@ def _numbers(problem: Problem, motion: Array, jumps: Array, left: float) -> dict
         "max_force": max(_peak(time, force), 0.0), "max_contact_radius": _peak(time, radius),
         "residual_indentation_depth": float(depth[-1]), "dissipated_energy": float(viscous[-1]),
         "radiated_energy": float(lost[-1]), "stored_energy": left - out,
-        "pull_off_force": max(_peak(time, -force), 0.0), "touch_time": touch,
+        "pull_off_force": max(_peak(time, -force), 0.0), "touching_time": touch,
     }  # fmt: skip
 
 
