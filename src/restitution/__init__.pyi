@@ -7,6 +7,7 @@ from .case.impact import Case as Case
 from .case.impact import read_case as read_case
 from .case.observations import read_observations as read_observations
 from .citation.cite import cite as cite
+from .contact.adhesion import Adhesion as Adhesion
 from .contact.force_law import ForceLaw as ForceLaw
 from .contact.layer.layer import Layer as Layer
 from .contact.profiles import Cone as Cone
@@ -39,6 +40,8 @@ from .identification.records import BounceTimes as BounceTimes
 from .identification.records import ForceHistory as ForceHistory
 from .identification.result import Identification as Identification
 from .impact import closed_forms as closed_forms
+from .impact.adhesion import AdhesiveResult as AdhesiveResult
+from .impact.adhesion import sticking_velocity as sticking_velocity
 from .impact.bounces import Bounces as Bounces
 from .impact.bounces import bounces as bounces
 from .impact.elements import element_history as element_history

@@ -32,6 +32,7 @@ from restitution.units import (
     NUMBER,
     PRESSURE,
     STIFFNESS,
+    SURFACE_ENERGY,
     TEMPERATURE,
     TEMPERATURE_DIFFERENCE,
     TIME,
@@ -220,7 +221,7 @@ OUTPUTS = _by_name(
     ),
     _nonnegative("dissipated_energy", ENERGY, "energy dissipated", r"$E_\mathrm{d}$"),
     _nonnegative("stored_energy", ENERGY, "energy still stored", r"$E_\mathrm{s}$"),
-    _nonnegative("radiated_energy", ENERGY, "energy that the target carries away", r"$E_\mathrm{r}$"),
+    _nonnegative("radiated_energy", ENERGY, "energy carried away by waves", r"$E_\mathrm{r}$"),
     Quantity("energy_residual", NUMBER, "residual of the energy balance", r"$r$", derive=_energy_residual),
 )  # fmt: skip
 """Outputs of an impact. An entry with `derive` follows from those before it."""
@@ -307,6 +308,32 @@ HISTORY = _by_name(
     _nonnegative("slip_velocity", VELOCITY, "largest velocity of slip", r"$v_\mathrm{slip}$"),
 )
 """Columns of a history over time."""
+
+ADHESION_INPUTS = _by_name(
+    _positive("work", SURFACE_ENERGY, "work of adhesion", r"$w$"),
+    _positive("stress", PRESSURE, "stress of the attraction", r"$\sigma_0$"),
+    _positive("range", LENGTH, "range of the attraction", r"$h_0$"),
+)
+"""Numbers of the adhesion of two surfaces."""
+
+ADHESION = _by_name(
+    _nonnegative("pull_off_force", FORCE, "largest pull", r"$F_\mathrm{pull}$"),
+    _nonnegative("touching_time", TIME, "time from the first to the last touch", r"$T_a$"),
+)
+"""Outputs of an adhesive impact, besides those of all impacts."""
+
+ADHESION_HISTORY = _by_name(
+    HISTORY["time"]._replace(words="time since the first attraction"),
+    HISTORY["indentation_depth"],
+    HISTORY["indentation_velocity"],
+    HISTORY["force"],
+    HISTORY["contact_radius"],
+    _nonnegative("zone_radius", LENGTH, "radius of the attraction", r"$c$"),
+    HISTORY["kinetic_energy"],
+    HISTORY["dissipated_energy"],
+    _nonnegative("jump_energy", ENERGY, "energy lost in jumps", r"$E_\mathrm{j}$"),
+)
+"""Columns of the history of an adhesive impact."""
 
 BOUNCES = _by_name(
     _nonnegative("touch_time", TIME, "time of touch", r"$t$"),

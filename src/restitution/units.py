@@ -65,6 +65,7 @@ MOLAR_ENERGY = Dimension("energy per amount of substance", "J/mol", "80 kJ/mol")
 FREQUENCY = Dimension("frequency", "1/s", "100 Hz", Powers(time=-1))
 STIFFNESS = Dimension("stiffness", "N/m", "0.1 N/m", Powers(1, 0, -2))
 COMPLIANCE = Dimension("compliance", "1/Pa", "1e-6 1/Pa", Powers(-1, 1, 2))
+SURFACE_ENERGY = Dimension("energy per area", "J/m^2", "50 mJ/m^2", Powers(1, 0, -2))
 
 _SHOWN = (
     NUMBER, LENGTH, MASS, TIME, DENSITY, VELOCITY, ACCELERATION, FORCE, IMPEDANCE, ENERGY, MODULUS, PRESSURE,

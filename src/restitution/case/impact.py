@@ -12,9 +12,10 @@ from pydantic import Field, StrictBool, StrictInt, field_validator, model_valida
 
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
-from restitution.case.quantity import nonnegative, of, positive
+from restitution.case.quantity import Reader, nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, without_deviations
 from restitution.checks import plain
+from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import BALL_ON_TARGET
 from restitution.contact.profiles import Parabola, sphere_mass
 from restitution.errors import InputError
@@ -30,7 +31,16 @@ from restitution.impact.problem import (
 )
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
-from restitution.quantities import DEFAULT_OUTPUTS, IMPACT_OUTPUTS, LENGTH, NUMBER, SLIDING, TIME, known
+from restitution.quantities import (
+    ADHESION_INPUTS,
+    DEFAULT_OUTPUTS,
+    IMPACT_OUTPUTS,
+    LENGTH,
+    NUMBER,
+    SLIDING,
+    TIME,
+    known,
+)
 
 if TYPE_CHECKING:
     from restitution.impact.bounces import Bounces
@@ -129,6 +139,24 @@ class ImpactSection(Section):
         return plain(normal), plain(along)
 
 
+class AdhesionSection(Section):
+    """Attraction of the surfaces: its work, and the stress or the range, 0.4 nm unless one is given."""
+
+    work: Annotated[float, Reader(ADHESION_INPUTS["work"])]
+    stress: Annotated[float, Reader(ADHESION_INPUTS["stress"])] | None = None
+    range: Annotated[float, Reader(ADHESION_INPUTS["range"])] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> AdhesionSection:
+        if self.stress is not None and self.range is not None:
+            refuse("give stress or range, not both")
+        return self
+
+    def build(self) -> Adhesion:
+        """Return the adhesion in SI."""
+        return Adhesion(self.work, self.stress, self.range)
+
+
 class BouncesSection(Section):
     """Surface and end of a series of bounces."""
 
@@ -206,6 +234,7 @@ class CaseFile(Section):
     counter_material: AnyMaterial | None = None
     counter_body: CounterBodySection | None = None
     impact: ImpactSection
+    adhesion: AdhesionSection | None = None
     bounces: BouncesSection = BouncesSection()
     solver: SolverSection = SolverSection()
     uncertainty: UncertaintySection | None = None
@@ -253,14 +282,16 @@ class CaseFile(Section):
         counter: Material | None = None if self.partner is None else self.partner.build(window)
         force = mass * self.impact.gravity if self.impact.weight else _or(self.impact.external_force, 0.0)
         bodies, size = self.bodies(material, counter), self.impact.body_size
+        adhesion = self.adhesion and self.adhesion.build()
         if bodies is not None:
-            return replace(collision(*bodies, velocity, external_force=force), body_size=size, **self.impact.sliding)
+            first = collision(*bodies, velocity, external_force=force)
+            return replace(first, body_size=size, adhesion=adhesion, **self.impact.sliding)
         options: dict[str, Any] = {"external_force": force, "impedance": _or(self.impact.impedance, math.inf)}
         if self.impact.material_of == "body":
             options["diameters"] = BALL_ON_TARGET[::-1]
         profile = self.profile.build(self.body.radius)
-        options |= self.impact.sliding
-        return Impact(material, profile, mass, velocity, counter_material=counter, body_size=size, **options)
+        options |= {"counter_material": counter, "body_size": size, "adhesion": adhesion, **self.impact.sliding}
+        return Impact(material, profile, mass, velocity, **options)
 
     def bodies(self, material: Material, counter: Material | None) -> tuple[Body, Body] | None:
         """Return the two free bodies, of these materials; None if the second is a half-space."""

@@ -24,6 +24,7 @@ from restitution.checks import (
     single_nonnegative,
     truth,
 )
+from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import BALL_ON_TARGET, Contact, Geometry
 from restitution.contact.profiles import Parabola, as_profile, sphere_mass
 from restitution.errors import InputError, InputTypeError
@@ -33,7 +34,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, single_material
 
 # Parts of an impact that are no numbers but may be arrays of them.
-_OBJECTS = ("material", "profile", "counter_material")
+_OBJECTS = ("material", "profile", "counter_material", "adhesion")
 _NUMBERS = (*quantities.BODY, *quantities.SLIDING)
 # Tolerance of a first solution, whose largest contact radius is good to 1e-8 then.
 _ESTIMATE_RTOL = 1e-6
@@ -107,8 +108,9 @@ class Impact:
 
     Notes
     -----
-    Quasi-static, adhesionless, small strain, half-space; `ImpactResult.validity` compares these assumptions with the
-    numbers of the impact. Friction is that of Coulomb, and leaves the normal motion as it is; see `ObliqueResult`.
+    Quasi-static, small strain, half-space, adhesionless unless `adhesion` is given; `ImpactResult.validity` compares
+    these assumptions with the numbers of the impact. Friction is that of Coulomb, and leaves the normal motion as it
+    is; see `ObliqueResult`.
 
     Examples
     --------
@@ -134,6 +136,7 @@ class Impact:
     gyration: Numeric = field(default=SOLID_BALL, kw_only=True)
     angle: InitVar[Any] = field(default=None, kw_only=True)
     speed: InitVar[Any] = field(default=None, kw_only=True)
+    adhesion: Adhesion | None = field(default=None, kw_only=True)
 
     axes: ClassVar[Axes | None] = None
     """Names of the axes of an array of impacts; None where they have no names."""
@@ -142,6 +145,8 @@ class Impact:
         if angle is not None or speed is not None:
             self._direct(angle, speed)
         align(self, (*_OBJECTS, *_NUMBERS))
+        if not isinstance(self.adhesion, (Adhesion, type(None))):
+            raise InputTypeError("adhesion", self.adhesion, "must be an Adhesion")
         object.__setattr__(self, "profile", self.contact.profile)
         both = pair("diameters", self.diameters, "must be a pair of numbers")
         object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", each) for each in both))
@@ -153,6 +158,20 @@ class Impact:
         if np.any(forces):
             rule = "must be 0 where the target has an impedance, as a force would drive such a target for ever"
             raise InputError("external_force", self.external_force, rule, "N")
+        if self.adhesion is not None:
+            self._check_adhesion()
+
+    def _check_adhesion(self) -> None:
+        """Refuse what the theory of adhesive impacts does not have."""
+        profile = as_profile(self.profile, "adhesion")
+        if np.any(np.asarray(profile.contact_radius(0.0)) > 0.0) or profile.joints.size:
+            raise InputError("profile", profile, "must be smooth, without a flat face, for adhesion")
+        if np.any(self.external_force):
+            raise InputError("external_force", self.external_force, "must be 0 with adhesion", "N")
+        if self.friction is not None:
+            raise InputError("friction", self.friction, "must be None with adhesion")
+        if np.any(np.isfinite(self.impedance)):
+            raise InputError("impedance", self.impedance, "must be infinite with adhesion", "kg/s")
 
     def _direct(self, angle: Any, speed: Any) -> None:
         """Set the velocities from an angle and a speed, whose numbers may have names of axes."""
@@ -209,6 +228,7 @@ class Impact:
         shapes = {name: np.shape(getattr(self, name)) for name in quantities.BODY}
         shapes |= {name: shape for name in quantities.SLIDING if (shape := np.shape(getattr(self, name)))}
         shapes |= {"profile": self.profile.rows}
+        shapes |= {} if self.adhesion is None else {"adhesion": self.adhesion.shape}
         return common_shape(shapes | ({"material": self.contact.shape} if self.contact.shape else {}))
 
     @cached_property
@@ -298,9 +318,11 @@ class Impact:
         numbers: dict[str, Any] = {name: _rows(getattr(self, name), shape, places) for name in _NUMBERS}
         diameters = tuple(_rows(each, shape, places) for each in self.diameters)
         profile = self.profile.take(shape, places, self.profile.apart if alike else ())
+        adhesion = self.adhesion and self.adhesion.take(shape, places)
         return replace(
-            self, material=material, profile=profile, counter_material=counter, diameters=diameters, **numbers
-        )
+            self, material=material, profile=profile, counter_material=counter, diameters=diameters,
+            adhesion=adhesion, **numbers,
+        )  # fmt: skip
 
     @property
     def reduced_modulus(self) -> PronySeries:

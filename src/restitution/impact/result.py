@@ -19,6 +19,7 @@ from restitution.impact.batch import Batch, shaped, solve_columns
 from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
 from restitution.quantities import (
+    ADHESION,
     BODY,
     BUDGET,
     DEFAULT_OUTPUTS,
@@ -62,7 +63,7 @@ class EnergyBudget(NamedTuple):
     stored : float or array
         Energy that the elements of the foundation still store when they leave contact [J].
     radiated : float or array
-        Energy that a target with an impedance carries away [J].
+        Energy [J] that a target with an impedance carries away, or that adhesive surfaces lose to waves in jumps.
     residual : float or array
         `(kinetic_out + dissipated + stored + radiated - kinetic_in - work of the external force)/kinetic_in` [-].
     """
@@ -576,7 +577,8 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
-    shown = [(IMPACT_OUTPUTS[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
+    known = {**IMPACT_OUTPUTS, **ADHESION}
+    shown = [(known[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
     values = [
         (output.words, plain_symbol(output.symbol), 0.0 if abs(x) < noise.get(output.unit, 0.0) else x, output.unit)
         for output, x in shown

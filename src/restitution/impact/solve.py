@@ -55,7 +55,8 @@ def solve(
         scheme of the paper, of first order, without friction.
     rtol : float
         The error of e stays below `rtol max(e, 1e-3)`, down to rounding errors of about 1e-12; in [1e-12, 1e-2]. The
-        other results have no tolerance of their own; the page Validation has their measured errors.
+        other results have no tolerance of their own; the page Validation has their measured errors. With adhesion
+        it is at least 1e-6, see `AdhesiveResult`.
     surface : Surface, optional
         Surface that an earlier impact or indentation of this body has left, from `surface()` of its result: a single
         impact begins there, at the surface as it is at the axis. A fresh surface by default. The errors of e and of
@@ -105,6 +106,8 @@ def solve(
             raise InputError("friction", rule='must be None for method "elements" and on a surface with an imprint')
         if not impact.shape:
             impact.contact.warn_if_approximate()
+        if impact.adhesion is not None:
+            return _solve_adhesive(impact, method, rtol, surface, errors, workers, progress)
         if surface is not None:
             return _solve_on(impact, method, surface, rtol, errors, progress)
         if method == "exact":
@@ -306,6 +309,19 @@ def _solve_on(
     if progress is not None:
         progress(1, 1)
     return replace(_result(impact, "panels", rtol, fields, samples), began_on=surface)
+
+
+def _solve_adhesive(
+    impact: Impact, method: str, rtol: float, surface: Surface | None, errors: Errors | None, workers: int | None,
+    progress: Progress | None,
+) -> ImpactResult:  # fmt: skip
+    """Solve impacts with adhesion."""
+    from restitution.impact.adhesion import solve_with_adhesion
+
+    one_of("method", method, ("exact",), "adhesion has a method of its own")
+    if surface is not None:
+        raise InputError("surface", rule="must be left out with adhesion, which begins on a fresh surface")
+    return solve_with_adhesion(impact, rtol, errors, workers, progress)
 
 
 def _solve_by_elements(impact: Impact, n_elements: int | None, time_step: float | None) -> ImpactResult:

@@ -16,7 +16,8 @@ class Status(Outcome):
     )
     CAPTURED = (
         outcome.CAPTURED,
-        "the constant force, or a target that leaves the body less than 1e-6 of its velocity, holds it: e = 0",
+        "adhesion, the constant force, or a target that leaves the body less than 1e-6 of its velocity, holds it: "
+        "e = 0",
     )
     TOO_MANY_STEPS = (
         outcome.TOO_MANY_STEPS,

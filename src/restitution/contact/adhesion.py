@@ -1,0 +1,163 @@
+"""Adhesion of two surfaces by Dugdale's law, and the contact of an elastic body at rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restitution.axes import Axes, align, spread_array
+from restitution.checks import Array, Numeric, common_shape
+from restitution.contact.profiles import Profile
+from restitution.errors import InputError
+from restitution.quantities import ADHESION_INPUTS
+
+RANGE = 0.4e-9
+"""Range of the attraction [m] where none is given: a distance of atoms."""
+
+# Nodes over the angle of the zone, and halvings of a bracket.
+_NODES, _HALVINGS = np.polynomial.legendre.leggauss(48), 200
+
+
+@dataclass(frozen=True, eq=False)
+class Adhesion:
+    """Attraction of two surfaces by Dugdale's law: a constant stress sigma0 where the gap is below the range h0.
+
+    Parameters
+    ----------
+    work : float or array
+        Work of adhesion w = sigma0 h0 [J/m2], > 0.
+    stress : float or array, optional
+        Stress of the attraction sigma0 [Pa], > 0.
+    range : float or array, optional
+        Range of the attraction h0 [m], > 0, in place of the stress; 0.4 nm if neither is given.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or both stress and range are given.
+
+    Notes
+    -----
+    Maugis (1992), J. Colloid Interface Sci. 150, 243. A smooth potential with the same work of adhesion and the same
+    largest stress gives nearly the same contact; roughness is no part of it and usually lowers the work of adhesion.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> sticky = rs.Adhesion(work=0.05)
+    >>> print(f"{sticky.stress:.4g} Pa over {sticky.range:.2g} m")
+    1.25e+08 Pa over 4e-10 m
+    """
+
+    work: Numeric
+    stress: Numeric | None = None
+    range: Numeric | None = None
+
+    axes: ClassVar[Axes | None] = None
+    """Names of the axes of an array; None where they have no names."""
+
+    def __post_init__(self) -> None:
+        if self.stress is not None and self.range is not None:
+            raise InputError("stress, range", rule="must be one of them, as work = stress range")
+        align(self, ("work", "stress", "range"))
+        work = ADHESION_INPUTS["work"].check(self.work)
+        if self.stress is not None:
+            stress = ADHESION_INPUTS["stress"].check(self.stress)
+            reach: Any = work / np.asarray(stress)
+        else:
+            reach = ADHESION_INPUTS["range"].check(RANGE if self.range is None else self.range)
+            stress = work / np.asarray(reach)
+        for name, value in (("work", work), ("stress", stress), ("range", reach)):
+            object.__setattr__(self, name, np.asarray(value) if np.ndim(value) else float(value))
+        _ = self.shape
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of an array; () for one."""
+        return common_shape({name: np.shape(getattr(self, name)) for name in ("work", "stress", "range")})
+
+    def take(self, shape: tuple[int, ...], places: NDArray[np.intp]) -> Adhesion:
+        """Return rows of an array, raveled from a larger shape, in the shape of the places."""
+        return self._each(lambda value: np.broadcast_to(value, shape).reshape(-1)[places][()])
+
+    def spread(self, names: tuple[Any, ...], axes: Axes | None = None) -> Adhesion:
+        """Return an array over axes of other names; its own are `axes`."""
+        target = axes or self.axes
+        assert target is not None
+        return self._each(lambda value: spread_array(value, target, names, self.shape))
+
+    def _each(self, change: Callable[[Any], Any]) -> Adhesion:
+        numbers: list[Any] = [self.work, self.stress]
+        return Adhesion(*(change(value) if np.ndim(value) else value for value in numbers))
+
+
+def tabor_number(work: Any, stress: Any, modulus: Any, radius: Any) -> Any:
+    """Return Maugis' parameter ``lambda = sigma0 (9 R/(2 pi w E*^2))^(1/3)`` of a round body.
+
+    Below 0.1 the limit of Derjaguin, Muller and Toporov holds, above 5 that of Johnson, Kendall and Roberts.
+    """
+    return stress * np.cbrt(9.0 * radius / (2.0 * math.pi * work * modulus * modulus))
+
+
+class Static(NamedTuple):
+    """Adhesive contact of an elastic body at rest: depth [m], force [N], contact radius and edge of the zone [m]."""
+
+    depth: float
+    force: float
+    radius: float
+    edge: float
+
+
+def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius: float) -> Static:
+    """Return the elastic contact with a contact radius [m]; the reduced modulus E* is in [Pa].
+
+    For a parabola these are the equations of Maugis (1992).
+    """
+    stress, reach = float(adhesion.stress or 0.0), float(adhesion.range or 0.0)
+    own = float(profile.transform(radius))
+    points, weights = _NODES
+
+    def excess(edge: float) -> float:
+        """Return int_a^c H/sqrt(c^2 - x^2) dx - pi h0/2."""
+        start = math.asin(radius / edge)
+        half = 0.5 * (0.5 * math.pi - start)
+        angles = start + half * (points + 1.0)
+        gap: Array = np.asarray(profile.transform(edge * np.sin(angles))) - own
+        pull = 2.0 * stress / modulus * (math.sqrt(edge * edge - radius * radius) - edge * np.cos(angles))
+        return half * float(weights @ (gap + pull)) - 0.5 * math.pi * reach
+
+    low, high = radius, 1.001 * radius + reach * modulus / stress
+    while excess(high) < 0.0:
+        low, high = high, 2.0 * high - 0.5 * radius
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
+    edge = high
+    zone = math.sqrt((edge - radius) * (edge + radius))
+    lift = 2.0 * stress / modulus * zone
+    pull = edge * edge * math.acos(radius / edge) - radius * zone
+    force = 2.0 * modulus * (float(profile.force_integral(radius)) - lift * radius) - 2.0 * stress * pull
+    return Static(own - lift, force, radius, edge)
+
+
+def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float) -> Static:
+    """Return the contact that carries no load; `radius` [m] is a first guess."""
+    high = static_contact(profile, modulus, adhesion, radius)
+    while high.force <= 0.0:
+        high = static_contact(profile, modulus, adhesion, 2.0 * high.radius)
+    low = high
+    while low.force > 0.0:
+        high, low = low, static_contact(profile, modulus, adhesion, 0.5 * low.radius)
+    for _ in range(_HALVINGS):
+        middle = static_contact(profile, modulus, adhesion, 0.5 * (low.radius + high.radius))
+        if not low.radius < middle.radius < high.radius:
+            break
+        low, high = (middle, high) if middle.force <= 0.0 else (low, middle)
+    return high

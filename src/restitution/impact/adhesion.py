@@ -1,0 +1,387 @@
+"""Impacts with adhesion: their results, and the velocity below which a body sticks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from restitution import checks
+from restitution.axes import unnamed
+from restitution.checks import Array, Numeric
+from restitution.contact.adhesion import rest, tabor_number
+from restitution.contact.profiles import as_profile
+from restitution.errors import InputError
+from restitution.impact.batch import shaped
+from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive, sticking
+from restitution.impact.problem import Impact
+from restitution.impact.result import EnergyBudget, ImpactResult
+from restitution.impact.solution import Progress, within_contact
+from restitution.impact.status import SolverError, Status, failures
+from restitution.parallel import on_threads
+from restitution.quantities import (
+    ADHESION,
+    ADHESION_HISTORY,
+    BUDGET,
+    DEFAULT_OUTPUTS,
+    OUTPUTS,
+    STATUS,
+    dataset,
+    derived,
+)
+from restitution.result import Summary, draw
+from restitution.units import in_words
+from restitution.validity import warn
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+    from restitution.indentation.surface import Surface
+
+LEAST_RTOL = 1e-6
+"""Smallest tolerance of e with adhesion."""
+
+# Maugis' parameter at the static modulus from which the zone is too thin for the elements, and the one advised.
+_THINNEST, _ADVISED = 20.0, 5.0
+
+
+class Jump(NamedTuple):
+    """Jump of the attraction at a fixed depth [m] and time [s]: radii [m] before and after, and its energy [J]."""
+
+    time: float
+    indentation_depth: float
+    zone_radius: float
+    contact_radius: float
+    zone_radius_after: float
+    contact_radius_after: float
+    energy: float
+
+    @property
+    def inward(self) -> bool:
+        """Whether the attraction grows: a jump into contact."""
+        return self.zone_radius_after > self.zone_radius
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AdhesiveResult(ImpactResult):
+    """Result of one impact with adhesion or of several, in SI units.
+
+    Times count from the first attraction, at the depth -h0, and the contact time ends with the last attraction.
+    Depths, forces and radii are those of `ImpactResult`, with the radius a of the elements that touch. A body that
+    sticks has the status CAPTURED, e = 0, and the depth at rest as its residual depth.
+
+    Attributes
+    ----------
+    pull_off_force : float or array
+        Largest pull [N] during the impact.
+    touching_time : float or array
+        Time [s] from the first to the last touch, within the contact time.
+    dissipated_energy, stored_energy, radiated_energy : float or array
+        Energies [J] that the material dissipates, that the surface still stores at separation, and that jumps into
+        contact and out of it lose to waves. NaN where the body does not separate.
+    restitution_error : float or array
+        Estimate of the error of e [-]; 0 for a body that sticks.
+
+    Notes
+    -----
+    Elements of second order, extrapolated from N and 2N of them until e is known to `rtol`, or to ``0.1 rtol/e`` below
+    e = 0.1, as the energy is what is computed. A body counts as captured when its energy falls below that of rest far
+    apart, for which a rebound of less than some 1e-2 may be taken.
+    """
+
+    _numbers = (*ImpactResult._numbers, *ADHESION, "restitution_error", "maugis_numbers")
+
+    pull_off_force: Numeric = math.nan
+    touching_time: Numeric = math.nan
+    dissipated_energy: Numeric = math.nan
+    stored_energy: Numeric = math.nan
+    radiated_energy: Numeric = math.nan
+    restitution_error: Numeric = math.nan
+    _solved: Solved | None = field(default=None, repr=False)
+
+    @cached_property
+    def energy(self) -> EnergyBudget:
+        """Energy budget [J] and the residual of its balance; jumps radiate what they lose."""
+        columns = derived(self._by_name)
+        return EnergyBudget(*self._named(**{name: columns[name] for name in BUDGET}))
+
+    @property
+    def outputs(self) -> dict[str, Numeric]:
+        """Outputs of all impacts and of adhesive ones by name, in SI."""
+        return super().outputs | {name: getattr(self, name) for name in ADHESION}
+
+    @property
+    def maugis_numbers(self) -> tuple[Numeric, Numeric]:
+        """Maugis' parameter lambda [-] with the static and with the instantaneous modulus; NaN of a body without R.
+
+        The larger one says how thin the zone is: below 0.1 as Derjaguin, Muller and Toporov (DMT) have it, above 5
+        nearly as Johnson, Kendall and Roberts (JKR) do.
+        """
+        impact = self.impact
+        assert isinstance(impact, Impact)
+        return maugis_numbers(impact)
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Jumps of a single impact, those of the finest march."""
+        if self._solved is None:
+            raise InputError("impact", rule="must be a single one for its jumps")
+        return tuple(Jump(*map(float, row)) for row in self._solved.march.jumps)
+
+    @cached_property
+    def history(self) -> xarray.Dataset:
+        """History at all steps: depth, velocity, force, radii and energies over time; a jump has two rows of one time.
+
+        That of a captured body ends where it is known to be held.
+        """
+        return self._dataset(self._rows())
+
+    def sample(self, times: ArrayLike | None = None, *, n_points: int = 401) -> xarray.Dataset:
+        """Return the history at given times [s], or at a number of times; see `ImpactResult.sample`."""
+        rows = self._rows()
+        checks.whole("n_points", n_points, 2, 10_000_000)
+        end = float(rows["time"][-1])
+        moments = np.linspace(0.0, end, n_points) if times is None else within_contact(times, end)
+        return self._dataset({name: np.interp(moments, rows["time"], values) for name, values in rows.items()})
+
+    def _dataset(self, rows: dict[str, Array]) -> xarray.Dataset:
+        columns = {name: (values, ADHESION_HISTORY[name]) for name, values in rows.items()}
+        return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})
+
+    def _rows(self) -> dict[str, Array]:
+        """Return the columns of the history."""
+        if self._solved is None:
+            raise InputError("impact", rule="must be a single one for a history")
+        time, depth, velocity, force, zone, radius, dissipated, jumps = self._solved.march.motion.T
+        kinetic = 0.5 * np.asarray(self._by_name["mass"]) * velocity**2
+        columns = time, depth, velocity, force, radius, zone, kinetic, dissipated, jumps
+        return dict(zip(ADHESION_HISTORY, columns, strict=True))
+
+    def surface(self, *, after: float = 0.0) -> Surface:
+        """Refuse: no later contact begins on the surface of an adhesive impact."""
+        raise InputError("adhesion", rule="must be left out for the surface that an impact leaves")
+
+    def to_dataset(self, outputs: Iterable[str] = (*DEFAULT_OUTPUTS, *ADHESION)) -> xarray.Dataset:
+        """Return outputs, those of adhesion among them, and the status as a Dataset; see `ImpactResult.to_dataset`."""
+        names = [outputs] if isinstance(outputs, str) else list(outputs)
+        own = [name for name in ADHESION if name in names]
+        rest = [name for name in names if name not in own]
+        axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
+        found = super().to_dataset(rest or DEFAULT_OUTPUTS[:1])
+        columns = {name: axes.array(getattr(self, name), name, ADHESION[name].attributes) for name in own}
+        return found[[*rest, STATUS]].assign(columns)
+
+    def plot(self, times: ArrayLike | None = None) -> Figure:
+        """Return the figure: force over depth with its jumps, depth and radii over time; of several e and the pull."""
+        if times is not None:
+            raise InputError("times", rule="must be left out with adhesion")
+        return draw("adhesion.of_several" if np.shape(self.status) else "adhesion.overview", self)
+
+    def summary(self, title: str = "") -> Summary:
+        """Return the table of outputs, the range of the attraction and warnings; of several impacts their ranges."""
+        found = super().summary(title)
+        if np.shape(self.status) or not isinstance(self.impact, Impact):
+            return found
+        return replace(found, lines=(*found.lines, _zone_in_words(self.impact)))
+
+
+def _zone_in_words(impact: Impact) -> str:
+    """Return the range and Maugis' parameters of a single impact."""
+    assert impact.adhesion is not None
+    static, glass = (float(np.asarray(value)) for value in maugis_numbers(impact))
+    reach = in_words(float(np.asarray(impact.adhesion.range)), "m")
+    if math.isnan(static):
+        return f"range of the attraction {reach}"
+    at_rest = "infinite" if math.isinf(static) else f"{static:.3g}"
+    return f"range of the attraction {reach}; Maugis' lambda {at_rest} at rest, {glass:.3g} at once"
+
+
+def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
+    """Return Maugis' parameter with the static and with the instantaneous reduced modulus, in the shape of impacts."""
+    adhesion, series = impact.adhesion, impact.contact.reduced_modulus
+    assert adhesion is not None
+    with np.errstate(divide="ignore"):
+        both = (
+            tabor_number(adhesion.work, adhesion.stress, np.asarray(modulus), impact.profile.tip_radius)
+            for modulus in (series.equilibrium_modulus, series.instantaneous_modulus)
+        )
+        static, glass = (np.broadcast_to(each, impact.shape)[()] for each in both)
+    return static, glass
+
+
+def _problem(impact: Impact) -> Problem:
+    """Return the numbers of a single impact; refuse what the theory does not have."""
+    series = impact.contact.reduced_modulus
+    assert impact.adhesion is not None
+    if float(series.parallel_viscosity) > 0.0:
+        raise InputError("material", rule="must have no parallel dashpot with adhesion, as jumps would take time")
+    profile = as_profile(impact.profile, "adhesion")
+    return Problem(profile, series, impact.adhesion, float(impact.mass), float(impact.velocity))
+
+
+def _thin(impact: Impact) -> str:
+    """Return why the zone is too thin for the elements; empty if it is not."""
+    largest = float(np.asarray(maugis_numbers(impact)[1]))
+    if not largest > _THINNEST:
+        return ""
+    assert impact.adhesion is not None
+    stress = float(np.asarray(impact.adhesion.stress)) * _ADVISED / largest
+    return (
+        f"Maugis' lambda is {largest:.3g} at the instantaneous modulus, and the zone too thin for the elements above "
+        f"{_THINNEST:g}; a stress of {in_words(stress, 'Pa')} has lambda = {_ADVISED:g}, nearly the limit of JKR"
+    )
+
+
+def solve_with_adhesion(
+    impact: Impact, rtol: float, errors: Literal["raise", "warn"] | None, workers: int | None,
+    progress: Progress | None,
+) -> AdhesiveResult:  # fmt: skip
+    """Solve one adhesive impact or an array of them; see `solve`."""
+    shape, limit = impact.shape, max(rtol, LEAST_RTOL)
+    count = math.prod(shape)
+    names = (*NUMBERS, "restitution_error")
+    columns = {name: np.full(count, np.nan) for name in names}
+    status = np.full(count, int(Status.NOT_ACCURATE))
+    kept: list[Solved] = []
+    done = 0
+
+    def run(place: int) -> None:
+        nonlocal done
+        single = impact.take(np.asarray(place)) if shape else impact
+        problem = _problem(single)
+        thin = _thin(single)
+        if thin:
+            if not shape and errors != "warn":
+                raise SolverError(Status.NOT_ACCURATE, thin)
+            return
+        solved = solve_adhesive(problem, limit)
+        status[place] = int(solved.status)
+        if solved.status == Status.CAPTURED:
+            solved = _at_rest(problem, solved)
+        if not solved.status.failed:
+            for name in NUMBERS:
+                columns[name][place] = solved.numbers[name]
+            columns["restitution_error"][place] = solved.error
+        if not shape:
+            kept.append(solved)
+        done += 1
+
+    def report() -> None:
+        if progress is not None:
+            progress(done, count)
+
+    if count == 1:
+        run(0)
+        report()
+    else:
+        # The first one compiles.
+        run(0)
+        on_threads(run, range(1, count), workers, report)
+    message = failures(np.bincount(status, minlength=len(Status)).tolist(), count)
+    if message and (errors or ("warn" if shape else "raise")) == "raise":
+        first = int(np.argmax(status >= Status.TOO_MANY_STEPS))
+        place = f"impact {first} of {count}: " if count > 1 else ""
+        single = impact.take(np.asarray(first)) if shape else impact
+        raise SolverError(Status(int(status[first])), place + _zone_in_words(single))
+    warn({"failed": message} if message else {}, 4)
+    return _result(impact, limit, columns, status, kept[0] if kept else None)
+
+
+def _at_rest(problem: Problem, solved: Solved) -> Solved:
+    """Return the result of a captured body with the depth at which it comes to rest."""
+    static = float(problem.modulus.equilibrium_modulus)
+    numbers = dict(solved.numbers)
+    depth = radius = math.inf
+    if static > 0.0:
+        held = rest(problem.profile, static, problem.adhesion, solved.march.widest)
+        depth, radius = held.depth, held.radius
+    numbers |= {
+        "residual_indentation_depth": depth, "contact_time": math.inf, "touching_time": math.inf,
+        "max_indentation_depth": max(numbers["max_indentation_depth"], depth),
+        "max_contact_radius": max(numbers["max_contact_radius"], radius),
+        "dissipated_energy": math.nan, "radiated_energy": math.nan, "stored_energy": math.nan,
+    }  # fmt: skip
+    return solved._replace(numbers=numbers)
+
+
+def _result(
+    impact: Impact, rtol: float, columns: dict[str, Array], status: Array, solved: Solved | None
+) -> AdhesiveResult:
+    """Return the result of the columns of all impacts."""
+    shape, axes = impact.shape, impact.axes
+    columns = columns | {"restitution_coefficient": np.sqrt(np.maximum(columns["energy"], 0.0))}
+    del columns["energy"]
+    numbers: dict[str, Any] = {name: shaped(column, shape) for name, column in columns.items()}
+    codes: Any = status.astype(np.int64).reshape(shape) if shape else Status(int(status[0]))
+    if axes is not None:
+        registry = {**OUTPUTS, **ADHESION}
+        numbers = {
+            name: axes.array(column, name, registry[name].attributes if name in registry else {})
+            for name, column in numbers.items()
+        }
+        codes = axes.array(codes, STATUS, Status.attributes())
+    return AdhesiveResult(**numbers, status=codes, impact=impact, method="adhesion", rtol=rtol, _solved=solved)
+
+
+def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
+    """Return the velocity [m/s] below which a body sticks to the surface.
+
+    Parameters
+    ----------
+    impact : Impact
+        One impact with adhesion, or an array of them. The search begins at its velocity.
+    rtol : float
+        Relative error, in [1e-5, 1e-2].
+
+    Returns
+    -------
+    float or array
+        The velocity nearest to that of the impact at which capture and rebound meet.
+
+    Raises
+    ------
+    InputError
+        If the impact has no adhesion.
+    SolverError
+        If no velocity within six decades sticks, as of an elastic body without jumps, or none rebounds, or the
+        tolerance is not reached.
+
+    Notes
+    -----
+    An elastic ball in the limit of Johnson, Kendall and Roberts sticks below ``sqrt(2 W_s/m)`` with
+    ``W_s = 7.092 (w^5 R^4/E*^2)^(1/3)``.
+
+    Examples
+    --------
+    >>> import restitution as rs
+    >>> polymer = rs.standard_solid(1e9, 1e9, 10.0, poisson_ratio=0.35, density=1200.0)
+    >>> bead = rs.Impact(polymer, rs.Parabola(5e-6), mass=6.3e-13, velocity=1.0, adhesion=rs.Adhesion(0.05))
+    >>> print(f"{rs.sticking_velocity(bead, rtol=1e-2):.2g} m/s")
+    0.24 m/s
+    """
+    if not isinstance(impact, Impact) or impact.adhesion is None:
+        raise InputError("impact", rule="must be an Impact with adhesion")
+    limit = float(np.asarray(checks.within("rtol", rtol, 1e-5, 1e-2)))
+    count = math.prod(impact.shape)
+    found = np.full(count, np.nan)
+
+    def run(place: int) -> None:
+        single = impact.take(np.asarray(place)) if impact.shape else impact
+        if thin := _thin(single):
+            raise SolverError(Status.NOT_ACCURATE, thin)
+        found[place] = sticking(_problem(single), limit)[0]
+
+    run(0)
+    on_threads(run, range(1, count), None, lambda: None)
+    missing = np.flatnonzero(np.isnan(found))
+    if missing.size:
+        which = f"impact {missing[0]} of {count}: " if count > 1 else ""
+        raise SolverError(Status.NOT_ACCURATE, f"{which}no velocity found at which capture and rebound meet")
+    values = shaped(found, impact.shape)
+    return values if impact.axes is None else impact.axes.array(values, "sticking_velocity", {"units": "m/s"})

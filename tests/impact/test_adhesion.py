@@ -1,0 +1,286 @@
+"""Adhesive impacts: prototype rows, closed forms, limits, energies, capture, and an independent program."""
+
+import math
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import restitution as rs
+from adhesive_elements import adhesive_restitution
+from refusals import in_one_line
+from restitution.contact.adhesion import static_contact, tabor_number
+from restitution.impact.dugdale import Problem, run, scales
+from restitution.impact.status import SolverError, Status
+
+# JKR: energy lost in both jumps over (w^5 R^4/E*^2)^(1/3).
+JKR_LOSS = 7.0921960
+
+
+def solid(moduli=(), times=(), equilibrium=1.0):
+    """Material with the reduced modulus equilibrium + sum of moduli exp(-t/times)."""
+    shear = rs.PronySeries(0.25 * equilibrium, 0.25 * np.asarray(moduli, dtype=float), times)
+    return rs.Material(shear, bulk=math.inf)
+
+
+def ball(material, work, stress, velocity, **more):
+    """A unit ball of unit mass."""
+    return rs.Impact(material, rs.Parabola(1.0), 1.0, velocity, adhesion=rs.Adhesion(work, stress), **more)
+
+
+STANDARD = solid([4.0], [1.0])
+# e and the duration of the attraction from the table of a prototype in plain NumPy with fixed steps, whose last digits
+# scatter by 1e-4 (2e-4 for A2 and A8, by the difference of its finest two grids).
+ROWS = [
+    (STANDARD, 1e-6, 0.001, 1.0, 0.628797, 1.501, 1e-6),
+    (STANDARD, 0.02, 0.1, 0.5, 0.246534, 3.652, 1e-6),
+    (STANDARD, 0.02, 0.3, 0.5, 0.32045, 2.422, 1e-4),
+    (STANDARD, 0.02, 0.8, 0.5, 0.2795, 2.309, 2e-4),
+    (STANDARD, 0.05, 1.0, 1.0, 0.3707, 1.919, 2e-4),
+    (solid(), 0.01, 0.157768, 0.1217, 0.9412, 5.771, 2e-4),
+]
+
+
+@pytest.mark.parametrize(("material", "work", "stress", "velocity", "e", "time", "scatter"), ROWS)
+def test_rows_of_the_prototype(material, work, stress, velocity, e, time, scatter):
+    result = rs.solve(ball(material, work, stress, velocity), rtol=1e-5)
+    assert result.restitution_coefficient == pytest.approx(e, abs=scatter + 1e-5)
+    assert result.contact_time == pytest.approx(time, abs=1e-3)
+    assert abs(result.energy.residual) < 1e-4
+
+
+def test_a_slow_body_sticks_and_comes_to_rest():
+    result = rs.solve(ball(STANDARD, 0.05, 0.5, 0.5))
+    assert result.status == Status.CAPTURED
+    assert result.restitution_coefficient == 0.0
+    # The static contact without load of Maugis with the equilibrium modulus.
+    adhesion = rs.Adhesion(0.05, 0.5)
+    profile = rs.Parabola(1.0)
+    radius = brentq(lambda a: static_contact(profile, 1.0, adhesion, a).force, 0.3, 2.0)
+    held = static_contact(profile, 1.0, adhesion, radius)
+    assert result.residual_indentation_depth == pytest.approx(held.depth, rel=1e-9)
+    assert result.history.sizes["time"] > 10
+
+
+def test_no_work_of_adhesion_is_no_adhesion():
+    rng = np.random.default_rng(2)
+    for _ in range(3):
+        material = solid(10.0 ** rng.uniform(-1, 1, 2), 10.0 ** rng.uniform(-1.5, 0.5, 2))
+        impact = ball(material, 1e-10, 1e-5, float(rng.uniform(0.3, 2.0)))
+        e = rs.solve(replace(impact, adhesion=None)).restitution_coefficient
+        assert rs.solve(impact).restitution_coefficient == pytest.approx(e, abs=2e-6)
+
+
+def test_elastic_bodies_keep_their_energy_without_jumps():
+    # lambda = 0.248: the equation for c has one root at all depths but the last, where c tends to 0.
+    result = rs.solve(ball(solid(), 0.01, 0.0474, 0.15))
+    lost = result.radiated_energy / result.energy.kinetic_in
+    assert result.restitution_coefficient == pytest.approx(math.sqrt(1.0 - lost), abs=2e-6)
+    assert result.restitution_coefficient == pytest.approx(1.0, abs=1e-3)
+    assert result.energy.dissipated == 0.0
+
+
+def test_elastic_motion_follows_maugis():
+    # Of second order at all instants: force and depth follow from the contact radius.
+    work, stress = 0.01, 0.157768
+    problem = Problem(rs.Parabola(1.0), rs.PronySeries(1.0, [], []), rs.Adhesion(work, stress), 1.0, 0.2)
+    width, time = scales(problem)
+    errors = []
+    for count in (100, 200, 400):
+        _, depth, _, force, edge, radius, *_ = run(problem, width, time, count).motion.T
+        touching = radius > 0.3 * radius.max()
+        a, c = radius[touching], edge[touching]
+        root = np.sqrt((c - a) * (c + a))
+        exact = 4.0 / 3.0 * a**3 - 2.0 * stress * (c * c * np.arccos(a / c) + a * root)
+        errors.append([abs(force[touching] - exact).max(), abs(depth[touching] - a * a + 2.0 * stress * root).max()])
+    errors = np.array(errors)
+    assert np.all(errors[1:] < 0.5 * errors[:-1])
+    assert np.all(errors[-1] < 3e-5)
+
+
+def test_the_loss_in_jumps_tends_to_that_of_jkr():
+    work = 0.01
+    v_stick = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0))
+    lost = []
+    for lam in (4.0, 8.0):
+        stress = lam / float(tabor_number(work, 1.0, 1.0, 1.0))
+        result = rs.solve(ball(solid(), work, stress, 1.5 * v_stick), rtol=1e-5)
+        e, loss = result.restitution_coefficient, result.radiated_energy / work ** (5.0 / 3.0)
+        assert e == pytest.approx(math.sqrt(1.0 - loss / JKR_LOSS / 1.5**2), abs=2e-5)
+        lost.append(loss)
+    # The difference to the limit is of the order of 1/lambda, and the next one of 1/lambda^2.
+    assert lost[0] < lost[1] < JKR_LOSS
+    assert 2.0 * lost[1] - lost[0] == pytest.approx(JKR_LOSS, rel=0.01)
+
+
+def test_an_elastic_ball_sticks_below_its_loss_in_jumps():
+    work, lam = 0.01, 4.0
+    impact = ball(solid(), work, lam / float(tabor_number(work, 1.0, 1.0, 1.0)), 0.2)
+    slow = rs.sticking_velocity(impact, rtol=1e-3)
+    fast = rs.solve(replace(impact, velocity=3.0 * slow), rtol=1e-5)
+    assert slow == pytest.approx(math.sqrt(2.0 * fast.radiated_energy), rel=2e-3)
+
+
+def test_another_discretisation_agrees():
+    # Equal elements and steps, Maxwell branches, no events in a step: 3e-5 and less from its own finer grids.
+    found = adhesive_restitution((1.0, [2.0, 3.0], [2.0, 0.1]), 0.02, 0.4, 1.0, width=1.1, elements=400, steps=400)
+    result = rs.solve(ball(solid([2.0, 3.0], [2.0, 0.1]), 0.02, 0.4, 1.0), rtol=1e-5)
+    assert result.restitution_coefficient == pytest.approx(found, abs=2e-4)
+
+
+def random_impact(rng):
+    """A body of any material and any profile, near and above its sticking velocity."""
+    count = int(rng.integers(0, 4))
+    moduli = 10.0 ** rng.uniform(-1, 1.5, count)
+    work, lam = 10.0 ** rng.uniform((-4, -1), (-1, 0.5))
+    glass = 1.0 + moduli.sum()
+    velocity = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0)) * 10.0 ** rng.uniform(0.0, 1.2)
+    times = 3.0 * velocity**-0.2 * glass**-0.4 * 10.0 ** rng.uniform(-2, 1.5, count)
+    profile = [rs.Parabola(1.0), rs.Sphere(10.0), rs.PowerLaw(3.0, 0.5)][int(rng.integers(3))]
+    stress = lam / float(tabor_number(work, 1.0, 1.0, 1.0))
+    material = solid(moduli, times, equilibrium=float(count == 0 or rng.random() < 0.8))
+    return rs.Impact(material, profile, 1.0, velocity, adhesion=rs.Adhesion(work, stress))
+
+
+@pytest.mark.slow
+def test_energy_closes_in_random_impacts():
+    rng = np.random.default_rng(11)
+    ends = []
+    for _ in range(100):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            result = rs.solve(random_impact(rng), rtol=1e-4, errors="warn")
+        ends.append(result.status)
+        if result.status != Status.SEPARATED:
+            continue
+        energy = result.energy
+        assert abs(energy.residual) < 1e-3
+        assert min(energy.dissipated, energy.radiated, energy.stored) >= -1e-6 * energy.kinetic_in
+        assert result.restitution_coefficient <= 1.0
+    assert ends.count(Status.SEPARATED) > 50
+    assert sum(status.failed for status in ends) <= 2
+
+
+def test_units_drop_out():
+    # The same groups at another size, stiffness and time: energies scale with the unit of energy.
+    length, modulus, time = 3e-6, 2e6, 5e-5
+    mass = modulus * length * time**2
+    material = rs.Material(rs.PronySeries(0.25 * modulus, [modulus], [time]), bulk=math.inf)
+    adhesion = rs.Adhesion(0.02 * modulus * length, 0.3 * modulus)
+    small = rs.solve(rs.Impact(material, rs.Parabola(length), mass, 0.5 * length / time, adhesion=adhesion), rtol=1e-5)
+    unit = rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-5)
+    assert small.restitution_coefficient == pytest.approx(unit.restitution_coefficient, rel=1e-8)
+    assert small.pull_off_force == pytest.approx(unit.pull_off_force * modulus * length**2, rel=1e-7)
+    assert small.radiated_energy == pytest.approx(unit.radiated_energy * modulus * length**3, rel=1e-6)
+
+
+def test_two_equal_bodies_are_one_of_half_the_modulus():
+    soft = rs.Material(rs.PronySeries(0.125, [0.5], [1.0]), bulk=math.inf)
+    both = rs.solve(ball(STANDARD, 0.02, 0.3, 0.5, counter_material=STANDARD), rtol=1e-5)
+    one = rs.solve(ball(soft, 0.02, 0.3, 0.5), rtol=1e-5)
+    assert both.restitution_coefficient == pytest.approx(one.restitution_coefficient, abs=1e-8)
+
+
+def test_arrays_of_numbers_and_of_adhesion():
+    impacts = replace(ball(STANDARD, 0.02, 0.3, 0.5), velocity=[[0.5], [1.0]], adhesion=rs.Adhesion([0.01, 0.02], 0.3))
+    result = rs.solve(impacts, rtol=1e-4)
+    assert result.restitution_coefficient.shape == (2, 2)
+    single = rs.solve(ball(STANDARD, 0.02, 0.3, 1.0), rtol=1e-4)
+    assert result.restitution_coefficient[1, 1] == single.restitution_coefficient
+    assert result.energy.radiated[1, 1] == single.energy.radiated
+    assert result.to_dataset(["restitution_coefficient", "pull_off_force"]).pull_off_force.shape == (2, 2)
+
+
+def test_names_of_axes_stay():
+    import xarray as xr
+
+    works = xr.DataArray([0.01, 0.02], dims="work", coords={"work": [0.01, 0.02]})
+    result = rs.solve(replace(ball(STANDARD, 0.02, 0.3, 1.0), adhesion=rs.Adhesion(works, 0.3)), rtol=1e-4)
+    assert result.pull_off_force.dims == ("work",)
+    assert float(result.restitution_coefficient.sel(work=0.01)) > float(result.restitution_coefficient.sel(work=0.02))
+
+
+def test_history_has_its_jumps():
+    result = rs.solve(ball(STANDARD, 0.02, 0.8, 0.5), rtol=1e-4)
+    history = result.history
+    first, last = result.jumps[0], result.jumps[-1]
+    assert first.inward
+    assert not last.inward
+    # The surface bulges at once by the instantaneous compliance: c = 8 sigma0 R/(pi E0) where nothing touches yet.
+    assert first.indentation_depth == pytest.approx(-0.02 / 0.8)
+    assert last.zone_radius_after == 0.0
+    assert float(history.zone_radius[-1]) == 0.0
+    assert np.all(history.zone_radius >= history.contact_radius)
+    assert float(history.jump_energy[-1]) == pytest.approx(sum(jump.energy for jump in result.jumps))
+    assert float(result.sample([0.0]).indentation_velocity[0]) == pytest.approx(0.5)
+
+
+def test_the_first_jump_without_touch_has_a_closed_form():
+    # c^2/2 = (4 sigma0/(pi E0)) c for a parabola, R = 1: int_0^c H/sqrt(c^2 - x^2) dx = pi h0/2 at d = -h0.
+    result = rs.solve(ball(STANDARD, 0.02, 0.1, 0.5), rtol=1e-4)
+    assert result.jumps[0].zone_radius_after == pytest.approx(8.0 * 0.1 / (math.pi * 5.0), rel=1e-9)
+    assert result.jumps[0].contact_radius_after == 0.0
+
+
+def test_what_the_theory_does_not_have_is_refused():
+    impact = ball(STANDARD, 0.02, 0.3, 0.5)
+    assert in_one_line(lambda: replace(impact, external_force=1.0)).field == "external_force"
+    assert in_one_line(lambda: replace(impact, impedance=1.0)).field == "impedance"
+    assert in_one_line(lambda: replace(impact, profile=rs.Pyramid(1.2))).field == "profile"
+    assert in_one_line(lambda: replace(impact, profile=rs.FlatPunch(1.0))).field == "profile"
+    assert in_one_line(lambda: replace(impact, adhesion=0.05), rs.InputError).field == "adhesion"
+    dashpot = rs.Material(rs.PronySeries(1.0, [1.0], [1.0], parallel_viscosity=0.1), bulk=math.inf)
+    assert in_one_line(lambda: rs.solve(replace(impact, material=dashpot))).field == "material"
+    assert in_one_line(lambda: rs.solve(impact, "elements")).field == "method"
+    assert in_one_line(lambda: rs.solve([impact])).field == "adhesion"
+    assert in_one_line(lambda: rs.oblique(impact, friction=0.5, tangential_velocity=1.0)).field == "adhesion"
+    assert in_one_line(lambda: rs.sticking_velocity(replace(impact, adhesion=None))).field == "impact"
+
+
+def test_a_zone_that_is_too_thin_is_refused():
+    impact = ball(solid(), 0.01, 50.0, 0.5)
+    with pytest.raises(SolverError, match="lambda = 5") as caught:
+        rs.solve(impact)
+    assert caught.value.status == Status.NOT_ACCURATE
+
+
+def test_a_case_file_has_a_section(tmp_path):
+    text = """
+    [body]
+    mass = 1
+    radius = 1
+    [material]
+    shear = {equilibrium_modulus = 0.25, branch_moduli = [1], relaxation_times = [1]}
+    bulk_modulus = "incompressible"
+    [impact]
+    velocity = 0.5
+    [adhesion]
+    work = "20 mJ/m^2"
+    stress = 0.3
+    [solver]
+    rtol = 1e-4
+    """
+    path = tmp_path / "ball.toml"
+    path.write_text(text)
+    result = rs.read_case(path).solve()
+    assert (
+        result.restitution_coefficient == rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-4).restitution_coefficient
+    )
+    path.write_text(text + "\n[bounces]\n")
+    assert "adhesion" in str(in_one_line(lambda: rs.read_case(path).bounces()))
+    path.write_text(text.replace("stress = 0.3", 'stress = 0.3\nrange = "1 nm"'))
+    assert "adhesion" in str(in_one_line(lambda: rs.read_case(path)))
+
+
+def test_results_tell_their_numbers():
+    result = rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-4)
+    static, glass = result.maugis_numbers
+    assert static == pytest.approx(0.3 * (9.0 / (2.0 * math.pi * 0.02)) ** (1.0 / 3.0))
+    assert static / glass == pytest.approx(5.0 ** (2.0 / 3.0))
+    text = str(result.summary())
+    assert "range of the attraction 66.6667 mm" in text
+    assert f"lambda {static:.3g} at rest" in text
+    assert result.to_dict()["pull_off_force"] == result.pull_off_force
+    assert result.outputs["radiated_energy"] == result.energy.radiated
