@@ -243,19 +243,12 @@ _MILLIPASCAL = re.compile(r"mPa|millipascals?")
 
 
 # A value with its standard deviation: 10 +- 0.5 MPa, (10 +- 0.5) MPa, 10 MPa +- 5 %.
-_SIGN = r"\s*(?:\+-|\+/-|±)\s*"
+DEVIATION = re.compile(r"\+-|\+/-|±")
+"""Sign between a value and its standard deviation."""
+_SIGN = rf"\s*(?:{DEVIATION.pattern})\s*"
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _BOTH = re.compile(rf"\s*(\(?)\s*({_NUMBER}){_SIGN}({_NUMBER})\s*(\)?)\s*([^+±]*?)\s*", re.DOTALL)
 _EACH = re.compile(rf"\s*({_NUMBER}[^+±]*?){_SIGN}({_NUMBER}[^+±]*?)\s*", re.DOTALL)
-
-
-def has_deviation(text: str) -> bool:
-    """Return whether a text states a standard deviation behind its value.
-
-    >>> has_deviation("10 +- 0.5 MPa"), has_deviation("1e+3 Pa")
-    (True, False)
-    """
-    return re.search(r"\+-|\+/-|±", text) is not None
 
 
 def split_deviation(text: str) -> tuple[str, str]:
@@ -322,7 +315,7 @@ def to_si(text: str, dimension: Dimension) -> float:
     restitution.errors.InputError: is a time, not a length; write e.g. "10 mm", or a plain number in m
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None and has_deviation(text):
+    if match is None and DEVIATION.search(text):
         rule = (
             "must have no standard deviation here: it is for the numbers of an impact that `restitution solve` takes"
         )

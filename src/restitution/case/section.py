@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, ValidationInfo, Wit
 
 from restitution.errors import ABSENT, InputError
 from restitution.quantities import advice
-from restitution.units import has_deviation, split_deviation
+from restitution.units import DEVIATION, split_deviation
 
 _LIST = re.compile(r"\s*\[([^\]]*)\]([^\]]*)")
 # Keys whose texts are no quantities.
@@ -227,11 +227,11 @@ def without_deviations(content: dict[str, Any], sections: Iterable[str]) -> dict
     def without(value: Any, *above: str | int) -> Any:
         if isinstance(value, dict):
             return {key: without(item, *above, key) for key, item in cast("dict[str, Any]", value).items()}
-        if isinstance(value, str) and value.lstrip().startswith("[") and has_deviation(value):
+        if isinstance(value, str) and value.lstrip().startswith("[") and DEVIATION.search(value):
             value = split_list(value)
         if isinstance(value, list):
             return [without(item, *above, n) for n, item in enumerate(cast("list[Any]", value))]
-        if not isinstance(value, str) or above[-1] in _WORDS or not has_deviation(value):
+        if not isinstance(value, str) or above[-1] in _WORDS or not DEVIATION.search(value):
             return value
         try:
             plain, taken[key_path(above)] = split_deviation(value)

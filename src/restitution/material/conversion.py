@@ -274,38 +274,27 @@ def connected(
     n, factor = math.prod(shape), sums[0][0]
     is_finite, a = _is_finite(first, shape), first.simplified().broadcast_to(shape).columns
     if np.isinf(second.equilibrium_modulus).all():
-        return _series(a[0] * factor, a[1] * factor, a[2] * factor, a[3], is_finite, shape)
-    is_finite, b = is_finite & _is_finite(second, shape), second.simplified().broadcast_to(shape).columns
-    # Numba takes half a second to import.
-    from restitution.material.secular import connect_rows, scratch
+        ends, moduli, times = (a[0] * factor, a[1] * factor), a[2] * factor, a[3]
+    else:
+        is_finite, b = is_finite & _is_finite(second, shape), second.simplified().broadcast_to(shape).columns
+        # Numba takes half a second to import.
+        from restitution.material.secular import connect_rows, scratch
 
-    most = max(a[2].shape[1], b[2].shape[1])
-    branches = np.zeros((2, n, most)), np.ones((2, n, most))
-    for place, (_, _, moduli, times) in enumerate((a, b)):
-        branches[0][place, :, : moduli.shape[1]], branches[1][place, :, : moduli.shape[1]] = moduli, times
-    ends, moduli, times = np.empty((2, n)), np.zeros((n, 4 * most + 1)), np.ones((n, 4 * most + 1))
-    springs, dashpots = np.stack([a[0], b[0]]), np.stack([a[1], b[1]])
-    connect_rows(springs, dashpots, *branches, np.array(sums), ends, moduli, times, scratch(2 * most, len(sums)))
-    if strict and not (is_finite <= np.isfinite(ends[0])).all():
-        refuse_far_apart(ends)
-    count = int((moduli > 0.0).sum(axis=1).max(initial=0))
-    return _series(ends[0], ends[1], moduli[:, :count], times[:, :count], is_finite, shape)
-
-
-def _series(
-    equilibrium: Array,
-    viscosity: Array,
-    moduli: Array,
-    times: Array,
-    is_finite: NDArray[np.bool_],
-    shape: tuple[int, ...],
-) -> PronySeries:
-    """Return rows as an array of series; unknown numbers are NaN, as they must not look like absent branches."""
-    if not is_finite.all():
-        equilibrium = np.where(is_finite, equilibrium, math.nan)
-    branches = (*shape, moduli.shape[1])
-    ends = equilibrium.reshape(shape), viscosity.reshape(shape)
-    return PronySeries.from_checked(ends[0], moduli.reshape(branches), times.reshape(branches), ends[1])
+        most = max(a[2].shape[1], b[2].shape[1])
+        branches = np.zeros((2, n, most)), np.ones((2, n, most))
+        for place, (_, _, moduli, times) in enumerate((a, b)):
+            branches[0][place, :, : moduli.shape[1]], branches[1][place, :, : moduli.shape[1]] = moduli, times
+        ends, moduli, times = np.empty((2, n)), np.zeros((n, 4 * most + 1)), np.ones((n, 4 * most + 1))
+        springs, dashpots = np.stack([a[0], b[0]]), np.stack([a[1], b[1]])
+        connect_rows(springs, dashpots, *branches, np.array(sums), ends, moduli, times, scratch(2 * most, len(sums)))
+        if strict and not (is_finite <= np.isfinite(ends[0])).all():
+            refuse_far_apart(ends)
+        count = int((moduli > 0.0).sum(axis=1).max(initial=0))
+        moduli, times = moduli[:, :count], times[:, :count]
+    # Unknown numbers are NaN, as they must not look like absent branches.
+    equilibrium = ends[0] if is_finite.all() else np.where(is_finite, ends[0], math.nan)
+    moduli, times = (part.reshape(*shape, moduli.shape[1]) for part in (moduli, times))
+    return PronySeries.from_checked(equilibrium.reshape(shape), moduli, times, ends[1].reshape(shape))
 
 
 def _is_finite(series: PronySeries, shape: tuple[int, ...]) -> NDArray[np.bool_]:

@@ -148,11 +148,15 @@ class PronySeries:
         dashpot = check("parallel_viscosity", parallel_viscosity)
         moduli = np.atleast_1d(check("branch_moduli", branch_moduli))
         times = np.atleast_1d(check("relaxation_times", relaxation_times))
-        self._fill_within_range(equilibrium, moduli, times, dashpot)
+        self.__dict__.update(vars(PronySeries.of_positive(equilibrium, moduli, times, dashpot)))
         named(self, axes)
 
-    def _fill_within_range(self, equilibrium: Numeric, moduli: Array, times: Array, viscosity: Numeric) -> None:
-        """Broadcast numbers >= 0, refusing shapes that do not fit, and numbers whose products would overflow."""
+    @classmethod
+    def of_positive(cls, equilibrium: Numeric, moduli: Array, times: Array, viscosity: Any = 0.0) -> PronySeries:
+        """Return series of numbers > 0, or >= 0 of the ends and moduli, broadcast.
+
+        Shapes that do not fit are refused, and numbers whose products would overflow.
+        """
         names, shapes = "branch_moduli, relaxation_times", f"shapes {moduli.shape} and {times.shape}"
         if moduli.shape[-1] != times.shape[-1]:
             raise InputError(names, shapes, "must be of equal length along the last axis, that of the branches")
@@ -176,30 +180,20 @@ class PronySeries:
             branches = *shape, count
             equilibrium, viscosity = _view(equilibrium, shape), _view(viscosity, shape)
             moduli, times = _view(moduli, branches), _view(times, branches)
-        self._fill(equilibrium, moduli, times, viscosity)
-
-    def _fill(self, equilibrium: Numeric, moduli: Array, times: Array, viscosity: Numeric) -> None:
-        moduli.setflags(write=False)
-        times.setflags(write=False)
-        if moduli.ndim == 1:
-            equilibrium, viscosity = float(equilibrium), float(viscosity)
-        self.__dict__.update(equilibrium_modulus=equilibrium, branch_moduli=moduli)
-        self.__dict__.update(relaxation_times=times, parallel_viscosity=viscosity)
+        return cls.from_checked(equilibrium, moduli, times, viscosity)
 
     @classmethod
     def from_checked(cls, equilibrium: Numeric, moduli: Array, times: Array, viscosity: Numeric = 0.0) -> PronySeries:
         """Return a series of admissible numbers, which are neither checked nor copied."""
         series = object.__new__(cls)
-        if moduli.ndim > 1 and np.ndim(viscosity) == 0:
+        moduli.setflags(write=False)
+        times.setflags(write=False)
+        if moduli.ndim == 1:
+            equilibrium, viscosity = float(equilibrium), float(viscosity)
+        elif np.ndim(viscosity) == 0:
             viscosity = np.full(moduli.shape[:-1], viscosity)
-        series._fill(equilibrium, moduli, times, viscosity)
-        return series
-
-    @classmethod
-    def of_positive(cls, equilibrium: Numeric, moduli: Array, times: Array, viscosity: Any = 0.0) -> PronySeries:
-        """Return series of numbers > 0, or >= 0 of the ends; only those whose products would overflow are refused."""
-        series = object.__new__(cls)
-        series._fill_within_range(equilibrium, moduli, times, viscosity)
+        series.__dict__.update(equilibrium_modulus=equilibrium, branch_moduli=moduli)
+        series.__dict__.update(relaxation_times=times, parallel_viscosity=viscosity)
         return series
 
     @classmethod
