@@ -46,6 +46,13 @@ def test_table_against_the_profile(profile, depth_max):
     np.testing.assert_allclose(evaluate(table, middle)[1], difference, atol=1e-4 * np.max(np.abs(slope)))
 
 
+def test_one_table_and_several_are_of_one_type_for_the_compiler():
+    """Another type would compile the kernel a second time."""
+    typeof = pytest.importorskip("numba").typeof
+    first, second = (path_table(Sphere(0.01), depth) for depth in (1e-3, 5e-3))
+    assert typeof(table_path(first.several)) == typeof(table_path(joined([first.several, second.several])))
+
+
 def test_known_polynomials():
     # a = sqrt(R) s, Pi = (2/3) sqrt(R) s^3 with R = 4, over s in [0, 3].
     table = path_table(Parabola(4.0), 9.0)

@@ -197,7 +197,7 @@ def path_tables(
 
     places = np.sqrt(kinks.depth)
     kink_depths, radius = curve(np.append(places, 1.0))
-    depth_max, radius_max = kink_depths[:, -1:], radius[:, -1]
+    depth_max, radius_max = kink_depths[:, -1:].copy(), radius[:, -1]
     # The last origin is that of the cells before the first kink.
     origins = np.append(np.sqrt(kink_depths[:, :-1] / depth_max), np.full_like(depth_max, -1.0), axis=1)
 

@@ -61,7 +61,8 @@ class AbelTransform:
     """
 
     def __init__(self, flank: PPoly) -> None:
-        self._breaks: Array = np.asarray(flank.x)
+        # A copy, as the compiler makes a second version for arrays that are read-only.
+        self._breaks: Array = np.array(flank.x)
         self.face = float(self._breaks[0])
         self._first: Any = flank.derivative()
         self._second: Any = self._first.derivative()
@@ -114,9 +115,10 @@ class AbelTransform:
             # Just before a break the sum may round up into the next piece.
             place = np.minimum(piece + root, np.nextafter(piece + 1.0, 0.0))
             cells, series = self._series
-            cell = np.clip(np.searchsorted(cells[:, 0] + cells[:, 1], place, side="right") - 1, 0, len(cells) - 1)
+            pieces, low, high = cells
+            cell = np.clip(np.searchsorted(pieces + low, place, side="right") - 1, 0, pieces.size - 1)
             far_values = np.empty((far.size, 3))
-            evaluate_series(root, cell, cells[:, 1], cells[:, 2], series, far_values)
+            evaluate_series(root, cell, low, high, series, far_values)
             values[far] = far_values
         return Transformed(*values.T)
 
@@ -152,7 +154,7 @@ class AbelTransform:
         first = np.array([(k, 0.0, 1.0) for k in range(1, len(self._breaks) - 1)])
         (cells, series), _ = refine(first, fit, _MAX_SPLITS)
         order = np.lexsort((cells[:, 1], cells[:, 0]))
-        return cells[order], series[order]
+        return np.ascontiguousarray(cells[order].T), series[order]
 
     def _integrated(self, y: Array) -> Array:
         from restitution.contact.loops import add_integrals

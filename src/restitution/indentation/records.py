@@ -107,19 +107,20 @@ class RecordBlock:
         result = np.full((2, n, int(self.n_samples.max())), np.nan)
         for rows, solids in solids_of(reduced):
             sizes, kept = (solids.rates.shape[1], solids.recoveries.shape[1]), local()
-            found, status = np.full((2, rows.size, result.shape[2]), np.nan), np.empty(rows.size, dtype=np.int64)
 
             def run(
                 start: int, solids: Solids = solids, sizes: tuple[int, int] = sizes, kept: Any = kept,
-                rows: Any = rows, found: Any = found, status: Any = status,
+                rows: NDArray[np.intp] = rows,
             ) -> None:  # fmt: skip
                 if not hasattr(kept, "room"):
                     kept.room = room(self._steps, *sizes)
                 part = slice(start, start + _CHUNK)
                 some, at = Solids(*(column[part] for column in solids)), rows[part]
-                record_forces(
-                    some, self._tip, self._records, curves[at], points[at], kept.room, found[:, part], status[part]
-                )
+                # A part of a larger array has strides, of which the compiler would make a second version.
+                found, status = np.full((2, at.size, result.shape[2]), np.nan), np.empty(at.size, dtype=np.int64)
+                record_forces(some, self._tip, self._records, curves[at], points[at], kept.room, found, status)
+                found[:, status != SOLVED] = np.nan
+                result[:, at] = found
 
             starts = range(0, rows.size, _CHUNK)
             if len(starts) == 1 or workers == 1:
@@ -127,8 +128,6 @@ class RecordBlock:
                     run(start)
             else:
                 on_threads(run, starts, workers, lambda: None)
-            found[:, status != SOLVED] = np.nan
-            result[:, rows] = found
         return result[0], result[1]
 
     def refined(self) -> RecordBlock:

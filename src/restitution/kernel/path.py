@@ -60,7 +60,8 @@ def power_path(exponent: float) -> Path:
 
 def table_path(table: Any, exponent: float = TABLE) -> Path:
     """Return the path of a `restitution.contact.table.PathTable`, or of several in one."""
-    edges, end = table.edges, table.edges[..., -1]
+    # A view with strides would make a second version of all compiled functions that take a path.
+    edges, end = table.edges, table.edges[..., -1].copy()
     (*several, count), bins = edges[..., 1:].shape, 2 * (edges.shape[-1] - 1) + 1
     # The first bin that begins in each cell.
     marks = np.ceil(edges[..., :-1] * ((bins - 1) / end[..., None])).reshape(-1, count).astype(np.int64)

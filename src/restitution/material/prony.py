@@ -50,7 +50,8 @@ def secular_roots(constant: Numeric, viscosity: Numeric, weights: Array, times: 
     from restitution.material.secular import scratch, secular_rows
 
     single = weights.ndim == 1
-    weights, times = (np.ascontiguousarray(part[None] if single else part) for part in (weights, times))
+    # Copies, as the compiler makes a second version for arrays that are read-only.
+    weights, times = (np.array(part[None] if single else part, order="C") for part in (weights, times))
     n, count = weights.shape
     a, b = (np.array(np.broadcast_to(part, (n,)), dtype=np.float64) for part in (constant, viscosity))
     roots = SecularRoots(np.ones((n, count + 1)), np.full((n, count + 1), np.inf), np.zeros((n, count + 1, count)))

@@ -93,7 +93,8 @@ def standard_solid_surrogate(nu: ArrayLike, p2: ArrayLike, p3: ArrayLike) -> Any
         shape = np.broadcast_shapes(*shapes)
     except ValueError:
         raise InputError("nu, p2, p3", rule=f"must have shapes that broadcast, not {shapes}") from None
-    columns = [np.broadcast_to(group, shape).reshape(-1) for group in values]
+    # Copies, as the compiler makes a version for each kind of views.
+    columns = [np.array(np.broadcast_to(group, shape), order="C").reshape(-1) for group in values]
     e = np.empty(columns[0].size)
     restitution(*columns, _boxes(), e)
     return e.reshape(shape) if shape else float(e[0])
