@@ -209,6 +209,15 @@ def plain_ticks(ax: Axes) -> Axes:
     return ax
 
 
+def _lay_out(figure: Figure) -> None:
+    """Give the axes their final size; a layout takes less time than the drawing, which begins with it."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        figure.draw_without_rendering()
+    else:
+        engine.execute(figure)
+
+
 def finish(figure: Figure, title: str = "") -> Figure:
     """Set the title, and make all texts while the fonts are those of the package."""
     if title:
@@ -321,7 +330,7 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
     from scipy.spatial.distance import cdist
 
     figure: Any = ax.figure
-    figure.draw_without_rendering()
+    _lay_out(figure)
     point = figure.dpi / 72.0
     room_of_label = np.array([_LABEL_WIDTH, _LABEL_HEIGHT])
     places = np.linspace(0, x.size - 1, min(x.size, 400)).astype(int)
@@ -403,8 +412,8 @@ def contour_map(
     if not reached:
         return ax
     lines = ax.contour(x, y, z, levels=reached, colors="black", linewidths=0.8, linestyles="solid")
-    # The gaps for the labels depend on the final size of the axes, which the layout sets when it is drawn.
-    figure.draw_without_rendering()
+    # The gaps for the labels depend on the final size of the axes.
+    _lay_out(figure)
     spacing = round(2.0 / 72.0 * figure.dpi)
     where: Any = list(labels_at) or False
     frame = ax.get_window_extent()
