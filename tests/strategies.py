@@ -1,6 +1,7 @@
 """Hypothesis strategies for Prony series and materials, over everything that the package admits."""
 
 import math
+import os
 
 import numpy as np
 from hypothesis import settings
@@ -8,8 +9,8 @@ from hypothesis import strategies as st
 
 from restitution import Material, PronySeries
 
-# A machine under load takes its time.
-settings.register_profile("restitution", deadline=None)
+# A machine under load takes its time. The complete checks draw more examples.
+settings.register_profile("restitution", deadline=None, max_examples=100 if "CI" in os.environ else 40)
 settings.load_profile("restitution")
 
 _GAPS = (0.0, 2.3e-16, 1e-15, 1e-12, 1e-8, 1e-3)

@@ -66,7 +66,10 @@ def numbers(content: Any, name: str = "") -> dict[str, float]:
     return {path: number for part in parts for path, number in part.items()}
 
 
-@pytest.mark.parametrize("command", plain.ENTRY_POINTS)
+@pytest.mark.parametrize(
+    "command",
+    [pytest.param(name, marks=() if name in ("solve", "indent") else pytest.mark.slow) for name in plain.ENTRY_POINTS],
+)
 def test_the_first_command_has_the_numbers_of_compiled_code_and_compiles_nothing(folder: Path, command: str) -> None:
     write_cases(np.random.default_rng())
     answer = program(command, *COMMANDS[command], "--json", NUMBA_CACHE_DIR=str(folder / "cache"))
@@ -125,19 +128,22 @@ def entry_point(function):
 compiler.entry_point = entry_point
 from restitution.cli.main import app
 
-try:
-    app()
-except SystemExit:
-    print("called", *called)
+for line in sys.argv[1:]:
+    called.clear()
+    try:
+        app(line.split())
+    except SystemExit:
+        print("called", *called)
 """
 
 
-@pytest.mark.parametrize("command", plain.ENTRY_POINTS)
-def test_a_command_calls_the_entry_points_of_its_list(folder: Path, command: str) -> None:
+def test_commands_call_the_entry_points_of_their_lists(folder: Path) -> None:
     write_cases(np.random.default_rng())
-    last = program(command, *COMMANDS[command], code=CALLED).splitlines()[-1].split()
-    assert last[0] == "called"
-    assert set(plain.ENTRY_POINTS[command]) <= set(last[1:])
+    commands = [" ".join([command, *COMMANDS[command]]) for command in plain.ENTRY_POINTS]
+    lines = [line.split() for line in program(*commands, code=CALLED).splitlines()]
+    called = [set(line[1:]) for line in lines if line[:1] == ["called"]]
+    for command, names in zip(plain.ENTRY_POINTS, called, strict=True):
+        assert set(plain.ENTRY_POINTS[command]) <= names, command
 
 
 AGAIN = """

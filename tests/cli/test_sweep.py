@@ -58,10 +58,6 @@ def test_plot_and_map_draw() -> None:
     for arguments, picture in (
         (("plot", "out.zarr"), "out.png"),
         (("plot", "out.zarr", "--out", "curve.pdf", "--output", "max_force", "--at", "radius=0.005"), "curve.pdf"),
-        (
-            ("plot", "out.zarr", "--out", "map.svg", "--x", "velocity", "--y", "radius", "--output", "contact_time"),
-            "map.svg",
-        ),
         (("map", "ball.toml", "--x", "velocity=1cm/s:10 m/s", "--y", "nu=0:0.5", "--points", "4"), "ball-map.png"),
         (("map", "--x", "p2=0.001:10", "--y", "p3=0.01:100", "--set", "nu=0.45", "--points", "4"), "map.png"),
         (

@@ -54,7 +54,9 @@ def test_forces_without_noise_give_the_impact_of_the_body(shape, rtol):
         assert result.max_force == pytest.approx(exact.max_force, rel=10 * rtol)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(
+    "shape", [pytest.param(shape, marks=pytest.mark.slow if n % 2 else ()) for n, shape in enumerate(SHAPES)]
+)
 def test_noise_changes_the_impact_by_the_error_that_the_fit_states(shape):
     random, exact = np.random.default_rng(11), impact_of(SHAPES[shape])
     shares, errors = [], []

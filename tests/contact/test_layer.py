@@ -236,29 +236,23 @@ def check_identities(name: str, c: float, nu: float | None, place: float) -> Non
     assert pad.contact_radius_at(depths, stiffness) == pytest.approx(pad.contact_radius(depths), rel=1e-10)
 
 
+CONTACT: Any = {
+    "name": st.sampled_from(sorted(PROFILES)), "c": st.floats(0.0, 1.0), "place": st.floats(0.05, 0.95),
+    "h": st.floats(0.2, 5.0),
+}  # fmt: skip
+
+
 @settings(deadline=None, max_examples=4)
-@given(
-    name=st.sampled_from(sorted(PROFILES)),
-    c=st.floats(0.0, 1.0),
-    nu=NU,
-    place=st.floats(0.05, 0.95),
-    h=st.floats(0.2, 5.0),
-)
-def test_tables_agree_with_a_direct_solution_at_any_radius(name, c, nu, place, h):
-    check_tables(name, c, nu, place, h)
+@given(nu=NU, **CONTACT)
+def test_tables_agree_with_a_direct_solution_at_any_radius(**contact):
+    check_tables(**contact)
 
 
 @pytest.mark.slow
 @settings(deadline=None, max_examples=10)
-@given(
-    name=st.sampled_from(sorted(PROFILES)),
-    c=st.floats(0.0, 1.0),
-    nu=ANY_NU,
-    place=st.floats(0.05, 0.95),
-    h=st.floats(0.2, 5.0),
-)
-def test_tables_agree_with_a_direct_solution_at_any_poisson_ratio(name, c, nu, place, h):
-    check_tables(name, c, nu, place, h)
+@given(nu=ANY_NU, **CONTACT)
+def test_tables_agree_with_a_direct_solution_at_any_poisson_ratio(**contact):
+    check_tables(**contact)
 
 
 def check_tables(name: str, c: float, nu: float | None, place: float, h: float) -> None:

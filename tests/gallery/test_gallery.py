@@ -16,8 +16,11 @@ from checkout import ROOT
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
-# Each point of their curves has another material, or many balls collide.
-SLOW = ("plot_12_power_law", "plot_16_force_map", "plot_17_granular_gas")
+# Each point of their curves has another material, or many balls collide, or bodies touch often.
+SLOW = (
+    "plot_12_power_law", "plot_13_sound", "plot_16_force_map", "plot_17_granular_gas", "plot_22_same_spot",
+    "plot_24_tapping",
+)  # fmt: skip
 
 
 def test_there_are_at_least_eight_examples() -> None:

@@ -182,8 +182,8 @@ def test_noise_of_unknown_size_is_estimated():
 
 
 def test_stated_errors_are_those_of_repeated_fits():
-    """Scatter over stated error with 40 repetitions: 1 within three standard deviations of a chi distribution."""
-    material, n = standard_solid(*STANDARD_SOLIDS["weak"]), 40
+    """Scatter over stated error with 20 repetitions: 1 within three standard deviations of a chi distribution."""
+    material, n = standard_solid(*STANDARD_SOLIDS["weak"]), 20
     fits = [rs.identify(rebounds(material, RADII[::2], VELOCITIES[::2], seed=seed), rs.standard_solid, fixed=FIXED,
                         profiles=False) for seed in range(1000, 1000 + n)]  # fmt: skip
     z = np.array([(fit.coordinates - _truth("weak")) / _errors(fit) for fit in fits])
@@ -388,7 +388,7 @@ def test_a_sampler_of_the_log_probability_has_the_covariance_of_the_fit():
     time = np.linspace(0.0, 2.8, 120)
     depth = np.interp(time, [0.0, 1.4, 2.8], [0.0, 1.4e-6, 0.0])
     gel, tip = rs.kelvin_voigt(100.0, 20.0, poisson_ratio=0.5), rs.Parabola(2.5e-6)
-    rng, chains, steps = np.random.default_rng(12), 400, 60
+    rng, chains, steps = np.random.default_rng(12), 200, 50
     force = rs.indent(gel, tip, depth=depth - 4e-7, time=time).force + rng.normal(0.0, 2e-12, time.size)
     data = rs.IndentationCurve(time, depth, force, profile=tip, noise=rs.Noise(force=2e-12))
     fit = rs.identify(data, rs.kelvin_voigt, fixed={"poisson_ratio": 0.5}, profiles=False)

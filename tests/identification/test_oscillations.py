@@ -70,7 +70,10 @@ def measured(waves, **options):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("branch", "share"), [(4.0, 0.01), (4.0, 0.1), (4.0, 0.3), (100.0, 0.03)])
+@pytest.mark.parametrize(
+    ("branch", "share"),
+    [*(pytest.param(4.0, share, marks=pytest.mark.slow) for share in (0.01, 0.1)), (4.0, 0.3), (100.0, 0.03)],
+)
 def test_readings_of_elements_give_the_modulus_of_the_material(branch, share):
     """The rows of the design page on cycles, whose readings are off by up to 39 and 66 %."""
     mean, first = by_elements(1.0, [branch], [1.0], share)
@@ -252,8 +255,10 @@ def sheet(rng, profile, *, parts, noise=0.01):
     return Oscillations(**columns, noise=rs.Noise(force_amplitude="1 %", mean_force="1 %", phase=0.01))
 
 
-@pytest.mark.parametrize("profile", [rs.Parabola(2.0), rs.Cone(1.2)], ids=["parabola", "cone"])
-@pytest.mark.parametrize("parts", [True, False])
+@pytest.mark.parametrize(("profile", "parts"), [
+    (rs.Parabola(2.0), True), (rs.Cone(1.2), False),
+    pytest.param(rs.Parabola(2.0), False, marks=pytest.mark.slow), pytest.param(rs.Cone(1.2), True, marks=pytest.mark.slow),
+])  # fmt: skip
 def test_exact_readings_give_the_material(profile, parts):
     data = sheet(np.random.default_rng(1), profile, parts=parts, noise=0.0)
     found = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5})

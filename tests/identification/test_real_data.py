@@ -4,6 +4,7 @@ The numbers and their sources are in `validation/real_data.py`.
 """
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -21,9 +22,14 @@ def golf(radius=21e-3, mass=41.5e-3):
     return rs.Rebounds(*GOLF, radius=radius, mass=mass, noise=NOISE)
 
 
+@cache
+def golf_fit(model):
+    return rs.identify(golf(), model, fixed=SOFT)
+
+
 @pytest.mark.parametrize("model", ["elastic", "kelvin_voigt", "springpot", "standard_solid"])
 def test_restitution_alone_determines_no_modulus_of_a_golf_ball(model):
-    fit = rs.identify(golf(), model, fixed=SOFT)
+    fit = golf_fit(model)
     assert [name for name, estimate in fit.parameters.items() if estimate.determined] in ([], ["exponent"])
     assert any("determines no modulus and no time" in line for line in fit.statements)
     assert not [line for line in fit.warnings if "hollow" in line]
@@ -32,7 +38,7 @@ def test_restitution_alone_determines_no_modulus_of_a_golf_ball(model):
 def test_a_power_law_has_the_same_restitution_at_all_velocities():
     # So that its sum of squares is that about the mean, and its error that of the mean.
     e = np.array(GOLF[1])
-    fit = rs.identify(golf(), "springpot", fixed=SOFT)
+    fit = golf_fit("springpot")
     assert fit.chi2 == pytest.approx(((e - e.mean()) ** 2).sum() / 0.015**2, rel=1e-6)
     stated = fit.functionals["restitution_coefficient at 3.5 m/s"]
     assert stated.value == pytest.approx(e.mean(), abs=1e-6)

@@ -167,7 +167,10 @@ def test_curve_of_a_power_law_with_a_hold():
     assert abs(point.value - contact) < 3.0 * point.standard_error
 
 
-@pytest.mark.parametrize(("viscosity", "count"), [(1e4, 6), (300.0, 9)], ids=["determined", "a short relaxation"])
+@pytest.mark.parametrize(("viscosity", "count"), [
+    pytest.param(1e4, 6, id="determined"),
+    pytest.param(300.0, 9, id="a short relaxation", marks=pytest.mark.slow),
+])  # fmt: skip
 def test_bounce_times(viscosity, count):
     radius, truth, sd = 0.01, np.log([1e6, 1e7, viscosity]), 1e-5
     body = rs.Body(None, radius=radius, mass=mass_of(radius))

@@ -48,10 +48,10 @@ def energy_residual(impact: Impact, result: SampledSolution) -> float:
 @pytest.mark.parametrize(
     ("point", "n_elements"),
     [
-        ((0.3, 0.1, 1.0), (200, 400, 800)),
+        pytest.param((0.3, 0.1, 1.0), (200, 400, 800), marks=pytest.mark.slow),
         ((0.45, 0.01, 3.0), (100, 200, 400)),
         ((-1.0, 1.0, 0.3), (100, 200, 400)),
-        ((0.49, 0.001, 10.0), (100, 200, 400)),
+        pytest.param((0.49, 0.001, 10.0), (100, 200, 400), marks=pytest.mark.slow),
     ],
 )
 def test_restitution_converges_at_first_order(point, n_elements):
@@ -124,7 +124,7 @@ def test_hertz():
     assert result.dissipated == 0.0
 
 
-@pytest.mark.parametrize("damping", [0.1, 0.9, 2.0])
+@pytest.mark.parametrize("damping", [0.1, pytest.param(0.9, marks=pytest.mark.slow), 2.0])
 def test_flat_punch_on_kelvin_voigt(damping):
     # E* = 4, a = 1: omega0^2 = 8 with m = 1, tau = viscosity.
     impact = Impact(incompressible(1.0, viscosity=2.0 * damping / math.sqrt(8.0)), FlatPunch(1.0), 1.0, 1.0)
@@ -222,7 +222,11 @@ def test_any_material_and_profile(impact):
     [
         (Impact(incompressible(0.0, [1.0], [0.03]), Parabola(1.0), 1.0, 1.0), Status.SINKS_IN),
         (Impact(SOLID, Parabola(1.0), 1.0, 1.0, external_force=1.0), Status.CAPTURED),
-        (Impact(incompressible(1.0, viscosity=1.0), Parabola(1.0), 1.0, 1.0, external_force=4.0), Status.CAPTURED),
+        pytest.param(
+            Impact(incompressible(1.0, viscosity=1.0), Parabola(1.0), 1.0, 1.0, external_force=4.0),
+            Status.CAPTURED,
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_bodies_that_stay(impact, status):
@@ -233,7 +237,7 @@ def test_bodies_that_stay(impact, status):
     assert result.max_indentation_depth == pytest.approx(exact.max_indentation_depth, rel=2e-3)
 
 
-@pytest.mark.parametrize("point", [(0.3, 0.1, 1.0), (0.5, 0.001, 10.0)])
+@pytest.mark.parametrize("point", [(0.3, 0.1, 1.0), pytest.param((0.5, 0.001, 10.0), marks=pytest.mark.slow)])
 def test_energy_balance_closes_at_first_order(point):
     impact = unit_impact(*point)
     coarse, fine = (energy_residual(impact, solve_elements(impact, n_elements=n)) for n in (100, 200))

@@ -45,7 +45,7 @@ def test_against_another_integrator(impacts):
 
 
 HIDDEN = [
-    (PronySeries(250.0, [1.3e10, 1e6], [2e-12, 7.5e-8]), 10.0),
+    pytest.param(PronySeries(250.0, [1.3e10, 1e6], [2e-12, 7.5e-8]), 10.0, marks=pytest.mark.slow),
     (PronySeries(250.0, [6.5e6, 0.5], [1.1e-13, 9.6e-4]), 1e-4),
 ]
 

@@ -134,11 +134,15 @@ def _slope(counts, errors):
     return -np.polyfit(np.log(counts), np.log(errors), 1)[0]
 
 
-@pytest.fixture(scope="module")
-def swing():
-    nodes, tables, state = _swinging(20.0, 160)
+def swinging(**options):
+    nodes, tables, state = _swinging(20.0, 160, **options)
     prediction = CubicSpline(np.r_[0.0, nodes.ravel()], np.r_[1.0, tables[:, S_, 1:].ravel()])
     return prediction, tables, state
+
+
+@pytest.fixture(scope="module")
+def swing():
+    return swinging()
 
 
 @pytest.fixture(scope="module")
@@ -146,14 +150,14 @@ def rebounding():
     return _Rebound()
 
 
-def test_orders_of_the_approach(swing):
+def check_orders(swing, **options):
     # The leading error oscillates along the swing: slopes between neighbours scatter by several units, and a fit over
     # seven lengths by about 1. The errors, 1e-5 to 1e-12, lie well above rounding and Newton's tolerance.
     prediction, fine, state = swing
     counts = [14, 16, 20, 24, 28, 32, 40]
     ends, insides = [], []
     for n in counts:
-        _, tables, end = _swinging(20.0, n, prediction)
+        _, tables, end = _swinging(20.0, n, prediction, **options)
         ends.append(np.linalg.norm((end - state)[[S_, V_, T_]]))
         places = 20.0 / n * (np.arange(n) + 0.437)
         difference = _inside(tables, 20.0, places) - _inside(fine, 20.0, places)
@@ -161,6 +165,10 @@ def test_orders_of_the_approach(swing):
     assert min(ends) > 1e-12
     assert _slope(counts, ends) == pytest.approx(SCHEME.order, abs=1.0)
     assert _slope(counts, insides) == pytest.approx(SCHEME.stage_order, abs=1.0)
+
+
+def test_orders_of_the_approach(swing):
+    check_orders(swing)
 
 
 def test_order_of_the_rebound(rebounding):
@@ -174,18 +182,7 @@ def test_order_of_the_rebound(rebounding):
 
 def test_orders_on_a_target_that_moves():
     admittance = 0.05
-    nodes, fine, state = _swinging(20.0, 160, admittance=admittance)
-    prediction = CubicSpline(np.r_[0.0, nodes.ravel()], np.r_[1.0, fine[:, S_, 1:].ravel()])
-    counts, ends, insides = [14, 16, 20, 24, 28, 32, 40], [], []
-    for n in counts:
-        _, tables, end = _swinging(20.0, n, prediction, admittance=admittance)
-        ends.append(np.linalg.norm((end - state)[[S_, V_, T_]]))
-        places = 20.0 / n * (np.arange(n) + 0.437)
-        difference = _inside(tables, 20.0, places) - _inside(fine, 20.0, places)
-        insides.append(np.abs(difference[:, V_]).max())
-    assert min(ends) > 1e-12
-    assert _slope(counts, ends) == pytest.approx(SCHEME.order, abs=1.0)
-    assert _slope(counts, insides) == pytest.approx(SCHEME.stage_order, abs=1.0)
+    check_orders(swinging(admittance=admittance), admittance=admittance)
     rebound = _Rebound(admittance)
     # The error of four elements is close to rounding.
     assert _slope([2, 3, 4], [rebound.error(n) for n in (2, 3, 4)]) == pytest.approx(SCHEME.order, abs=1.5)

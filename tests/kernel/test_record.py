@@ -70,15 +70,15 @@ def test_one_cycle_is_that_of_an_indentation(name, profile):
     assert error.max() < 5e-6 * expected.max()
 
 
-def followed(series, time, depth, place):
-    """Force at a sample from loads of 150 elements that are followed alone, by the midpoint rule over a = sqrt(s)."""
+def followed(series, time, depth, place, elements=100):
+    """Force at a sample from loads of elements that are followed alone, by the midpoint rule over a = sqrt(s)."""
     moduli, times = series.branch_moduli, series.relaxation_times
     follower = Follower(series.equilibrium_modulus, moduli, times, time[: place + 1], depth[: place + 1])
-    width = math.sqrt(depth.max()) / 150
-    return 2.0 * width * sum(follower.load(s, time[place]) for s in (width * (np.arange(150) + 0.5)) ** 2)
+    width = math.sqrt(depth.max()) / elements
+    return 2.0 * width * sum(follower.load(s, time[place]) for s in (width * (np.arange(elements) + 0.5)) ** 2)
 
 
-@pytest.mark.parametrize("seed", [0, 1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_a_noisy_record_with_a_hold_and_cycles_against_elements_followed_alone(seed):
     """Approach from above, hold, partial release, second approach, release; each sample is a kink."""
     rng = np.random.default_rng(seed)
@@ -88,8 +88,8 @@ def test_a_noisy_record_with_a_hold_and_cycles_against_elements_followed_alone(s
     depth += 10.0 ** rng.uniform(-3.0, -1.5) * rng.normal(size=time.size)
     force = force_of(series, time, depth, refinement=4)
     for place in (36, 46, 60):
-        # The midpoint rule at an edge has an error of some (1/150)^2 of the force.
-        assert force[place] == pytest.approx(followed(series, time, depth, place), abs=1e-4 * force.max())
+        # The midpoint rule at an edge has an error of some (1/100)^2 of the force.
+        assert force[place] == pytest.approx(followed(series, time, depth, place), abs=2e-4 * force.max())
 
 
 def test_a_relaxed_liquid_whose_elements_leave_within_one_step():
@@ -100,7 +100,7 @@ def test_a_relaxed_liquid_whose_elements_leave_within_one_step():
     depth += 1e-3 * rng.normal(size=time.size)
     force = force_of(series, time, depth)
     for place in (41, 46):
-        assert force[place] == pytest.approx(followed(series, time, depth, place), abs=5e-4 * force.max())
+        assert force[place] == pytest.approx(followed(series, time, depth, place, 75), abs=5e-4 * force.max())
 
 
 @pytest.mark.parametrize("name", ["solid", "elastic"])

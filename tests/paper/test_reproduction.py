@@ -104,6 +104,7 @@ def test_random_draws_collapse(collapse) -> None:
     assert float(abs(e.isel(draw=0) - e.isel(draw=1)).max()) <= 1e-9
 
 
+@pytest.mark.slow
 def test_the_study_writes_the_further_figures_with_their_data(tmp_path: Path) -> None:
     files = further_figures.write(tmp_path, TINY, seed=11)
     assert files == [tmp_path / f"{name}{end}" for name in FURTHER for end in (".nc", ".png", ".pdf")]

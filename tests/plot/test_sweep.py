@@ -53,45 +53,49 @@ def line(n: int) -> Any:
 WORDS = np.array(["rubber", "steel"])
 
 
-@pytest.mark.parametrize(
-    ("shape", "draws", "options", "layout"),
-    [
-        ({"velocity": line(50)}, 0, {}, Layout("curves", "velocity", None, None, None, ())),
-        ({"velocity": line(50), "radius": line(3)}, 0, {}, Layout("curves", "velocity", "radius", None, None, ())),
-        ({"radius": line(3), "velocity": line(50)}, 0, {}, Layout("curves", "velocity", "radius", None, None, ())),
-        ({"velocity": line(50), "material": WORDS}, 0, {}, Layout("curves", "velocity", "material", None, None, ())),
-        ({"material": WORDS}, 0, {}, Layout("curves", "material", None, None, None, ())),
-        ({"velocity": line(20), "radius": line(30)}, 0, {}, Layout("map", "velocity", "radius", None, None, ())),
-        (
-            {"velocity": line(20), "radius": line(30)}, 0, {"x": "radius", "y": "velocity"},
-            Layout("map", "radius", "velocity", None, None, ()),
-        ),
-        (
-            {"velocity": line(20), "radius": line(3)}, 0, {"x": "radius", "y": "velocity"},
-            Layout("map", "radius", "velocity", None, None, ()),
-        ),
-        (
-            {"poisson_ratio": line(4), "p2": line(20), "p3": line(30)}, 0, {},
-            Layout("map", "p2", "p3", "poisson_ratio", None, ()),
-        ),
-        (
-            {"poisson_ratio": line(4), "p2": line(5), "p3": line(30)}, 0, {},
-            Layout("curves", "p3", "poisson_ratio", "p2", None, ()),
-        ),
-        (
-            {"material": WORDS, "poisson_ratio": line(4), "p2": line(20), "p3": line(30)}, 0, {},
-            Layout("map", "p2", "p3", "poisson_ratio", None, ("material",)),
-        ),
-        ({}, 40, {}, Layout("draws", None, None, None, "draw", ())),
-        ({"velocity": line(20)}, 40, {}, Layout("bands", "velocity", None, None, "draw", ())),
-        ({"velocity": line(20), "radius": line(3)}, 40, {}, Layout("bands", "velocity", None, "radius", "draw", ())),
-        ({"velocity": line(50), "radius": line(1)}, 0, {}, Layout("curves", "velocity", None, None, None, ())),
-    ],
-)  # fmt: skip
+LAYOUTS: list[tuple[dict[str, Any], int, dict[str, str], Layout]] = [
+    ({"velocity": line(50)}, 0, {}, Layout("curves", "velocity", None, None, None, ())),
+    ({"velocity": line(50), "radius": line(3)}, 0, {}, Layout("curves", "velocity", "radius", None, None, ())),
+    ({"radius": line(3), "velocity": line(50)}, 0, {}, Layout("curves", "velocity", "radius", None, None, ())),
+    ({"velocity": line(50), "material": WORDS}, 0, {}, Layout("curves", "velocity", "material", None, None, ())),
+    ({"material": WORDS}, 0, {}, Layout("curves", "material", None, None, None, ())),
+    ({"velocity": line(20), "radius": line(30)}, 0, {}, Layout("map", "velocity", "radius", None, None, ())),
+    (
+        {"velocity": line(20), "radius": line(30)}, 0, {"x": "radius", "y": "velocity"},
+        Layout("map", "radius", "velocity", None, None, ()),
+    ),
+    (
+        {"velocity": line(20), "radius": line(3)}, 0, {"x": "radius", "y": "velocity"},
+        Layout("map", "radius", "velocity", None, None, ()),
+    ),
+    (
+        {"poisson_ratio": line(4), "p2": line(20), "p3": line(30)}, 0, {},
+        Layout("map", "p2", "p3", "poisson_ratio", None, ()),
+    ),
+    (
+        {"poisson_ratio": line(4), "p2": line(5), "p3": line(30)}, 0, {},
+        Layout("curves", "p3", "poisson_ratio", "p2", None, ()),
+    ),
+    (
+        {"material": WORDS, "poisson_ratio": line(4), "p2": line(20), "p3": line(30)}, 0, {},
+        Layout("map", "p2", "p3", "poisson_ratio", None, ("material",)),
+    ),
+    ({}, 40, {}, Layout("draws", None, None, None, "draw", ())),
+    ({"velocity": line(20)}, 40, {}, Layout("bands", "velocity", None, None, "draw", ())),
+    ({"velocity": line(20), "radius": line(3)}, 40, {}, Layout("bands", "velocity", None, "radius", "draw", ())),
+    ({"velocity": line(50), "radius": line(1)}, 0, {}, Layout("curves", "velocity", None, None, None, ())),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("shape", "draws", "options", "layout"), LAYOUTS)
 def test_layout(shape: dict[str, Any], draws: int, options: dict[str, str], layout: Layout) -> None:
-    dataset = result(shape, draws=draws)
-    assert choose_layout(dataset, **options) == layout
-    figure = plot_sweep(dataset, **options)
+    assert choose_layout(result(shape, draws=draws), **options) == layout
+
+
+# One of each kind.
+@pytest.mark.parametrize(("shape", "draws", "options", "layout"), [LAYOUTS[n] for n in (1, 5, 8, 9, 11, 12, 13)])
+def test_panels(shape: dict[str, Any], draws: int, options: dict[str, str], layout: Layout) -> None:
+    figure = plot_sweep(result(shape, draws=draws), **options)
     slices = {"poisson_ratio": 4, "p2": 5, "radius": 3}
     assert len(panels(figure)) == (2 if layout.kind == "draws" else slices.get(layout.slices or "", 1))
 
