@@ -10,7 +10,7 @@ from refusals import in_one_line, named
 from restitution import Impact, Material, Parabola, PronySeries, fractional_zener, read_material, solve
 from restitution.errors import InputError, RestitutionWarning
 from restitution.material.conversion import shear_from_tension
-from restitution.material.fit import DynamicTable, RelaxationTable, fit_prony
+from restitution.material.fit import CreepTable, DynamicTable, RelaxationTable, fit_prony
 
 TRUTH = PronySeries(1.0, [5.0, 2.0, 7.0], [1e-3, 0.4, 50.0])
 
@@ -314,3 +314,10 @@ def test_covariance_has_a_row_for_each_modulus(table, liquid, first):
     sizes = np.sqrt(np.diag(fit.covariance))
     assert fit.covariance.shape == (len(fit.names),) * 2
     assert np.linalg.eigvalsh(fit.covariance / np.outer(sizes, sizes)).min() > -1e-9
+
+
+def test_compliances_have_no_covariance_of_moduli():
+    time = np.geomspace(1e-2, 1e2, 30)
+    fit = fit_prony(CreepTable(time, TRUTH.creep_compliance(time), "shear"))
+    assert fit.covariance is None
+    assert named(lambda: fit.scattered(bulk_modulus=2e9))[0] == "data"
