@@ -134,6 +134,7 @@ def run(chosen: list[Mutation], folder: Path) -> list[Mutation]:
         path.write_text(mutation.applied(text), encoding="utf-8")
         if all(passes(folder, tests, most) for tests, most in zip(STAGES, limits, strict=True)):
             survivors.append(mutation)
+            print(f"{mutation.file}, {mutation.line}: {mutation.before} -> {mutation.after}")
         path.write_text(text, encoding="utf-8")
         print(f"{number} of {len(chosen)}, {len(survivors)} not seen", flush=True)
     return survivors
