@@ -143,7 +143,7 @@ def fitted(data: Any, model: str, **options: Any) -> rs.Identification:
 def restitution_at(found: rs.Identification, velocity: float) -> tuple[float, float, float]:
     """Predicted e of the first ball of the data, and its band."""
     ball: Any = found.data[0]
-    solid = found.columns.shear.row(0)
+    solid = found.materials.shear.row(0, 0)
     impact = rs.Impact(rs.Material(solid, math.inf), rs.Parabola(float(ball.radius[0])), float(ball.mass[0]), velocity)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -231,7 +231,7 @@ def rubber() -> str:
             master.equilibrium_modulus, master.branch_moduli, factor * np.asarray(master.relaxation_times)
         )
         made: list[str] = []
-        for series in (shifted, *(one.columns.at(celsius + 273.15).shear.row(0) for one in fits)):
+        for series in (shifted, *(one.materials.at(celsius + 273.15).shear.row(0, 0) for one in fits)):
             result = rs.solve(rs.Impact(rs.Material(series, math.inf), rs.Parabola(radius), mass, 1.0))
             made.append(f"{float(result.restitution_coefficient):.3f}")
             contact = float(result.contact_time) if celsius == 25.0 else contact
@@ -255,12 +255,16 @@ def polymer(file: Path) -> str:
         return f"{100.0 * float(np.sqrt(np.mean((modulus / data.modulus - 1.0) ** 2))):.2g} %"
 
     rows = [("`fit_prony`, non-negative terms", deviation(rs.fit_prony(data).series.relaxation_modulus(data.time)))]
+
+    def in_tension(shear: rs.PronySeries) -> Any:
+        return rs.tension_from_shear(shear, poisson_ratio=0.5)
+
     smooth: Any = fitted(data, "spectrum")
-    rows.append(("spectrum", deviation(rs.tension_from_shear(smooth.material.shear, poisson_ratio=0.5)
+    rows.append(("spectrum", deviation(in_tension(smooth.material.shear)
                                        .relaxation_modulus(data.time))))  # fmt: skip
     for model, words in (("fractional_zener", "fractional Zener"), ("generalised_maxwell", "three terms")):
         one = fitted(data, model, terms=3, profiles=False)
-        rows.append((words, deviation(one.columns.modulus("tension").relaxation_modulus(data.time)[0])))
+        rows.append((words, deviation(in_tension(one.materials.shear.row(0, 0)).relaxation_modulus(data.time))))
     decades = math.log10(data.time[-1] / data.time[data.time > 0.0][0])
     return POLYMER_TEXT.format(n=data.time.size, decades=decades, fits=table(("fit", "deviation"), rows))
 

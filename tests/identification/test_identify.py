@@ -374,6 +374,29 @@ def test_result_is_written_and_read(tmp_path):
     assert "compare" in str(fit)
 
 
+def test_prior_and_posterior_leave_as_json():
+    """Another program has the density from the numbers alone: its normal curvature is that of `log_probability`."""
+    prior = {"branch_modulus": rs.LogNormal(2e6, 0.3)}
+    data = rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), RADII[::3], VELOCITIES[::3], seed=1)
+    fit = rs.identify(data, rs.standard_solid, fixed=FIXED, prior=prior, bounds={"viscosity": (1e-2, 1e9)})
+    read = json.loads(json.dumps(fit.to_dict()))
+    rows = {row["name"]: row for row in read["posterior"]}
+    assert list(rows) == list(fit.names)
+    assert rows["branch_modulus"]["prior"] == {"distribution": "LogNormal", "median": 2e6, "sigma": 0.3}
+    assert rows["viscosity"]["bounds"] == pytest.approx([1e-2, 1e9])
+    assert rows["viscosity"]["prior"] is None
+    for name, row in rows.items():
+        assert (row["transform"], row["unit"]) == ("log", "Pa s" if name == "viscosity" else "Pa")
+        assert math.exp(row["mean"]) == pytest.approx(fit.parameters[name].value, rel=1e-12)
+    mean, covariance = np.array([row["mean"] for row in rows.values()]), np.array(read["covariance"])
+    # Half a standard deviation off along an axis of the ellipsoid, the density falls by exp(-1/8); less by the third
+    # derivatives, a few per cent at this noise.
+    sizes, axes = np.linalg.eigh(covariance)
+    steps = 0.5 * np.sqrt(sizes)[:, None] * axes.T
+    falls = fit.log_probability(mean) - 0.5 * (fit.log_probability(mean + steps) + fit.log_probability(mean - steps))
+    assert falls == pytest.approx(0.125, rel=0.1)
+
+
 def test_log_probability_takes_arrays_and_has_its_maximum_at_the_fit():
     fit = rs.identify(rebounds(standard_solid(*STANDARD_SOLIDS["weak"]), seed=1), rs.standard_solid, fixed=FIXED)
     best = fit.log_probability(fit.coordinates)

@@ -1,5 +1,6 @@
 import math
 import pickle
+import warnings
 from functools import partial
 
 import numpy as np
@@ -9,7 +10,7 @@ from refusals import in_one_line, named
 from restitution import Impact, Material, Parabola, PronySeries, fractional_zener, read_material, solve
 from restitution.errors import InputError, RestitutionWarning
 from restitution.material.conversion import shear_from_tension
-from restitution.material.fit import DynamicTable, RelaxationTable, fit_prony
+from restitution.material.fit import CreepTable, DynamicTable, RelaxationTable, fit_prony
 
 TRUTH = PronySeries(1.0, [5.0, 2.0, 7.0], [1e-3, 0.4, 50.0])
 
@@ -283,3 +284,40 @@ def test_columns_are_any_sequences_of_one_length():
 def test_a_modulus_of_nearly_zero_gives_no_warning_of_numpy():
     table = RelaxationTable([1e-3, 1e-2, 1e-1, 10.0], [1e7, 5e6, 3e6, 1e-302])
     assert named(lambda: fit_prony(table)) == ("equilibrium_modulus + sum of branch_moduli", 1e-302)
+
+
+def test_stated_errors_cover_the_truth():
+    """Scatter of fits to simulated data over the stated one: 1 for a linear fit at given times."""
+    rng = np.random.default_rng(5)
+    truth = PronySeries(1e6, [3e6, 2e6, 5e6], [1e-4, 1e-3, 1e-2])
+    time, places = np.geomspace(1e-5, 1.0, 80), np.geomspace(1e-4, 0.1, 7)
+    exact, ratios = truth.relaxation_modulus(time), []
+    for _ in range(40):
+        fit = fit_prony(RelaxationTable(time, exact * (1.0 + 0.02 * rng.standard_normal(time.size)), "shear"))
+        shares = np.exp(-places[:, None] / fit.series.relaxation_times)
+        if fit.names[0] == "equilibrium_modulus":
+            shares = np.hstack((np.ones((places.size, 1)), shares))
+        stated = np.sqrt(np.einsum("ij,jk,ik->i", shares, fit.covariance, shares))
+        ratios.append((fit.series.relaxation_modulus(places) - truth.relaxation_modulus(places)) / stated)
+    # 280 ratios; those of one fit are correlated, so that their mean square scatters by some 15 %. The choice of times
+    # and terms, which is not in the covariance, adds the rest.
+    assert 0.8 < np.mean(np.square(ratios)) < 1.8
+
+
+@pytest.mark.parametrize(("liquid", "first"), [(False, "equilibrium_modulus"), (True, "branch_moduli[0]")])
+@pytest.mark.parametrize("table", [relaxation, dynamic])
+def test_covariance_has_a_row_for_each_modulus(table, liquid, first):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a solid is no liquid
+        fit = fit_prony(table(TRUTH), liquid=liquid)
+    assert fit.names == ((first, *(f"branch_moduli[{k}]" for k in range(fit.n_terms)))[liquid:])
+    sizes = np.sqrt(np.diag(fit.covariance))
+    assert fit.covariance.shape == (len(fit.names),) * 2
+    assert np.linalg.eigvalsh(fit.covariance / np.outer(sizes, sizes)).min() > -1e-9
+
+
+def test_compliances_have_no_covariance_of_moduli():
+    time = np.geomspace(1e-2, 1e2, 30)
+    fit = fit_prony(CreepTable(time, TRUTH.creep_compliance(time), "shear"))
+    assert fit.covariance is None
+    assert named(lambda: fit.scattered(bulk_modulus=2e9))[0] == "data"

@@ -246,3 +246,29 @@ def test_isotherms_that_do_not_change_determine_no_shift():
     with pytest.warns(RestitutionWarning, match="the standard error of the shift at"):
         curve = Isotherms(tables).superposed()
     assert curve.errors.max() > 1e3
+
+
+def test_covariance_of_the_shifts_of_a_law():
+    """One activation energy shifts all isotherms together: the covariance is of rank one (Arrhenius)."""
+    rng, kelvin = np.random.default_rng(4), np.array([280.0, 290.0, 300.0, 312.0, 325.0])
+    shifts = np.log10([Arrhenius(300.0, 120e3).factor(temperature) for temperature in kelvin])
+    isotherms = measured(polymer(rng), kelvin, shifts, rng, 0.02)
+    curve = isotherms.superposed(reference_temperature=300.0, shift="arrhenius")
+    relative = curve.constant_errors["activation_energy"] / curve.constants["activation_energy"]
+    one = curve.log10_factors * relative
+    assert curve.covariance == pytest.approx(np.outer(one, one), rel=1e-9, abs=1e-15)
+    assert [curve.error_at(temperature) for temperature in kelvin] == pytest.approx(curve.errors, abs=1e-12)
+    # Halfway, all of the scatter is of the one constant, so that standard errors are linear.
+    assert curve.error_at(318.5) == pytest.approx(0.5 * (curve.errors[3] + curve.errors[4]), rel=1e-9)
+    assert named(lambda: curve.error_at(326.0)) == ("temperature", 326.0)
+
+
+def test_shifts_beyond_a_gap_have_no_covariance():
+    rng, shifts = np.random.default_rng(6), np.array([8.0, 1.0, 0.0, -1.0])
+    isotherms = measured(polymer(rng), np.array([280.0, 300.0, 310.0, 320.0]), shifts, rng, 0.01)
+    with pytest.warns(RestitutionWarning):
+        curve = isotherms.superposed(reference_temperature=310.0)
+    assert np.isinf(curve.errors).tolist() == [True, False, False, False]
+    assert np.isinf(curve.covariance).sum() == 1
+    assert np.isinf(curve.error_at(290.0))
+    assert curve.error_at(305.0) < curve.error_at(300.0) < 1.0

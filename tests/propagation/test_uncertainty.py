@@ -237,3 +237,40 @@ def test_shows_itself() -> None:
     bars: Any = found.plot().axes[0].patches
     widths = [bar.get_width() for bar in bars]
     assert widths == pytest.approx((100.0 * found.shares.T).ravel().tolist())
+
+
+TIMES = np.geomspace(1e-5, 1.0, 60)
+MODULUS = rs.PronySeries(1e6, [3e6, 5e6], [1e-4, 1e-2]).relaxation_modulus(TIMES)
+
+
+def fitted(factor: float = 1.0, deformation: Any = "shear") -> Any:
+    scatter = 1.0 + 0.02 * np.random.default_rng(1).standard_normal(TIMES.size)
+    return rs.fit_prony(rs.RelaxationTable(TIMES, factor * MODULUS * scatter, deformation))
+
+
+def test_a_fit_is_its_moduli_with_their_covariance() -> None:
+    """By the terms' own names, and for the same material measured in tension, where E = 3G (incompressible)."""
+    fit = fitted()
+    ball = rs.Impact(fit.material(poisson_ratio=0.5), rs.Parabola(0.01), mass=0.005, velocity=1.0)
+    named_ones = rs.uncertainty(ball, {fit.names: fit.covariance})
+    for one in (fit, fitted(3.0, "tension")):
+        whole = rs.uncertainty(ball, {"material": one.scattered(poisson_ratio=0.5)})
+        for name in whole.outputs:
+            assert whole[name] == pytest.approx(named_ones[name], rel=1e-9)
+
+
+def test_an_error_of_the_shift_moves_all_times_together() -> None:
+    """All times, contact time and velocity scale alike: e(tau c, v) = e(tau, v c^5) for a sphere (dimensions)."""
+    fit, error = fitted(), 0.05
+    ball = rs.Impact(fit.material(poisson_ratio=0.5), rs.Parabola(0.01), mass=0.005, velocity=1.0)
+    scattered = fit.scattered(poisson_ratio=0.5, log10_factor_error=error)
+    found = rs.uncertainty(ball, {"material": scattered}, "restitution_coefficient")
+    place = found.inputs.index("shift_factor")
+    by_velocity = rs.derivatives(ball, ["velocity"], "restitution_coefficient")["restitution_coefficient", "velocity"]
+    # T ~ (m^2/(E*^2 R v))^(1/5): relaxation times that are longer by c are a contact that is shorter by c, v by c^5.
+    part = abs(5.0 * by_velocity) * math.log(10.0) * error
+    _, deviation = found["restitution_coefficient"]
+    assert found.shares[0, place] * deviation**2 == pytest.approx(part**2, rel=1e-6)
+    shifted = fit.scattered(poisson_ratio=0.5, log10_factor=0.3, log10_factor_error=error)
+    moved = rs.uncertainty(ball, {"material": shifted}, "restitution_coefficient").values["restitution_coefficient"]
+    assert moved == pytest.approx(rs.solve(rs.vary(ball, {"velocity": 10.0**1.5})).restitution_coefficient, rel=1e-8)

@@ -6,7 +6,7 @@ import json
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -472,9 +472,29 @@ class Identification(FittedResult):
         return logs if points.ndim > 1 else float(logs[0])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all numbers as a dict for JSON."""
+        """Return all numbers as a dict for JSON.
+
+        `posterior` is for other programs: the posterior is nearly normal in its coordinates, with the means there and
+        the matrix `covariance`. Each has its name, unit and transform (log, logit between `between`, or linear), its
+        bounds in SI, and the prior of the user, with the name of the distribution.
+        """
         space = self.problem.space
-        return {"model": space.model.__name__, "fixed": plain(dict(space.fixed))} | super().to_dict()
+        head = {"model": space.model.__name__, "fixed": plain(dict(space.fixed)), "posterior": self._posterior()}
+        return head | super().to_dict()
+
+    def _posterior(self) -> list[dict[str, Any]]:
+        space, entries = self.problem.space, list[dict[str, Any]]()
+        for place, parameter in enumerate(space.free):
+            low, high = (float(parameter.outward(ends[place])) for ends in (self.problem.low, self.problem.high))
+            quantity, prior = parameter.quantity, space.prior.get(parameter.name)
+            entry: dict[str, Any] = {"name": parameter.name, "unit": quantity.unit, "transform": parameter.kind}
+            if parameter.kind == "logit":
+                entry["between"] = [quantity.low, quantity.high]
+            entry |= {"mean": float(self.coordinates[place]), "bounds": [low, high], "prior": None}
+            if prior is not None:
+                entry["prior"] = {"distribution": type(prior).__name__} | asdict(prior)
+            entries.append(plain(entry))
+        return entries
 
     def to_toml(self, path: str | Path) -> Path:
         """Write the material as the section of a case file, with the first impact of the data where there is one.

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Array, number, single_nonnegative, single_positive, truth, within
+from restitution.checks import Array, number, single, single_nonnegative, single_positive, truth, within
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
 from restitution.material.prony import EXTREME, PronySeries
 from restitution.material.viscoelastic import Material
+from restitution.quantities import MODULUS, Quantity
 from restitution.result import draw
+from restitution.units import NUMBER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -148,6 +151,66 @@ def column_names(table: RelaxationTable | DynamicTable) -> list[str]:
     return list(table._units)  # pyright: ignore[reportPrivateUsage]
 
 
+SHIFT_FACTOR = Quantity("shift_factor", NUMBER, "factor of all relaxation times", r"$a_T$", low=0.0, open=True)
+
+
+@dataclass(frozen=True)
+class Term:
+    """A modulus that scatters in SI, or a factor whose logarithm scatters."""
+
+    name: str
+    quantity: Quantity
+    logarithmic: bool = False
+
+    def inward(self, value: Any) -> Any:
+        """Return the coordinate of a value."""
+        return np.log(value) if self.logarithmic else value
+
+    def outward(self, coordinate: Any) -> Any:
+        """Return the value of a coordinate."""
+        return np.exp(coordinate) if self.logarithmic else coordinate
+
+    def slope(self, coordinate: Any) -> Any:
+        """Return the derivative of the value by the coordinate."""
+        return np.exp(coordinate) if self.logarithmic else np.ones_like(coordinate)
+
+
+@dataclass(frozen=True, eq=False)
+class ScatteredMaterial:
+    """A fitted material with the covariance of its numbers; `restitution.uncertainty` takes it as `material`.
+
+    Attributes
+    ----------
+    coordinates, covariance : array, shapes (n,) and (n, n)
+        Moduli [Pa] and, if it scatters, the logarithm of the factor of all relaxation times.
+    free : tuple of Term
+        What they are.
+    materials : callable
+        Materials of shape (m, 1) from rows of coordinates, shape (m, n).
+    """
+
+    coordinates: Array
+    covariance: Array
+    free: tuple[Term, ...]
+    materials: Callable[[Array], Material] = field(repr=False)
+
+    @property
+    def parameters(self) -> dict[str, Term]:
+        """The terms by name."""
+        return {term.name: term for term in self.free}
+
+    # What an identification has in other objects.
+    @property
+    def problem(self) -> Self:
+        """What makes the materials: the object itself."""
+        return self
+
+    @property
+    def space(self) -> Self:
+        """What has the terms: the object itself."""
+        return self
+
+
 @dataclass(frozen=True, eq=False)
 class PronyFit:
     """Prony series fitted to data, and how well it does."""
@@ -157,6 +220,14 @@ class PronyFit:
     window: tuple[float, float]  # shortest and longest time [s] that the data cover; 1/omega for dynamic data
     residuals: NDArray[Any] = field(repr=False)  # (fit - data)/|data| [-], complex for dynamic data, shape (n,)
     data: Measured = field(repr=False)
+    # Of the moduli of `names` [Pa^2], in the deformation of the data; None for compliances.
+    covariance: Array | None = field(repr=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the moduli of the fit that are not zero, in the order of the covariance."""
+        first = ("equilibrium_modulus",) if self.series.equilibrium_modulus > 0.0 else ()
+        return (*first, *(f"branch_moduli[{k}]" for k in range(self.n_terms)))
 
     @property
     def n_terms(self) -> int:
@@ -201,6 +272,71 @@ class PronyFit:
         assumptions = f"{self.n_terms} Prony terms fitted to the data, relative misfit {self.misfit:.2g}"
         fitted = Material(shear, bulk, density=density, name=name, source=source, window=self.window)
         return replace(fitted, assumptions=assumptions, derivation="fit")
+
+    def scattered(
+        self,
+        *,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        deformation: Deformation | None = None,
+        log10_factor: float = 0.0,
+        log10_factor_error: float = 0.0,
+    ) -> ScatteredMaterial:
+        """Return the material with the covariance of its moduli, for `restitution.uncertainty`.
+
+        Parameters
+        ----------
+        bulk_modulus, poisson_ratio, deformation
+            As in `material`.
+        log10_factor, log10_factor_error : float
+            Shift log10 aT from the temperature of the data to that of the impact [-], and its standard error, such as
+            `MasterCurve.error_at`. All relaxation times take this factor.
+
+        Notes
+        -----
+        The covariance is s^2 H^-1, with the normal equations H of the fit, which contain its smoothing, and the
+        variance s^2 of the weighted residuals for the degrees of freedom that are left. It holds at the relaxation
+        times of the fit, for independent scatter of the data. Errors that neighbouring data share, such as that of the
+        sample's size, are not in it: they do not show in residuals. Nor is the choice of times and terms in it, so
+        intervals of 95 % cover some 90 %.
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> t = np.geomspace(1e-5, 1.0, 61)
+        >>> scatter = 1.0 + 0.02 * np.random.default_rng(1).standard_normal(t.size)
+        >>> modulus = PronySeries(1e6, [9e6], [1e-3]).relaxation_modulus(t) * scatter
+        >>> fit = fit_prony(RelaxationTable(t, modulus, "shear"))
+        >>> ball = rs.Impact(fit.material(bulk_modulus=2e9), rs.Parabola(0.01), mass=0.005, velocity=1.0)
+        >>> e = rs.uncertainty(ball, {"material": fit.scattered(bulk_modulus=2e9)})["restitution_coefficient"]
+        >>> print(f"{e.value:.2f} +- {e.standard_deviation:.3f}")
+        0.73 +- 0.003
+        """
+        if self.covariance is None:
+            rule = "must be moduli: the terms of a fit of compliances have no covariance"
+            raise InputError("data", rule=rule, where=self.data.source)
+        material = self.material(bulk_modulus=bulk_modulus, poisson_ratio=poisson_ratio, deformation=deformation)
+        factor = 10.0 ** single("log10_factor", log10_factor)
+        error = single_nonnegative("log10_factor_error", log10_factor_error)
+        moduli = [self.series.equilibrium_modulus, *self.series.branch_moduli.tolist()][-len(self.names) :]
+        terms = [Term(name, Quantity(name, MODULUS, "modulus", "", low=0.0, open=True)) for name in self.names]
+        covariance, best = self.covariance, moduli
+        if error > 0.0 and self.n_terms:
+            terms.append(Term("shift_factor", SHIFT_FACTOR, logarithmic=True))
+            covariance = np.pad(covariance, (0, 1))
+            covariance[-1, -1] = (math.log(10.0) * error) ** 2
+            best = [*moduli, math.log(factor)]
+
+        def materials(rows: Array) -> Material:
+            columns = rows[:, None]
+            branches = columns[..., len(self.names) - self.n_terms : len(self.names)]
+            first = columns[..., 0] if len(self.names) > self.n_terms else np.zeros(columns.shape[:2])
+            factors = np.exp(columns[..., len(self.names) :]) if len(terms) > len(self.names) else factor
+            series = PronySeries(first, branches, self.series.relaxation_times * factors)
+            parts = shear_and_bulk(series, bulk_modulus, poisson_ratio, self.data.deformation, deformation)
+            return Material(*parts, name=material.name)
+
+        return ScatteredMaterial(np.array(best), covariance, tuple(terms), materials)
 
     def plot(self) -> Figure:
         """Return a figure of the moduli over time and over frequency with the data."""
@@ -286,7 +422,9 @@ def fit_prony(
             break
     times, moduli = problem.reduced(times, moduli, allowed)
     series = problem.series(times, moduli).known_within(problem.window)
-    fit = PronyFit(series, problem.misfit(times, moduli), problem.window, problem.residuals(times, moduli), data)
+    residuals = problem.residuals(times, moduli)
+    covariance = None if problem.creep else problem.covariance(times, moduli)
+    fit = PronyFit(series, problem.misfit(times, moduli), problem.window, residuals, data, covariance)
     for doubtful, line in (
         (fit.series.is_elastic, "no relaxation is seen in the data; the fit is a constant"),
         (fit.misfit > _POOR, f"the relative misfit of the fit is {fit.misfit:.3g}, above {_POOR:g}"),
@@ -369,15 +507,14 @@ class _Problem:
         viscosity = float(dashpot) / unit
         return PronySeries(float(equilibrium) / unit, branches / taus / unit, taus, parallel_viscosity=viscosity)
 
-    def solve(self, times: Array) -> Array:
-        """Return non-negative moduli of least weighted relative residuals, the equilibrium modulus first."""
-        from scipy.optimize import nnls
-
+    def _weighted(self, times: Array) -> tuple[Any, Any, int]:
+        """Return the matrix and the target of the least squares, and how many of their rows are of data."""
         matrix: Any = self.columns(times)
         target: Any = self.target
         if self.dynamic:
             matrix = np.vstack((matrix.real, self.loss_weight * matrix.imag))
             target = np.concatenate((target.real, self.loss_weight * target.imag))
+        count = target.size
         if self.smoothing > 0 and times.size > 1:
             logs = np.log(times)
             spectrum = np.diag(1.0 / np.gradient(logs))
@@ -385,12 +522,31 @@ class _Problem:
             jumps *= self.smoothing * math.sqrt(target.size / times.size)
             matrix = np.vstack((matrix, np.hstack((np.zeros((times.size - 1, self.heads)), jumps))))
             target = np.concatenate((target, np.zeros(times.size - 1)))
+        return matrix, target, count
+
+    def solve(self, times: Array) -> Array:
+        """Return non-negative moduli of least weighted relative residuals, the equilibrium modulus first."""
+        from scipy.optimize import nnls
+
+        matrix, target, _ = self._weighted(times)
         # Powers of two keep the squares of extreme numbers finite, and all digits.
         _, power = np.frexp(np.abs(matrix).max(axis=0))
         scale = np.ldexp(np.sqrt((np.ldexp(matrix, -power) ** 2).sum(axis=0)), power)
         scale[scale == 0] = 1.0
         solution, _ = nnls(matrix / scale, target, maxiter=100 * scale.size)
         return solution / scale
+
+    def covariance(self, times: Array, moduli: Array) -> Array:
+        """Return the covariance of the moduli that are not zero, those at zero being held there."""
+        matrix, target, count = self._weighted(times)
+        there = moduli > 0.0
+        # Relative changes of the moduli, which are of very different size.
+        scaled = matrix[:, there] * moduli[there]
+        inverse = np.linalg.pinv(np.linalg.qr(scaled, mode="r"))
+        used = float(np.sum((scaled[:count] @ inverse) ** 2))
+        residuals = matrix[:count] @ moduli - target[:count]
+        variance = float(residuals @ residuals) / max(count - used, 0.1 * count)
+        return variance * (inverse @ inverse.T) * moduli[there] * moduli[there][:, None]
 
     def residuals(self, times: Array, moduli: Array) -> NDArray[Any]:
         """Return relative residuals."""

@@ -508,21 +508,24 @@ class Isotherms:
             slopes = slopes - at_reference @ slopes
         covariance = superposition.covariance
         lost = np.isinf(np.diag(covariance))
-        variances = np.einsum("ij,jk,ik->i", slopes[:, ~lost], covariance[np.ix_(~lost, ~lost)], slopes[:, ~lost])
-        errors = np.sqrt(np.maximum(variances, 0.0))
+        of_factors = slopes[:, ~lost] @ covariance[np.ix_(~lost, ~lost)] @ slopes[:, ~lost].T
+        errors = np.sqrt(np.maximum(np.diag(of_factors), 0.0))
         errors[np.any(np.abs(slopes[:, lost]) > 0.0, axis=1)] = np.inf
         if shift == "free":
             # The smoothness of the master curve bridges small gaps alone.
             for place in np.flatnonzero(_gaps(self.tables, shifts) > _BRIDGE).tolist():
                 errors[place:] = np.inf if place > nearest else errors[place:]
                 errors[:place] = np.inf if place <= nearest else errors[:place]
+        unknown = np.isinf(errors)
+        of_factors[unknown], of_factors[:, unknown] = 0.0, 0.0
+        of_factors[unknown, unknown] = np.inf
         named, errors_of = constants_of(shift, superposition, kelvin)
         factors = 10.0 ** (-superposition.vertical)
         reduced = zip(self.tables, shifts, factors, strict=True)
         tables = tuple(_reduced(table, s, b, reference) for table, s, b in reduced)
         curve = MasterCurve(
             replace(average(tables), source=self.source, notes=()), tables, self, reference, shift, shifts, errors,
-            -superposition.vertical, superposition.vertical_errors, named, errors_of, superposition.misfit,
+            -superposition.vertical, superposition.vertical_errors, named, errors_of, superposition.misfit, of_factors,
         )  # fmt: skip
         for line in curve.doubts:
             warnings.warn(RestitutionWarning("superposition", f"{self.source or 'isotherms'}: {line}"), stacklevel=3)
@@ -557,6 +560,8 @@ class MasterCurve:
         Constants of the law, `c1` [-] and `c2` [K] or `activation_energy` [J/mol], and their standard errors.
     misfit : float
         Root mean square of the relative residuals about the smooth master curve [-].
+    covariance : array, shape (m, m)
+        Covariance of `log10_factors` [-]; infinite variances, without correlations, where `errors` are infinite.
     """
 
     data: Curve
@@ -571,6 +576,7 @@ class MasterCurve:
     constants: dict[str, float]
     constant_errors: dict[str, float]
     misfit: float
+    covariance: Array
 
     @property
     def temperatures(self) -> Array:
@@ -595,6 +601,24 @@ class MasterCurve:
         law = WLF if self.law == "wlf" else Arrhenius
         limits = float(kelvin[0]), float(kelvin[-1])
         return law(self.reference_temperature, **self.constants, temperature_range=limits)
+
+    def error_at(self, temperature: float) -> float:
+        """Return the standard error of log10 aT [-] at a temperature T [K], for `PronyFit.scattered`.
+
+        The shift is linear between two isotherms here; the error is infinite if that of one of them is.
+
+        Raises
+        ------
+        InputError
+            If the temperature is not within the measured ones.
+        """
+        kelvin, at = self.temperatures, check_single("temperature", temperature)
+        if not kelvin[0] <= at <= kelvin[-1]:
+            rule = f"must be in [{kelvin[0]:.6g}, {kelvin[-1]:.6g}] K, the measured temperatures"
+            raise InputError("temperature", at, rule, "K", where=self.isotherms.source)
+        weights = np.array([np.interp(at, kelvin, column) for column in np.eye(kelvin.size)])
+        there = weights > 0.0
+        return math.sqrt(weights[there] @ self.covariance[np.ix_(there, there)] @ weights[there])
 
     @property
     def _rise(self) -> str:

@@ -42,7 +42,7 @@ _ROUNDING = 1e-10
 
 @runtime_checkable
 class Identified(Protocol):
-    """What an identified material must have: `Identification` of `restitution.identify` does."""
+    """What an identified material must have: `Identification` and `ScatteredMaterial` do."""
 
     covariance: Array
     coordinates: Array
@@ -104,8 +104,8 @@ def uncertainty(
     inputs : dict, or Identification
         Standard deviations in SI by the names of `restitution.vary`, such as ``{"velocity": 0.01}``. A tuple of names
         has a covariance matrix in SI: ``{("branch_modulus", "viscosity"): [[a, b], [b, c]]}``. The name `material` has
-        an `Identification` of `restitution.identify`: its material replaces that of the impact, and its covariance
-        counts. The entries are independent of each other.
+        an `Identification` of `restitution.identify`, or what `PronyFit.scattered` returns: its material replaces that
+        of the impact, and its covariance counts. The entries are independent of each other.
     outputs : sequence of str
         Names of the outputs of `restitution.quantities.IMPACT_OUTPUTS`.
     draws : int, optional
@@ -171,7 +171,7 @@ def read_inputs(impact: Impact, inputs: Any, held: HeldElastic) -> tuple[Model, 
     if identified is None:
         return _model_of(impact, blocks, held), blocks
     if not isinstance(identified, Identified):
-        raise InputTypeError("inputs.material", identified, "must be the result of restitution.identify")
+        raise InputTypeError("inputs.material", identified, "must be of restitution.identify or PronyFit.scattered")
     return _with_material(impact, identified, blocks, held)
 
 
