@@ -42,6 +42,8 @@ from .identification.result import Identification as Identification
 from .impact import closed_forms as closed_forms
 from .impact.adhesion import AdhesiveResult as AdhesiveResult
 from .impact.adhesion import sticking_velocity as sticking_velocity
+from .impact.band import RestitutionBand as RestitutionBand
+from .impact.band import restitution_band as restitution_band
 from .impact.bounces import Bounces as Bounces
 from .impact.bounces import bounces as bounces
 from .impact.elements import element_history as element_history

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, StrictBool, StrictInt, field_validator, model_validator
 
-from restitution.case.material import AnyMaterial
+from restitution.case.material import AnyMaterial, FileSection
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import Reader, nonnegative, of, positive
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, without_deviations
@@ -43,6 +43,7 @@ from restitution.quantities import (
 )
 
 if TYPE_CHECKING:
+    from restitution.impact.band import RestitutionBand
     from restitution.impact.bounces import Bounces
     from restitution.impact.result import ImpactResult
 
@@ -409,6 +410,24 @@ class Case:
                 same_spot=sections.bounces.same_spot,
                 **options,
             )
+
+    def bands(self, result: ImpactResult) -> list[RestitutionBand]:
+        """Return the bands of e of a result: over the relaxation beyond the data, over an assumed law of the shift."""
+        from restitution.impact.band import band_of, restitution_band
+
+        bands: list[RestitutionBand] = []
+        checks = [check for check in result.validity if check.kind == "window" and check.exceeded]
+        if checks and (beyond := restitution_band(self.impact)) is not None:
+            bands.append(beyond)
+        if isinstance(self.sections.material, FileSection) and (materials := self.sections.material.by_constants()):
+            # A partner of the same section is of the same material.
+            alike = self.sections.partner is self.sections.material
+            impacts = {"with universal constants": self.impact}
+            for name, material in materials.items():
+                counter = material if alike else self.impact.counter_material
+                impacts[f"of {name}"] = replace(self.impact, material=material, counter_material=counter)
+            bands.append(band_of(impacts, "over the constants of the shift"))
+        return bands
 
     def notes(self, impact: Any) -> list[str]:
         """Return remarks on the files of the materials, and assumptions about the materials of a solved impact."""

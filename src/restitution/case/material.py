@@ -6,6 +6,7 @@ The section of each model follows from its constructor, so that a new model is o
 
 from __future__ import annotations
 
+import warnings
 from abc import abstractmethod
 from dataclasses import replace
 from functools import cache, cached_property
@@ -27,7 +28,7 @@ from pydantic import (
 
 from restitution.case.quantity import LIST, fields_of, nonnegative, of, positive
 from restitution.case.section import FROM_FILE, IN_FILE, CaseError, Forms, Section, folder_of, refuse, toml_value
-from restitution.errors import InputError
+from restitution.errors import InputError, RestitutionWarning
 from restitution.material import library
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.material.conversion import bulk_from_poisson_ratio, shear_and_bulk
@@ -38,7 +39,7 @@ from restitution.material.models import MaterialModel, material_models
 from restitution.material.prony import PronySeries
 from restitution.material.readers import MaterialFile, read_material
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
-from restitution.material.temperature_ramp import ReducedRamp, TemperatureRamp
+from restitution.material.temperature_ramp import MEASURED_CONSTANTS, ReducedRamp, TemperatureRamp
 from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, TIME, known
 from restitution.units import FREQUENCY
@@ -393,6 +394,19 @@ class FileSection(MaterialSection):
         omega = None if self.frequency is None else 2.0 * np.pi * self.frequency
         law: Any = self.shift.build() if isinstance(self.shift, ShiftSection) else self.shift
         return self.file.reduced(law, angular_frequency=omega)
+
+    def by_constants(self) -> dict[str, Material]:
+        """Return the material with WLF constants of some polymers, where universal ones are assumed; else none."""
+        if not isinstance(self.file, TemperatureRamp) or self.shift is not None:
+            return {}
+        given: dict[str, Any] = {name: getattr(self, name) for name in self.model_fields_set}
+        materials: dict[str, Material] = {}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RestitutionWarning)
+            for name, constants in MEASURED_CONSTANTS.items():
+                given["shift"] = self.file.universal_shift(*constants)
+                materials[name] = type(self).model_construct(**given).build()
+        return materials
 
     @property
     def remarks(self) -> tuple[str, ...]:

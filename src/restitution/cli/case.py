@@ -55,15 +55,17 @@ def solve(
         problem = _problem(case, options, save)
         require_known(problem.impact, extrapolate=extrapolate)
         result = problem.solve()
-        uncertain = _propagated(problem)
+        uncertain, bands = _propagated(problem), problem.bands(result)
         complete(result)
     for time in pressure_at or []:
         if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
             end = f"{result.contact_time:.6g} s"
             raise cli.BadInput(f"--pressure-at {time:g} s: must be within the contact, which lasts {end}")
     title, notes = problem.title or str(case), problem.notes(result.impact)
-    lines: tuple[str, ...] = () if uncertain is None else uncertain.lines
+    lines = [*map(str, bands), *(() if uncertain is None else uncertain.lines)]
     more: dict[str, Any] = {"energy_residual": result.energy.residual}
+    if bands:
+        more["restitution_bands"] = [band.to_dict() for band in bands]
     if uncertain is not None:
         more["uncertainty"] = uncertain
     tables.answer(result, title, problem.arrangement, *lines, json=json, notes=notes, **more)
