@@ -212,6 +212,14 @@ class Imprint(NamedTuple):
             self.joint[rows],
         )  # fmt: skip
 
+    def axis_depth(self, recoveries: Array) -> float:
+        """Return the displacement [m] of the innermost element now; `recoveries` are the rates r_j [1/s]."""
+        if not self.end.size:
+            return 0.0
+        parts = chebyshev.chebval(2.0 * self.end[-1] - 1.0, self.coefficients[-1, 1:].T)
+        passed = self.start[-1] + self.length[-1] * float(share_of_step(self.kind[-1:], self.end[-1:, None])[0, 0])
+        return float(parts @ np.exp(recoveries * passed))
+
     def around(self, inner: Imprint) -> Imprint:
         """Return these panels and those further inside."""
         return Imprint(
