@@ -260,6 +260,11 @@ class Surface:
         Materials and profile of the contacts before.
     time : float
         Time [s] since the end of the last result.
+    marks : Imprint
+        The elements of the surface, the innermost last: arrays of Chebyshev coefficients, over a coordinate z of each
+        panel, of y [m^(1/2)], with the element's depth y^2 in the undeformed body, and of the parts w_j [m] of its
+        displacement. `start`, `length` and `kind` give the instants at which they left the contact, and `end` the
+        largest z that is left. `imprint` evaluates them.
 
     Notes
     -----
