@@ -186,3 +186,59 @@ def test_impacts_that_have_no_surface_are_refused():
         solve(IMPACT, surface=3)
     with pytest.raises(TypeError, match="same_spot"):
         bounces(IMPACT, same_spot="yes")
+
+
+def bounces_of_elements(modulus, time, radius, mass, velocity, push, count, steps, contacts):
+    """Restitution of a ball on equal elements of a Maxwell liquid, with velocity Verlet; 0 where it does not leave.
+
+    The surface of such a liquid stays as it is without load: each touch has the velocity of the rebound before.
+    """
+    # Duration and depth of an elastic impact (Hertz), within factors.
+    depth = 2.0 * (15.0 * mass * velocity**2 / (16.0 * modulus * math.sqrt(radius))) ** 0.4
+    spacing = math.sqrt(4.0 * depth * radius) / count
+    s = ((np.arange(count) + 0.5) * spacing) ** 2 / radius
+    u, d, ratios = np.zeros(count), 0.0, []
+    for _ in range(contacts):
+        speed = (15.0 * mass * velocity**2 / (16.0 * modulus * math.sqrt(radius))) ** 0.4 / velocity
+        step, rate, loads, force = 3.0 * speed / steps, velocity, np.zeros(count), 0.0
+        decay, gain = math.exp(-step / time), -modulus * time / step * math.expm1(-step / time)
+        for n in range(40 * steps):
+            before = (push - force) / mass
+            d += step * rate + 0.5 * step * step * before
+            trial = decay * loads + gain * (d - s - u)
+            touches = trial > 0.0
+            u = np.where(touches, d - s, u - decay * loads / gain)
+            loads = np.where(touches, trial, 0.0)
+            force = 2.0 * spacing * float(loads.sum())
+            rate += 0.5 * step * (before + (push - force) / mass)
+            if n > 2 and not touches.any():
+                break
+        else:
+            return [*ratios, 0.0]
+        ratios.append(-rate / velocity)
+        velocity, d = -rate, float(u[0] + s[0])
+    return ratios
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("velocity", "ended"), [(0.1, "sunk"), (0.5, "sunk"), (2.0, "low")])
+def test_a_liquid_under_weight_beside_elements(velocity, ended):
+    """A ball of 5 g bounces in its own imprint until the weight holds it, or its rebounds are too low."""
+    liquid = Material(PronySeries(0.0, [1e6], [1e-3]), bulk=math.inf)
+    result = bounces(Impact(liquid, Parabola(0.01), 0.005, velocity), gravity=9.81, same_spot=True)
+    assert result.ended == ended
+    numbers = (4e6, 1e-3, 0.01, 0.005, velocity, 0.005 * 9.81)
+    coarse, fine = (bounces_of_elements(*numbers, 200 * n, 500 * n, result.n_bounces) for n in (1, 2))
+    assert len(coarse) == len(fine) == result.n_bounces
+    # Steps end the contact up to a step late, so that errors are of first order in part.
+    change = np.abs(np.array(fine) - coarse)
+    assert np.all(np.abs(result.restitution_coefficient - fine) < 1e-3 + 2.0 * change)
+
+
+def test_two_relaxation_times_under_weight_end_sunk():
+    liquid = Material(PronySeries(0.0, [1e6, 2e5], [1e-4, 1e-2]), bulk=math.inf)
+    result = bounces(Impact(liquid, Parabola(0.01), 0.005, 0.5), gravity=9.81, same_spot=True)
+    assert result.ended == "sunk"
+    assert result.restitution_coefficient[-1] == 0.0
+    # The first is that on a fresh surface, and the others fall from there.
+    assert np.all(np.diff(result.restitution_coefficient) < 0.0)

@@ -162,6 +162,39 @@ def test_too_few_taps_are_a_status():
     assert 0.5 < curve.amplitude[0] < 1.0
 
 
+def test_too_many_panels_are_a_status(monkeypatch):
+    """A contact under load keeps its panels; the numbers are those of the last tap, not NaN."""
+    import restitution.indentation.tapping as tapping
+
+    monkeypatch.setattr(tapping, "_MOST_PANELS", 40)
+    slow = rs.Material(rs.PronySeries(0.05, [1.0, 0.3], [1.0, 10.0]), bulk=math.inf)
+    curve = rs.tap(slow, rs.Parabola(1.0), [-1.0, 0.9], **OPTIONS, max_taps=10)
+    assert curve.status[0] == TappingStatus.CROWDED
+    assert not TappingStatus.CROWDED.failed
+    assert 0.0 < curve.amplitude[0] < 1.0
+    # The next distance begins anew.
+    assert curve.status[1] == TappingStatus.NOT_PERIODIC
+
+
+def test_a_liquid_that_sinks_keeps_few_panels(monkeypatch):
+    """Each tap leaves traces; merged with a tenth of rtol alone they grow to 219 panels here, and on."""
+    import restitution.indentation.tapping as tapping
+
+    sizes = []
+    end = tapping.Tapper.end
+
+    def counted(self, solution):
+        after = end(self, solution)
+        sizes.append(after.imprint.end.size)
+        return after
+
+    monkeypatch.setattr(tapping.Tapper, "end", counted)
+    liquid = rs.Material(rs.PronySeries(0.0, [1.0, 0.5], [1.0, 20.0]), bulk=math.inf)
+    curve = rs.tap(liquid, rs.Parabola(1.0), 0.3, **OPTIONS, max_taps=110)
+    assert curve.status[0] == TappingStatus.NOT_PERIODIC
+    assert max(sizes) < 180
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_extrapolated_taps_end_where_plain_taps_do(seed, monkeypatch):

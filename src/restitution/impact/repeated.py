@@ -21,6 +21,8 @@ _FIRST, _FACTOR, _MOST = 8.0, 8.0, 1e7
 # Share of the impact velocity below which a body that a force holds is at rest.
 _REST = 1e-6
 _POINTS = 2001
+# Force on a body that sinks, over what holds it, less 1, in the second half of a run; and times that are looked at.
+_UNSTEADY, _SAMPLES = 0.1, 201
 # First step over the time to the largest depth.
 _FIRST_STEP = 0.25
 
@@ -28,7 +30,8 @@ _FIRST_STEP = 0.25
 def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rtol: float) -> PanelSolution:
     """Return the motion of an impact from the touch to separation, or to rest, by panels.
 
-    `deepest` is the largest depth [m] of the same impact on a fresh surface, from which the scales follow.
+    `deepest` is the largest depth [m] of the same impact on a fresh surface, from which the scales follow; without its
+    force where that presses the body into a liquid for ever.
     """
     if math.isfinite(float(impact.impedance)):
         rule = "must be infinite for an imprint, which the theory of moving targets does not have"
@@ -37,7 +40,9 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
     velocity, push = float(impact.velocity), float(impact.external_force)
     reach = deepest + level
     peak = min(2.0 * reach, float(impact.profile.max_depth))
-    time = _FIRST * 3.0 * reach / velocity
+    sinks = push > 0.0 and impact.reduced_modulus.is_liquid
+    # A deep imprint of a liquid says nothing about the time of a contact.
+    time = _FIRST * 3.0 * (deepest if sinks else reach) / velocity
     while True:
         history = History(np.array([0.0, time]), np.array([[push, 0.0]]))
         drive = Drive(
@@ -51,9 +56,16 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
             rule = f"is described to a depth of {peak:.3g} m, {impact.profile.end}, and the body goes deeper"
             raise InputError("profile", rule=rule)
         rests = abs(float(solution.at(solution.stop)[1][0])) < _REST * velocity
-        if solution.stop < time or rests or time > _MOST * reach / velocity:
+        ends = solution.stop < time or rests or (sinks and _creeps(solution, push))
+        if ends or time > _MOST * reach / velocity:
             return solution
         time *= _FACTOR
+
+
+def _creeps(solution: PanelSolution, push: float) -> bool:
+    """Return whether a body that a force holds on a liquid sinks without oscillation: it never leaves from then on."""
+    times = np.linspace(0.5 * (solution.history.start + solution.stop), solution.stop, _SAMPLES)
+    return bool(np.all(np.abs(solution.at(times)[2] - push) < _UNSTEADY * push))
 
 
 def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: float) -> dict[str, Any]:

@@ -304,6 +304,8 @@ def _solve_on(
     one_of("method", method, ("exact",), "an imprint takes the exact method")
     within("rtol", rtol, 1e-11, 1e-2)
     fresh = solve_exact(impact, max(rtol, 1e-6), errors)
+    if fresh.status is Status.SINKS_IN and impact.external_force:
+        fresh = solve_exact(replace(impact, external_force=0.0), max(rtol, 1e-6), errors)
     fields = solve_on_surface(impact, surface, float(np.asarray(fresh.max_indentation_depth)), rtol)
     samples = fields.pop("samples")
     if progress is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -59,8 +59,8 @@ if TYPE_CHECKING:
 
 # Errors of steps add up.
 _STEP_SHARE = 0.1
-# Error of panels that are merged, of rtol: above that of a step, which they keep.
-_MERGE_SHARE = 0.1
+# Errors of panels that are merged, of rtol: above that of a step, which they keep; the next one where many remain.
+_MERGE_SHARES, _MANY_PANELS = (0.1, 0.3, 1.0), 32
 _FIRST_PANELS, _FIRST_STEPS = 64, 256
 _MOST_STEPS = 1 << 20
 # Largest power of the map of time after a touch.
@@ -147,7 +147,8 @@ class PanelSolution:
     ) -> None:  # fmt: skip
         self.history, self.by_depth = drive.history, drive.by_depth
         self._profile, self._series, self._drive, self._rtol, self._imprint = profile, series, drive, rtol, imprint
-        self.units, self._path, self._solid = _units(profile, series, drive)
+        start, stop = drive.history.start, drive.history.stop
+        self.units, self._path, self._solid = _units(profile, series, start, stop - start, drive.peak)
         units = self.units
         exponent = self._path.exponent if self._path.exponent >= 0.0 else 1.0
         size = drive.scale
@@ -316,6 +317,12 @@ class PanelSolution:
     # Energy and surface at the end.
 
     @property
+    def end_state(self) -> tuple[float, float]:
+        """Depth [m] and its rate [m/s] at the end of the history."""
+        state, units = self._room.state, self.units
+        return float(state[DEPTH]) * units.length, float(state[RATE]) * units.length / units.time
+
+    @property
     def swing(self) -> Array:
         """Depths [m] and velocities [m/s] of higher modes at the end of the history, shape (M, 2)."""
         return self._room.swing * self.units.length / np.array([1.0, self.units.time])
@@ -365,8 +372,13 @@ class PanelSolution:
         if work.places[FOLLOWING] > 0:
             # At the edge of a contact the gap has a double zero, which a merged panel would move.
             count = int(np.count_nonzero(work.free.start[:count] < 0.0))
-        tolerance = _MERGE_SHARE * self._rtol * self._drive.scale * units.length
-        return merged(marks, count, self._solid.recoveries / units.time, tolerance)
+        scale = self._rtol * self._drive.scale * units.length
+        # Steps leave errors of fronts, which no smooth panel has: many panels are merged with a larger tolerance.
+        for share in _MERGE_SHARES:
+            found = merged(marks, count, self._solid.recoveries / units.time, share * scale)
+            if found.end.size - (marks.end.size - count) <= _MANY_PANELS:
+                break
+        return found
 
     @property
     def grip(self) -> Grip | None:
@@ -549,18 +561,21 @@ def even_times(history: History, further: Sequence[float], n_points: int) -> Arr
     return times
 
 
-def _units(profile: Geometry, series: PronySeries, drive: Drive) -> tuple[Units, Path, Solid]:
+# Taps are many short histories of one duration.
+@lru_cache(maxsize=32)
+def _units(
+    profile: Geometry, series: PronySeries, start: float, duration: float, peak: float
+) -> tuple[Units, Path, Solid]:  # fmt: skip
     """Return the units of a contact, and its path and its modulus in them."""
-    start, duration = drive.history.start, drive.history.stop - drive.history.start
     if not SMALLEST < duration < LARGEST:
         raise InputError("time", duration, f"must last between {SMALLEST:g} and {LARGEST:g} s", "s")
     solid = solid_of(series)
     typical = solid.equilibrium + float(solid.moduli @ np.minimum(1.0, 1.0 / (solid.rates * duration)))
     typical += solid.viscosity / duration
-    path, radius, error = path_of(profile, drive.peak)
+    path, radius, error = path_of(profile, peak)
     with np.errstate(over="ignore", under="ignore"):
-        force = 2.0 * typical * radius * drive.peak
-    if not all(SMALLEST < value < LARGEST for value in (drive.peak, radius, force)):
-        rule = f"leads to a depth of {drive.peak:.3g} m, a contact radius of {radius:.3g} m and a force of "
+        force = 2.0 * typical * radius * peak
+    if not all(SMALLEST < value < LARGEST for value in (peak, radius, force)):
+        rule = f"leads to a depth of {peak:.3g} m, a contact radius of {radius:.3g} m and a force of "
         raise InputError("history", rule=rule + f"{force:.3g} N; each must be in [{SMALLEST:g}, {LARGEST:g}]")
-    return Units(start, duration, drive.peak, radius, force, error), path, in_units(solid, typical, duration)
+    return Units(start, duration, peak, radius, force, error), path, in_units(solid, typical, duration)

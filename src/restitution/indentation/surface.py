@@ -212,6 +212,14 @@ class Imprint(NamedTuple):
             self.joint[rows],
         )  # fmt: skip
 
+    def axis_depth(self, recoveries: Array) -> float:
+        """Return the displacement [m] of the innermost element now; `recoveries` are the rates r_j [1/s]."""
+        if not self.end.size:
+            return 0.0
+        parts = chebyshev.chebval(2.0 * self.end[-1] - 1.0, self.coefficients[-1, 1:].T)
+        passed = self.start[-1] + self.length[-1] * float(share_of_step(self.kind[-1:], self.end[-1:, None])[0, 0])
+        return float(parts @ np.exp(recoveries * passed))
+
     def around(self, inner: Imprint) -> Imprint:
         """Return these panels and those further inside."""
         return Imprint(
@@ -252,6 +260,11 @@ class Surface:
         Materials and profile of the contacts before.
     time : float
         Time [s] since the end of the last result.
+    marks : Imprint
+        The elements of the surface, the innermost last: arrays of Chebyshev coefficients, over a coordinate z of each
+        panel, of y [m^(1/2)], with the element's depth y^2 in the undeformed body, and of the parts w_j [m] of its
+        displacement. `start`, `length` and `kind` give the instants at which they left the contact, and `end` the
+        largest z that is left. `imprint` evaluates them.
 
     Notes
     -----

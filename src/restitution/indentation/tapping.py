@@ -17,6 +17,7 @@ from restitution.errors import InputError
 from restitution.indentation.cantilever import Cantilever, CantileverMode, Pull, cantilever, pull_of
 from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, Grip, PanelSolution
+from restitution.indentation.solid import solid_of
 from restitution.indentation.solve import contact_of
 from restitution.indentation.surface import Imprint
 from restitution.material.viscoelastic import Material
@@ -33,8 +34,8 @@ _CONFIRMED = 3
 # Tolerances of a tap, of rtol, one after the other: other steps may solve what these do not.
 _SHARES = (1.0, 0.3, 0.1, 0.03)
 # Past taps from which the next start is extrapolated, and growth of the change at which it is not.
-_MEMORY, _GROWTH = 5, 3.0
-# Panels of a surface that are not merged in time grow without end.
+_MEMORY, _GROWTH = 7, 3.0
+# Panels under load are not merged, and each tap on a liquid that sinks leaves a ring: a tap costs more and more.
 _MOST_PANELS = 1000
 _LEAST_SCALE = 1e-3
 
@@ -64,11 +65,12 @@ class TappingStatus(Outcome):
     FREE = 1, "the tip does not reach the surface"
     NOT_PERIODIC = 2, "the taps had not become periodic; the numbers are those of the last one"
     NOT_SOLVED = 3, "a tap could not be solved; the numbers are NaN"
+    CROWDED = 4, "the surface keeps too many traces of earlier taps; the numbers are those of the last one"
 
     @property
     def failed(self) -> bool:
         """Whether there are no numbers."""
-        return self >= TappingStatus.NOT_SOLVED
+        return self == TappingStatus.NOT_SOLVED
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -174,6 +176,7 @@ class Tapper:
         free = lever.response
         self.amplitude, self.phase = abs(free), math.atan2(free.imag, free.real)
         self.period = 2.0 * math.pi / lever.omega
+        self.recoveries = solid_of(contact.reduced_modulus).recoveries
         self.count = 0
 
     def run(self, distance: float, start: Start, periods: int = 1) -> PanelSolution:
@@ -202,14 +205,12 @@ class Tapper:
 
     def end(self, solution: PanelSolution) -> Start:
         """Return the state at the end."""
-        depth, rate, _, _ = solution.at(solution.history.stop)
-        if not math.isfinite(depth[0] + rate[0]):
+        depth, rate = solution.end_state
+        if not math.isfinite(depth + rate):
             raise InputError("distance", rule="leads to a tap that has no end")
         imprint = solution.imprint
-        if imprint.end.size > _MOST_PANELS:
-            raise InputError("distance", rule="leaves a surface of more panels than can be followed")
-        level = solution.elements.axis_depth
-        return Start(float(depth[0]), float(rate[0]), imprint, solution.grip, level, solution.swing)
+        level = imprint.axis_depth(self.recoveries)
+        return Start(depth, rate, imprint, solution.grip, level, solution.swing)
 
     def coordinates(self, state: Start) -> Array:
         """Return depths and velocities of all modes over those of the free oscillation, at their frequencies."""
@@ -232,7 +233,7 @@ class Tapper:
         The start of the next tap is extrapolated from the changes in the last ones (Anderson's method), while the
         surface relaxes; plain taps confirm.
         """
-        memory = max(_MEMORY, 4 * self.lever.frequencies.size + 1) if _MEMORY > 1 else 1
+        memory = max(_MEMORY, 2 * self._scales.size + 1) if _MEMORY > 1 else 1
         tolerance, first = _PERIODIC * self.rtol, self.count
         starts: list[Array] = []
         changes: list[Array] = []
@@ -247,6 +248,9 @@ class Tapper:
                 return solution, after, TappingStatus.PERIODIC
             if self.count - first >= most:
                 return solution, after, TappingStatus.NOT_PERIODIC
+            following = 0 if after.grip is None else after.grip.following.end.size
+            if after.imprint is not None and after.imprint.end.size + following > _MOST_PANELS:
+                return solution, after, TappingStatus.CROWDED
             if change > _GROWTH * best:
                 starts, changes = [], []
             best = min(best, change)
@@ -407,7 +411,8 @@ def _at_distance(
         solution, after, status = tapper.steady(distance, begin, most)
     except InputError:
         return {}, None, TappingStatus.NOT_SOLVED
-    return numbers_of_tap(tapper, distance, solution), after, status
+    numbers = numbers_of_tap(tapper, distance, solution)
+    return numbers, None if status == TappingStatus.CROWDED else after, status
 
 
 def _free_numbers(tapper: Tapper, distance: float) -> dict[str, Any]:
