@@ -188,10 +188,11 @@ def main() -> None:
     lines = [
         "# Oblique impacts by three-dimensional boundary elements",
         "",
-        "Made by `validation/oblique_elements.py`. A rigid ball ($m = R = v_0 = 1$) on a half-space, by square elements",
-        "of constant traction in time, with $n$ elements over the diameter. *Coupled* has all terms of the tensor of Love",
-        "and Cerruti, *without coupling* drops those between normal and tangential directions, as the theory does. The",
-        f"last column is extrapolated from $n = {COUNTS[-2]}$ and ${COUNTS[-1]}$. The pairs are $e$ and $e_t$.",
+        "Made by `validation/oblique_elements.py`. A rigid ball ($m = R = v_0 = 1$) on a half-space, by square",
+        "elements of constant traction in time, with $n$ elements over the diameter. *Coupled* has all terms of the",
+        "tensor of Love and Cerruti, *without coupling* drops those between normal and tangential directions, as the",
+        f"theory does. The last column is extrapolated from $n = {COUNTS[-2]}$ and ${COUNTS[-1]}$. The pairs are "
+        "$e$ and $e_t$.",
         "",
         "<!-- table -->",
         "",
