@@ -114,6 +114,41 @@ def by_mujoco(snippet: str, radius: float, mass: float, velocity: float, step: f
     raise RuntimeError("the ball stays on the floor")
 
 
+def by_drake(snippet: str, radius: float, mass: float, velocity: float, step: float, end: float) -> float:
+    """Coefficient of restitution of a ball on a floor without weight, with the properties of a snippet."""
+    from pydrake.geometry import Box, ProximityProperties, Sphere
+    from pydrake.math import RigidTransform
+    from pydrake.multibody import math as motion
+    from pydrake.multibody import plant as plants
+    from pydrake.multibody.tree import SpatialInertia
+    from pydrake.systems.analysis import Simulator
+    from pydrake.systems.framework import DiagramBuilder
+
+    builder = DiagramBuilder()
+    plant, _ = plants.AddMultibodyPlantSceneGraph(builder, step)
+    typed = dict(re.findall(r'<drake:(\w+) value="([^"]+)"', snippet))
+    kind = plants.DiscreteContactApproximation
+    plant.set_discrete_contact_approximation(kind.kSap if "relaxation_time" in typed else kind.kLagged)
+    plant.set_contact_model(plants.ContactModel.kPoint)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+    properties = ProximityProperties()
+    for name, value in typed.items():
+        properties.AddProperty("material", name, float(value))
+    properties.AddProperty("material", "coulomb_friction", plants.CoulombFriction(0.0, 0.0))
+    floor = RigidTransform([0.0, 0.0, -1.0])
+    plant.RegisterCollisionGeometry(plant.world_body(), floor, Box(4.0, 4.0, 2.0), "floor", properties)
+    ball = plant.AddRigidBody("ball", SpatialInertia.SolidSphereWithMass(mass, radius))
+    plant.RegisterCollisionGeometry(ball, RigidTransform(), Sphere(radius), "ball", properties)
+    plant.Finalize()
+    simulator = Simulator(builder.Build())
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetFreeBodyPose(context, ball, RigidTransform([0.0, 0.0, radius]))
+    falling = motion.SpatialVelocity([0.0, 0.0, 0.0], [0.0, 0.0, -velocity])
+    plant.SetFreeBodySpatialVelocity(context=context, body=ball, V_JpJc=falling)
+    simulator.AdvanceTo(end)
+    return float(plant.EvalBodySpatialVelocityInWorld(context, ball).translational()[2] / velocity)
+
+
 def by_rebound(coefficient: Any, radius: float, velocity: float) -> float:
     """Coefficient of restitution of two hard spheres with e(v), a Python function or the address of a compiled one."""
     import rebound
@@ -617,6 +652,24 @@ def mujoco_section() -> str:
     )
 
 
+def drake_section() -> str:
+    """Tables of Drake."""
+    from importlib.metadata import version
+
+    text = f"\n### Drake (version {version('drake')})\n"
+    for target, words in (("drake", "Hunt-Crossley, `kLagged`"), ("drake-sap", "relaxation time, `kSap`")):
+        law, rows = calibrated(target, wall=True), []
+        for v in map(float, VELOCITIES[::3]):
+            e, _ = exact(v, wall=True)
+            promise, span = law.restitution_coefficient(v), law.contact_time(v)
+            found = [by_drake(law.snippet, BALL.radius, BALL.mass, v, span / n, 3.0 * span) for n in (50, 200, 800)]
+            rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+        errors = [f"error at {n} steps" for n in (50, 200, 800)]
+        text += f"\nA ball on a floor, {words}:\n\n"
+        text += table(["v0 [m/s]", "exact", "promised", "Drake, 800 steps", *errors], rows)
+    return text
+
+
 def kratos_section() -> str:
     """Table of Kratos."""
     law = calibrated("kratos-dem", wall=True)
@@ -681,7 +734,7 @@ def yade_section() -> str:
 
 SECTIONS = {
     "LAMMPS": lammps_section, "LIGGGHTS": liggghts_section, "REBOUND": rebound_section, "A patch": ring_section,
-    "The contact law": memory_section, "MuJoCo": mujoco_section, "Kratos": kratos_section,
+    "The contact law": memory_section, "MuJoCo": mujoco_section, "Drake": drake_section, "Kratos": kratos_section,
     "MercuryDPM": mercury_section, "YADE": yade_section,
 }  # fmt: skip
 """Sections of the table by the start of their headings."""

@@ -162,6 +162,23 @@ def test_a_ball_on_a_deformable_wall_is_no_pair() -> None:
     assert content["table"]["contact_time"][0] == pytest.approx(exact.contact_time, rel=1e-7)
 
 
+def test_friction_of_an_option_or_of_the_case_is_in_the_text() -> None:
+    Path("ball.toml").write_text(PAIR)
+    options = ("--target", "liggghts", "--velocity", "0.1", "0.1", "--angle", "10 deg", "70 deg", "--json")
+    content = json.loads(done("calibrate", "ball.toml", *options, "--friction", "0.4").stdout)
+    law = rs.calibrate((BEAD, BEAD), "liggghts", 0.1, friction=0.4, angle=np.radians([10.0, 70.0]))
+    assert content["snippet"] == law.snippet
+    assert content["angles"]["exact"] == pytest.approx(law.angles.exact)
+    thrown = CASE.replace("[impact]", "[impact]\nfriction = 0.4\nangle = \"30 deg\"")
+    Path("ball.toml").write_text(thrown)
+    content = json.loads(done("calibrate", "ball.toml", *options).stdout)
+    assert content["angles"]["friction"] == 0.4
+    assert done("export", "ball.toml", "--to", "ball.h").stdout.startswith("ball.h: contact law of")
+    assert "contact_law_slide" in Path("ball.h").read_text()
+    done("export", "ball.toml", "--to", "ball.json")
+    assert json.loads(Path("ball.json").read_text())["friction"] == 0.4
+
+
 def test_calibrates_to_a_given_restitution() -> None:
     options = ("--target", "mujoco-solref", *RANGE, "--restitution", "0.5", "--json")
     e = json.loads(done("calibrate", "ball.toml", *options).stdout)["table"]["calibrated_restitution_coefficient"]

@@ -190,7 +190,8 @@ def calibrate(
     systems = law.units if law else ("si",)
     one_of("units", units, systems, f" for {target}")
     if isinstance(problem, Impact) and problem.friction is not None:
-        friction, gyration = (problem.friction, problem.gyration) if friction is None else (friction, gyration)
+        if friction is None and tangential_laws.takes_friction(target):
+            friction, gyration = problem.friction, problem.gyration
         problem = problem.normal
     bodies = exact.bodies_of(problem, contact)
     cases = exact.collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)

@@ -184,6 +184,11 @@ def _yade(friction: float, modulus: float, ratio: float, number: float) -> dict[
     return {"angle": Typed(math.atan(friction), NUMBER, "angle of friction [rad]")}
 
 
+def takes_friction(target: str) -> bool:
+    """Return whether the text of a target has friction."""
+    return target.startswith("lammps-") or target in MODELS
+
+
 def model_of(target: str, style: str | None) -> Model:
     """Return the tangential law of a target; refuse one that has none here, and a style that it does not have."""
     if target.startswith("lammps-"):

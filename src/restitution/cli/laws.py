@@ -12,7 +12,7 @@ from restitution.cli import terminal as cli
 from restitution.cli.sweep import build_surrogate
 from restitution.cli.terminal import completed, ends, option
 from restitution.files import TABLES, write_table, write_text
-from restitution.units import LENGTH, VELOCITY
+from restitution.units import ANGLE, LENGTH, VELOCITY
 
 # Ends of the names of contact laws.
 _LAWS = (".h", ".json")
@@ -193,6 +193,16 @@ def calibrate(
         ),
     ] = None,
     units: Annotated[str, option("Unit system: si; for LAMMPS also cgs, micro or lj.", "UNITS")] = "si",
+    friction: Annotated[
+        float | None, option("Coefficient of friction, for a text with friction; that of the case if it has one.")
+    ] = None,
+    angle: Annotated[
+        tuple[float, float] | None,
+        ends("--angle", ANGLE, "Angles of incidence from the normal, with friction, e.g. 5deg 80deg."),
+    ] = None,
+    tangential: Annotated[
+        str | None, option("Tangential style of LAMMPS, such as mindlin_rescale/force, the default.", "STYLE")
+    ] = None,
     json: cli.Json = False,
     plot: cli.Plot = None,
     workers: cli.Workers = None,
@@ -203,6 +213,8 @@ def calibrate(
     The case file needs no velocity.
     Example: restitution calibrate examples/beads.toml --target lammps-viscoelastic --velocity "1 cm/s" "10 cm/s"
     """
+    from restitution.calibration.tangential import takes_friction
+
     with cli.user_input():
         problem = rs.read_case(case, any_velocity=True)
         measured = None if restitution is None else _restitution(restitution)
@@ -215,10 +227,14 @@ def calibrate(
         # The bodies have no size of the target, which the report of a half-space compares.
         is_plain = problem.sections.counter_body is None and impact.counter_material is None and contact != "pair"
         bodies: Any = impact if is_plain else problem.bodies(impact) or impact
+        gyration = {} if impact.friction is None else {"gyration": impact.gyration}
+        if friction is None and impact.friction is not None and takes_friction(target):
+            friction = impact.friction
         with cli.compilation():
             result = rs.calibrate(
                 bodies, target, velocity if velocity[0] != velocity[1] else velocity[0], radius=radius,
-                restitution=measured, contact=contact, units=units, extrapolate=extrapolate, workers=workers,
+                restitution=measured, contact=contact, units=units, friction=friction, angle=angle,
+                tangential=tangential, extrapolate=extrapolate, workers=workers, **gyration,
             )  # fmt: skip
     tables.answer(result, json=json, plot=plot, notes=problem.notes(impact))
 

@@ -1,0 +1,116 @@
+"""Times of oblique impacts over those of normal ones, and of the contact law with friction over that without.
+
+`python benchmarks/oblique.py` takes a minute and writes `tables/oblique.md`. Both times of a ratio are processor times
+of one thread in one run, the least of three.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+import restitution as rs
+
+FOLDER = Path(__file__).parent
+COUNT, RTOL, STEPS = 200, 1e-6, 200_000
+
+
+def impacts() -> tuple[Any, Any]:
+    """Normal impacts of random standard solids, as in the paper's plane, and random v_c0/(mu v0)."""
+    rng = np.random.default_rng(3)
+    p2, p3 = 10.0 ** rng.uniform(-2.0, 0.0, COUNT), 10.0 ** rng.uniform(-1.0, 1.0, COUNT)
+    solid = rs.standard_solid(np.ones(COUNT), 1.0 / p2, p3, poisson_ratio=rng.uniform(0.0, 0.5, COUNT))
+    return rs.Impact(solid, rs.Parabola(1.0), 1.0, 1.0), 10.0 ** rng.uniform(-0.5, 0.7, COUNT)
+
+
+def least(call: Callable[[], Any]) -> float:
+    """Least processor time [s] of three calls."""
+    found = []
+    for _ in range(3):
+        begin = time.process_time()
+        call()
+        found.append(time.process_time() - begin)
+    return min(found)
+
+
+def of_impacts() -> list[tuple[str, float]]:
+    normal, theta = impacts()
+    friction = 0.3
+    rough = rs.vary(normal, {"friction": friction, "tangential_velocity": theta * friction})
+    sticking = rs.vary(normal, {"friction": math.inf, "tangential_velocity": 1.0})
+    singles = [normal.take(np.asarray(n)) for n in range(COUNT)]
+    rough_singles = [rough.take(np.asarray(n)) for n in range(COUNT)]
+
+    def solve(impact: Any) -> Callable[[], Any]:
+        return lambda: rs.solve(impact, rtol=RTOL, errors="warn", workers=1)
+
+    rows = [
+        ("normal, an array", solve(normal)),
+        ("normal, one by one", lambda: [rs.solve(one, rtol=RTOL) for one in singles]),
+        ("oblique, an array", solve(rough)),
+        ("oblique, one by one", lambda: [rs.solve(one, rtol=RTOL, errors="warn") for one in rough_singles]),
+        ("without slip, an array", solve(sticking)),
+    ]
+    for _, call in rows:
+        call()
+    return [(name, least(call) / COUNT) for name, call in rows]
+
+
+def of_law() -> list[tuple[str, float]]:
+    """Time [s] of one step of a contact that is loaded and unloaded, of two branches."""
+    solid = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
+    impact = rs.Impact(solid, rs.Parabola(0.01), 0.005, 1.0)
+    law = rs.contact_law(impact, friction=0.3)
+    press, drag = law.compiled, law.compiled_slide
+
+    @numba.njit
+    def smooth(state: Any, depths: Any, dt: float) -> float:
+        total = 0.0
+        for n in range(depths.size):
+            total += press(state, depths[n], dt)
+        return total
+
+    @numba.njit
+    def rough(state: Any, depths: Any, dt: float, way: Any, pull: Any) -> float:
+        total = 0.0
+        for n in range(depths.size):
+            drag(state, press(state, depths[n], dt), way, dt, pull)
+            total += pull[0]
+        return total
+
+    # Contacts of 50 steps, as in a code with 50 steps in a contact.
+    depths = 1e-4 * np.tile(np.sin(np.linspace(0.0, math.pi, 50)), STEPS // 50)
+    way, pull = np.array([1e-7, 0.0]), np.zeros(2)
+    smooth(law.start(), depths, 1e-5)
+    rough(law.start(), depths, 1e-5, way, pull)
+    return [
+        ("contact law, one step", least(lambda: smooth(law.start(), depths, 1e-5)) / depths.size),
+        (
+            "contact law with friction, one step",
+            least(lambda: rough(law.start(), depths, 1e-5, way, pull)) / depths.size,
+        ),
+    ]
+
+
+def main() -> None:
+    solved, stepped = of_impacts(), of_law()
+    bases = {"normal, an array": solved[0][1], "normal, one by one": solved[1][1]}
+    lines = ["| what | time | over normal impacts in an array | over normal impacts one by one |", "|---|---|---|---|"]
+    for name, seconds in solved:
+        ratios = " | ".join(f"{seconds / base:.3g}" for base in bases.values())
+        lines.append(f"| {name} | {1e6 * seconds:.3g} µs | {ratios} |")
+    lines += ["", "| what | time | over the law without friction |", "|---|---|---|"]
+    lines += [f"| {name} | {1e9 * s:.3g} ns | {s / stepped[0][1]:.3g} |" for name, s in stepped]
+    text = "\n".join([*lines, ""])
+    print(text)
+    (FOLDER / "tables" / "oblique.md").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
