@@ -43,6 +43,7 @@ from .impact import closed_forms as closed_forms
 from .impact.adhesion import AdhesiveResult as AdhesiveResult
 from .impact.adhesion import sticking_velocity as sticking_velocity
 from .impact.bounces import Bounces as Bounces
+from .impact.bounces import ObliqueBounces as ObliqueBounces
 from .impact.bounces import bounces as bounces
 from .impact.elements import element_history as element_history
 from .impact.impedance import plate_impedance as plate_impedance
