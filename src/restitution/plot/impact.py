@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
@@ -227,7 +228,7 @@ def bounces_overview(bounces: Bounces) -> Figure:
     """Draw the height over time, the restitution coefficients and the heights of `restitution.bounces`."""
     count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
     title = f"{count}; {bounces.ended}: {bounces.ended.message}"
-    drawn = (path, spins, bounce_heights) if "spin" in bounces.__dataclass_fields__ else (
+    drawn: tuple[Callable[[Axes, Any], Axes], ...] = (path, spins, bounce_heights) if "spin" in bounces.__dataclass_fields__ else (
         height_time, restitution_velocity, bounce_heights
     )  # fmt: skip
     with style.page("AA;BC", height=5.0, title=title) as (page, panels):
