@@ -228,9 +228,9 @@ def bounces_overview(bounces: Bounces) -> Figure:
     """Draw the height over time, the restitution coefficients and the heights of `restitution.bounces`."""
     count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
     title = f"{count}; {bounces.ended}: {bounces.ended.message}"
-    drawn: tuple[Callable[[Axes, Any], Axes], ...] = (path, spins, bounce_heights) if "spin" in bounces.__dataclass_fields__ else (
-        height_time, restitution_velocity, bounce_heights
-    )  # fmt: skip
+    drawn: tuple[Callable[[Axes, Any], Axes], ...] = height_time, restitution_velocity, bounce_heights
+    if hasattr(bounces, "spin"):
+        drawn = path, spins, bounce_heights
     with style.page("AA;BC", height=5.0, title=title) as (page, panels):
         for draw, ax in zip(drawn, panels, strict=True):
             draw(ax, bounces)
