@@ -32,7 +32,7 @@ left.legend()
 # ``e_t = -1 + (7/2)(1 + e) mu v0/v_x`` for a solid ball, which is independent of the solver for the tangential motion.
 
 last = thrown[0]
-e_t, e = last.tangential_restitution_coefficient[-1], last.restitution_coefficient
+e_t, e = last.tangential_restitution_coefficient[-1], last.restitution_coefficient[-1]
 expected = -1.0 + 3.5 * (1.0 + e) * 0.1 / np.tan(angles[-1])
 print(f"e_t = {e_t:.9f} at {np.degrees(angles[-1]):.0f} degrees, and {expected:.9f} by the momentum")
 assert abs(e_t - expected) < 1e-8
