@@ -45,6 +45,7 @@ from .impact.adhesion import sticking_velocity as sticking_velocity
 from .impact.band import RestitutionBand as RestitutionBand
 from .impact.band import restitution_band as restitution_band
 from .impact.bounces import Bounces as Bounces
+from .impact.bounces import ObliqueBounces as ObliqueBounces
 from .impact.bounces import bounces as bounces
 from .impact.elements import element_history as element_history
 from .impact.impedance import plate_impedance as plate_impedance

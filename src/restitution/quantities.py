@@ -339,6 +339,7 @@ BOUNCES = _by_name(
     _nonnegative("touch_time", TIME, "time of touch", r"$t$"),
     _positive("interval", TIME, "time to the next touch", r"$D$"),
     _nonnegative("height", LENGTH, "height reached after the bounce", r"$h$"),
+    Quantity("place", LENGTH, "place of the touch, from that of the release", r"$x$"),
 )
 """Columns of a series of bounces, besides the outputs of its impacts."""
 

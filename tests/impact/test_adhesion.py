@@ -235,7 +235,7 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: rs.solve(replace(impact, material=dashpot))).field == "material"
     assert in_one_line(lambda: rs.solve(impact, "elements")).field == "method"
     assert in_one_line(lambda: rs.solve([impact])).field == "adhesion"
-    assert in_one_line(lambda: rs.oblique(impact, friction=0.5, tangential_velocity=1.0)).field == "adhesion"
+    assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
     assert in_one_line(lambda: rs.sticking_velocity(replace(impact, adhesion=None))).field == "impact"
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import restitution as rs
 from refusals import refusal
 from restitution import Bounces, FlatPunch, Material, Parabola, PronySeries, bounces, solve, standard_solid
 from restitution.impact import closed_forms as cf
@@ -229,3 +230,59 @@ def test_arrays_are_refused():
     error = refusal(lambda: bounces(drop(BALL, FLOOR, height=[0.1, 0.2])))
     assert (error.field, error.rule) == ("impact", "must be a single impact, not an array of shape (2,)")
     assert refusal(lambda: bounces(THROWN, height=[1.0, 2.0])).field == "height"
+
+
+# Friction and spin
+
+SUPERBALL = rs.vary(
+    drop(Body(standard_solid(1e6, 1e6, 1e2, poisson_ratio=0.5), radius=0.02, mass=0.05), FLOOR, height=0.05),
+    {"friction": 0.6, "tangential_velocity": 0.3, "spin": 25.0, "gyration": 0.45},
+)
+
+
+def test_angular_momentum_about_the_floor_is_kept():
+    """v_x - kappa R w is that about the touched point over m; each bounce starts where the last one ended."""
+    series = rs.bounces(SUPERBALL, max_bounces=5, rtol=1e-6)
+    kept = [series.tangential_velocity - 0.45 * 0.02 * series.spin,
+            series.rebound_tangential_velocity - 0.45 * 0.02 * series.rebound_spin]  # fmt: skip
+    assert np.array(kept) == pytest.approx(0.3 - 0.45 * 0.02 * 25.0, abs=1e-12)
+    assert series.spin[1:].tolist() == series.rebound_spin[:-1].tolist()
+    third = rs.vary(SUPERBALL, {
+        "velocity": series.velocity[2], "spin": series.spin[2], "tangential_velocity": series.tangential_velocity[2],
+    })  # fmt: skip
+    alone = rs.solve(third, rtol=1e-6)
+    assert series.rebound_spin[2] == pytest.approx(alone.rebound_spin, rel=1e-12)
+    assert series.height[2] == pytest.approx(bounces(replace(third, friction=None, tangential_velocity=0.0, spin=0.0),
+                                                     max_bounces=1, rtol=1e-6).height[0], rel=1e-5)  # fmt: skip
+
+
+def test_place_follows_the_momentum():
+    """Between touches the centre moves with what the tangential force has left of its velocity."""
+    series = rs.bounces(SUPERBALL, max_bounces=2, rtol=1e-6)
+    history = rs.solve(rs.vary(SUPERBALL, {"velocity": series.velocity[0]}), rtol=1e-6).history
+    time, force = history.time.values, history.tangential_force.values
+    speed = 0.3 - np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time))]) / 0.05
+    flight = series.touch_time[1] - series.touch_time[0] - series.contact_time[0]
+    expected = 0.3 * series.touch_time[0] + np.trapezoid(speed, time) + series.rebound_tangential_velocity[0] * flight
+    # The motion is that of the finest march, which is off by up to 1e-5 of the velocity of the contact point.
+    assert speed[-1] == pytest.approx(series.rebound_tangential_velocity[0], abs=1e-5)
+    assert series.place == pytest.approx([0.3 * series.touch_time[0], expected], abs=1e-5 * series.contact_time[0])
+    smooth = rs.bounces(rs.vary(SUPERBALL, {"friction": 0.0}), max_bounces=3)
+    assert smooth.place == pytest.approx(0.3 * smooth.touch_time, rel=1e-12)
+    assert smooth.rebound_spin.tolist() == [25.0] * 3
+
+
+def test_bounces_with_spin_have_a_table_and_a_picture():
+    series = rs.bounces(SUPERBALL, max_bounces=2, rtol=1e-4)
+    assert len(series.plot().axes) == 3
+    assert "spin" in str(series)
+    assert series.to_dataset().place.attrs["units"] == "m"
+    assert "travel" in {check.kind for check in series.validity}
+    plain = bounces(THROWN, max_bounces=2)
+    assert "spin" not in str(plain)
+
+
+def test_friction_needs_a_fresh_surface_and_a_ball():
+    assert refusal(lambda: bounces(SUPERBALL, same_spot=True)).field == "same_spot"
+    cone = Impact(RUBBER, rs.Cone(1.2), mass=0.01, velocity=1.0, friction=0.1, tangential_velocity=0.1)
+    assert refusal(lambda: bounces(cone)).field == "friction"

@@ -41,7 +41,8 @@ def test_code_beside_the_data_prints_what_the_page_shows(name, capsys, monkeypat
     assert capsys.readouterr().out == "".join(blocks(f"docs/{name}.md", "text"))
 
 
-@pytest.mark.parametrize("name", ["docs/indentation.md", "docs/geometries.md", "docs/error_bars.md"])
+@pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+@pytest.mark.parametrize("name", ["docs/indentation.md", "docs/geometries.md", "docs/error_bars.md", "docs/sports.md"])
 def test_code_prints_what_the_page_shows(name, capsys):
     run(name)
     assert capsys.readouterr().out == "".join(blocks(name, "text"))

@@ -7,18 +7,29 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from restitution.checks import Array, function, nonnegative, single, truth, whole
 from restitution.errors import InputError, InputTypeError
+from restitution.impact.oblique import ObliqueResult, sliding_numbers
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
 from restitution.impact.solve import solve, solve_exact
 from restitution.impact.status import Status
 from restitution.material.prony import PronySeries
-from restitution.quantities import BOUNCES, CONTACT_TANGENT, INPUTS, NUMBER, OUTPUTS, Quantity, check_single, dataset
+from restitution.quantities import (
+    BOUNCES,
+    CONTACT_TANGENT,
+    INPUTS,
+    NUMBER,
+    OBLIQUE,
+    OUTPUTS,
+    Quantity,
+    check_single,
+    dataset,
+)
 from restitution.result import Result, Summary
 from restitution.units import VELOCITY, in_words
 from restitution.validity import COLUMNS, Validity, validity
@@ -61,6 +72,12 @@ _COLUMNS = {
     "height": BOUNCES["height"],
 }
 _TANGENT = {"loss_tangent": CONTACT_TANGENT}
+_REBOUND = ("tangential_restitution_coefficient", "rebound_tangential_velocity", "rebound_spin")
+_SLIDING = {
+    "place": BOUNCES["place"],
+    **{name: INPUTS[name] for name in ("tangential_velocity", "spin")},
+    **{name: OBLIQUE[name] for name in _REBOUND},
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,6 +121,7 @@ class Bounces(Result):
 
     _numbers = (*_COLUMNS, *_TANGENT, "drop_height", "gravity", "ended", "warnings", "validity")
     _picture = "impact.bounces_overview"
+    _listed: ClassVar[dict[str, Quantity]] = {**_COLUMNS, **_TANGENT}
 
     touch_time: Array
     velocity: Array
@@ -139,7 +157,7 @@ class Bounces(Result):
     def to_dataset(self) -> xarray.Dataset:
         """Return the dataset of all columns over `bounce`, with units."""
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
-        columns = {name: (getattr(self, name), quantity) for name, quantity in {**_COLUMNS, **_TANGENT}.items()}
+        columns = {name: (getattr(self, name), quantity) for name, quantity in self._listed.items()}
         numbers = {"bounce": (np.arange(1, self.n_bounces + 1), Quantity("bounce", NUMBER, "bounce"))}
         return dataset("bounce", numbers | columns, attributes)
 
@@ -152,6 +170,33 @@ class Bounces(Result):
     @property
     def _short(self) -> str:
         return f"{self.n_bounces} from {in_words(self.drop_height, 'm')}, {self.ended}"
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ObliqueBounces(Bounces):
+    """Bounces of a body with friction, which moves along the surface and spins; `plot` shows its path.
+
+    Attributes
+    ----------
+    place : array
+        Place x [m] of each touch along the surface, from that of the release.
+    tangential_velocity, spin : array
+        Tangential velocity of the centre [m/s] and spin [rad/s] before each bounce.
+    rebound_tangential_velocity, rebound_spin : array
+        The same after it.
+    tangential_restitution_coefficient : array
+        e_t [-].
+    """
+
+    _numbers = (*Bounces._numbers, *_SLIDING)
+    _listed: ClassVar[dict[str, Quantity]] = {**_COLUMNS, **_TANGENT, **_SLIDING}
+
+    place: Array
+    tangential_velocity: Array
+    spin: Array
+    tangential_restitution_coefficient: Array
+    rebound_tangential_velocity: Array
+    rebound_spin: Array
 
 
 def bounces(
@@ -172,7 +217,8 @@ def bounces(
     ----------
     impact : Impact
         A single impact of the body on ground that does not move, such as that of `drop`. Its external force is
-        replaced by the weight or by zero.
+        replaced by the weight or by zero. With friction the body has the radius of a ball; its tangential velocity
+        and spin are those of the release, and each bounce changes them.
     height : float, optional
         Height [m] of the release, > 0; by default the height that gives the velocity of `impact`.
     gravity : float
@@ -195,12 +241,13 @@ def bounces(
     Returns
     -------
     Bounces
-        A row for each touch.
+        A row for each touch; with friction `ObliqueBounces`.
 
     Raises
     ------
     InputError
-        If a number is out of range, or `impact` is not a single impact.
+        If a number is out of range, `impact` is not a single impact, or friction meets `same_spot` or a body without
+        the radius of a ball.
     SolverError
         If the solve of a bounce fails.
 
@@ -218,6 +265,12 @@ def bounces(
     >>> flight = rs.bounces(impact)
     >>> print(flight.ended, flight.n_bounces, flight.height[:3].round(4))
     captured 29 [0.3141 0.2002 0.1293]
+
+    A superball that is thrown along the floor comes back:
+
+    >>> ball = rs.vary(impact, {"friction": 1.0, "tangential_velocity": 1.0, "spin": 300.0})
+    >>> print(rs.bounces(ball, max_bounces=3).rebound_tangential_velocity.round(2))
+    [-0.39 -0.11 -0.15]
     """
     whole("max_bounces", max_bounces)
     if stop is not None:
@@ -226,7 +279,8 @@ def bounces(
     first, start = _first_impact(impact, height, g, with_weight)
     least = 1e-6 * start if min_height is None else min_height
     floor = single("min_height", nonnegative("min_height", least, "m"), "m")
-    truth("same_spot", same_spot)
+    if truth("same_spot", same_spot) and first.friction is not None:
+        raise InputError("same_spot", same_spot, "must be False with friction, which moves the body along")
     series = _series_on_one_spot(first, g, rtol) if same_spot else _series(first, g, rtol)
     touches, ending = list[_Touch](), None
     while ending is None:
@@ -234,10 +288,15 @@ def bounces(
         stopped = stop is not None and stop()
         ending = _ending(touches[-1], floor, len(touches) == max_bounces, stopped)
     columns, flights = _columns(touches, g)
-    bodies = {"mass": impact.mass, "impedance": impact.impedance}
+    bodies: dict[str, Any] = {"mass": impact.mass, "impedance": impact.impedance}
+    kind: Any = Bounces
+    if first.friction is not None:
+        kind = ObliqueBounces
+        bodies |= sliding_numbers([touch.impact for touch in touches], columns)
+        columns |= _sliding(touches, columns)
     report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
-    return Bounces(
-        **{name: columns[name] for name in _COLUMNS},
+    return kind(
+        **{name: columns[name] for name in (*_COLUMNS, *_SLIDING) if name in columns},
         drop_height=start, gravity=g, ended=ending, impact=first, validity=report,
         notes=() if same_spot else tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
     )  # fmt: skip
@@ -246,6 +305,7 @@ def bounces(
 class _Touch(NamedTuple):
     """An impact of the series, and the rise after it."""
 
+    impact: Impact
     result: ImpactResult
     height: float  # greatest height [m] over the undeformed surface, 0 where the body stays
     in_imprint: bool = False  # whether the body may go on below the undeformed surface
@@ -261,6 +321,10 @@ def _first_impact(impact: Impact, height: float | None, gravity: float, with_wei
     if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
         rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
         raise InputError("with_weight", with_weight, rule)
+    if impact.friction is not None and not (impact.is_single_body and np.isfinite(impact.profile.ball_radius)):
+        raise InputError(
+            "friction", impact.friction, "must be None for bounces of a body without the radius of a ball"
+        )
     if height is None:
         velocity = float(impact.velocity)
         start = velocity * velocity / (2.0 * gravity)
@@ -279,8 +343,13 @@ def _series(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
     while True:
         result = solve_exact(impact, rtol)
         height = _rise(result, impact, gravity)
-        yield _Touch(result, height)
-        impact = replace(first, velocity=float(fall_velocity(height, gravity)))
+        yield _Touch(impact, result, height)
+        velocity = float(fall_velocity(height, gravity))
+        if isinstance(result, ObliqueResult):
+            along, spin = result.rebound_tangential_velocity, result.rebound_spin
+            impact = replace(first, velocity=velocity, tangential_velocity=along, spin=spin)
+        else:
+            impact = replace(first, velocity=velocity)
 
 
 def _series_on_one_spot(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
@@ -292,7 +361,7 @@ def _series_on_one_spot(first: Impact, gravity: float, rtol: float) -> Iterator[
             left = result.surface()
             flight = _flight(left, result, gravity)
             velocity = gravity * flight - float(result.rebound_velocity)
-        yield _Touch(result, rise, in_imprint=True, is_lifted=velocity <= 0.0)
+        yield _Touch(impact, result, rise, in_imprint=True, is_lifted=velocity <= 0.0)
         impact = replace(first, velocity=velocity)
         result = solve(impact, rtol=max(rtol, 1e-11), surface=None if left is None else left.after(flight))
 
@@ -357,6 +426,18 @@ def _columns(touches: list[_Touch], gravity: float) -> tuple[dict[str, Array], A
     durations = np.append(columns["velocity"][0] / gravity, columns["contact_time"][:-1] + flights)
     columns["touch_time"] = np.cumsum(durations)
     return columns, flights
+
+
+def _sliding(touches: list[_Touch], columns: dict[str, Array]) -> dict[str, Array]:
+    """Return the columns of the tangential motion."""
+    before, after = ("tangential_velocity", "spin"), _REBOUND
+    found = {name: np.array([float(getattr(touch.impact, name)) for touch in touches]) for name in before}
+    found |= {name: np.array([float(getattr(touch.result, name)) for touch in touches]) for name in after}
+    along, rebound = found["tangential_velocity"], found["rebound_tangential_velocity"]
+    ways = np.array([touch.result.way for touch in touches if isinstance(touch.result, ObliqueResult)])
+    flights = np.diff(columns["touch_time"]) - columns["contact_time"][:-1]
+    steps = ways[:-1] + rebound[:-1] * flights
+    return found | {"place": np.cumsum(np.append(along[0] * columns["touch_time"][0], steps))}
 
 
 def _recovery(series: PronySeries, flight: float) -> list[str]:

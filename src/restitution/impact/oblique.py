@@ -120,6 +120,16 @@ class ObliqueResult(ImpactResult):
         """History at the times of the tangential solution, with its force, radius of sticking and velocities."""
         return self.sample(None if self._motion is None else self._motion["time"])
 
+    @property
+    def way(self) -> float:
+        """Way [m] of the centre along the surface during a single impact; NaN where the body does not separate."""
+        if self._motion is None or isinstance(self.impact, list):
+            return math.nan
+        time, velocity = self._motion["time"], self._motion["contact_point_velocity"]
+        gyration = float(self.impact.gyration)
+        change = float(velocity[0]) * float(time[-1]) - float(np.trapezoid(velocity, time))
+        return float(self.impact.tangential_velocity) * float(time[-1]) - gyration / (1.0 + gyration) * change
+
     def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, Array]:
         columns = super()._columns(times, n_points=n_points)
         for name, values in (self._motion or {}).items():

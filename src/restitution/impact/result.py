@@ -631,6 +631,12 @@ def of_bounces(bounces: Bounces, title: str = "") -> Summary:
         "tan delta", f"rises to [{heights.unit}]",
     )  # fmt: skip
 
+    sliding = {
+        "place [m]": "place", "v_x [m/s]": "rebound_tangential_velocity", "spin [rad/s]": "rebound_spin",
+        "e_t": "tangential_restitution_coefficient",
+    }  # fmt: skip
+    sliding = {head: getattr(bounces, name) for head, name in sliding.items() if hasattr(bounces, name)}
+
     def row(n: int) -> tuple[str, ...]:
         duration = bounces.contact_time[n] * times.factor
         touch = (
@@ -640,9 +646,13 @@ def of_bounces(bounces: Bounces, title: str = "") -> Summary:
         )
         lasts = f"{duration:.4g}" if math.isfinite(duration) else "stays"
         tangent = f"{bounces.loss_tangent[n]:.4g}" if math.isfinite(bounces.loss_tangent[n]) else "-"
-        return str(n + 1), *touch, lasts, tangent, f"{bounces.height[n] * heights.factor:.4g}"
+        more = (f"{column[n]:.4g}" for column in sliding.values())
+        middle = () if sliding else (lasts, tangent)
+        return str(n + 1), *touch, *middle, f"{bounces.height[n] * heights.factor:.4g}", *more
 
     count = bounces.n_bounces
+    if sliding:
+        titles = *titles[:4], titles[-1], *sliding
     rows = [row(n) for n in range(count) if count <= _SHOWN or not _SHOWN - _LAST <= n < count - _LAST]
     if count > _SHOWN:
         rows.insert(_SHOWN - _LAST, ("…",) * len(titles))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from restitution.quantities import BODY, DEFAULT_OUTPUTS, INPUTS, OUTPUTS, RESTI
 from restitution.units import LENGTH, NUMBER, PRESSURE, TIME, in_words, scaled_unit
 
 if TYPE_CHECKING:
-    from restitution.impact.bounces import Bounces
+    from restitution.impact.bounces import Bounces, ObliqueBounces
     from restitution.impact.result import ImpactResult
 
 
@@ -35,6 +36,7 @@ _DECADE = 10.0
 _RADIUS, _PRESSURE = Quantity("r", LENGTH, "radius", "$r$"), Quantity("p", PRESSURE, "pressure", "$p$")
 _HEIGHT, _REACHED = Quantity("height", LENGTH, "height"), Quantity("height", LENGTH, "height reached")
 _RELEASED = Quantity("time", TIME, "time since the release")
+_PLACE = Quantity("place", LENGTH, "place along the surface", "$x$")
 _NUMBER = Quantity("number", NUMBER, "bounce (0: the release)")
 _COLORS = (style.SKY_BLUE, style.BLUE, style.VERMILION, style.ORANGE, style.GREEN, style.PURPLE, style.BLACK)
 
@@ -226,7 +228,34 @@ def bounces_overview(bounces: Bounces) -> Figure:
     """Draw the height over time, the restitution coefficients and the heights of `restitution.bounces`."""
     count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
     title = f"{count}; {bounces.ended}: {bounces.ended.message}"
+    drawn: tuple[Callable[[Axes, Any], Axes], ...] = height_time, restitution_velocity, bounce_heights
+    if hasattr(bounces, "spin"):
+        drawn = path, spins, bounce_heights
     with style.page("AA;BC", height=5.0, title=title) as (page, panels):
-        for draw, ax in zip((height_time, restitution_velocity, bounce_heights), panels, strict=True):
+        for draw, ax in zip(drawn, panels, strict=True):
             draw(ax, bounces)
     return page
+
+
+def path(ax: Axes, bounces: ObliqueBounces) -> Axes:
+    """Draw the height [m] over the place along the surface [m]."""
+    time, height = flight(bounces)
+    leaves = bounces.touch_time + bounces.contact_time
+    flights = np.append(bounces.touch_time[1:] - leaves[:-1], 0.0)
+    ends = np.append(bounces.place[1:], bounces.place[-1])
+    knots = np.stack([bounces.touch_time, leaves], axis=1).ravel()
+    places = np.stack([bounces.place, ends - bounces.rebound_tangential_velocity * flights], axis=1).ravel()
+    known = np.isfinite(knots) & np.isfinite(places)
+    knots, places = np.append(0.0, knots[known]), np.append(0.0, places[known])
+    beyond = np.where(time > knots[-1], (time - knots[-1]) * bounces.rebound_tangential_velocity[-1], 0.0)
+    style.draw(ax, (_PLACE, np.interp(time, knots, places) + beyond), (_HEIGHT, height), color=style.BLUE)
+    ax.axhline(0.0, color=style.GREY, linewidth=0.8)
+    return ax
+
+
+def spins(ax: Axes, bounces: ObliqueBounces) -> Axes:
+    """Draw the spin [rad/s] after the release and each bounce."""
+    turning = np.append(bounces.spin[0], bounces.rebound_spin)
+    style.draw(ax, (_NUMBER, np.arange(turning.size)), (INPUTS["spin"], turning), "o", color=style.VERMILION)
+    ax.axhline(0.0, color=style.GREY, linewidth=0.8)
+    return ax
