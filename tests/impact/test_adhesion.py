@@ -199,6 +199,7 @@ def test_names_of_axes_stay():
     works = xr.DataArray([0.01, 0.02], dims="work", coords={"work": [0.01, 0.02]})
     result = rs.solve(replace(ball(STANDARD, 0.02, 0.3, 1.0), adhesion=rs.Adhesion(works, 0.3)), rtol=1e-4)
     assert result.pull_off_force.dims == ("work",)
+    assert float(result.sel(work=0.02).pull_off_force) == float(result.pull_off_force.sel(work=0.02))
     assert float(result.restitution_coefficient.sel(work=0.01)) > float(result.restitution_coefficient.sel(work=0.02))
 
 
@@ -236,6 +237,8 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: rs.solve(impact, "elements")).field == "method"
     assert in_one_line(lambda: rs.solve([impact])).field == "adhesion"
     assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
+    assert in_one_line(lambda: rs.bounces(impact, height=1.0, with_weight=False)).field == "adhesion"
+    assert in_one_line(lambda: rs.derivatives(impact, ["velocity"], ["contact_time"])).field == "adhesion"
     assert in_one_line(lambda: rs.sticking_velocity(replace(impact, adhesion=None))).field == "impact"
 
 
@@ -280,7 +283,7 @@ def test_results_tell_their_numbers():
     assert static == pytest.approx(0.3 * (9.0 / (2.0 * math.pi * 0.02)) ** (1.0 / 3.0))
     assert static / glass == pytest.approx(5.0 ** (2.0 / 3.0))
     text = str(result.summary())
-    assert "range of the attraction 66.6667 mm" in text
+    assert "range of the attraction 66.67 mm" in text
     assert f"lambda {static:.3g} at rest" in text
     assert result.to_dict()["pull_off_force"] == result.pull_off_force
     assert result.outputs["radiated_energy"] == result.energy.radiated

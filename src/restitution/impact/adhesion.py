@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -167,15 +167,18 @@ class AdhesiveResult(ImpactResult):
         """Refuse: no later contact begins on the surface of an adhesive impact."""
         raise InputError("adhesion", rule="must be left out for the surface that an impact leaves")
 
-    def to_dataset(self, outputs: Iterable[str] = (*DEFAULT_OUTPUTS, *ADHESION)) -> xarray.Dataset:
-        """Return outputs, those of adhesion among them, and the status as a Dataset; see `ImpactResult.to_dataset`."""
-        names = [outputs] if isinstance(outputs, str) else list(outputs)
-        own = [name for name in ADHESION if name in names]
-        rest = [name for name in names if name not in own]
+    def to_dataset(self, outputs: Iterable[str] | None = None) -> xarray.Dataset:
+        """Return outputs and the status as a Dataset; see `ImpactResult.to_dataset`.
+
+        The names may be those of `restitution.quantities.ADHESION` too, which are among the default ones.
+        """
+        chosen = (*DEFAULT_OUTPUTS, *ADHESION) if outputs is None else outputs
+        names = [chosen] if isinstance(chosen, str) else list(chosen)
+        others = [name for name in names if name not in ADHESION]
         axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
-        found = super().to_dataset(rest or DEFAULT_OUTPUTS[:1])
-        columns = {name: axes.array(getattr(self, name), name, ADHESION[name].attributes) for name in own}
-        return found[[*rest, STATUS]].assign(columns)
+        found = super().to_dataset(others or DEFAULT_OUTPUTS[:1])
+        own = {name: axes.array(getattr(self, name), name, ADHESION[name].attributes) for name in ADHESION}
+        return found[[*others, STATUS]].assign({name: own[name] for name in names if name in ADHESION})
 
     def plot(self, times: ArrayLike | None = None) -> Figure:
         """Return the figure: force over depth with its jumps, depth and radii over time; of several e and the pull."""
@@ -326,7 +329,14 @@ def _result(
             for name, column in numbers.items()
         }
         codes = axes.array(codes, STATUS, Status.attributes())
-    return AdhesiveResult(**numbers, status=codes, impact=impact, method="adhesion", rtol=rtol, _solved=solved)
+    again = None if axes is None else partial(_again, rtol=rtol)
+    return AdhesiveResult(
+        **numbers, status=codes, impact=impact, method="adhesion", rtol=rtol, _solved=solved, _again=again
+    )
+
+
+def _again(impact: Impact, rtol: float) -> AdhesiveResult:
+    return solve_with_adhesion(impact, rtol, None, None, None)
 
 
 def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:

@@ -40,8 +40,8 @@ S_FALL_, S_RISE_, S_MEAN_, LEFT_, N_ENDS = range(5)
 SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC = range(6)
 
 _MOST_ROOTS = 80
-# Rate times step below which factors are series.
-_SERIES = 2e-2
+# Rate times step below which factors are series, and below which the rate of a mode is linear over a step.
+_SERIES, _LINEAR = 2e-2, 1e-3
 # Steps between looks at the energy, and its share of the kinetic one by which it is below zero for sure.
 _OFTEN, _SURE = 16, 1e-3
 
@@ -258,7 +258,7 @@ def _root(
 @inlined
 def _spent(rate: float, before: float, after: float, slope: float, decay: float, dt: float) -> float:
     """Return the integral of (q - r M)^2 over a step with a linear load, from its values at both ends."""
-    if rate * dt < _SERIES:
+    if rate * dt < _LINEAR:
         return dt * (before * before + before * after + after * after) / 3.0
     steady = slope / rate
     rest = before - steady

@@ -1,0 +1,89 @@
+"""Parts of an adhesive step against quadrature and closed forms."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from restitution.kernel import adhesion as kernel
+
+
+def plain(function):
+    """The Python function behind a compiled one."""
+    return getattr(function, "py_func", function)
+
+
+@pytest.mark.parametrize(("edge", "after"), [(1.0, 1.2), (1.2, 1.0), (0.9, 1.3), (1.3, 0.9), (0.5, 0.8), (1.1, 1.1)])
+def test_the_impulse_of_the_pull_is_that_of_a_root(edge, after):
+    stress, x, dt = 0.7, 0.95, 0.3
+
+    def pull(t):
+        square = edge**2 + (after**2 - edge**2) * t / dt - x * x
+        return -2.0 * stress * math.sqrt(max(square, 0.0))
+
+    # Where c passes the element, the root begins or ends within the step.
+    kink = dt * (x * x - edge**2) / (after**2 - edge**2) if edge != after else 0.5 * dt
+    parts = [0.0, *([kink] if 0.0 < kink < dt else []), dt]
+    whole = sum(quad(pull, low, high, epsabs=1e-13)[0] for low, high in pairwise(parts))
+    bump = plain(kernel._bump)(pull(0.0), pull(dt), x, edge, after, dt)
+    assert bump == pytest.approx(whole - 0.5 * dt * (pull(0.0) + pull(dt)), abs=1e-9)
+
+
+def room_of(solid, gaps):
+    """Room for elements with these undeformed gaps, and their factors over a step."""
+    room = kernel.allocate_room(len(gaps), solid.rates.size, 4, 4)
+    room.nodes[kernel.G_] = gaps
+    return room
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-3, 0.3, 40.0])
+def test_factors_are_integrals_of_the_memory(rate):
+    dt = 0.7
+    room = room_of(kernel.Solid(1.0, np.array([1.0]), np.array([rate])), [0.0])
+    plain(kernel._set_factors)(kernel.Solid(1.0, np.array([1.0]), np.array([rate])), dt, room)
+    loads = (lambda t: 1.0 - t / dt), (lambda t: t / dt), (lambda t: 1.0)
+    exact = [quad(lambda t, load=load: math.exp(-rate * (dt - t)) * load(t), 0.0, dt)[0] for load in loads]
+    assert room.factors[0, 1:] == pytest.approx(exact, rel=1e-10)
+    assert room.factors[0, 0] == pytest.approx(math.exp(-rate * dt))
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-3, 0.3, 40.0])
+def test_the_energy_of_a_step_is_an_integral(rate):
+    dt, first, slope = 0.7, 0.4, -1.3
+
+    def drive(t):
+        # q - r M of a linear load: it starts at `first` and relaxes to slope/r.
+        steady = slope * t if rate == 0.0 else slope * -math.expm1(-rate * t) / rate
+        return first * math.exp(-rate * t) + steady
+
+    exact = quad(lambda t: drive(t) ** 2, 0.0, dt, epsabs=1e-13)[0]
+    found = plain(kernel._spent)(rate, first, drive(dt), slope, math.exp(-rate * dt), dt)
+    # Below a rate times step of 1e-3 the drive counts as linear: its greatest distance from a line is r dt^2 slope/8.
+    linear = 0.25 * rate * dt**3 * abs(slope) * max(first, abs(drive(dt))) if rate * dt < 1e-3 else 0.0
+    assert found == pytest.approx(exact, abs=linear + 1e-9 * exact)
+
+
+def test_an_element_that_changes_its_state_has_the_impulse_of_a_broken_line(monkeypatch):
+    for name in ("_pull", "_bump"):
+        monkeypatch.setattr(kernel, name, plain(getattr(kernel, name)))
+    # Without attraction: gap or load at the start, and at the end as if the state stayed. One slow mode of weight 2.
+    solid, dt = kernel.Solid(0.5, np.array([2.0]), np.array([0.0])), 0.1
+    bodies = kernel.Bodies(1.0, 1.0, 1.0, 1.0, 1.0)
+    for nodes_before, depth in (((0.0, 0.02), 0.05), ((0.3, 0.0), -0.2)):
+        room = room_of(solid, [0.0])
+        room.nodes[kernel.P_, 0], room.nodes[kernel.H_, 0] = nodes_before
+        # W = J0 q + 2 M, and the body at depth 0 - H of the start.
+        room.memory[0, 0] = (0.0 - nodes_before[1] - 0.5 * nodes_before[0]) / 2.0 + 0.02
+        plain(kernel._set_factors)(solid, dt, room)
+        plain(kernel._element)(solid, bodies, dt, 0.0, depth, 0, room)
+        load, gap = room.nodes[kernel.P1_, 0], room.nodes[kernel.H1_, 0]
+        assert (load > 0.0) == (nodes_before[0] == 0.0)
+        # The load is a line from or to zero within the step: its impulse is half the load times its duration.
+        impulse = 0.5 * dt * (nodes_before[0] + load) + room.nodes[kernel.BUMP_, 0]
+        part = impulse / (0.5 * dt * (nodes_before[0] + load))
+        assert 0.0 < part < 1.0
+        # Displacement at the end: J0 q + 2 (M + impulse), which is that of the body plus the gap.
+        surface = 0.5 * load + 2.0 * (room.memory[0, 0] + impulse)
+        assert surface == pytest.approx(depth + gap, abs=1e-14)
