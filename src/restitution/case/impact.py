@@ -476,15 +476,14 @@ def read_case(path: str | Path, *, any_velocity: bool = False) -> Case:
     0.005
     """
     path = path_of(path)
-    content = read_toml(path)
+    return case_of(read_toml(path), path, any_velocity=any_velocity)
+
+
+def case_of(content: dict[str, Any], path: Path, *, any_velocity: bool = False) -> Case:
+    """Return the case of the content of a file; other files that it names start in the folder of the path."""
     motion: Any = content.setdefault("impact", {}) if any_velocity else None
     if isinstance(motion, dict) and not {"velocity", "drop_height", "speed"} & set(motion):
         motion["velocity"] = 1.0
-    return case_of(content, path)
-
-
-def case_of(content: dict[str, Any], path: Path) -> Case:
-    """Return the case of the content of a file; other files that it names start in the folder of the path."""
     plain = copy.deepcopy(content)
     with in_file(path):
         deviations = without_deviations(plain, UNCERTAIN)
