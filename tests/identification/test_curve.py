@@ -180,53 +180,39 @@ def changed(column, place, value):
 RADII = np.linspace(0.0, 1.2e-6, 9)
 
 
-@pytest.mark.parametrize(
-    ("columns", "options", "message"),
-    [
-        (changed("time", 7, 0.0), {}, r"time\[7\].*must be ascending"),
-        (changed("force", 7, math.nan), {}, "force.*finite"),
-        ({"time": TIME, "depth": DEPTH, "force": FORCE[1:]}, {}, "equal length"),
-        ({"time": TIME, "depth": DEPTH, "force": np.minimum(FORCE, 7e-10)}, {}, "saturated"),
-        ({"time": TIME, "depth": DEPTH, "force": -noisy(9)}, {}, "push positive"),
-        ({"time": TIME, "depth": -DEPTH, "force": noisy(9)}, {}, "depth: falls.*-height"),
-        ({"time": TIME[:240], "depth": 2e-6 - DEPTH[:240], "force": noisy(9)[:240]}, {}, "depth: falls.*-height"),
-        (
-            changed("force", slice(400, 430), -2e-10),
-            {},
-            'force = -2.*pull on the way out: adhesion.*segment="approach"',
-        ),
-        (changed("time", 0, 0.0), {"segment": "retract"}, "segment"),
-        (
-            changed("time", 0, 0.0),
-            {"profile": rs.Tabulated(RADII, RADII**2 / 5e-6)},
-            "depth = .*must be <= 5.76e-07 m, where the profile ends",
-        ),
-        (changed("force", slice(300, 480), 2e-9), {}, "jumps"),
-        ({"time": TIME, "depth": DEPTH * 0.0, "force": noisy(9)}, {}, "must change"),
-        ({"time": TIME[65:], "depth": DEPTH[65:], "force": noisy(9)[65:]}, {}, "10 points before"),
-        (changed("time", 0, 0.0), {"spring_constant": -1.0}, "spring_constant"),
-        (changed("time", 0, 0.0), {"profile": 2.5e-6}, "profile"),
-        (changed("time", 0, 0.0), {"noise": rs.Noise(force=-1.0)}, "noise.force"),
-    ],
-    ids=[
-        "order",
-        "nan",
-        "lengths",
-        "saturated",
-        "sign",
-        "falling",
-        "falling approach",
-        "pull",
-        "segment",
-        "end of the profile",
-        "jump",
-        "rest",
-        "baseline",
-        "spring",
-        "tip",
-        "noise",
-    ],
-)
+WRONG = {
+    "order": (changed("time", 7, 0.0), {}, r"time\[7\].*must be ascending"),
+    "nan": (changed("force", 7, math.nan), {}, "force.*finite"),
+    "lengths": ({"time": TIME, "depth": DEPTH, "force": FORCE[1:]}, {}, "equal length"),
+    "saturated": ({"time": TIME, "depth": DEPTH, "force": np.minimum(FORCE, 7e-10)}, {}, "saturated"),
+    "sign": ({"time": TIME, "depth": DEPTH, "force": -noisy(9)}, {}, "push positive"),
+    "falling": ({"time": TIME, "depth": -DEPTH, "force": noisy(9)}, {}, "depth: falls.*-height"),
+    "falling approach": (
+        {"time": TIME[:240], "depth": 2e-6 - DEPTH[:240], "force": noisy(9)[:240]},
+        {},
+        "depth: falls.*-height",
+    ),
+    "pull": (
+        changed("force", slice(400, 430), -2e-10),
+        {},
+        'force = -2.*pull on the way out: adhesion.*segment="approach"',
+    ),
+    "segment": (changed("time", 0, 0.0), {"segment": "retract"}, "segment"),
+    "end of the profile": (
+        changed("time", 0, 0.0),
+        {"profile": rs.Tabulated(RADII, RADII**2 / 5e-6)},
+        "depth = .*must be <= 5.76e-07 m, where the profile ends",
+    ),
+    "jump": (changed("force", slice(300, 480), 2e-9), {}, "jumps"),
+    "rest": ({"time": TIME, "depth": DEPTH * 0.0, "force": noisy(9)}, {}, "must change"),
+    "baseline": ({"time": TIME[65:], "depth": DEPTH[65:], "force": noisy(9)[65:]}, {}, "10 points before"),
+    "spring": (changed("time", 0, 0.0), {"spring_constant": -1.0}, "spring_constant"),
+    "tip": (changed("time", 0, 0.0), {"profile": 2.5e-6}, "profile"),
+    "noise": (changed("time", 0, 0.0), {"noise": rs.Noise(force=-1.0)}, "noise.force"),
+}
+
+
+@pytest.mark.parametrize(("columns", "options", "message"), WRONG.values(), ids=WRONG)
 def test_wrong_curves_are_refused(columns, options, message):
     with pytest.raises(rs.InputError, match=message):
         rs.IndentationCurve(**columns, **({"profile": TIP} | options))
