@@ -103,6 +103,7 @@ print(json.dumps([rs.solve(impact).restitution_coefficient for impact in impacts
 """
 
 
+@pytest.mark.slow
 def test_random_impacts_agree_within_rtol() -> None:
     seed = str(np.random.default_rng().integers(1 << 30))
     compiled, ours = (

@@ -18,7 +18,7 @@ def picks_of(sound):
 
 KINDS = (), ("echo",), ("clipped",), ("hum",), ("speech",), ("coloured",)
 CASES = [
-    pytest.param(rate, kinds, marks=[] if n % 6 == k else pytest.mark.slow)
+    pytest.param(rate, kinds, marks=[] if n == k in (1, 2, 3, 4) else pytest.mark.slow)
     for n, rate in enumerate(sounds.RATES)
     for k, kinds in enumerate(KINDS)
 ]
@@ -37,7 +37,7 @@ def test_loud_touches_are_found_where_they_are(rate, kinds):
     assert np.all(distance.min(axis=0) < np.maximum(6.0 * picks.error, 1e-3))
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_errors_of_instants_and_of_e_are_covered(seed):
     sound = sounds.sound(np.random.default_rng([12, seed]), 44100, loudest=60.0, shortest=0.1)
     picks = picks_of(sound)

@@ -177,7 +177,7 @@ def test_a_tabulated_parabola():
 NU = st.one_of(st.floats(-1.0, 0.5), st.sampled_from([-1.0, 0.5]), logarithmic(1e-12, 1e-1).map(lambda gap: 0.5 - gap))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(nu=NU, p2=logarithmic(1e-5, 1e3), p3=logarithmic(1e-5, 1e5))
 @example(0.5, 1e-5, 1e-5)
 @example(-1.0, 1e3, 1e5)
@@ -187,7 +187,7 @@ def test_restitution_is_between_zero_and_one(nu, p2, p3):
     assert 0.0 < standard_solid_restitution(nu, p2, p3) <= 1.0 + RTOL
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(nu=NU, p2=logarithmic(1e-5, 1e3), p3=logarithmic(1e-5, 1e5))
 @example(-0.22526294986531514, 7.202585894344116e-05, 1.3069662818136623)
 @example(-0.33996806579083305, 0.0006767245444354463, 0.2640353726034497)
@@ -236,7 +236,7 @@ PROFILES = st.one_of(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(material=materials(), profile=PROFILES, mass=logarithmic(1e-3, 1e3), velocity=logarithmic(1e-3, 1e3))
 def test_any_solid_and_profile(material, profile, mass, velocity):
     """1 to 25 branches over twelve decades in shear and bulk: e lies in (0, 1] and energy is conserved."""
