@@ -223,6 +223,22 @@ def test_a_spring_moves_the_tip():
     assert hard == pytest.approx(stiff, abs=1e-5)
 
 
+@pytest.mark.parametrize("tip", [TIP, rs.Sphere(2.0)], ids=lambda tip: type(tip).__name__)
+def test_a_spring_on_a_dashpot_returns_to_its_imprint(tip):
+    """F = k (z - d) in and out of contact, three times, with the rates of the start and of the end of a contact."""
+    rng, k = np.random.default_rng(61), 2.0
+    for _ in range(5):
+        times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.3, 1.0, 6))])
+        base = np.column_stack([rng.uniform(-1.0, -0.5, 4), rng.uniform(0.5, 1.0, 4)]).ravel()[1:]
+        base = np.append(0.0, base[:6])
+        result = indent(half_space(DAMPED), tip, depth=base, time=times, spring_constant=k)
+        assert len(result.contact_intervals) == 3
+        moments = np.linspace(0.0, times[-1], 201)
+        sample = result.sample(moments)
+        spring = k * (np.interp(moments, times, base) - sample.indentation_depth.values)
+        assert sample.force.values == pytest.approx(spring, abs=1e-8 * result.max_force)
+
+
 # Surface
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from restitution.errors import ABSENT, InputError
-from restitution.indentation.history import History, cycles, hold, ramp, sine_arch, triangle
+from restitution.indentation.history import History, cycles, from_zeros, hold, ramp, sine_arch, triangle
 
 pytestmark = pytest.mark.plain
 
@@ -106,3 +106,53 @@ def test_invalid_histories_are_refused(make, field, value):
     assert caught.value.field == field
     assert caught.value.value is value or caught.value.value == pytest.approx(value, nan_ok=True)
     assert "\n" not in str(caught.value)
+
+
+def values_from_zeros(history, coefficients, backward, times):
+    """Values by the coefficients over the shares that they count from."""
+    piece = np.clip(np.searchsorted(history.knots, times, side="right") - 1, 0, len(coefficients) - 1)
+    u = (times - history.knots[piece]) / (history.knots[piece + 1] - history.knots[piece])
+    u = np.where(backward[piece], 1.0 - u, u)
+    return np.sum(coefficients[piece] * u[:, None] ** np.arange(coefficients.shape[1]), axis=1)
+
+
+def test_a_force_is_a_power_of_the_time_where_it_vanishes():
+    """A squared sine over two periods begins, touches zero, and ends like a square."""
+    bell = History.from_function(lambda t: 3.0 * np.sin(math.pi * t) ** 2, [0.0, 2.0])
+    parted, coefficients, backward = from_zeros(bell)
+    ends = parted.knots[1:]
+    assert list(ends[backward]) == pytest.approx([1.0, 2.0], abs=1e-15)
+    starts = parted.knots[:-1][np.isin(parted.knots[:-1], [0.0, *ends[backward]])]
+    forward = np.isin(parted.knots[:-1], starts)
+    # 3 sin^2(pi x) = 3 pi^2 x^2 + ...
+    for n in np.flatnonzero(backward | forward):
+        width = parted.knots[n + 1] - parted.knots[n]
+        assert list(coefficients[n, :2]) == [0.0, 0.0]
+        assert coefficients[n, 2] == pytest.approx(3.0 * (math.pi * width) ** 2, rel=1e-10)
+    times = np.linspace(0.0, 2.0, 401)
+    assert values_from_zeros(parted, coefficients, backward, times) == pytest.approx(bell(times), abs=1e-11)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_rounding_of_a_force_is_no_force(sign):
+    """A zero within a piece, a hold at it, and a piece between two zeros."""
+    tiny = sign * 1e-14
+    rows = [[0.25, -1.0, 1.0], [0.25 + tiny, -0.25, 0.0], [tiny, 0.0, 0.0], [tiny, 4.0, -4.0]]
+    history = History([0.0, 1.0, 2.0, 3.0, 4.0], rows)
+    parted, coefficients, backward = from_zeros(history)
+    assert list(parted.knots) == pytest.approx([0.0, 0.5, 1.0, 2.0, 3.0, 3.5, 4.0], abs=1e-7)
+    assert list(backward) == [True, False, True, False, False, True]
+    assert not np.any(coefficients[3])
+    assert not np.any(coefficients[backward, 0])
+    assert list(coefficients[1, :2]) == [0.0, 0.0]
+    assert coefficients[4, 0] == 0.0
+    times = np.linspace(0.0, 4.0, 201)
+    assert values_from_zeros(parted, coefficients, backward, times) == pytest.approx(history(times), abs=2e-12)
+
+
+def test_a_force_without_zeros_stays_as_it_is():
+    history = History.from_points([0.0, 1.0, 2.0], [1.0, 2.0, 0.5])
+    parted, coefficients, backward = from_zeros(history)
+    assert parted is history
+    assert np.array_equal(coefficients, history.coefficients)
+    assert not backward.any()

@@ -146,3 +146,25 @@ def test_knots_of_a_fit_are_smooth_and_those_of_its_kinks_are_not():
     assert not rs.triangle(PEAK, 1.0).smooth_knots.any()
     jump = rs.History.from_points([0.0, 1.0, 1.0, 2.0], [0.0, PEAK, 2.0 * PEAK, 0.0])
     assert not jump.smooth_knots.any()
+
+
+@pytest.mark.parametrize("dashpot", [0.0, 0.3], ids=["solid", "dashpot"])
+@pytest.mark.parametrize("shape", ["triangle", "trapezoid", "arch", "bell"])
+def test_forces_that_leave_zero_and_fall_to_it_like_powers_of_the_time(shape, dashpot):
+    """F ~ t and F ~ t^2, where y ~ t^(m/(p + 2)), and against a dashpot y ~ t^((m + 1)/(p + 2))."""
+    rng = np.random.default_rng([45, len(shape), dashpot > 0.0])
+    for profile in [rs.Parabola(1e-2), rs.Cone(0.5), rs.Sphere(1e-2), rs.TruncatedCone(0.5, 1e-5), rs.Pyramid(1.2)]:
+        material = material_of(rng, dashpot * 10.0 ** rng.uniform(-2.0, 0.0))
+        cycle, panels = both(material, profile, history_of(rng, 1.0, shape), "force", 1e-8)
+        assert difference(cycle, panels, 0) <= 3e-8
+        assert panels.end_time == panels.history.stop
+
+
+@pytest.mark.parametrize("tau", [0.02, 0.01])
+@pytest.mark.parametrize("profile", [rs.Parabola(1e-2), rs.Pyramid(1.2)], ids=lambda profile: type(profile).__name__)
+def test_a_relaxed_liquid_under_a_force_that_falls_to_zero(profile, tau):
+    """Loads are nearly the same everywhere, so that the whole contact leaves as the force ends."""
+    material = rs.Material(rs.PronySeries(0.0, [1e6], [tau]), math.inf)
+    cycle, panels = both(material, profile, rs.triangle(1.0, 0.7, unloading_time=0.6), "force", 1e-8)
+    assert difference(cycle, panels, 0) <= 3e-8
+    assert panels.end_time == panels.history.stop

@@ -286,6 +286,53 @@ def contact_part(history: History, name: str) -> History:
     return History(history.knots[start:], coefficients)
 
 
+def from_zeros(history: History) -> tuple[History, Array, NDArray[np.bool_]]:
+    """Return a force [N] >= 0 with knots where it vanishes but for rounding, and its coefficients from there on.
+
+    The pieces in front of a zero count from their end, `sum_j coefficients[i, j] (1 - u)^j`; those are marked. At a
+    zero the coefficients are free of rounding, so that the force is a power of the time.
+    """
+    coefficients = history.coefficients
+    most = 10.0 * NO_FORCE * float(np.abs(coefficients).max())
+    coefficients = np.where(np.abs(coefficients).sum(axis=1, keepdims=True) <= most, 0.0, coefficients)
+    # A polynomial is above the least of its Bernstein coefficients.
+    least = _bernstein(coefficients).min(axis=1)
+    if np.all(least > most):
+        return history, coefficients, np.zeros(len(coefficients), dtype=np.bool_)
+    knots: list[float] = []
+    backward: list[bool] = []
+    pieces: list[Array] = []
+    rows: list[Array] = []
+    for n, c in enumerate(coefficients):
+        low, high = history.knots[n : n + 2]
+        ends = [0.0, 1.0]
+        if least[n] <= most and high > low and np.any(c):
+            ends[1:1] = [u for u in _zeros(polyder(c)) if polyval(u, c) <= most]
+        for first, last in pairwise(ends):
+            falls = least[n] <= most and bool(np.any(c)) and polyval(last, c) <= most
+            rises = least[n] <= most and polyval(first, c) <= most
+            middle = 0.5 * (first + last)
+            for start, stop in [(first, middle), (middle, last)] if falls and rises else [(first, last)]:
+                turned = falls and stop == last
+                piece = c if (start, stop) == (0.0, 1.0) else _restricted(c, start, stop)
+                row = _restricted(c, stop, start) if turned else piece
+                knots.append(low + (high - low) * start)
+                backward.append(turned)
+                pieces.append(piece)
+                rows.append(_without_rounding(row, most) if turned or (rises and start == first) else row)
+    return History(np.append(knots, history.stop), np.array(pieces)), np.array(rows), np.array(backward)
+
+
+def _without_rounding(c: Array, most: float) -> Array:
+    """Return a polynomial whose first coefficients, up to one that counts, are zero instead of rounding."""
+    c, n = c.copy(), 0
+    while n + 1 < c.size and abs(c[n]) <= most:
+        c[n + 1] += c[n]
+        c[n] = 0.0
+        n += 1
+    return c
+
+
 def graded(history: History) -> History:
     """History with more and more knots towards first touch, so that creep there keeps its relative accuracy."""
     n = 0 if history.knots[1] > history.knots[0] else 1
@@ -440,11 +487,16 @@ def without_collinear(t: Array, v: Array) -> tuple[Array, Array]:
     return t[keep], v[keep]
 
 
-def _may_change_sign(c: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return whether polynomials over [0, 1] may change sign within: their Bernstein coefficients differ in sign."""
+def _bernstein(c: NDArray[np.floating]) -> Array:
+    """Return the Bernstein coefficients of polynomials over [0, 1], which enclose their values."""
     degree = c.shape[1] - 1
     rows = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
-    bernstein = c @ np.array(rows).T
+    return np.asarray(c @ np.array(rows).T)
+
+
+def _may_change_sign(c: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return whether polynomials over [0, 1] may change sign within: their Bernstein coefficients differ in sign."""
+    bernstein = _bernstein(c)
     return (bernstein.min(axis=1) < 0.0) & (bernstein.max(axis=1) > 0.0)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import Array
 from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
-from restitution.indentation.history import NO_FORCE, History, contact_part
+from restitution.indentation.history import NO_FORCE, History, contact_part, from_zeros
 from restitution.indentation.merging import merged
 from restitution.indentation.solid import in_units, solid_of
 from restitution.indentation.surface import (
@@ -34,6 +34,7 @@ from restitution.kernel.driver import (
     FOLLOWING,
     FREE,
     FREE_PANELS,
+    NEVER,
     NO_ROOM,
     PHASE,
     RATE,
@@ -434,17 +435,22 @@ def _write_grip(problem: Problem, work: Room, grip: Grip) -> None:
 
 def _driver(drive: Drive, units: Units, dashpot: float) -> Driver:
     """Return what moves the body in dimensionless numbers; forces are halved, as F = 2 int q da."""
+    history, backward = drive.history, NEVER
+    coefficients = history.coefficients
+    if not drive.by_depth and drive.mass == drive.stiffness == 0.0:
+        history, coefficients, backward = from_zeros(history)
     # On a dashpot a rate that jumps by rounding is a load that does. Otherwise a turn at a knot is best known as one.
-    smooth = drive.history.smooth_knots if dashpot > 0.0 else np.zeros(drive.history.knots.size, dtype=np.bool_)
-    knots = (drive.history.knots - units.touch) / units.time
+    smooth = history.smooth_knots if dashpot > 0.0 else np.zeros(history.knots.size, dtype=np.bool_)
+    smooth[1:][backward] = False
+    knots = (history.knots - units.touch) / units.time
     size = units.length if drive.by_depth else units.force
     stiffness, rate = units.length / units.force, 1.0 / units.time
     return Driver(
-        drive.by_depth, knots, drive.history.coefficients / size, smooth,
+        drive.by_depth, knots, coefficients / size, smooth,
         drive.mass * stiffness * rate * rate, drive.damping * stiffness * rate, drive.stiffness * stiffness,
         drive.amplitude / size, drive.frequency * units.time, drive.phase + drive.frequency * units.touch, drive.once,
         drive.attraction / (units.force * units.length**2), drive.cutoff / units.length,
-        drive.modes * stiffness * np.array([rate * rate, rate, 1.0]),
+        drive.modes * stiffness * np.array([rate * rate, rate, 1.0]), backward,
     )  # fmt: skip
 
 

@@ -32,6 +32,8 @@ TIME, FRONT, DEPTH, RATE, WORK, FORCE = range(6)
 PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
 D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL = range(11)
 
+NEVER = np.zeros(0, dtype=np.bool_)
+
 
 # A body without higher modes.
 _ALONE = np.zeros((0, 3))
@@ -54,6 +56,7 @@ class Driver(NamedTuple):
     attraction: float = 0.0  # C of the pull C/(gap + cutoff)^2 by the surface on a mass
     cutoff: float = 1.0
     modes: Any = _ALONE  # (M, 3): mass, damping and stiffness of higher modes
+    backward: Any = NEVER  # (m,): whether the share counts from the end of the piece, where a force is zero
 
 
 class Scales(NamedTuple):
@@ -195,13 +198,20 @@ def by_rate(solid: Solid, driver: Driver, phase: int) -> bool:
 
 
 @inlined
+def falls_to_zero(driver: Driver, piece: int) -> bool:
+    """Return whether a prescribed force falls to zero at the end of a piece."""
+    return piece < driver.backward.shape[0] and driver.backward[piece]
+
+
+@inlined
 def given(driver: Driver, piece: int, x: float, t: float) -> tuple[float, float, float]:
     """Return the value of f at share x of a piece and time t, its slope over x, and the rate of the cosine."""
-    value, slope = 0.0, 0.0
+    value, slope, rate, turned = 0.0, 0.0, 0.0, falls_to_zero(driver, piece)
+    place = 1.0 - x if turned else x
     for n in range(driver.values.shape[1] - 1, -1, -1):
-        slope = slope * x + value
-        value = value * x + driver.values[piece, n]
-    rate = 0.0
+        slope = slope * place + value
+        value = value * place + driver.values[piece, n]
+    slope = -slope if turned else slope
     if driver.amplitude != 0.0:
         angle = driver.frequency * t + driver.phase
         value += driver.amplitude * math.cos(angle)

@@ -290,6 +290,22 @@ def is_nearly_over(problem: Problem, room: Room, length: float) -> bool:
 
 
 @compiled
+def is_unfelt(problem: Problem, room: Room, left: float) -> bool:
+    """Return whether neither the force nor the depth feels it if all elements leave at once, a time before the end."""
+    solid, scales, state = problem.solid, problem.scales, room.state
+    small = _UNFELT * scales.tolerance
+    if room.places[FOLLOWING] == 0 or state[FORCE] > small * scales.force:
+        return False
+    drive = solid.equilibrium * state[DEPTH] + solid.viscosity * state[RATE]
+    for k in range(solid.rates.shape[0]):
+        drive += solid.moduli[k] * room.memory[k]
+    q = load(solid, room.following, 0, 0.0, state[TIME], drive, room.basis[0], room.basis[1])[0]
+    if solid.viscosity > 0.0:
+        return q * left <= small * solid.viscosity * scales.depth
+    return q <= small * solid.glass * scales.depth
+
+
+@compiled
 def finish_sweep(problem: Problem, room: Room) -> int:
     """End the contact if a sweep has left nothing of it; return the outcome."""
     if room.places[FOLLOWING] > 0:

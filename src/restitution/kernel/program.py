@@ -52,6 +52,7 @@ from restitution.kernel.driver import (
     ahead,
     ends_by_load,
     fades_out,
+    falls_to_zero,
     given,
     is_force,
     is_light,
@@ -62,11 +63,14 @@ from restitution.kernel.jumps import (
     drop_rate,
     end_at_zero,
     end_contact,
+    finish_sweep,
     free_rate,
     is_nearly_over,
+    is_unfelt,
     jump,
     jump_ahead,
     jump_load,
+    note,
     push,
     sweep,
 )
@@ -105,6 +109,8 @@ _MOST_TRIES = 200
 _MOST_SWITCHES = 60
 _MOST_JUMPS = 20
 _MOST_CHASES = 8
+# Largest power of the map of a touch that is p + 2 of a profile, and so may be divided.
+_MOST_DIVIDED = 5
 # Steps of one start that are lengthened to an event behind them: not again and again, if none is smooth enough.
 _MOST_AIMS = 4
 
@@ -303,6 +309,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
     driver, rule, scales, tolerance = problem.driver, problem.rule, problem.scales, problem.scales.tolerance
     span = driver.knots[piece + 1] - driver.knots[piece] if passing == TIME_PASSES else 1.0
     duration = driver.knots[driver.knots.shape[0] - 1] - driver.knots[0]
+    falls = is_force(driver) and falls_to_zero(driver, piece)
     phase, done, switches, fades = room.places[PHASE], 0.0, 0, fades_out(problem)
     first_kind, joint, guess, reach = int(start[0]), int(start[1]), min(start[2], span), math.inf
     aim, old_length, old_error = 0.0, math.inf, 0.0
@@ -318,6 +325,18 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         speed = max(abs(room.state[RATE]), scales.depth / duration)
         moment = max(grain, _MOMENT * tolerance * scales.stress / (problem.solid.glass * speed))
         kind, hunted, tries, chases, aims, aimed = first_kind, NOTHING, 0, 0, 0, math.inf
+        if falls and phase == SHRINKS:
+            if is_unfelt(problem, room, left):
+                room.state[TIME], first_kind, joint = driver.knots[piece + 1], 1, KINK
+                if not sweep(problem, room, -1, 0.0):
+                    return NO_ROOM
+                outcome = finish_sweep(problem, room)
+                if outcome != DONE:
+                    return outcome
+                break
+            if first_kind == 1 and left <= min(reach, 4.0 * guess) and end_of_way(room, phase)[1] == 0:
+                # The end of a force is known.
+                kind, hunted, length, aim = -problem.power, ENDS, left, span
         last_length, last_value, error = 0.0, -math.inf, math.inf
         while True:
             tries += 1
@@ -408,6 +427,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     length *= factor_of(tolerance, error, kind, 0.1, 0.7) if error < math.inf else 0.25
                 hunted, kind = NOTHING, first_kind
                 continue
+            if falls and hunted == ENDS:
+                break
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
             if abs(value) >= abs(last_value):
@@ -418,6 +439,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if last_value > -math.inf and last_value < math.inf:
                 slope = (value - last_value) / (length - last_length)
             change = -value / slope if slope > 0.0 else 0.0
+            if hunted == TURNS and value < 0.0 and slope <= 0.0 and last_value == -math.inf:
+                # The event was one of the error of the longer step.
+                hunted = NOTHING
+                break
             if abs(change) <= grain or tries > 40 or last_value == math.inf:
                 break
             last_length, last_value = length, value
@@ -491,6 +516,23 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
     return DONE
 
 
+@compiled
+def kind_of_touch(problem: Problem, piece: int) -> int:
+    """Return the map of the step in which a contact begins under a force that leaves zero like a power of the time.
+
+    `F ~ t^m` and `F ~ eta a d'` give y ~ t^(m/power) and y ~ t^((m + 1)/power).
+    """
+    order = 1
+    while order < problem.driver.values.shape[1] - 1 and problem.driver.values[piece, order] == 0.0:
+        order += 1
+    if problem.solid.viscosity > 0.0:
+        order += 1
+    for divisor in range(problem.power, 1, -1):
+        if problem.power <= _MOST_DIVIDED and order % divisor == 0 and problem.power % divisor == 0:
+            return problem.power // divisor
+    return problem.power
+
+
 @entry_point
 def touch_surface(problem: Problem, room: Room, time: float, rate: float) -> None:
     """Let a body with this rate of the depth touch the surface, as it then is, at the axis."""
@@ -549,6 +591,13 @@ def run(problem: Problem, room: Room, start: Any, most: int) -> int:
             elif driver.by_depth and span > 0.0:
                 # A flat face feels the dashpot from the touch on.
                 state[RATE] = rate_behind_knot(problem, room, piece, span)
+        if is_force(driver) and places[PHASE] == FREE and given(driver, piece, 0.5, 0.0)[0] > 0.0:
+            # The force leaves zero at a knot.
+            if places[RECORDS] >= room.records.start.shape[0]:
+                return NO_ROOM
+            begin_contact(problem, room)
+            note(room, FREE, TOUCHES)
+            places[PHASE], start[0], start[1], start[2] = GROWS, kind_of_touch(problem, piece), KINK, math.inf
         outcome = follow(problem, room, piece, VALUE_JUMPS if span == 0.0 else TIME_PASSES, start, most)
         if outcome != DONE:
             return outcome

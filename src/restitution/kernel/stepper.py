@@ -130,6 +130,13 @@ def shared_load(solid: Solid, room: Room, i: int) -> float:
 
 
 @inlined
+def axis_load(solid: Solid, room: Room, i: int) -> float:
+    """Return the load of the following element next to the axis at a node."""
+    drive = shared_load(solid, room, i)
+    return load(solid, room.following, 0, 0.0, room.times[i], drive, room.basis[0], room.basis[1])[0]
+
+
+@inlined
 def guess_next(room: Room, i: int) -> None:
     """Let the first search for the front at the next node start where the last two nodes lead."""
     if room.places[NO_FRONT_YET] == 1 and i < NODES - 1:
@@ -272,7 +279,7 @@ def write_forces(solid: Solid, driver: Driver, path: Path, rule: Scheme, room: R
 
 
 @compiled
-def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase: int) -> None:
+def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase: int, moving: bool) -> None:
     """Write the slope of the residual by the depths at the nodes, or by the velocities.
 
     dF = a (Einf + sum E_k B_k^-1) dd + eta a dd', as the load vanishes at a shrinking front; at a growing one over
@@ -289,11 +296,19 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
                 for k in range(solid.rates.shape[0]):
                     value += solid.moduli[k] * room.inverse[k, i, j]
                 value += solid.equilibrium if i == j else 0.0
-                value *= nodes[A, j + 1] if phase == GROWS else nodes[A, i + 1]
+                radius = nodes[A, j + 1] if phase == GROWS else nodes[A, i + 1]
+                # Where the contact is lost the load at the axis is looked for.
+                value *= radius if radius > 0.0 or phase == GROWS or not is_force(driver) else 1.0
                 if grows and i == j and room.weights[i + 1] > 0.0:
                     value += solid.viscosity * growth[i + 1] / room.weights[i + 1]
             M[i, j] = value + (driver.stiffness if i == j and driver.mass == 0.0 else 0.0)
-    if not by_rate(solid, driver, phase):
+    if not moving:
+        if phase != FREE and solid.viscosity > 0.0:
+            for i in range(S):
+                if room.weights[i + 1] > 0.0:
+                    for j in range(S):
+                        rate = rule.derivative[i + 1, j + 1] / room.weights[i + 1]
+                        M[i, j] += solid.viscosity * nodes[A, i + 1] * rate
         return
     if driver.attraction > 0.0 and phase == FREE:
         for i in range(S):
@@ -323,8 +338,26 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
 
 
 @compiled
-def newton_step(driver: Driver, room: Room, moving: bool) -> bool:
-    """Correct the depths, or the velocities, at the nodes; False if the matrix is singular."""
+def missing_load(solid: Solid, room: Room, i: int, force: float) -> float:
+    """Return what the load at the axis lacks for a force at a node of a shrinking contact.
+
+    It is linear in the depths, and the force is about a power of it: `F = c q^e` with e = q a/F, as F' = a q'. Without
+    contact at the node the power is that at the start of the step.
+    """
+    nodes = room.nodes
+    q = axis_load(solid, room, i)
+    target = 0.0
+    if force > 0.0:
+        n = i if nodes[F, i] > 0.0 and nodes[Y, i] > 0.0 else 0
+        wanted, now = q if n > 0 else axis_load(solid, room, 0), nodes[F, n]
+        power = max(wanted * nodes[A, n] / now, 1.0) if now > 0.0 else 1.0
+        target = wanted * (force / now) ** (1.0 / power)
+    return target - q
+
+
+@compiled
+def write_residuals(solid: Solid, driver: Driver, room: Room, shrinks: bool) -> None:
+    """Write the Jacobian and what the equations of motion lack at the nodes."""
     S, nodes, M = STAGES, room.nodes, room.matrix
     for i in range(S):
         for j in range(S):
@@ -332,15 +365,10 @@ def newton_step(driver: Driver, room: Room, moving: bool) -> bool:
         n = i + 1
         if driver.mass == 0.0:
             M[i, S] = nodes[GIVEN, n] - nodes[F, n] - driver.stiffness * nodes[D, n]
-            if is_force(driver) and not moving and abs(nodes[GIVEN, n]) <= 1e-14 * nodes[GIVEN, 0]:
-                # A force that ends is a power of the depth that is left, and Newton's method looks for its root.
-                if nodes[Y, n] > 0.0:
-                    M[i, S] *= nodes[Y, n] * nodes[Y, n] * nodes[A, n] / nodes[PI, n]
-                elif not nodes[A, n] > 0.0:
-                    M[i, i], M[i, S] = 1.0, 0.0
+            if shrinks and is_force(driver):
+                M[i, S] = missing_load(solid, room, n, nodes[GIVEN, n]) * (nodes[A, n] if nodes[A, n] > 0.0 else 1.0)
             continue
         M[i, S] = -excess_velocity(room, i)
-    return solve_linear(M)
 
 
 @compiled
@@ -373,6 +401,37 @@ def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
         # The front is known no better than the depth.
         force += abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
     return 4e-16 * force / max(problem.scales.stress * nodes[A, i], 1e-300)
+
+
+@inlined
+def is_by_logarithm(solid: Solid, driver: Driver, room: Room, phase: int) -> bool:
+    """Return whether the unknowns of a step are logarithms of depths below the surface: where a contact begins.
+
+    On a spring and a dashpot the rate of the body changes less than these depths.
+    """
+    touches = phase == GROWS and driver.mass == 0.0 and not room.nodes[A, 0] > 0.0
+    return touches and (solid.viscosity == 0.0 or is_force(driver))
+
+
+@compiled
+def newton_step_of_touch(room: Room) -> tuple[bool, float]:
+    """Correct the depths at the nodes of a contact that begins; return whether that can be done, and its part.
+
+    The unknowns are the logarithms of the depths below the surface, which are about powers of the time: so the body
+    stays in contact, where alone there is a stiffness. The surface at the axis is where an event is written later.
+    """
+    nodes, M, most = room.nodes, room.matrix, 0.0
+    for i in range(STAGES):
+        for j in range(STAGES):
+            M[i, j] *= nodes[D, j + 1] - nodes[EVENT, j + 1]
+    if not solve_linear(M):
+        return False, 0.0
+    for i in range(STAGES):
+        most = max(most, abs(M[i, STAGES]))
+    part = min(1.0, 1.0 / most) if most > 0.0 else 1.0
+    for i in range(STAGES):
+        M[i, STAGES] = (nodes[D, i + 1] - nodes[EVENT, i + 1]) * math.expm1(part * M[i, STAGES])
+    return True, part
 
 
 @compiled
@@ -455,6 +514,8 @@ def predict(problem: Problem, room: Room, phase: int) -> None:
                 nodes[V, i] -= room.mobility[i - 1, j] * force
             continue
         rise = nodes[GIVEN, i] - nodes[F, 0] - driver.stiffness * nodes[D, 0]
+        if phase == SHRINKS and is_force(driver):
+            rise = missing_load(solid, room, 0, nodes[GIVEN, i]) * nodes[A, 0]
         if phase == FREE:
             if driver.stiffness > 0.0:
                 nodes[D, i] = nodes[GIVEN, i] / driver.stiffness
@@ -468,7 +529,7 @@ def predict(problem: Problem, room: Room, phase: int) -> None:
             modulus = solid.glass
             if solid.viscosity > 0.0:
                 modulus += solid.viscosity / max(room.times[i] - room.times[0], 1e-300)
-            nodes[D, i] = level
+            nodes[D, i], nodes[EVENT, i] = level, level
             if force > 0.0:
                 nodes[D, i] += first_depth(problem, room, room.times[i], level, modulus, force)
     if solid.viscosity > 0.0 and phase != FREE and driver.mass == 0.0 and not nodes[A, 0] > 0.0:
@@ -544,14 +605,14 @@ def write_given(problem: Problem, room: Room, step: Step) -> None:
 @compiled
 def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     """Solve a step; whether there is a solution, and Newton's method converged."""
-    solid, path, driver, rule, scales = problem.solid, problem.path, problem.driver, problem.rule, problem.scales
+    solid, path, driver, rule = problem.solid, problem.path, problem.driver, problem.rule
     nodes, phase = room.nodes, step.phase
     if phase == SHRINKS and room.places[FOLLOWING] == 0:
         # There is no front.
         return False
     write_start(solid, path, room, phase)
     if phase == SHRINKS:
-        adopt_panel(solid, scales, room)
+        adopt_panel(solid, problem.scales, room)
     write_given(problem, room, step)
     if phase != FREE:
         write_inverses(solid, rule, room)
@@ -564,7 +625,7 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
             nodes[D, i] = surface_at_axis(solid, room, room.times[i])
         write_forces(solid, driver, path, rule, room, phase)
         return True
-    moving = by_rate(solid, driver, phase)
+    moving = by_rate(solid, driver, phase) and not is_by_logarithm(solid, driver, room, phase)
     if driver.mass > 0.0 and not write_response(driver, rule, room):
         return False
     predict(problem, room, phase)
@@ -585,23 +646,27 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
     """Correct a first guess of depths or velocities by Newton's method; whether it converges."""
     solid, path, driver, rule, scales = problem.solid, problem.path, problem.driver, problem.rule, problem.scales
     nodes, phase = room.nodes, step.phase
+    touches = phase == GROWS and driver.mass == 0.0 and not nodes[A, 0] > 0.0
+    by_logarithm = is_by_logarithm(solid, driver, room, phase)
     last, ratio = math.inf, 1.0
     reach = (step.length if moving else 1.0) / scales.depth
     light = moving and driver.mass == 0.0
     if light:
         reach = max(reach, solid.viscosity / scales.stress)
-    touches = phase == GROWS and driver.mass == 0.0 and not nodes[A, 0] > 0.0
-    if touches:
-        for i in range(1, NODES):
-            nodes[EVENT, i] = surface_at_axis(solid, room, room.times[i])
     for iteration in range(_MOST_ITERATIONS):
         # A new matrix costs less than the search for the fronts.
-        write_jacobian(solid, driver, rule, room, phase)
-        if not newton_step(driver, room, moving):
+        write_jacobian(solid, driver, rule, room, phase, moving)
+        write_residuals(solid, driver, room, phase == SHRINKS)
+        solved, amount = newton_step_of_touch(room) if by_logarithm else (solve_linear(room.matrix), 1.0)
+        if not solved:
             return False
         change, size = 0.0, 1.0
         for i in range(STAGES):
             part = abs(room.matrix[i, STAGES]) * reach
+            if by_logarithm and nodes[D, i + 1] > nodes[EVENT, i + 1]:
+                # The rate, which loads a dashpot, is about a multiple of the depth below the surface.
+                pace = abs(nodes[V, i + 1]) * solid.viscosity / scales.stress
+                part = max(part, abs(room.matrix[i, STAGES]) * pace / (nodes[D, i + 1] - nodes[EVENT, i + 1]))
             # Rounding of forces that few elements share.
             if not (light and part <= rounding_of_load(problem, room, i + 1)):
                 change = max(change, part)
@@ -609,8 +674,9 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
         ratio = change / last
         if not change < math.inf or (iteration > 8 and ratio > 2.0):
             return False
-        amount = part_above_surface(rule, room, moving) if touches else 1.0
-        apply_correction(rule, room, moving, amount)
+        if touches and moving:
+            amount = part_above_surface(rule, room, moving)
+        apply_correction(rule, room, moving, 1.0 if by_logarithm else amount)
         write_forces(solid, driver, path, rule, room, phase)
         write_pull(solid, driver, room, phase)
         left = change * ratio / (1.0 - ratio) if iteration > 0 and ratio < 0.5 else change
