@@ -5,7 +5,9 @@ from .calibration.result import Calibration as Calibration
 from .case.bounces import read_bounces as read_bounces
 from .case.impact import Case as Case
 from .case.impact import read_case as read_case
+from .case.observations import ReboundPoints as ReboundPoints
 from .case.observations import read_observations as read_observations
+from .case.observations import read_points as read_points
 from .citation.cite import cite as cite
 from .contact.adhesion import Adhesion as Adhesion
 from .contact.force_law import ForceLaw as ForceLaw
@@ -115,6 +117,7 @@ from .material.viscoelastic import Material as Material
 from .material.viscoelastic import dundurs_parameter as dundurs_parameter
 from .material.viscoelastic import reduced_modulus as reduced_modulus
 from .material.viscoelastic import reduced_shear_modulus as reduced_shear_modulus
+from .plot.rebounds import plot_restitution as plot_restitution
 from .plot.sweep import plot_sweep as plot_sweep
 from .propagation.derivatives import Derivatives as Derivatives
 from .propagation.derivatives import derivatives as derivatives

@@ -169,7 +169,7 @@ def test_friction_of_an_option_or_of_the_case_is_in_the_text() -> None:
     law = rs.calibrate((BEAD, BEAD), "liggghts", 0.1, friction=0.4, angle=np.radians([10.0, 70.0]))
     assert content["snippet"] == law.snippet
     assert content["angles"]["exact"] == pytest.approx(law.angles.exact)
-    thrown = CASE.replace("[impact]", "[impact]\nfriction = 0.4\nangle = \"30 deg\"")
+    thrown = CASE.replace("[impact]", '[impact]\nfriction = 0.4\nangle = "30 deg"')
     Path("ball.toml").write_text(thrown)
     content = json.loads(done("calibrate", "ball.toml", *options).stdout)
     assert content["angles"]["friction"] == 0.4

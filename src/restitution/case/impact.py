@@ -416,6 +416,8 @@ class Case:
         from restitution.impact.band import band_of, restitution_band
 
         bands: list[RestitutionBand] = []
+        if self.impact.adhesion is not None:
+            return bands
         checks = [check for check in result.validity if check.kind == "window" and check.exceeded]
         if checks and (beyond := restitution_band(self.impact)) is not None:
             bands.append(beyond)

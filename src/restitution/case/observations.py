@@ -12,6 +12,7 @@ import numpy as np
 
 from restitution import checks
 from restitution.case.quantity import in_si, open_sheet
+from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.files import path_of
 from restitution.identification.observations import Noise, Observations
@@ -167,6 +168,69 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
             value = InputError(error.field, error.value, error.rule, error.unit)
             raise FileError("", sheet.line(error.index[0]), str(value)) from None
         raise
+
+
+class ReboundPoints(NamedTuple):
+    """Measured coefficients of restitution over velocity.
+
+    Attributes
+    ----------
+    velocity : array, shape (n,)
+        Velocity of the impact [m/s].
+    restitution_coefficient : array, shape (n,)
+        Coefficient of restitution e [-].
+    deviation : array, shape (n,), optional
+        Standard deviation of e [-].
+    """
+
+    velocity: Array
+    restitution_coefficient: Array
+    deviation: Array | None
+
+
+def read_points(path: str | Path) -> ReboundPoints:
+    r"""Read measured coefficients of restitution over velocity, to be drawn with a computed curve.
+
+    Parameters
+    ----------
+    path : path-like
+        The file, with the columns `velocity` and `restitution_coefficient`, or `v_in` and `v_out`, or `drop_height`
+        and `rebound_height`, perhaps with standard deviations, as in `read_observations`. It needs no body.
+
+    Raises
+    ------
+    InputError
+        If the file is malformed or has other columns; the message has the file and the line.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "ball.csv")
+    ...     _ = file.write_text("drop height [cm],rebound height [cm]\n100,64\n25,16\n")
+    ...     points = read_points(file)
+    >>> points.restitution_coefficient
+    array([0.8, 0.8])
+    """
+    source = path_of(path)
+    try:
+        sheet, names = open_columns(source)
+        pair = next((pair for pair in _REBOUNDS if set(pair) <= set(names)), ())
+        wanted = pair or KINDS["rebounds"].required
+        if not set(wanted) <= set(names):
+            rule = f"must have the columns {' and '.join(wanted)}, or {' and '.join(_REBOUNDS[0])}"
+            raise FileError("", sheet.header_line, rule)
+        both = [*wanted, *(f"{_DEVIATION}{name}" for name in wanted)]
+        deviations, values = _columns(sheet, both, names, {}, {})
+        if pair:
+            deviations, values = _as_rebounds(pair, deviations, values)
+        velocity, e = (np.asarray(checks.positive(name, values[name])) for name in KINDS["rebounds"].required)
+    except FileError as error:
+        raise InputError(error.field, rule=error.rule, where=str(source)) from None
+    except InputError as error:
+        raise error.within(where=error.where or str(source)) from None
+    spread = deviations.get("restitution_coefficient")
+    return ReboundPoints(velocity, e, None if spread is None else np.asarray(spread))
 
 
 def open_columns(source: Path) -> tuple[Sheet, list[str]]:

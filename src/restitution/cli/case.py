@@ -33,6 +33,7 @@ def solve(
         quantity("--pressure-at", TIME, 'Time of a pressure curve, e.g. "0.2 ms"; may be repeated. Default: four.'),
     ] = None,
     history: cli.History = None,
+    points: cli.Points = None,
     extrapolate: cli.Extrapolate = False,
     save: Annotated[
         Path | None, target("Write the case file of --material and the other options", "--save", ".toml")
@@ -49,8 +50,12 @@ def solve(
     """
     from restitution.impact.window import require_known
 
-    if pressure_at and plot is None:
-        raise cli.BadInput("--pressure-at: give --plot FILE as well")
+    for name, given in (("--pressure-at", pressure_at), ("--points", points)):
+        if given and plot is None:
+            raise cli.BadInput(f"{name}: give --plot FILE as well")
+    if pressure_at and points:
+        raise cli.BadInput("--points: the picture is that of e over velocity; leave --pressure-at out")
+    measured = None if points is None else rs.read_points(points)
     with single_solve("solve"):
         problem = _problem(case, options, save)
         require_known(problem.impact, extrapolate=extrapolate)
@@ -73,7 +78,9 @@ def solve(
         cli.report("warning", *uncertain.warnings)
     if history is not None:
         tables.write_history(result, history, title)
-    if plot is not None:
+    if plot is not None and measured is not None:
+        _draw_points(problem, measured, plot)
+    elif plot is not None:
         tables.require_end(result, "--plot", plot)
         tables.save_picture(_picture(result, pressure_at or None, problem.title or ""), plot)
 
@@ -107,6 +114,19 @@ def _problem(case: Path | None, options: dict[str, Any], save: Path | None) -> r
     if save is not None:
         write_case(problem, save)
     return problem
+
+
+def _draw_points(problem: rs.Case, measured: rs.ReboundPoints, plot: Path) -> None:
+    """Draw e of a case over velocity with measured points, and say how far they are from it."""
+    from restitution.plot.rebounds import distance, velocities
+
+    impact = problem.over(velocities(measured, float(problem.impact.velocity)))
+    impact = replace(impact, velocity=float(problem.impact.velocity))
+    with cli.compilation():
+        tables.save_picture(rs.plot_restitution(impact, measured), plot)
+        size = distance(impact, measured)
+    count = measured.velocity.size
+    cli.report("note", f"{count} measured points; the root mean square of computed minus measured e is {size:.3g}")
 
 
 def _propagated(problem: rs.Case) -> UncertaintyResult | None:

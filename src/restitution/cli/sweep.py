@@ -92,6 +92,7 @@ def plot(
     at: Annotated[
         list[str] | None, option("Nearest value of an axis to show, e.g. radius=5mm; may be repeated.", "AXIS=VALUE")
     ] = None,
+    points: cli.Points = None,
     json: cli.Json = False,
 ) -> None:
     """Draw the result of a sweep: curves, contour maps, slices, or distributions of random draws.
@@ -105,8 +106,10 @@ def plot(
     from restitution.validity import messages
 
     dataset = rs.open_sweep(result)
-    chosen = dict(_slice(dataset, text) for text in at or ())
-    _draw(dataset, picture, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, at=chosen)
+    choice: dict[str, Any] = {"at": dict(_slice(dataset, text) for text in at or ())}
+    if points is not None:
+        choice["points"] = rs.read_points(points)
+    _draw(dataset, picture, output or [], list(messages(dataset.attrs).values()), json, x=x, y=y, **choice)
 
 
 def map_(

@@ -357,6 +357,12 @@ BALL: dict[str, Any] = {
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of text.")]
 JsonWithoutUnits = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
 Plot = Annotated[Path | None, target("Draw the result", "--plot", *PICTURES)]
+Points = Annotated[
+    Path | None,
+    option(
+        "Measured e over velocity, or drop and rebound heights, to draw on the curve of e over velocity.", "FILE.csv"
+    ),
+]
 Picture = Annotated[Path | None, target("Picture", "--out", *PICTURES)]
 History = Annotated[
     Path | None, target("Write depth, velocity, force and contact radius over time", "--history", *TABLES)

@@ -12,10 +12,14 @@ from matplotlib.figure import Figure
 from restitution.checks import Array, instance, items, mapping
 from restitution.errors import InputError, InputTypeError
 from restitution.plot import style
+from restitution.plot.rebounds import draw_points
 from restitution.quantities import ALIASES, RESTITUTION, Values, known, scaled
+from restitution.units import VELOCITY, scaled_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from restitution.case.observations import ReboundPoints
 
 
 # Panels of a sweep: an output over one axis, over two, or over random draws.
@@ -232,6 +236,7 @@ def plot_sweep(
     x: str | None = None,
     y: str | None = None,
     at: Mapping[str, Any] | None = None,
+    points: ReboundPoints | None = None,
     ax: Axes | None = None,
 ) -> Figure:
     """Return the figure of the result of a sweep.
@@ -251,6 +256,8 @@ def plot_sweep(
         Dimension along the ordinate of a map.
     at : dict, optional
         By name of a dimension, the value to show, in SI units; the nearest one is taken.
+    points : ReboundPoints, optional
+        Measured points of e over velocity, as `read_points` returns them, for the panels of e over velocity.
     ax : matplotlib.axes.Axes, optional
         Where to draw, if there is one panel only; by default a new figure.
 
@@ -292,11 +299,13 @@ def plot_sweep(
         dataset = dataset.isel({dimension: dataset.sizes[dimension] // 2})
     names = list(outputs) or (there[:1] if layout.slices or ax is not None else there)
     dataset = _thinned(_finite(dataset[names], layout), layout)
+    if points is not None and (RESTITUTION not in names or layout.x != "velocity" or layout.kind == "map"):
+        raise InputError("points", rule="need curves of the restitution coefficient over the velocity")
     with style.context():
         if layout.kind == "draws" and ax is None:
             figure = _draws_figure(dataset, names, layout)
         else:
-            figure = _figure(dataset, names, layout, ax)
+            figure = _figure(dataset, names, layout, ax, points)
         if words := _title(dataset, figure.get_figwidth()) if ax is None else "":
             figure.suptitle(words, fontsize=9)
         figure.draw_without_rendering()
@@ -390,7 +399,9 @@ def _thinned(dataset: xr.Dataset, layout: Layout) -> xr.Dataset:
     return dataset
 
 
-def _figure(dataset: xr.Dataset, names: list[str], layout: Layout, ax: Axes | None) -> Figure:
+def _figure(
+    dataset: xr.Dataset, names: list[str], layout: Layout, ax: Axes | None, points: ReboundPoints | None
+) -> Figure:
     panels: list[tuple[xr.DataArray, str]] = []
     for name in names:
         output = dataset[name]
@@ -422,6 +433,8 @@ def _figure(dataset: xr.Dataset, names: list[str], layout: Layout, ax: Axes | No
             draw_bands(panel, output, layout.x, layout.draws)
         else:
             draw_curves(panel, output, layout.x, layout.y)
+        if points is not None and output.name == RESTITUTION:
+            draw_points(panel, points, scaled_unit(output["velocity"].values, VELOCITY.unit).factor)
         if words:
             panel.set_title(words, fontsize=9)
     return figure
