@@ -220,11 +220,72 @@ PARTS = {"storage_stiffness": 2.0, "loss_stiffness": 1.0}
         ({"force_amplitude": 1.0, "phase": 1.0, "noise": rs.Noise(force_amplitude="1 %", phase="1 %")}, "noise.phase"),
         (PARTS | {"profile": TIP}, "radius, profile"),
         (PARTS | {"radius": [1.0, 2.0]}, "radius"),
+        (PARTS | {"counter_material": 1.0}, "counter_material"),
+        (PARTS | {"noise": rs.Noise(depth=0.1)}, "noise.storage_stiffness"),
         ({"force_amplitude": 1e300, "phase": 1.0}, "apparent_modulus"),
     ],
 )
 def test_silly_input_is_refused(change, field):
     assert named(lambda: Oscillations(**GOOD | change))[0] == field
+
+
+def test_a_tip_that_deforms():
+    """What `oscillate` has with a second body: of the same material, and of another one."""
+    target, tip = (
+        rs.standard_solid(0.25, 1.0, 0.5, poisson_ratio=0.5),
+        rs.standard_solid(3.0, 2.0, 0.3, poisson_ratio=0.4),
+    )
+    for counter, named_as in ((target, "same"), (tip, tip)):
+        waves = [
+            rs.oscillate(target, TIP, depth=1.0, amplitude=0.1, frequency=f, counter_material=counter)
+            for f in (0.1, 0.4)
+        ]
+        data = measured(waves, counter_material=named_as)
+        row = target.reshaped((1, 1))
+        assert np.abs(data.residuals(row, np.zeros((1, 0)))).max() < 1e-3
+        assert np.abs(measured(waves).residuals(row, np.zeros((1, 0)))).max() > 1.0
+        # The start of a fit is near the reduced modulus of the target alone, but for the rim.
+        table = data.effective_moduli()
+        alone = rs.reduced_modulus(target).storage_modulus(table.angular_frequency)
+        assert table.storage_modulus == pytest.approx(alone, rel=0.15)
+        refused = named(lambda data=data: rs.effective_moduli(data))
+        assert refused[0] == "counter_material"
+
+
+def test_noise_of_the_depth_moves_all_columns_together():
+    """Squares of residuals are those of generalised least squares with slopes of the columns by differences."""
+    rng = np.random.default_rng(5)
+    depth, frequency = rng.uniform(0.5, 1.0, 3), np.array([0.1, 0.3, 0.5])
+    material = rs.standard_solid(0.25, 1.0, 0.5, poisson_ratio=0.5)
+
+    def columns(at):
+        waves = [
+            rs.oscillate(material, TIP, depth=d, amplitude=1e-3, frequency=f)
+            for d, f in zip(at, frequency, strict=True)
+        ]
+        force = np.array([wave.force_harmonics[:2] for wave in waves])
+        return np.stack([force[:, 1].real / 1e-3, force[:, 1].imag / 1e-3, force[:, 0].real])
+
+    exact, slopes = columns(depth), (columns(depth + 1e-4) - columns(depth - 1e-4)) / 2e-4
+    shaken = exact * (1.0 + 0.001 * rng.normal(size=exact.shape)) + 0.01 * slopes * rng.normal(size=3)
+    noise = rs.Noise(depth=0.01, storage_stiffness=0.005, loss_stiffness=0.003, mean_force=0.004)
+    data = Oscillations(
+        frequency, depth, 1e-3, storage_stiffness=shaken[0], loss_stiffness=shaken[1], mean_force=shaken[2],
+        profile=TIP, noise=noise,
+    )  # fmt: skip
+    residuals = data.residuals(material.reshaped((1, 1)), np.zeros((1, 0)))
+    apart, expected = (exact - shaken).T, 0.0
+    for row, slope in zip(apart, slopes.T, strict=True):
+        covariance = np.diag([0.005**2, 0.003**2, 0.004**2]) + 0.01**2 * np.outer(slope, slope)
+        expected += row @ np.linalg.solve(covariance, row)
+    # Slopes are those of the measured columns, which are some per cent off.
+    assert np.sum(residuals**2) == pytest.approx(expected, rel=0.05)
+    without = Oscillations(
+        frequency, depth, 1e-3, storage_stiffness=shaken[0], loss_stiffness=shaken[1], mean_force=shaken[2],
+        profile=TIP, noise=rs.Noise(storage_stiffness=0.005, loss_stiffness=0.003, mean_force=0.004),
+    )  # fmt: skip
+    alone = np.sum(without.residuals(material.reshaped((1, 1)), np.zeros((1, 0))) ** 2)
+    assert np.sum(residuals**2) < 0.5 * alone
 
 
 # Materials from oscillations.

@@ -188,11 +188,13 @@ def test_impacts_that_have_no_surface_are_refused():
         bounces(IMPACT, same_spot="yes")
 
 
-def bounces_of_elements(modulus, time, radius, mass, velocity, push, count, steps, contacts):
+def bounces_of_elements(impact, push, contacts, count, steps):
     """Restitution of a ball on equal elements of a Maxwell liquid, with velocity Verlet; 0 where it does not leave.
 
     The surface of such a liquid stays as it is without load: each touch has the velocity of the rebound before.
     """
+    series, radius, mass, velocity = impact.reduced_modulus, impact.profile.radius, impact.mass, impact.velocity
+    modulus, time = float(series.branch_moduli[0]), float(series.relaxation_times[0])
     # Duration and depth of an elastic impact (Hertz), within factors.
     depth = 2.0 * (15.0 * mass * velocity**2 / (16.0 * modulus * math.sqrt(radius))) ** 0.4
     spacing = math.sqrt(4.0 * depth * radius) / count
@@ -225,10 +227,11 @@ def bounces_of_elements(modulus, time, radius, mass, velocity, push, count, step
 def test_a_liquid_under_weight_beside_elements(velocity, ended):
     """A ball of 5 g bounces in its own imprint until the weight holds it, or its rebounds are too low."""
     liquid = Material(PronySeries(0.0, [1e6], [1e-3]), bulk=math.inf)
-    result = bounces(Impact(liquid, Parabola(0.01), 0.005, velocity), gravity=9.81, same_spot=True)
+    ball = Impact(liquid, Parabola(0.01), 0.005, velocity)
+    result = bounces(ball, gravity=9.81, same_spot=True)
     assert result.ended == ended
-    numbers = (4e6, 1e-3, 0.01, 0.005, velocity, 0.005 * 9.81)
-    coarse, fine = (bounces_of_elements(*numbers, 200 * n, 500 * n, result.n_bounces) for n in (1, 2))
+    numbers = (ball, 0.005 * 9.81, result.n_bounces)
+    coarse, fine = (bounces_of_elements(*numbers, 200 * n, 500 * n) for n in (1, 2))
     assert len(coarse) == len(fine) == result.n_bounces
     # Steps end the contact up to a step late, so that errors are of first order in part.
     change = np.abs(np.array(fine) - coarse)

@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 from restitution import checks, quantities
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
-from restitution.errors import InputError, InputTypeError
+from restitution.errors import InputError
 from restitution.identification.observations import (
     Curve,
     Noise,
     Observations,
+    alone_of,
+    contact_modulus,
+    counter_of,
     hollow_balls,
     mean_table,
     modulus,
@@ -28,11 +31,10 @@ from restitution.impact.batch import Batch, flat
 from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
 from restitution.impact.problem import Impact
 from restitution.impact.status import Status
-from restitution.material.conversion import series_connection
 from restitution.material.fit import DynamicTable
 from restitution.material.prony import PronySeries
 from restitution.material.shift import Arrhenius
-from restitution.material.viscoelastic import Material, reduced_modulus, single_material
+from restitution.material.viscoelastic import Material
 from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, dataset
 from restitution.result import Result, Summary, Table, draw
 from restitution.variation import varied
@@ -470,12 +472,7 @@ class Rebounds(Observations):
         label: str = "",
     ) -> None:
         self.label = label
-        named = isinstance(counter_material, str) and counter_material == "same"
-        if not (counter_material is None or named or isinstance(counter_material, Material)):
-            raise InputTypeError("counter_material", counter_material, 'must be a Material or "same"')
-        if isinstance(counter_material, Material):
-            single_material("counter_material", counter_material)
-        self.counter_material = counter_material
+        self.counter_material = counter_of(counter_material)
         numbers: dict[str, Any] = {
             name: quantities.check(name, value)
             for name, value in (("velocity", velocity), ("mass", mass), ("external_force", external_force))
@@ -566,17 +563,7 @@ class Rebounds(Observations):
 
     def _contact(self, reduced: PronySeries) -> PronySeries:
         """Return reduced moduli of the contacts of both bodies."""
-        if self.counter_material is None:
-            return reduced
-        if isinstance(self.counter_material, str):
-            return reduced.scaled(0.5)
-        return series_connection(reduced, self._counter)
-
-    @cached_property
-    def _counter(self) -> PronySeries:
-        """Reduced modulus of the other body."""
-        assert isinstance(self.counter_material, Material)
-        return reduced_modulus(self.counter_material)
+        return contact_modulus(reduced, self.counter_material)
 
     def residuals(self, materials: Material, nuisances: Array) -> Array:
         """Return residuals of e, then of the contact times, then of the peak forces."""
@@ -690,14 +677,9 @@ class Rebounds(Observations):
             )
         order = np.argsort(omega)
         omega, storage, loss = omega[order], storage[order], (tangent * storage)[order]
-        if self.counter_material == "same":
-            storage, loss = 2.0 * storage, 2.0 * loss
-        elif self.counter_material is not None:
-            pair = 1.0 / (storage + 1j * loss)
-            alone = pair - 1.0 / (self._counter.storage_modulus(omega) + 1j * self._counter.loss_modulus(omega))
-            # By noise, the contact may be as stiff as the other body alone.
-            alone = np.where(alone.real > 0.1 * pair.real, alone, 0.1 * pair)
-            storage, loss = np.real(1.0 / alone), np.maximum(np.imag(1.0 / alone), 0.0)
+        if self.counter_material is not None:
+            alone = alone_of(storage + 1j * loss, omega, self.counter_material)
+            storage, loss = alone.real, np.maximum(alone.imag, 0.0)
         return DynamicTable(omega, storage, loss, source=self.label)
 
     @cached_property

@@ -6,19 +6,21 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restitution import checks
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError
-from restitution.material.conversion import tension_from_shear
+from restitution.material.conversion import series_connection, tension_from_shear
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution.material.viscoelastic import Material, reduced_modulus, single_material
 from restitution.quantities import check, check_single
 
 # Lightest solid ball [kg/m^3]; rubbers and polymers have 850 and more.
@@ -147,6 +149,41 @@ def modulus(materials: Material, temperature: Any = None, deformation: str | Non
     with np.errstate(invalid="ignore", over="ignore"):
         times, viscosity = series.relaxation_times * np.asarray(factor)[..., None], series.parallel_viscosity * factor
     return PronySeries.from_checked(series.equilibrium_modulus, series.branch_moduli, times, viscosity)
+
+
+def counter_of(material: Any) -> Material | Literal["same"] | None:
+    """Return the material of the other body; refuse what is none."""
+    if material is None or (isinstance(material, str) and material == "same"):
+        return material
+    if not isinstance(material, Material):
+        raise InputTypeError("counter_material", material, 'must be a Material or "same"')
+    single_material("counter_material", material)
+    return material
+
+
+# Each trial of a fit needs it.
+@lru_cache(maxsize=8)
+def _reduced(material: Material) -> PronySeries:
+    return reduced_modulus(material)
+
+
+def contact_modulus(reduced: PronySeries, counter: Material | str | None) -> PronySeries:
+    """Return the reduced moduli of contacts with another body, from those with a rigid one."""
+    if counter is None:
+        return reduced
+    return series_connection(reduced, _reduced(counter)) if isinstance(counter, Material) else reduced.scaled(0.5)
+
+
+def alone_of(pair: NDArray[np.complex128], omega: Array, counter: Material | str | None) -> NDArray[np.complex128]:
+    """Return the reduced complex moduli [Pa] of a body from those of the contact with another one."""
+    if counter is None:
+        return pair
+    if not isinstance(counter, Material):
+        return 2.0 * pair
+    alone = 1.0 / pair - 1.0 / np.asarray(_reduced(counter).complex_modulus(omega))
+    # By noise, the contact may be as stiff as the other body alone.
+    alone = np.where(alone.real > 0.1 * (1.0 / pair).real, alone, 0.1 / pair)
+    return np.asarray(1.0 / alone, dtype=np.complex128)
 
 
 def mean_table(

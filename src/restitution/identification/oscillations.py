@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from restitution.identification.observations import (
     Curve,
     Noise,
     Observations,
+    alone_of,
+    contact_modulus,
+    counter_of,
     mean_table,
     modulus,
     noise_of,
@@ -32,6 +35,8 @@ from restitution.quantities import MEASURED
 _POLAR, _PARTS = ("force_amplitude", "phase"), ("storage_stiffness", "loss_stiffness")
 # Relative noise of readings whose noise is not known; only their ratios matter.
 _UNKNOWN = 0.01
+# Change of the depth, over the depth, for slopes.
+_NEAR = 1e-4
 # Moduli [Pa] of matter.
 _SOFTEST, _STIFFEST = 1e-6, 1e15
 
@@ -59,11 +64,14 @@ class Oscillations(Observations):
         Radius of a parabolic tip [m].
     profile : Geometry
         Profile of the tip in place of the radius.
+    counter_material : Material or "same", optional
+        Material of the tip: rigid by default, "same" for that of the target.
     temperature : float, optional
         Temperature [K], for a model with a `shift`.
     noise : Noise, optional
-        Standard deviations of what was measured, by the names of the columns. A relative one of a stiffness refers to
-        the magnitude of both parts. Without it the size of the noise is estimated.
+        Standard deviations of what was measured, by the names of the columns, and of `depth`, that of each mean depth.
+        A relative one of a stiffness refers to the magnitude of both parts. Without it the size of the noise is
+        estimated.
     label : str
         Name of the data in messages.
 
@@ -76,6 +84,10 @@ class Oscillations(Observations):
     -----
     The model is the steady state of the exact contact (`rs.oscillate`), with the rim that leaves and touches in each
     period. The reading of the textbook, `F_1 = 2 a E*(i w) d_1`, has an error of first order in d_1/d_0.
+
+    An error of the depth moves all columns of an oscillation together: with noise of the depth, residuals are over the
+    Cholesky factor of `C = diag(s^2) + s_d^2 g g^T`, where g are the slopes of the measured columns over the depth,
+    `F_1 a'/a` and `F_0 a/Pi`.
 
     Examples
     --------
@@ -99,11 +111,13 @@ class Oscillations(Observations):
         mean_force: Any = None,
         radius: Any = None,
         profile: Geometry | None = None,
+        counter_material: Material | Literal["same"] | None = None,
         temperature: Any = None,
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
         self.label, self.profile = label, profile_of(number_or_none("radius", radius), profile)
+        self.counter_material = counter_of(counter_material)
         if self.profile.rows:
             raise InputError("profile", rule="must be a single profile; give several as several sets of data")
         self.temperature = number_or_none("temperature", temperature)
@@ -138,8 +152,11 @@ class Oscillations(Observations):
 
     def _set_noise(self, noise: Noise | None) -> None:
         """Set the standard deviations of all measured values."""
-        stated = noise_of(noise, tuple(self.measured))
+        stated = noise_of(noise, tuple(self.measured), ("depth",))
         self.scaled = not stated.deviations
+        missing = [name for name in self.measured if name not in stated.deviations]
+        if "depth" in stated.deviations and missing:
+            raise InputError(f"noise.{missing[0]}", rule="must be given, as that of the depth is")
         if isinstance(stated.deviations.get("phase"), (str, tuple)):
             rule = "must be a number: a phase has no natural scale"
             raise InputError("noise.phase", stated.deviations["phase"], rule, "rad")
@@ -151,6 +168,24 @@ class Oscillations(Observations):
             assert deviation is not None
             sizes.append(np.broadcast_to(deviation, size.shape))
         self._deviations = np.concatenate(sizes)
+        self._whitening: Array | None = None
+        deviation = stated.of("depth", self.depth)
+        if deviation is not None:
+            moved = deviation * self._slopes
+            alone = np.stack(sizes, axis=1)[:, None] ** 2 * np.eye(len(sizes))
+            covariances = alone + moved.T[:, :, None] * moved.T[:, None]
+            self._whitening = np.asarray(np.linalg.inv(np.linalg.cholesky(covariances)), dtype=np.float64)
+            self._deviations = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2)).T.ravel()
+
+    @property
+    def _slopes(self) -> Array:
+        """Slopes of the measured columns over the depth, shape (columns, n), without the rim."""
+        near, far = (np.asarray(self.profile.stiffness_radius(self.depth * (1.0 + part))) for part in (-_NEAR, _NEAR))
+        growth = (far - near) / (_NEAR * self.depth * (far + near))
+        radius = np.asarray(self.profile.stiffness_radius(self.depth))
+        rest = radius / np.asarray(self.profile.force_integral_at_depth(self.depth))
+        factors = {"phase": 0.0 * growth, "mean_force": rest}
+        return np.stack([values * factors.get(name, growth) for name, values in self.measured.items()])
 
     @property
     def size(self) -> int:
@@ -180,7 +215,7 @@ class Oscillations(Observations):
 
     def predicted(self, materials: Material) -> dict[str, Array]:
         """Return what was measured on each material, shape (m, n); NaN without a steady state."""
-        harmonics = self.states(modulus(materials, self.temperature)).harmonics
+        harmonics = self.states(contact_modulus(modulus(materials, self.temperature), self.counter_material)).harmonics
         mean, stiffness = harmonics.reshape(materials.shape[0], -1, 2).transpose(2, 0, 1)
         stiffness = stiffness / self.depth_amplitude
         every = {
@@ -194,7 +229,11 @@ class Oscillations(Observations):
     def residuals(self, materials: Material, nuisances: Array) -> Array:
         """Return residuals of the columns, one after the other."""
         predicted = np.hstack([*self.predicted(materials).values()])
-        return (predicted - np.concatenate([*self._data.values()])) / self._deviations
+        apart = predicted - np.concatenate([*self._data.values()])
+        if self._whitening is None:
+            return apart / self._deviations
+        columns = apart.reshape(apart.shape[0], len(self.measured), -1)
+        return np.einsum("nij,mjn->min", self._whitening, columns).reshape(apart.shape)
 
     @cached_property
     def _data(self) -> dict[str, Array]:
@@ -239,7 +278,7 @@ class Oscillations(Observations):
 
     def effective_moduli(self) -> DynamicTable | None:
         """Return the readings of the textbook, the mean where several have one frequency."""
-        read = self.apparent_modulus
+        read = alone_of(self.apparent_modulus, 2.0 * math.pi * self.frequency, self.counter_material)
         return mean_table(
             2.0 * math.pi * self.frequency, read.real, np.maximum(read.imag, 1e-9 * np.abs(read)), None, self.label
         )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array, Places, instance
+from restitution.errors import InputError
 from restitution.identification.impacts import EffectiveModuli, PointModuli, Rebounds, moduli_of_rebounds
 from restitution.identification.oscillations import Oscillations
 from restitution.indentation.rim import steady_states
@@ -184,6 +185,9 @@ def effective_moduli(data: Rebounds | Oscillations) -> EffectiveModuli | Oscilla
     read 1.854, corrected 1.993 Pa
     """
     instance("data", data, (Rebounds, Oscillations), "must be Rebounds or Oscillations")
+    if isinstance(data, Oscillations) and data.counter_material is not None:
+        rule = "must be left out: the moduli are those of the contact of both bodies; rs.identify fits one of them"
+        raise InputError("counter_material", rule=rule)
     return moduli_of_rebounds(data) if isinstance(data, Rebounds) else _moduli_of_oscillations(data)
 
 

@@ -214,7 +214,9 @@ class PanelSolution:
         records, size = self._room.records, int(self._room.places[RECORDS])
         touches, parts = records.phase[:size] != FREE, records.event[:size] == ENDS
         first = touches & np.append(True, ~touches[:-1] | parts[:-1])[:size]
-        last = touches & (parts | np.append(~touches[1:], False)[:size])
+        # So does the end of a run whose last elements left at once.
+        free = self._room.places[PHASE] == FREE
+        last = touches & (parts | np.append(~touches[1:], free)[:size])
         starts = records.start[:size]
         stops = np.append(starts[1:], self._room.state[TIME])[:size]
         begins, ends = self._time(starts[first]), self._time(stops[last])
@@ -374,11 +376,12 @@ class PanelSolution:
             # At the edge of a contact the gap has a double zero, which a merged panel would move.
             count = int(np.count_nonzero(work.free.start[:count] < 0.0))
         scale = self._rtol * self._drive.scale * units.length
+        found, rest = marks, marks.end.size - count
         # Steps leave errors of fronts, which no smooth panel has: many panels are merged with a larger tolerance.
         for share in _MERGE_SHARES:
-            found = merged(marks, count, self._solid.recoveries / units.time, share * scale)
-            if found.end.size - (marks.end.size - count) <= _MANY_PANELS:
+            if found is not marks and found.end.size - rest <= _MANY_PANELS:
                 break
+            found = merged(marks, count, self._solid.recoveries / units.time, share * scale)
         return found
 
     @property

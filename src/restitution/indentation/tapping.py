@@ -35,6 +35,8 @@ _CONFIRMED = 3
 _SHARES = (1.0, 0.3, 0.1, 0.03)
 # Past taps from which the next start is extrapolated, and growth of the change at which it is not.
 _MEMORY, _GROWTH = 7, 3.0
+# Tolerance of taps that are not yet periodic, over the change of the one before, and the largest one.
+_EARLY, _COARSE = 1e-2, 1e-5
 # Panels under load are not merged, and each tap on a liquid that sinks leaves a ring: a tap costs more and more.
 _MOST_PANELS = 1000
 _LEAST_SCALE = 1e-3
@@ -179,7 +181,7 @@ class Tapper:
         self.recoveries = solid_of(contact.reduced_modulus).recoveries
         self.count = 0
 
-    def run(self, distance: float, start: Start, periods: int = 1) -> PanelSolution:
+    def run(self, distance: float, start: Start, periods: int = 1, rtol: float = 0.0) -> PanelSolution:
         """Return the motion over a number of periods, which begin where a free tip is highest."""
         lever, profile = self.lever, self.contact.profile
         time = self.period * periods
@@ -196,7 +198,7 @@ class Tapper:
         series = self.contact.reduced_modulus
         for share in _SHARES:
             with suppress(InputError):
-                return PanelSolution(profile, series, drive, share * self.rtol, start.imprint, start.grip)
+                return PanelSolution(profile, series, drive, share * max(rtol, self.rtol), start.imprint, start.grip)
         raise InputError("distance", distance, "leads to a tap that could not be solved", "m")
 
     def free(self, distance: float) -> Start:
@@ -237,9 +239,9 @@ class Tapper:
         tolerance, first = _PERIODIC * self.rtol, self.count
         starts: list[Array] = []
         changes: list[Array] = []
-        confirmed, best = 0, math.inf
+        confirmed, best, change = 0, math.inf, 0.0
         while True:
-            solution = self.run(distance, start)
+            solution = self.run(distance, start, rtol=min(_COARSE, _EARLY * change))
             after = self.end(solution)
             x, y = self.coordinates(start), self.coordinates(after)
             change = float(np.abs(y - x).max())
