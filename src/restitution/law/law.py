@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, Numeric, finite, single_nonnegative, single_positive, whole
+from restitution import quantities
+from restitution.checks import Array, Numeric, finite, single, single_positive, whole
 from restitution.contact.table import PathTable, path_table
 from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, write_text
@@ -389,8 +390,9 @@ def contact_law(
         Coefficient of friction [-], >= 0 and finite, for a law with a tangential force as well; by default that of the
         impact, if it has one.
     max_nodes : int, optional
-        Largest number of nodes of a contact, >= 8: 32 by default, and 64 with friction. A contact gets one node for each step of its first approach;
-        when there is no room, nodes that are near others in depth and time are dropped.
+        Largest number of nodes of a contact, >= 8: 32 by default, and 64 with friction. A contact gets one node for
+        each step of its first approach. When there is no room, nodes that are near others in depth and time are
+        dropped.
     max_depth : float, optional
         Largest depth [m] of the law. The default is the largest depth that the profile describes; for a profile whose
         contact radius is no power of the depth at most four times the largest depth of the impact.
@@ -454,7 +456,9 @@ def contact_law(
     shear, friction = None, impact.friction if friction is None else friction
     impact = impact if impact.friction is None else impact.normal
     if friction is not None:
-        friction = single_nonnegative("friction", friction)
+        friction = single("friction", quantities.check("friction", friction))
+        if math.isinf(friction):
+            raise InputError("friction", friction, "must be finite: a contact that never slips has no law with steps")
         shear = reduced_shear_modulus(impact.material, impact.counter_material)
     nodes = _NODES[friction is not None] if max_nodes is None else whole("max_nodes", max_nodes, _FEWEST)
     profile = impact.profile
