@@ -375,7 +375,7 @@ class ContactLaw:
 def contact_law(
     problem: Impact | tuple[Body, Body],
     *,
-    friction: float | None = None,
+    friction: Any = None,
     max_nodes: int | None = None,
     max_depth: float | None = None,
 ) -> ContactLaw:
