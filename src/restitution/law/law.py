@@ -423,8 +423,8 @@ def contact_law(
 
     The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
     modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step
-    must also be below ``m/(2 eta a)``, with eta the sum of the dashpot and of ``E_k tau_k`` of these branches. Along the
-    surface the same holds with G* and ``m_t = m/(1 + 1/kappa)``, ``2 m/7`` of a solid ball.
+    must also be below ``m/(2 eta a)``, with eta the sum of the dashpot and of ``E_k tau_k`` of these branches. Along
+    the surface the same holds with G* and ``m_t = m/(1 + 1/kappa)``, ``2 m/7`` of a solid ball.
 
     With friction the force along the surface is that of Coulomb's law in each point of the contact. It converges to
     that of `restitution.solve` of an impact with friction, at second order in the time step without a dashpot, where
