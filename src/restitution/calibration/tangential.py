@@ -12,10 +12,11 @@ import numpy as np
 
 from restitution.calibration.collisions import REBOUND, Collisions
 from restitution.calibration.laws import DAMPING_PER_MASS, Setting, Typed, TypedLaw, loss, scales
-from restitution.checks import Array, between, single_nonnegative, single_positive
+from restitution.checks import Array, single
 from restitution.errors import InputError, RestitutionWarning
 from restitution.impact.oblique import ObliqueResult
 from restitution.impact.solve import solve
+from restitution.quantities import check
 from restitution.units import MODULUS, NUMBER
 from restitution.variation import vary
 
@@ -266,9 +267,9 @@ def over_angles(
 
     `law` is None for a code of events, which has a table of the exact e_t.
     """
-    mu, kappa = single_nonnegative("friction", friction), single_positive("gyration", gyration)
-    if mu == 0.0:
-        raise InputError("friction", friction, "must be > 0; leave it out for a contact without friction")
+    mu, kappa = (single(name, check(name, value)) for name, value in (("friction", friction), ("gyration", gyration)))
+    if not 0.0 < mu < math.inf:
+        raise InputError("friction", friction, "must be > 0 and finite; leave it out for a contact without friction")
     if cases.validity is None:
         raise InputError("friction", friction, "needs the material: it has no meaning with a stated restitution")
     model, angles = model_of(target, style), _angles(angle, _TABLE if law is None else _ANGLES)
@@ -297,9 +298,9 @@ def _angles(angle: Any, count: int) -> Array:
     """Return angles [rad] over a range, or the one angle."""
     if angle is None:
         return np.linspace(_LOWEST, _HIGHEST, count)
-    ends = np.atleast_1d(between("angle", angle, 0.0, 0.5 * math.pi, "rad"))
-    if ends.ndim != 1 or ends.size not in (1, 2):
-        raise InputError("angle", angle, "must be one angle, or the smallest and the largest", "rad")
+    ends = np.atleast_1d(check("angle", angle))
+    if ends.ndim != 1 or ends.size not in (1, 2) or ends.min() <= 0.0:
+        raise InputError("angle", angle, "must be one angle > 0, or the smallest and the largest", "rad")
     return np.linspace(ends[0], ends[-1], count if ends.size > 1 else 1)
 
 

@@ -227,14 +227,13 @@ def calibrate(
         # The bodies have no size of the target, which the report of a half-space compares.
         is_plain = problem.sections.counter_body is None and impact.counter_material is None and contact != "pair"
         bodies: Any = impact if is_plain else problem.bodies(impact) or impact
-        gyration = {} if impact.friction is None else {"gyration": impact.gyration}
-        if friction is None and impact.friction is not None and takes_friction(target):
-            friction = impact.friction
+        rough: dict[str, Any] = {"friction": friction, "angle": angle, "tangential": tangential}
+        if impact.friction is not None and takes_friction(target):
+            rough |= {"friction": impact.friction if friction is None else friction, "gyration": impact.gyration}
         with cli.compilation():
             result = rs.calibrate(
                 bodies, target, velocity if velocity[0] != velocity[1] else velocity[0], radius=radius,
-                restitution=measured, contact=contact, units=units, friction=friction, angle=angle,
-                tangential=tangential, extrapolate=extrapolate, workers=workers, **gyration,
+                restitution=measured, contact=contact, units=units, extrapolate=extrapolate, workers=workers, **rough,
             )  # fmt: skip
     tables.answer(result, json=json, plot=plot, notes=problem.notes(impact))
 

@@ -98,11 +98,13 @@ def _histories() -> None:
 def _laws() -> None:
     law = rs.contact_law(_ball())
     law.step(law.start(), 1e-6, 1e-6)
+    rough = rs.contact_law(_ball(), friction=0.3)
+    rough.step(rough.start(), 1e-6, 1e-6, way=0.0)
     rs.standard_solid_surrogate(0.3, 0.1, 1.0)
     rs.surrogate(_ball(), velocity=(0.5, 1.0), rtol=1e-3)(0.7)
 
 
 PROBLEMS: dict[Callable[[], None], int] = {
-    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _laws: 4,
+    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _laws: 6,
 }  # fmt: skip
 """Problems that call all entry points, with shares of the time."""

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, Numeric, finite, single_nonnegative, single_positive, whole
+from restitution import quantities
+from restitution.checks import Array, Numeric, finite, single, single_positive, whole
 from restitution.contact.table import PathTable, path_table
 from restitution.errors import InputError, InputTypeError
 from restitution.files import path_of, write_text
@@ -374,7 +375,7 @@ class ContactLaw:
 def contact_law(
     problem: Impact | tuple[Body, Body],
     *,
-    friction: float | None = None,
+    friction: Any = None,
     max_nodes: int | None = None,
     max_depth: float | None = None,
 ) -> ContactLaw:
@@ -389,8 +390,9 @@ def contact_law(
         Coefficient of friction [-], >= 0 and finite, for a law with a tangential force as well; by default that of the
         impact, if it has one.
     max_nodes : int, optional
-        Largest number of nodes of a contact, >= 8: 32 by default, and 64 with friction. A contact gets one node for each step of its first approach;
-        when there is no room, nodes that are near others in depth and time are dropped.
+        Largest number of nodes of a contact, >= 8: 32 by default, and 64 with friction. A contact gets one node for
+        each step of its first approach. When there is no room, nodes that are near others in depth and time are
+        dropped.
     max_depth : float, optional
         Largest depth [m] of the law. The default is the largest depth that the profile describes; for a profile whose
         contact radius is no power of the depth at most four times the largest depth of the impact.
@@ -421,7 +423,13 @@ def contact_law(
 
     The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
     modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step
-    must also be below ``m/(2 eta a)``, with eta the sum of the dashpot and of ``E_k tau_k`` of these branches.
+    must also be below ``m/(2 eta a)``, with eta the sum of the dashpot and of ``E_k tau_k`` of these branches. Along
+    the surface the same holds with G* and ``m_t = m/(1 + 1/kappa)``, ``2 m/7`` of a solid ball.
+
+    With friction the force along the surface is that of Coulomb's law in each point of the contact. It converges to
+    that of `restitution.solve` of an impact with friction, at second order in the time step without a dashpot, where
+    no nodes are dropped. A step takes the way of the contact points past each other, so that a ball that rolls without
+    slip feels none.
 
     Examples
     --------
@@ -454,7 +462,9 @@ def contact_law(
     shear, friction = None, impact.friction if friction is None else friction
     impact = impact if impact.friction is None else impact.normal
     if friction is not None:
-        friction = single_nonnegative("friction", friction)
+        friction = single("friction", quantities.check("friction", friction))
+        if math.isinf(friction):
+            raise InputError("friction", friction, "must be finite: a contact that never slips has no law with steps")
         shear = reduced_shear_modulus(impact.material, impact.counter_material)
     nodes = _NODES[friction is not None] if max_nodes is None else whole("max_nodes", max_nodes, _FEWEST)
     profile = impact.profile
