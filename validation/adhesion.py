@@ -114,7 +114,7 @@ def boundary_elements() -> None:
     """Print e by boundary elements with more and more rings."""
     print("| row | 50 rings | 100 | 200 | elements |")
     print("|---|---|---|---|---|")
-    for (name, modulus, work, stress, velocity, _), radius in zip(ROWS[1:5], (1.1, 0.9, 0.8, 1.05), strict=True):
+    for (name, modulus, work, stress, velocity, _), radius in zip(ROWS[1:3], (1.1, 0.9), strict=True):
         each = [by_rings(modulus, work, stress, velocity, radius, count, 2 * count) for count in (50, 100, 200)]
         e = float(rs.solve(impact(modulus, work, stress, velocity)).restitution_coefficient)
         print(f"| {name} | {' | '.join(f'{value:.5f}' for value in each)} | {e:.6f} |", flush=True)
