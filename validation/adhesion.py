@@ -18,7 +18,8 @@ from boundary_elements import disc, pressures, rings
 
 import restitution as rs
 from restitution.contact.adhesion import tabor_number
-from restitution.impact.dugdale import Problem, compliance, run, scales
+from restitution.impact.dugdale import Problem, run, scales
+from restitution.indentation.solid import compliance_of
 
 STANDARD = rs.PronySeries(1.0, [4.0], [1.0])
 # Reduced modulus, work of adhesion, stress and velocity of unit balls; e where a prototype with fixed steps has it.
@@ -44,7 +45,7 @@ def by_rings(
     modulus: rs.PronySeries, work: float, stress: float, velocity: float, radius: float, count: int, steps: int
 ) -> float:
     """Return e by boundary elements; `steps` in each unit of time."""
-    soft, weights, rates = compliance(modulus)
+    soft, weights, rates = compliance_of(modulus)
     surface, dt, reach = rings(count, radius), 1.0 / steps, work / stress
     r, width = surface.middles, radius / count
     z = rates * dt
@@ -113,7 +114,7 @@ def boundary_elements() -> None:
     """Print e by boundary elements with more and more rings."""
     print("| row | 50 rings | 100 | 200 | elements |")
     print("|---|---|---|---|---|")
-    for (name, modulus, work, stress, velocity, _), radius in zip(ROWS[1:5], (1.1, 0.9, 0.8, 1.05), strict=True):
+    for (name, modulus, work, stress, velocity, _), radius in zip(ROWS[1:3], (1.1, 0.9), strict=True):
         each = [by_rings(modulus, work, stress, velocity, radius, count, 2 * count) for count in (50, 100, 200)]
         e = float(rs.solve(impact(modulus, work, stress, velocity)).restitution_coefficient)
         print(f"| {name} | {' | '.join(f'{value:.5f}' for value in each)} | {e:.6f} |", flush=True)

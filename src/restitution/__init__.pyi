@@ -65,6 +65,7 @@ from .impact.solve import solve as solve
 from .impact.solve import standard_solid_restitution as standard_solid_restitution
 from .impact.status import SolverError as SolverError
 from .impact.status import Status as Status
+from .indentation.adhesion import AdhesiveIndentation as AdhesiveIndentation
 from .indentation.cantilever import CantileverMode as CantileverMode
 from .indentation.cantilever import beam_modes as beam_modes
 from .indentation.history import History as History

@@ -239,6 +239,10 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
     assert in_one_line(lambda: rs.bounces(impact, height=1.0, with_weight=False)).field == "adhesion"
     assert in_one_line(lambda: rs.derivatives(impact, ["velocity"], ["contact_time"])).field == "adhesion"
+    assert in_one_line(lambda: rs.element_history(impact)).field == "adhesion"
+    assert in_one_line(lambda: rs.contact_law(impact)).field == "adhesion"
+    assert in_one_line(lambda: rs.dimensionless_groups(impact)).field == "impact"
+    assert in_one_line(lambda: rs.calibrate(impact, "lammps-tsuji", velocity=(0.1, 1.0))).field == "adhesion"
     assert in_one_line(lambda: rs.sticking_velocity(replace(impact, adhesion=None))).field == "impact"
 
 

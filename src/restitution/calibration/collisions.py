@@ -93,6 +93,7 @@ def _single(impact: Impact) -> Impact:
     """Return an impact at 1 m/s, refusing those that no code of spheres could have."""
     if not isinstance(impact.profile, Parabola):
         raise InputTypeError("profile", impact.profile, "must be a Parabola: the codes have spheres")
+    impact.refuse_adhesion()
     impact = replace(impact, velocity=1.0)
     if impact.shape:
         raise InputError("impact", rule=f"must be single, but has shape {impact.shape} beside its velocity")

@@ -83,8 +83,7 @@ class Batch:
         if impact.is_split:
             rule = f"must be a single one, as this one of shape {impact.shape} has materials or geometries apart"
             raise InputError("impact", rule=rule)
-        if impact.adhesion is not None:
-            raise InputError("adhesion", rule="must be left out here: solve and sticking_velocity have it")
+        impact.refuse_adhesion()
         moduli = impact.reduced_moduli if reduced_moduli is None else reduced_moduli
         profile = impact.profile
         exponent = profile.path_exponent

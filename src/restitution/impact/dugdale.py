@@ -11,7 +11,8 @@ from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion
 from restitution.contact.profiles import Profile
 from restitution.impact.status import Status
-from restitution.material.prony import PronySeries, secular_roots
+from restitution.indentation.solid import compliance_of
+from restitution.material.prony import PronySeries
 
 # Elements of the first march that counts, and of the finest; those of the march that finds the scales.
 FEWEST, MOST, _SCALING = 100, 6400, 64
@@ -184,7 +185,7 @@ def run(problem: Problem, width: float, time: float, count: int) -> March:
     from restitution.kernel.adhesion import G_, JUMPED_, LEFT_, STEPS_, Bodies, Solid, allocate_room, march
 
     stress, reach = float(problem.adhesion.stress or 0.0), float(problem.adhesion.range or 0.0)
-    solid = Solid(*compliance(problem.modulus))
+    solid = Solid(*compliance_of(problem.modulus))
     cell = width / count
     places = cell * np.arange(int(_ROOM * count) + 8)
     room = allocate_room(places.size, solid.rates.size, _STEPS * count, _JUMPS)
@@ -192,20 +193,6 @@ def run(problem: Problem, width: float, time: float, count: int) -> March:
     end = march(solid, Bodies(stress, reach, problem.mass, cell, time / count), problem.velocity, room)
     motion, jumps = room.motion[: room.counts[STEPS_]], room.jumps[: room.counts[JUMPED_]]
     return March(int(end), _numbers(problem, motion, jumps, float(room.ends[LEFT_])), motion, jumps)
-
-
-def compliance(modulus: PronySeries) -> tuple[float, Array, Array]:
-    """Return J0 and c_j, r_j of ``1/E*(p) = J0 + sum c_j/(p + r_j)`` of a solid without a parallel dashpot."""
-    series = modulus.simplified()
-    equilibrium, moduli = float(series.equilibrium_modulus), series.branch_moduli[::-1].copy()
-    times = series.relaxation_times[::-1].copy()
-    roots = secular_roots(equilibrium, 0.0, moduli, times)
-    rates = 1.0 / roots.times
-    weights = rates / roots.slopes
-    if equilibrium == 0.0:
-        # A liquid flows for ever.
-        rates, weights = np.append(0.0, rates), np.append(1.0 / float(moduli @ times), weights)
-    return 1.0 / (equilibrium + float(moduli.sum())), np.ascontiguousarray(weights), np.ascontiguousarray(rates)
 
 
 def _numbers(problem: Problem, motion: Array, jumps: Array, left: float) -> dict[str, float]:

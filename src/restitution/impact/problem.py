@@ -161,6 +161,11 @@ class Impact:
         if self.adhesion is not None:
             self._check_adhesion()
 
+    def refuse_adhesion(self) -> None:
+        """Refuse adhesion, for what has no theory of it."""
+        if self.adhesion is not None:
+            raise InputError("adhesion", rule="must be left out here; solve has it for one Impact, single or an array")
+
     def _check_adhesion(self) -> None:
         """Refuse what the theory of adhesive impacts does not have."""
         profile = as_profile(self.profile, "adhesion")
@@ -599,6 +604,7 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
         (isinstance(bulk, PronySeries) and not bulk.is_elastic, "the bulk relaxes"),
         (bool(np.any(impact.external_force)), "a constant force acts"),
         (bool(np.any(np.isfinite(impact.impedance))), "the target has an impedance"),
+        (impact.adhesion is not None, "the surfaces adhere"),
     ]
     for wrong, reason in reasons:
         if wrong:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
-from restitution.quantities import HISTORY, INDENTATION, dataset
+from restitution.quantities import HISTORY, INDENTATION, Quantity, dataset
 from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
 from restitution.units import LENGTH, in_words
 from restitution.validity import Validity, validity
@@ -23,6 +23,7 @@ from restitution.validity import Validity, validity
 if TYPE_CHECKING:
     import xarray
 
+    from restitution.indentation.adhesion import AdhesiveSolution
     from restitution.indentation.history import History
     from restitution.indentation.panels import PanelSolution
     from restitution.indentation.solve import Solution
@@ -82,6 +83,7 @@ class IndentationResult(Result):
         "rtol", "error", "warnings", "validity",
     )  # fmt: skip
     _picture = "history.overview"
+    _shown: ClassVar[dict[str, Quantity]] = INDENTATION
 
     time: Array = field(repr=False)
     indentation_depth: Array = field(repr=False)
@@ -98,7 +100,7 @@ class IndentationResult(Result):
     history_given: History = field(repr=False)
     rtol: float
     error: float
-    _solution: Solution | PanelSolution = field(repr=False)
+    _solution: Solution | PanelSolution | AdhesiveSolution = field(repr=False)
 
     @property
     def material(self) -> Material:
@@ -252,7 +254,7 @@ class IndentationResult(Result):
     def summary(self, title: str = "") -> Summary:
         """Return the table of the indentation and its warnings, which `print` and notebooks show."""
         values: list[tuple[str, str, float, str]] = []
-        for name, quantity in INDENTATION.items():
+        for name, quantity in self._shown.items():
             value = float(getattr(self, name))
             value = value if math.isfinite(value) else math.nan
             values.append((quantity.words, plain_symbol(quantity.symbol), value, quantity.unit))
@@ -274,7 +276,7 @@ class IndentationResult(Result):
         return history
 
 
-def _largest(solution: Solution | PanelSolution, column: int) -> float:
+def _largest(solution: Solution | PanelSolution | AdhesiveSolution, column: int) -> float:
     """Return the largest value of a column of `Solution.at` up to the end of contact."""
     breaks = solution.breaks
     low, high = breaks[:-1, None], breaks[1:, None]

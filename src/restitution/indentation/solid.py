@@ -38,6 +38,20 @@ def solid_of(series: PronySeries) -> Solid:
     )  # fmt: skip
 
 
+def compliance_of(series: PronySeries) -> tuple[float, Array, Array]:
+    """Return J0 and c_j, r_j of ``1/E*(p) = J0 + sum c_j/(p + r_j)`` of a solid without a parallel dashpot."""
+    series = series.simplified()
+    equilibrium, moduli = float(series.equilibrium_modulus), series.branch_moduli[::-1].copy()
+    times = series.relaxation_times[::-1].copy()
+    roots = secular_roots(equilibrium, 0.0, moduli, times)
+    rates = 1.0 / roots.times
+    weights = rates / roots.slopes
+    if equilibrium == 0.0:
+        # A liquid flows for ever.
+        rates, weights = np.append(0.0, rates), np.append(1.0 / float(moduli @ times), weights)
+    return 1.0 / (equilibrium + float(moduli.sum())), np.ascontiguousarray(weights), np.ascontiguousarray(rates)
+
+
 def in_units(solid: Solid, modulus: float, time: float) -> Solid:
     """Return the same numbers in units of a modulus [Pa] and a time [s]."""
     return Solid(

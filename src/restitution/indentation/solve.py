@@ -13,6 +13,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array, finite, single, single_positive, within
+from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import Contact, Geometry, of_type
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
@@ -248,6 +249,7 @@ def indent(
     spring_constant: float | None = None,
     surface: Surface | None = None,
     counter_material: Material | None = None,
+    adhesion: Adhesion | None = None,
     rtol: float = 1e-8,
 ) -> IndentationResult:
     """Force under a prescribed depth, depth under a prescribed force, or both under a spring, over any history.
@@ -277,6 +279,9 @@ def indent(
         include its kinks. About 400 times if a `History` is given alone.
     counter_material : Material, optional
         Material of the indenter; rigid by default.
+    adhesion : Adhesion, optional
+        Attraction of the surfaces, under a depth of straight lines that begins outside of it: the result is then an
+        `AdhesiveIndentation`, whose largest force and pull are known to `rtol`, or 1e-6.
     rtol : float
         Error of force, depth and contact radius over their largest value, and of times over the duration; in
         [1e-11, 1e-2].
@@ -319,6 +324,13 @@ def indent(
     rtol = single("rtol", within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
+    if adhesion is not None:
+        of_type("adhesion", adhesion, Adhesion)
+        if spring_constant is not None or surface is not None:
+            raise InputError("spring_constant, surface", rule="must be left out with adhesion")
+        from restitution.indentation.adhesion import indent_with_adhesion
+
+        return indent_with_adhesion(contact, adhesion, prescribed, name, rtol)
     stiffness = None
     if spring_constant is not None:
         stiffness = single_positive("spring_constant", spring_constant, "N/m")

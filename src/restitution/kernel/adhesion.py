@@ -42,6 +42,8 @@ SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC = range(6)
 _MOST_ROOTS = 80
 # Rate times step below which factors are series, and below which the rate of a mode is linear over a step.
 _SERIES, _LINEAR = 2e-2, 1e-3
+# Share of a history that is rounding of its times.
+_ROUNDING = 1e-12
 # Steps between looks at the energy, and its share of the kinetic one by which it is below zero for sure.
 _OFTEN, _SURE = 16, 1e-3
 
@@ -439,6 +441,26 @@ def _is_apart(solid: Solid, room: Room) -> bool:
     return room.now[C_] == 0.0 and -room.now[V_] > speed
 
 
+@inlined
+def _record(room: Room) -> bool:
+    """Write a row of the motion; return whether there was room for it."""
+    n = room.counts[STEPS_]
+    if n >= room.motion.shape[0]:
+        return False
+    for m in range(N_NOW):
+        room.motion[n, m] = room.now[m]
+    room.counts[STEPS_] = n + 1
+    return True
+
+
+@inlined
+def _begin(bodies: Bodies, room: Room) -> None:
+    """Write the state at the first attraction."""
+    room.now[D_] = -bodies.reach
+    for i in range(room.nodes.shape[1]):
+        room.nodes[H_, i] = room.nodes[G_, i] + bodies.reach
+
+
 @entry_point
 def march(solid: Solid, bodies: Bodies, velocity: float, room: Room) -> int:
     """Follow the body from the first attraction, at the depth -h0, until it has left or is held.
@@ -446,19 +468,15 @@ def march(solid: Solid, bodies: Bodies, velocity: float, room: Room) -> int:
     Energy only falls, and a body that has left has its kinetic energy at least: with less than none it is held.
     """
     now, counts, ends = room.now, room.counts, room.ends
-    now[D_], now[V_] = -bodies.reach, velocity
-    for i in range(room.nodes.shape[1]):
-        room.nodes[H_, i] = room.nodes[G_, i] + bodies.reach
+    now[V_] = velocity
+    _begin(bodies, room)
     least = -_SURE * 0.5 * bodies.mass * velocity * velocity
     status = _jump(solid, bodies, 1, room)
     while status < 0:
         n = counts[STEPS_]
-        if n >= room.motion.shape[0]:
+        if not _record(room):
             status = TOO_LONG
             break
-        for m in range(N_NOW):
-            room.motion[n, m] = now[m]
-        counts[STEPS_] = n + 1
         if not math.isfinite(now[F_]):
             status = STUCK
         elif counts[ASTRAY_] > 0:
@@ -471,3 +489,33 @@ def march(solid: Solid, bodies: Bodies, velocity: float, room: Room) -> int:
             status = _step(solid, bodies, room)
     ends[LEFT_] = _energy(solid, bodies, room)
     return HELD if status == TOO_LONG and ends[LEFT_] < 0.0 else status
+
+
+@entry_point
+def follow(solid: Solid, bodies: Bodies, knots: Any, rates: Any, room: Room) -> int:
+    """Follow a prescribed depth from the first attraction on, at constant rates between knots.
+
+    The mass of the body is infinite. HELD means that the surfaces attract each other at the end.
+    """
+    now, counts, ends = room.now, room.counts, room.ends
+    _begin(bodies, room)
+    now[T_] = knots[0]
+    small = _ROUNDING * (knots[-1] - knots[0])
+    for k in range(rates.shape[0]):
+        now[V_] = rates[k]
+        while knots[k + 1] - now[T_] > small:
+            if not _record(room):
+                return TOO_LONG
+            longest = min(bodies.longest, knots[k + 1] - now[T_])
+            part = Bodies(bodies.stress, bodies.reach, bodies.mass, bodies.cell, longest)
+            status = _step(solid, part, room)
+            if status >= 0:
+                return status
+            if not math.isfinite(now[F_]):
+                return STUCK
+            if counts[ASTRAY_] > 0:
+                return NOT_DISC
+    ends[LEFT_] = _energy(solid, Bodies(bodies.stress, bodies.reach, 0.0, bodies.cell, 0.0), room)
+    if not _record(room):
+        return TOO_LONG
+    return SEPARATED if now[C_] == 0.0 else HELD

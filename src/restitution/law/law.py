@@ -455,6 +455,7 @@ def contact_law(
     >>> law = rs.contact_law((ball, ball))
     """
     impact = problem if isinstance(problem, Impact) else collision(*two_bodies(problem), velocity=1.0)
+    impact.refuse_adhesion()
     for name in ("material", "counter_material"):
         if getattr(impact, name) is not None:
             single_material(name, getattr(impact, name))
