@@ -16,7 +16,7 @@ from restitution.checks import Array, between, single_nonnegative, single_positi
 from restitution.errors import InputError, RestitutionWarning
 from restitution.impact.oblique import ObliqueResult
 from restitution.impact.solve import solve
-from restitution.units import MODULUS, NUMBER
+from restitution.units import ANGLE, MODULUS, NUMBER
 from restitution.variation import vary
 
 # Steps in a contact when the law of a code is followed; its error of e_t is then some 1e-4.
@@ -297,7 +297,7 @@ def _angles(angle: Any, count: int) -> Array:
     """Return angles [rad] over a range, or the one angle."""
     if angle is None:
         return np.linspace(_LOWEST, _HIGHEST, count)
-    ends = np.atleast_1d(between("angle", angle, 0.0, 0.5 * math.pi, "rad"))
+    ends = np.atleast_1d(between("angle", angle, 0.0, 0.5 * math.pi, ANGLE.unit))
     if ends.ndim != 1 or ends.size not in (1, 2):
         raise InputError("angle", angle, "must be one angle, or the smallest and the largest", "rad")
     return np.linspace(ends[0], ends[-1], count if ends.size > 1 else 1)
