@@ -115,7 +115,7 @@ def impact(state: Mapping[str, Any]) -> Answer:
     separated = result.status == rs.Status.SEPARATED
     numbers |= dict(zip(BUDGET, result.energy, strict=True))
     problem = result.impact
-    if isinstance(result, rs.ObliqueResult):
+    if problem.friction is not None:
         numbers |= {name: getattr(result, name) for name in _OBLIQUE}
         numbers |= {name: getattr(problem, name) for name in ("tangential_velocity", "spin")}
     material, series = problem.material, problem.reduced_modulus
