@@ -77,6 +77,11 @@ def test_a_target_that_recedes_is_cited() -> None:
     assert keys(free) - keys(fixed) == {"zener1941"}
 
 
+def test_friction_is_cited() -> None:
+    smooth, rough = (impact(SERIES, rs.Parabola(1.0), **extra) for extra in ({}, {"friction": 0.3}))
+    assert keys(rough) - keys(smooth) == {"maw1976", "mindlin1953"}
+
+
 def test_a_shift_is_cited_where_it_is_used() -> None:
     rubber = rs.library.get("polyisobutylene")
     assert not keys(rubber) & {"williams1955", "ferry1980"}

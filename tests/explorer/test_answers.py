@@ -427,3 +427,42 @@ def test_a_pyramid_keeps_its_faces(sides, tmp_path):
     exec(download({"what": "python", "state": state})["text"], names)
     for solved in (case.solve(), names["result"]):
         assert solved.max_force == pytest.approx(expected, rel=1e-12)
+
+
+OBLIQUE = {"motion": "oblique", "impact.friction": 0.4, "impact.angle": -0.6, "impact.spin": 25.0}
+
+
+def test_an_oblique_impact_is_that_of_the_package(tmp_path: Path) -> None:
+    state = (
+        drawn(3, **{"entry": "constants", "material.model": "standard_solid", "profile.type": "parabola"}) | OBLIQUE
+    )
+    answer = answers.impact(state)
+    path = case_file(state, tmp_path)
+    problem = rs.read_case(path).impact
+    result = rs.solve(problem, rtol=1e-4)
+    assert isinstance(result, rs.ObliqueResult)
+    for name in ("tangential_restitution_coefficient", "rebound_spin", "rebound_tangential_velocity"):
+        assert answer["numbers"][name] == getattr(result, name)
+    assert answer["numbers"]["spin"] == 25.0
+    assert len(answer["curves"]["history"]["stick_radius"]) == len(answer["curves"]["history"]["time"])
+    assert {"coupling", "travel"} <= {row["kind"] for row in answer["validity"]}
+    # The page reads it again, and hands it out as Python.
+    for again in (of_impact(problem), of_case(rs.read_case(path))):
+        assert {key: again[key] for key in OBLIQUE} == OBLIQUE | {"impact.angle": pytest.approx(-0.6, rel=1e-15)}
+    names: dict[str, Any] = {}
+    exec(download({"what": "python", "state": state})["text"], names)
+    found = next(value for value in names.values() if isinstance(value, rs.ObliqueResult))
+    assert found.rebound_spin == pytest.approx(result.rebound_spin, rel=1e-3)
+    assert (
+        answers.bounces(state)["numbers"]["n_bounces"]
+        == answers.bounces(state | {"motion": "straight"})["numbers"]["n_bounces"]
+    )
+
+
+def test_an_oblique_impact_needs_a_profile_and_a_solid_ball() -> None:
+    assert settled(OBLIQUE | {"profile.type": "pyramid"})["motion"] == "straight"
+    assert settled(OBLIQUE | {"entry": "groups"})["motion"] == "straight"
+    assert "impact.spin" not in settled(OBLIQUE | {"profile.type": "cone"})
+    ball = rs.Impact(rs.Material(1e6, np.inf), rs.Parabola(0.01), mass=0.01, velocity=1.0, friction=0.1, gyration=0.6)
+    assert in_one_line(lambda: of_impact(ball)).field == "gyration"
+    assert in_one_line(lambda: of_impact(replace(ball, friction=np.inf))).field == "friction"

@@ -285,6 +285,30 @@ def test_the_slow_motion_is_saved_as_it_is(opened, tmp_path, state, share):
     assert len(np.unique(drawn.reshape(-1, drawn.shape[2]), axis=0)) > 20
 
 
+@pytest.mark.parametrize("share", [0.1, 0.95])
+def test_a_body_that_comes_at_an_angle_moves_sideways_and_turns(opened, tmp_path, share):
+    """The way to the side over that upwards is the tangent of the angle; a radius turns by spin times time."""
+    spin = 40.0
+    page = opened({"motion": "oblique", "impact.friction": 0.4, "impact.angle": 0.5, "impact.spin": spin})
+    result = rs.solve(rs.vary(ball(), {"friction": 0.4, "angle": 0.5, "spin": spin}), rtol=1e-4)
+    wait_for(page, "tangential_restitution_coefficient", result.tangential_restitution_coefficient, 1e-6)
+    page.evaluate(f"explorer.tabs.impact.clock.to({share})")
+    whole, _ = scenes_of(saved_as(page, ".stage", "SVG", tmp_path))
+    left, centre, radius = (float(whole.find(f"{SVG}ellipse[@opacity='1']").get(name)) for name in ("cx", "cy", "rx"))
+    lift = float(whole.find(f"{SVG}rect").get("y")) - centre - radius
+    moved = left - 0.5 * float(whole.get("width"))
+    before = share < 0.2
+    tangent = -np.tan(0.5) if before else np.tan(result.rebound_angle)
+    assert moved == pytest.approx(lift * tangent, abs=0.05)
+    # The time of the flight, for a ball of 10 mm, at the velocity of the picture.
+    time = lift / radius * 0.01 / (1.0 if before else result.rebound_velocity)
+    angle = -spin * time if before else result.rebound_spin * time
+    mark = [points_of(part) for part in whole.findall(f"{SVG}path") if len(points_of(part)) == 2]
+    (mark,) = [line for line in mark if abs(line[0, 0] - left) < 0.02 and abs(line[0, 1] - centre) < 0.02]
+    turned = (mark[1] - mark[0]) / radius
+    assert turned == pytest.approx([-np.sin(angle), -np.cos(angle)], abs=2e-3)
+
+
 def test_the_slow_motion_of_a_pyramid_says_what_is_not_known(opened, tmp_path):
     page = opened({"profile.type": "pyramid", "profile.face_angle": 1.2})
     result = rs.solve(rs.Impact(ball().material, rs.Pyramid(1.2), mass=0.005, velocity=1.0))

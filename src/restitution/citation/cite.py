@@ -26,6 +26,10 @@ _CONTACT = (
     ("graham1967", "contact of viscoelastic bodies while it shrinks"),
     ("popov2015", "method of dimensionality reduction"),
 )
+_FRICTION = (
+    ("mindlin1953", "contact that partly slips"),
+    ("maw1976", "oblique impact with partial slip"),
+)
 _METHODS: dict[str, tuple[Reason, ...]] = {
     "": (),
     "exact": (("hairer1996", "collocation by Radau IIA"),),
@@ -116,6 +120,8 @@ def _problem(method: str, *contacts: rs.Impact | rs.IndentationResult | Indentat
         yield from _reasons(contact.profile)
         if isinstance(contact, rs.Impact) and np.any(np.isfinite(contact.impedance)):
             yield "zener1941", "target that recedes under the impact"
+        if isinstance(contact, rs.Impact) and contact.friction is not None:
+            yield from _FRICTION
         for material in (contact.material, contact.counter_material):
             if material is not None:
                 if _is_standard_solid(material):

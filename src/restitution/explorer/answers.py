@@ -44,6 +44,8 @@ TIME_LIMIT = 0.1
 
 # Tolerance of curves. Single impacts have the default of `solve`.
 _RTOL = 1e-6
+# Tolerance of e_t, which leaves time for the rest of an answer.
+_OBLIQUE_RTOL = 1e-4
 _POINTS = 121
 # Points of a curve over the velocity, and shares of the time for them; times, and least number of them, of a surface.
 _SPEEDS, _SHARES = 61, (0.2, 0.7)
@@ -67,6 +69,10 @@ _ELEMENTS, _MANY_TERMS, _COARSE_RTOL = 12_000, 20, 1e-4
 _OUTPUTS = (
     "restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
     "residual_indentation_depth", "rebound_velocity",
+)  # fmt: skip
+_OBLIQUE = (
+    "tangential_restitution_coefficient", "rebound_angle", "rebound_spin", "rebound_tangential_velocity",
+    "impulse_ratio",
 )  # fmt: skip
 
 
@@ -94,7 +100,8 @@ def numbers_of(values: Mapping[str, Any]) -> dict[str, Any]:
 
 @lru_cache(maxsize=16)
 def _solved(text: str) -> Any:
-    return rs.solve(_case(text).impact)
+    problem = _case(text).impact
+    return rs.solve(problem) if problem.friction is None else rs.solve(problem, rtol=_OBLIQUE_RTOL)
 
 
 def _result(state: Mapping[str, Any]) -> Any:
@@ -108,6 +115,9 @@ def impact(state: Mapping[str, Any]) -> Answer:
     separated = result.status == rs.Status.SEPARATED
     numbers |= dict(zip(BUDGET, result.energy, strict=True))
     problem = result.impact
+    if problem.friction is not None:
+        numbers |= {name: getattr(result, name) for name in _OBLIQUE}
+        numbers |= {name: getattr(problem, name) for name in ("tangential_velocity", "spin")}
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
     numbers |= dict.fromkeys(("loss_tangent", "nu", "p2", "p3"))
@@ -237,8 +247,9 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     sections = case_of(state).sections
     motion = sections.impact
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
+    # Friction changes no height.
     result = rs.bounces(
-        problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=_RTOL,
+        problem.normal, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=_RTOL,
         same_spot=sections.bounces.same_spot,
         min_height=_LEAST_RISE * motion.impact_velocity**2 / (2.0 * motion.gravity),
     )  # fmt: skip

@@ -54,6 +54,8 @@ def python(state: Mapping[str, Any]) -> str:
     for name in ("external_force", "body_size"):
         if value := getattr(problem, name):
             arguments[name] = value
+    if problem.friction is not None:
+        arguments |= {name: getattr(problem, name) for name in ("friction", "tangential_velocity", "spin")}
     if problem.diameters != BALL_ON_TARGET:
         arguments["diameters"] = problem.diameters
     fractional = case.sections.needs_window

@@ -24,8 +24,9 @@ from restitution.case.indentation import IndentationCase, IndentationFile, read_
 from restitution.case.profile import sections as profile_sections
 from restitution.case.section import CaseError, read_sections, read_toml
 from restitution.contact.geometry import BALL_ON_TARGET, Geometry
-from restitution.contact.profiles import sphere_mass
+from restitution.contact.profiles import Profile, sphere_mass
 from restitution.errors import InputError, InputTypeError
+from restitution.impact.problem import SOLID_BALL
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.models import Constant, constants_of, material_models
 from restitution.quantities import CONSTANTS, INPUTS, Quantity
@@ -42,6 +43,7 @@ When = Mapping[str, Sequence[str]]
 State = dict[str, Any]
 
 _ALWAYS: Mapping[str, Any] = MappingProxyType({})
+_STRAIGHT, _OBLIQUE = "straight", "oblique"
 _CYCLES, _SPOT, _SAME = "indentation.count", "bounces.spot", "same"
 _MOST_CYCLES = 50.0
 
@@ -53,7 +55,7 @@ _TABS_OF = {
 # The group of an input is the section of its key, but for these keys and sections.
 _GROUPS = {
     "entry": "material", "groups": "material", "bulk": "material", "profile": "body", "mass_from": "body",
-    "impact.gravity": "bounces", "drop_height": "bounces", "prescribed": "indentation",
+    "motion": "impact", "impact.gravity": "bounces", "drop_height": "bounces", "prescribed": "indentation",
 }  # fmt: skip
 
 
@@ -119,6 +121,8 @@ class Input(NamedTuple):
         assert self.quantity is not None
         if self.slider is None:
             return 0.0, _MOST
+        if math.isinf(self.quantity.low):
+            return self.slider.low * _BEYOND, self.slider.high * _BEYOND
         if math.isinf(self.quantity.high):
             # Zero has no place on a logarithmic scale, and may be typed where the quantity has it.
             least = 0.0 if self.quantity.low == 0.0 and not self.quantity.open else self.slider.low / _BEYOND
@@ -300,6 +304,13 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("body.mass", INPUTS["mass"], {"mass_from": ["mass"]})
     yield _number("body.density", INPUTS["density"], {"mass_from": ["density"]}, "density of the body")
     yield _number("impact.velocity", INPUTS["velocity"])
+    has_theory = [name for name in constants if issubclass(profiles[name], Profile)]
+    words = {_STRAIGHT: "straight down", _OBLIQUE: "at an angle, with friction"}
+    yield _choice("motion", "the body comes", words, only={_OBLIQUE: {"profile.type": has_theory, **_CONSTANTS_ENTRY}})
+    oblique = {"motion": [_OBLIQUE]}
+    yield _number("impact.friction", INPUTS["friction"], oblique)
+    yield _number("impact.angle", INPUTS["angle"], oblique)
+    yield _number("impact.spin", INPUTS["spin"], oblique | {"profile.type": ["parabola", "sphere"]})
     yield _number("impact.external_force", INPUTS["external_force"], _CONSTANTS_ENTRY)
     words = "smallest dimension of the target, 0 if unknown"
     yield _number("impact.body_size", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
@@ -495,6 +506,7 @@ def of_case(case: rs.Case) -> State:
     values["impact.body_size"] = float(case.impact.body_size or 0.0)
     values["impact.material_of"] = sections.impact.material_of or _SOFT
     values[_SPOT] = _SAME if sections.bounces.same_spot else "fresh"
+    values |= _of_sliding(case.impact)
     return values | _of_section(written["material"], lambda: case.impact.material)
 
 
@@ -561,7 +573,21 @@ def of_impact(impact: rs.Impact) -> State:
         values[f"impact.{name}"] = float(getattr(impact, name))
     values["impact.body_size"] = float(impact.body_size or 0.0)
     values["impact.material_of"] = "body" if impact.diameters == BALL_ON_TARGET[::-1] else _SOFT
-    return values | {"body.mass": float(impact.mass)} | of_material(impact.material)
+    return values | {"body.mass": float(impact.mass)} | _of_sliding(impact) | of_material(impact.material)
+
+
+def _of_sliding(impact: rs.Impact) -> State:
+    """Return the state of friction, angle and spin; refuse those that the page does not have."""
+    if impact.friction is None:
+        return {}
+    friction, gyration = float(impact.friction), float(impact.gyration)
+    if not math.isfinite(friction):
+        raise InputError("friction", friction, "must be finite on the page")
+    if gyration != SOLID_BALL:
+        raise InputError("gyration", gyration, f"must be {SOLID_BALL:g} on the page, that of a solid ball")
+    angle = math.atan2(float(impact.tangential_velocity), float(impact.velocity))
+    values = {"motion": _OBLIQUE, "impact.friction": friction, "impact.angle": angle}
+    return values | ({"impact.spin": float(impact.spin)} if impact.spin else {})
 
 
 def of_material(material: rs.Material) -> State:

@@ -25,7 +25,7 @@ from restitution.errors import InputError
 from restitution.explorer import answers, downloads, dropped_files
 from restitution.explorer.inputs import PRESETS, State, describe, drop_height, inputs, one_line
 from restitution.impact.status import SolverError
-from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI, OUTPUTS, VALIDITY, Quantity
+from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI, OBLIQUE, OUTPUTS, VALIDITY, Quantity
 from restitution.units import LENGTH, MODULUS, NUMBER, TIME, display_systems
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ _FURTHER = (
 @cache
 def _about() -> dict[str, Any]:
     height = drop_height()
-    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OUTPUTS
+    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OBLIQUE | OUTPUTS
     registries |= {quantity.name: quantity for quantity in (*_FURTHER, height.quantity) if quantity is not None}
     quantities = [*(control.quantity for control in inputs().values()), *registries.values()]
     return {

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -121,7 +121,7 @@ class Bounces(Result):
 
     _numbers = (*_COLUMNS, *_TANGENT, "drop_height", "gravity", "ended", "warnings", "validity")
     _picture = "impact.bounces_overview"
-    _listed: ClassVar[dict[str, Quantity]] = {**_COLUMNS, **_TANGENT}
+    _listed = tuple((_COLUMNS | _TANGENT).items())
 
     touch_time: Array
     velocity: Array
@@ -157,7 +157,7 @@ class Bounces(Result):
     def to_dataset(self) -> xarray.Dataset:
         """Return the dataset of all columns over `bounce`, with units."""
         attributes = {"drop_height": self.drop_height, "gravity": self.gravity, "ended": str(self.ended)}
-        columns = {name: (getattr(self, name), quantity) for name, quantity in self._listed.items()}
+        columns = {name: (getattr(self, name), quantity) for name, quantity in self._listed}
         numbers = {"bounce": (np.arange(1, self.n_bounces + 1), Quantity("bounce", NUMBER, "bounce"))}
         return dataset("bounce", numbers | columns, attributes)
 
@@ -189,7 +189,7 @@ class ObliqueBounces(Bounces):
     """
 
     _numbers = (*Bounces._numbers, *_SLIDING)
-    _listed: ClassVar[dict[str, Quantity]] = {**_COLUMNS, **_TANGENT, **_SLIDING}
+    _listed = tuple((_COLUMNS | _TANGENT | _SLIDING).items())
 
     place: Array
     tangential_velocity: Array

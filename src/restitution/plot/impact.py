@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -228,12 +227,11 @@ def bounces_overview(bounces: Bounces) -> Figure:
     """Draw the height over time, the restitution coefficients and the heights of `restitution.bounces`."""
     count = f"{bounces.n_bounces} bounce{'s' * (bounces.n_bounces != 1)}"
     title = f"{count}; {bounces.ended}: {bounces.ended.message}"
-    drawn: tuple[Callable[[Axes, Any], Axes], ...] = height_time, restitution_velocity, bounce_heights
-    if hasattr(bounces, "spin"):
-        drawn = path, spins, bounce_heights
+    oblique, series = hasattr(bounces, "spin"), cast("Any", bounces)
+    drawn = (path, spins, bounce_heights) if oblique else (height_time, restitution_velocity, bounce_heights)
     with style.page("AA;BC", height=5.0, title=title) as (page, panels):
         for draw, ax in zip(drawn, panels, strict=True):
-            draw(ax, bounces)
+            draw(ax, series)
     return page
 
 

@@ -68,16 +68,26 @@ export class Ball {
     const { em, thickness } = palette;
     const scale = Math.min(height / (6.1 * radius), width / (2.3 * across));
     const ground = height - 0.75 * radius * scale;
-    const flight = 3 * radius * scale;
-    const body = (lift, opacity) => {
+    const { sideways } = this.prepared;
+    // At grazing angles the flight is shorter, so that the body stays in the picture.
+    const room = Math.max(width / 2 - across * scale, 0) / scale;
+    const flight = Math.min(3 * radius, sideways.most > 0 ? room / sideways.most : Infinity) * scale;
+    const moved = (at) => flight * (at < 0 ? sideways.before * at : at > 1 ? sideways.after * (at - 1) : 0);
+    const turned = (at) => (flight / scale) * (at < 0 ? sideways.spin * at : at > 1 ? sideways.rebound_spin * (at - 1) : 0);
+    const body = (lift, opacity, at = phase) => {
       const style = { fill: palette.body, stroke: palette.ink, "stroke-width": round(1.5 * thickness), opacity };
-      return isRound ? ["ellipse", { cx: round(width / 2), cy: round(ground - lift - radius * scale), rx: round(across * scale), ry: round(radius * scale), ...style }]
-        : ["path", { d: outline(this.prepared, width / 2, ground - lift, scale), ...style }];
+      return isRound ? ["ellipse", { cx: round(width / 2 + moved(at)), cy: round(ground - lift - radius * scale), rx: round(across * scale), ry: round(radius * scale), ...style }]
+        : ["path", { d: outline(this.prepared, width / 2 + moved(at), ground - lift, scale), ...style }];
     };
     const lift = phase < 0 ? -phase * flight : phase > 1 ? e * (phase - 1) * flight : -this.depth(phase, 0) * scale;
     // Where the body was a moment ago, or will be.
-    const ghosts = [4, 3, 2, 1].flatMap((n) => (phase < 0 && n / 4 > -phase ? [body((n / 4) * flight, 0.1)]
-      : phase > 1 && n / 4 < phase - 1 ? [body((e * n * flight) / 4, 0.1)] : []));
+    const ghosts = [4, 3, 2, 1].flatMap((n) => (phase < 0 && n / 4 > -phase ? [body((n / 4) * flight, 0.1, -n / 4)]
+      : phase > 1 && n / 4 < phase - 1 ? [body((e * n * flight) / 4, 0.1, 1 + n / 4)] : []));
+    // A radius of the body shows how it turns: a positive spin moves the lowest point to the right.
+    const mark = () => {
+      const [left, centre, angle] = [width / 2 + moved(phase), ground - lift - radius * scale, turned(phase)];
+      return line(palette.ink, 1.5 * thickness, [[left, centre], [left - across * scale * Math.sin(angle), centre - radius * scale * Math.cos(angle)]]);
+    };
     const level = (share, text, right) => {
       const y = ground - share * flight;
       return [line(palette.muted, thickness, [[0, y], [width, y]], true),
@@ -88,6 +98,7 @@ export class Ball {
       line(palette.muted, 1.5 * thickness, [[0, ground], [width, ground]]),
       ...ghosts,
       body(lift, 1),
+      ...(sideways.shown && isRound ? [mark()] : []),
       ...level(1, "start", false),
       ...(phase > 0.999 ? level(e, `e = ${e.toFixed(3)}`, true) : []),
     ];
@@ -182,12 +193,21 @@ function prepare({ curves, numbers }, body) {
     e: numbers.restitution_coefficient,
     velocity: history.indentation_velocity[0],
     rebound: numbers.rebound_velocity,
+    sideways: sidewaysOf(numbers, history.indentation_velocity[0]),
     end: history.indentation_depth.at(-1),
     extent: 2.3 * widest,
     reach: FLIGHT * contactTime,
     maxForce: numbers.max_force,
     stretch: ratio >= 0.12 ? 1 : [2, 5, 10, 20, 50, 100, 200, 500, 1000].find((factor) => factor * ratio >= 0.2) ?? 1000,
   };
+}
+
+// Motion along the surface, and turns in the flight by its own length, over the impact velocity; none in a normal impact.
+function sidewaysOf(numbers, velocity) {
+  const shown = numbers.tangential_velocity !== undefined;
+  const over = (name) => (shown ? (numbers[name] ?? 0) / velocity : 0);
+  const [before, after] = [over("tangential_velocity"), over("rebound_tangential_velocity")];
+  return { shown, before, after, spin: over("spin"), rebound_spin: over("rebound_spin"), most: Math.max(Math.abs(before), Math.abs(after)) };
 }
 
 // Height of the body over its lowest point; beyond the table, the last slope and the curvature of the body.

@@ -9,7 +9,7 @@ import { Panel, picture } from "./panel.js";
 import { back, convert, digits, phrase } from "./units.js";
 
 const TILES = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
-  "instantaneous_poisson_ratio", "loss_tangent", "p2", "p3"];
+  "tangential_restitution_coefficient", "rebound_angle", "rebound_spin", "impulse_ratio", "instantaneous_poisson_ratio", "loss_tangent", "p2", "p3"];
 const MOTION = ["time", "indentation_depth", "contact_radius", "force"];
 const ENERGIES = [
   { name: "kinetic_energy", label: "kinetic", colour: "accent" },
