@@ -451,6 +451,10 @@ def resilience(
     )
 
 
+# Both make the Poisson ratio of a rubber constant; the second one is compressible.
+_BONDED = '; a rubber with bulk_modulus = "incompressible" or poisson_ratio = 0.4995 instead of a bulk modulus has it'
+
+
 def _bases(material: Material, radius: float, thickness: float) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the ways to hold a pad of a material, and why others are left out."""
     bases, notes = list[str](), list[str]()
@@ -458,7 +462,8 @@ def _bases(material: Material, radius: float, thickness: float) -> tuple[tuple[s
         try:
             Contact(material, _pad(base, radius, thickness)[0])
         except InputError as error:
-            notes.append(f"a {base} pad is left out: {error}")
+            remedy = _BONDED if base == "bonded" else ""
+            notes.append(f"a {base} pad is left out: {error}{remedy}")
         else:
             bases.append(base)
     return tuple(bases), tuple(notes)

@@ -56,6 +56,17 @@ def test_the_base_brackets_the_pad_and_a_thick_one_is_a_half_space():
     assert thick.max_force == pytest.approx(thick.max_force[2], rel=1e-2)
 
 
+def test_what_the_warning_of_a_bonded_pad_names_brings_it_back():
+    series = rs.PronySeries(1e6, [4e6, 3e7], [1e-3, 1e-5])
+    pad = rs.resilience(rs.Material(series, 2e9), "ISO 4662")
+    assert "bonded" not in pad.base
+    (warning,) = (line for line in pad.warnings if line.startswith("a bonded pad"))
+    assert 'bulk_modulus = "incompressible"' in warning
+    assert "poisson_ratio = 0.4995" in warning
+    for remedy in (math.inf, rs.PronySeries(1e6, [4e6, 3e7], [1e-3, 1e-5]).scaled(2.0 * 1.4995 / (3.0 * 0.001))):
+        assert "bonded" in rs.resilience(rs.Material(series, remedy), "ISO 4662").base
+
+
 def test_a_bonded_pad_is_left_out_where_it_does_not_hold():
     # The Poisson ratio of this foam changes in time.
     foam = rs.Material(rs.PronySeries(2e4, [2e4, 5e4], [1e-3, 1e-4]), 6e4)
