@@ -209,10 +209,8 @@ def model_of(target: str, style: str | None) -> Model:
 _ROOT = Rule("way", False, False, lambda c, k, ratio, number: math.sqrt(ratio) * c)
 # MercuryDPM has (2/3) k with k = 8 G sqrt(R d), and the dashpot is proportional to sqrt(m k).
 _MERCURY = Rule("way", False, False, lambda c, k, ratio, number: number * math.sqrt(1.5 * k))
-_KRATOS = _ROOT._replace(memory="force", rescaled=True, damps_slip=True)
 MODELS = {
     "liggghts": Model(_ROOT, _BY_POISSON, False, _friction("mu")),
-    "kratos-dem": Model(_KRATOS, _BY_POISSON, False, _friction("mu")),
     "mercury-bshp": Model(_MERCURY, _FREE, True, _mercury),
     "yade-mindlin": Model(Rule("force", False, False), _BY_POISSON, False, _yade),
     "mujoco-solref": Model(None, _FREE, False, _mujoco),
