@@ -491,7 +491,7 @@ def _bernstein(c: NDArray[np.floating]) -> Array:
     """Return the Bernstein coefficients of polynomials over [0, 1], which enclose their values."""
     degree = c.shape[1] - 1
     rows = [[math.comb(i, j) / math.comb(degree, j) for j in range(degree + 1)] for i in range(degree + 1)]
-    return np.asarray(c @ np.array(rows).T)
+    return np.asarray(c @ np.array(rows).T, dtype=np.float64)
 
 
 def _may_change_sign(c: NDArray[np.floating]) -> NDArray[np.bool_]:
