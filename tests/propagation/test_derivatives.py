@@ -232,9 +232,11 @@ def test_full_sliding_has_its_closed_form():
     assert by[e_t, "friction"] == pytest.approx(slope * (1.0 + e), rel=1e-6)
     assert by[e_t, "angle"] == pytest.approx(-3.5 * (1.0 + e) * friction / math.sin(angle) ** 2, rel=1e-6)
     assert by["restitution_coefficient", "friction"] == pytest.approx(0.0, abs=1e-12)
-    # The tangential velocity stays as the normal one changes.
-    change = by["restitution_coefficient", "velocity"] + 1.0 + e
-    assert by["rebound_tangential_velocity", "velocity"] == pytest.approx(-friction * change, rel=1e-5)
+    # The angle stays as the velocity changes, as it is among the inputs; without it the tangential velocity stays.
+    change = friction * (by["restitution_coefficient", "velocity"] + 1.0 + e)
+    assert by["rebound_tangential_velocity", "velocity"] == pytest.approx(math.tan(angle) - change, rel=1e-5)
+    by = rs.derivatives(ball, ["velocity"], outputs)
+    assert by["rebound_tangential_velocity", "velocity"] == pytest.approx(-change, rel=1e-5)
 
 
 def test_errors_of_partial_slip_are_stated():

@@ -180,7 +180,7 @@ def calibrate(
     >>> round(law.parameters["E"].value / 1e6, 2), law.largest_error < 0.001
     (2.87, True)
     """
-    quantities.known("target", target, TARGETS)
+    quantities.known("target", target, (*LAWS, *EVENTS))
     if contact is not None:
         one_of("contact", contact, (exact.PAIR, exact.WALL))
     whole("points", points, 2, 10_000)
