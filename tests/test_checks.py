@@ -160,7 +160,8 @@ def test_errors_keep_their_attributes_when_pickled():
 
 @pytest.mark.parametrize("quantity", quantities.INPUTS.values(), ids=lambda quantity: quantity.name)
 def test_every_quantity_refuses_what_lies_outside_its_range(quantity):
-    inside = min(max(quantity.low, -1.0) + 0.25, 0.5 * (quantity.low + min(quantity.high, 10.0)))
+    low, high = max(quantity.low, -1.0), min(quantity.high, 10.0)
+    inside = min(low + 0.25, 0.5 * (low + high))
     assert quantity.check(inside) == inside
     assert quantity.check(inside * ureg.Quantity(1.0, quantity.unit or "1")) == pytest.approx(inside)
     outside = [quantity.low - 1.0, np.nan]

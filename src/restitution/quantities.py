@@ -174,7 +174,9 @@ INPUTS = _by_name(
     Quantity("tangential_velocity", VELOCITY, "tangential velocity of the centre", r"$v_x$"),
     Quantity("spin", ANGULAR_FREQUENCY, "spin", r"$\omega$"),
     _positive("gyration", NUMBER, "moment of inertia over m R^2", r"$\kappa$"),
-    Quantity("angle", ANGLE, "angle of incidence from the normal", r"$\alpha_0$", -math.pi / 2, math.pi / 2, open=True),
+    Quantity(
+        "angle", ANGLE, "angle of incidence from the normal", r"$\alpha_0$", -math.pi / 2, math.pi / 2, open=True
+    ),
     _positive("speed", VELOCITY, "speed of the centre", r"$u_0$"),
 )
 """Quantities that an axis of a sweep may set by name; a builder or a case file may have further ones."""

@@ -29,6 +29,7 @@ def test_code_of_the_page_runs(folder, capsys):
     assert printed[8].startswith("(202.0, 400.0) ")
 
 
+@pytest.mark.filterwarnings("ignore:.*one frequency measures no shift")
 @pytest.mark.parametrize("block", blocks(PAGE, "toml"))
 def test_materials_of_case_files_are_read(block, tmp_path):
     (tmp_path / "case.toml").write_text(case_file(material=None) + block)
@@ -38,6 +39,9 @@ def test_materials_of_case_files_are_read(block, tmp_path):
     rows = [f"{w},{1e6 * (w * s) ** 0.5},{1e6 * (w * s) ** 0.5},{100 - 20 * np.log10(s)}"
             for s in (1.0, 0.3, 0.1) for w in np.geomspace(0.1, 100.0, 16)]  # fmt: skip
     (tmp_path / "dma.csv").write_text("\n".join(["omega,G',G'',T", "rad/s,Pa,Pa,degC", *rows]))
+    moduli = {t: 1e8 * 10.0 ** (-8.35 * (t + 40.0) / (t + 93.6)) for t in range(-50, 61, 5)}
+    ramp = [f"{t},{modulus},{modulus}" for t, modulus in moduli.items()]
+    (tmp_path / "ramp.csv").write_text("\n".join(["T,G',G''", "degC,Pa,Pa", *ramp]))
     assert read_case(tmp_path / "case.toml").impact.material.shear.n_branches > 0
 
 

@@ -426,7 +426,7 @@ def test_a_point_that_is_not_admissible_fails_alone() -> None:
 @pytest.mark.parametrize(
     ("base", "axes", "options", "message"),
     [
-        (BALL, {"pace": [1.0]}, {}, "axes: the impact has no 'pace'; known are mass, velocity, external_force"),
+        (BALL, {"qqq": [1.0]}, {}, "axes: the impact has no 'qqq'; known are mass, velocity, external_force"),
         (BALL, {"half_angle": [1.0]}, {}, "axes: the impact has no 'half_angle'"),
         (BALL, {"velocity": [1.0, -1.0]}, {}, r"velocity\[1\] = -1 m/s"),
         (BALL, {"p2": [1.0], "branch_modulus": [1e6]}, {}, "axes: p2 and branch_modulus set the same"),

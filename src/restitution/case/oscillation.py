@@ -89,7 +89,7 @@ class TappingSection(Section):
     intermolecular_distance: (
         Annotated[float, positive(LENGTH, "distance of their atoms in contact; 0.165 nm by default")] | None
     ) = None
-    modes: Annotated[list[ModeSection], Field(description="higher modes of the cantilever, a table each")] | None = (
+    modes: Annotated[list[ModeSection] | None, Field(description="higher modes of the cantilever, a table each")] = (
         None
     )
     beam_quality_factors: (

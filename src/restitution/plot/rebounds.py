@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, positive
-from restitution.errors import InputError, RestitutionWarning
+from restitution.checks import Array, instance, positive
+from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.plot import style
@@ -34,6 +34,14 @@ def draw_points(ax: Axes, points: ReboundPoints, factor: float = 1.0) -> Axes:
     # No point lies outside of the picture, or on its frame.
     ax.set_xlim(min(low, float(speeds.min()) / _MARGIN), max(high, float(speeds.max()) * _MARGIN))
     return ax
+
+
+def require_points(points: object) -> None:
+    """Refuse what is neither measured points nor None."""
+    from restitution.case.observations import ReboundPoints
+
+    if not isinstance(points, (ReboundPoints, type(None))):
+        raise InputTypeError("points", points, "must be ReboundPoints, as read_points returns them")
 
 
 def velocities(points: ReboundPoints | None, *others: float) -> tuple[float, float]:
@@ -70,6 +78,8 @@ def plot_restitution(
     >>> figure.axes[0].get_xlabel()
     'impact velocity $v_0$ [m/s]'
     """
+    instance("impact", impact, Impact, "must be an Impact")
+    require_points(points)
     if impact.shape:
         raise InputError("impact", rule=f"must be one, not an array of shape {impact.shape}")
     own = float(impact.velocity)

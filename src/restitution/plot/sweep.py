@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from restitution.checks import Array, instance, items, mapping
 from restitution.errors import InputError, InputTypeError
 from restitution.plot import style
-from restitution.plot.rebounds import draw_points
+from restitution.plot.rebounds import draw_points, require_points
 from restitution.quantities import ALIASES, RESTITUTION, Values, known, scaled
 from restitution.units import VELOCITY, scaled_unit
 
@@ -287,6 +287,7 @@ def plot_sweep(
             instance(name, axis, str, "must be the name of an axis")
     if ax is not None and not hasattr(ax, "get_figure"):
         raise InputTypeError("ax", ax, "must be axes of Matplotlib")
+    require_points(points)
     outputs = items("outputs", outputs, "must be names of outputs")
     dataset = dataset.isel({name: 0 for name, size in dataset.sizes.items() if size == 1})
     there = [str(name) for name in dataset.data_vars if name != "status"]
