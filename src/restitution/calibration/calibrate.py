@@ -208,21 +208,21 @@ def _of_law(law: Law, cases: Collisions, units: str, rough: tuple[Any, ...] | No
     setting = Setting(velocity, mass, poisson_ratio, *cases.dynamic_modulus, cases.middle_restitution)
     best, naive = nearest(law, cases), TypedLaw(law, *law.naive(setting), law.naive_end)
     system, angles, style = _system(cases, units), None, None
-    own = setting
+    numbers_of_code = setting
     if rough is not None:
         angles, style = tangential_laws.over_angles(law.name, best, cases, *rough), rough[-1] or _STYLE
-        own = tangential_laws.with_poisson_ratio(law.name, angles, setting)
+        numbers_of_code = tangential_laws.with_poisson_ratio(law.name, angles, setting)
 
     def numbers(numbered: TypedLaw, within: Setting) -> dict[str, TypedParameter]:
         typed = law.typed(numbered.modulus, numbered.strength, within)
-        if angles is not None and within is own:
+        if angles is not None and within is numbers_of_code:
             typed |= tangential_laws.typed(law.name, angles, numbered.modulus, rough[-1] if rough else None)
         return {
             name: TypedParameter(system.convert(value, dimension), system.unit(dimension), words)
             for name, (value, dimension, words) in typed.items()
         }
 
-    parameters = numbers(best, own)
+    parameters = numbers(best, numbers_of_code)
     text = snippet(best, parameters, cases, system, style)
     usual = numbers(naive, setting._replace())
     return Calibration(law.name, law.words, law.source, units, parameters, usual, text, cases, best, naive, angles)

@@ -106,8 +106,8 @@ class Calibration(Result):
     @property
     def warnings(self) -> list[str]:
         """Messages of the assumptions of the theory that are doubtful within the range."""
-        own = [] if self.collisions.validity is None else self.collisions.validity.warnings
-        return own if self.angles is None else [*dict.fromkeys([*own, *self.angles.warnings])]
+        doubts = [] if self.collisions.validity is None else self.collisions.validity.warnings
+        return doubts if self.angles is None else [*dict.fromkeys([*doubts, *self.angles.warnings])]
 
     def restitution_coefficient(self, velocity: Any, radius: float | None = None) -> Any:
         """Return the coefficient of restitution [-] that the code gives, without the error of its time step.

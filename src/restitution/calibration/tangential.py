@@ -316,11 +316,11 @@ def _nearest(model: Model, rule: Rule, law: TypedLaw, case: Case, slopes: Array,
     best = min(tried.tolist(), key=lambda ratio: error(ratio, 1.0))
     if not model.free:
         step = tried[1] / tried[0]
-        found: Any = minimize_scalar(
+        minimum: Any = minimize_scalar(
             lambda ratio: error(ratio, 1.0), bounds=(max(low, best / step), min(high, best * step)), method="bounded",
             options={"xatol": 1e-3},
         )  # fmt: skip
-        return float(found.x), 1.0
+        return float(minimum.x), 1.0
     inside: Any = minimize(
         lambda x: error(math.exp(min(max(x[0], math.log(low)), math.log(high))), abs(x[1])),
         [math.log(best), 1.0], method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-5, "maxfev": 120},

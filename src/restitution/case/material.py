@@ -399,13 +399,13 @@ class FileSection(MaterialSection):
         """Return the material with WLF constants of some polymers, where universal ones are assumed; else none."""
         if not isinstance(self.file, TemperatureRamp) or self.shift is not None:
             return {}
-        given: dict[str, Any] = {name: getattr(self, name) for name in self.model_fields_set}
+        values: dict[str, Any] = {name: getattr(self, name) for name in self.model_fields_set}
         materials: dict[str, Material] = {}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RestitutionWarning)
             for name, constants in MEASURED_CONSTANTS.items():
-                given["shift"] = self.file.universal_shift(*constants)
-                materials[name] = type(self).model_construct(**given).build()
+                values["shift"] = self.file.universal_shift(*constants)
+                materials[name] = type(self).model_construct(**values).build()
         return materials
 
     @property

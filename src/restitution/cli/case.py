@@ -97,9 +97,9 @@ def _picture(result: rs.ImpactResult, pressure_at: list[float] | None, title: st
 def _problem(case: Path | None, options: dict[str, Any], save: Path | None) -> rs.Case:
     """Return the case of a file, or of options, which a file is to keep."""
     if case is not None:
-        given = [f"--{name.replace('_', '-')}" for name in options] + ["--save"] * (save is not None)
-        if given:
-            raise cli.BadInput(f"{', '.join(given)}: {case} describes the impact; change it there, or leave it out")
+        excess = [f"--{name.replace('_', '-')}" for name in options] + ["--save"] * (save is not None)
+        if excess:
+            raise cli.BadInput(f"{', '.join(excess)}: {case} describes the impact; change it there, or leave it out")
         return rs.read_case(case)
     if not options:
         raise cli.BadInput("give a case file, or --material FILE and what it asks for (see: restitution solve --help)")

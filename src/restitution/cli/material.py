@@ -187,21 +187,21 @@ def of_hardness(hardness: float, scale: str, source: str) -> Report:
     """Report on Young's modulus from a Shore hardness."""
     from restitution.material.hardness import SOURCES
 
-    found = rs.shore_modulus(hardness, scale)
-    shear = found.shear_modulus
+    young = rs.shore_modulus(hardness, scale)
+    shear = young.shear_modulus
     facts: dict[str, Any] = {
         "kind": f"Shore {scale} hardness",
-        "youngs_modulus_Pa": found.youngs_modulus,
-        "lowest_youngs_modulus_Pa": found.low,
-        "highest_youngs_modulus_Pa": found.high,
+        "youngs_modulus_Pa": young.youngs_modulus,
+        "lowest_youngs_modulus_Pa": young.low,
+        "highest_youngs_modulus_Pa": young.high,
         "shear_modulus_Pa": shear,
-        **{f"{name}_Pa": modulus for name, modulus in found.by_source.items()},
+        **{f"{name}_Pa": modulus for name, modulus in young.by_source.items()},
     }
-    prior = f'{{ equilibrium_modulus = {{ lognormal = ["{shear / 1e6:.3g} MPa", {found.log_deviation:.2g}] }} }}'
+    prior = f'{{ equilibrium_modulus = {{ lognormal = ["{shear / 1e6:.3g} MPa", {young.log_deviation:.2g}] }} }}'
     notes = (
         "a hardness has no loss, so that it gives no e; take it as a start for measured rebounds, in the section "
         f"[identification] as prior = {prior}",
-        *(f"{name}: {SOURCES[name]}" for name in found.by_source),
+        *(f"{name}: {SOURCES[name]}" for name in young.by_source),
         "the range is that of the sources, for a reading that is 5 points lower or higher",
     )
     return Report(source, facts, notes=notes)

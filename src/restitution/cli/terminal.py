@@ -251,8 +251,8 @@ def taking(**options: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]
 
     def with_options(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
-        def call(**given: Any) -> Any:
-            return command(**{name: value for name, value in given.items() if name not in options or value})
+        def call(**arguments: Any) -> Any:
+            return command(**{name: value for name, value in arguments.items() if name not in options or value})
 
         own = inspect.signature(command, eval_str=True).parameters.values()
         named = [parameter for parameter in own if parameter.kind is not inspect.Parameter.VAR_KEYWORD]

@@ -119,7 +119,7 @@ def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius:
     For a parabola these are the equations of Maugis (1992).
     """
     stress, reach = float(adhesion.stress or 0.0), float(adhesion.range or 0.0)
-    own = float(profile.transform(radius))
+    undisturbed = float(profile.transform(radius))
     points, weights = _NODES
 
     def excess(edge: float) -> float:
@@ -127,7 +127,7 @@ def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius:
         start = math.asin(radius / edge)
         half = 0.5 * (0.5 * math.pi - start)
         angles = start + half * (points + 1.0)
-        gap: Array = np.asarray(profile.transform(edge * np.sin(angles))) - own
+        gap: Array = np.asarray(profile.transform(edge * np.sin(angles))) - undisturbed
         pull = 2.0 * stress / modulus * (math.sqrt(edge * edge - radius * radius) - edge * np.cos(angles))
         return half * float(weights @ (gap + pull)) - 0.5 * math.pi * reach
 
@@ -144,7 +144,7 @@ def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius:
     lift = 2.0 * stress / modulus * zone
     pull = edge * edge * math.acos(radius / edge) - radius * zone
     force = 2.0 * modulus * (float(profile.force_integral(radius)) - lift * radius) - 2.0 * stress * pull
-    return Static(own - lift, force, radius, edge)
+    return Static(undisturbed - lift, force, radius, edge)
 
 
 def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float) -> Static:

@@ -176,9 +176,9 @@ class AdhesiveResult(ImpactResult):
         names = [chosen] if isinstance(chosen, str) else list(chosen)
         others = [name for name in names if name not in ADHESION]
         axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
-        found = super().to_dataset(others or DEFAULT_OUTPUTS[:1])
-        own = {name: axes.array(getattr(self, name), name, ADHESION[name].attributes) for name in ADHESION}
-        return found[[*others, STATUS]].assign({name: own[name] for name in names if name in ADHESION})
+        whole = super().to_dataset(others or DEFAULT_OUTPUTS[:1])
+        columns = {name: axes.array(getattr(self, name), name, ADHESION[name].attributes) for name in ADHESION}
+        return whole[[*others, STATUS]].assign({name: columns[name] for name in names if name in ADHESION})
 
     def plot(self, times: ArrayLike | None = None) -> Figure:
         """Return the figure: force over depth with its jumps, depth and radii over time; of several e and the pull."""
@@ -379,19 +379,19 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
         raise InputError("impact", rule="must be an Impact with adhesion")
     limit = float(np.asarray(checks.within("rtol", rtol, 1e-5, 1e-2)))
     count = math.prod(impact.shape)
-    found = np.full(count, np.nan)
+    velocities = np.full(count, np.nan)
 
     def run(place: int) -> None:
         single = impact.take(np.asarray(place)) if impact.shape else impact
         if thin := _thin(single):
             raise SolverError(Status.NOT_ACCURATE, thin)
-        found[place] = sticking(_problem(single), limit)[0]
+        velocities[place] = sticking(_problem(single), limit)[0]
 
     run(0)
     on_threads(run, range(1, count), None, lambda: None)
-    missing = np.flatnonzero(np.isnan(found))
+    missing = np.flatnonzero(np.isnan(velocities))
     if missing.size:
         which = f"impact {missing[0]} of {count}: " if count > 1 else ""
         raise SolverError(Status.NOT_ACCURATE, f"{which}no velocity found at which capture and rebound meet")
-    values = shaped(found, impact.shape)
+    values = shaped(velocities, impact.shape)
     return values if impact.axes is None else impact.axes.array(values, "sticking_velocity", {"units": "m/s"})

@@ -288,8 +288,8 @@ def _solved(
 
     def run(mine: NDArray[np.intp]) -> None:
         single = problem.take(places[mine[:1]].reshape(())) if problem.shape else problem
-        found, solution = Batch.from_impact(single).solve_stored(normal_rtol(rtol))
-        rows[STATUS][mine] = found["status"][0]
+        batch, solution = Batch.from_impact(single).solve_stored(normal_rtol(rtol))
+        rows[STATUS][mine] = batch["status"][0]
         done.append(mine.size)
         if solution is None:
             return
@@ -322,21 +322,21 @@ def _at_rest(solution: Solution) -> Tangential:
     return Tangential(math.nan, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
 
 
-def _write(rows: dict[str, Array], n: int, slider: Slider, found: Tangential, rtol: float) -> None:
+def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangential, rtol: float) -> None:
     """Write the numbers of a row, NaN where the tolerance is not reached."""
-    if not found.error <= rtol:
+    if not tangential.error <= rtol:
         rows[STATUS][n] = Status.NOT_ACCURATE
         return
-    for name, value in zip(_SOLVED, found[:5], strict=True):
+    for name, value in zip(_SOLVED, tangential[:5], strict=True):
         rows[name][n] = value
-    durations = np.diff(found.motion[:, 0])
-    rows["stick"][n] = float(durations @ (found.motion[1:, 3] > 0.0)) * slider.solution.units.time
-    rows["gaps"][n], rows["impulse"][n] = found.gaps, slider.impulse
+    durations = np.diff(tangential.motion[:, 0])
+    rows["stick"][n] = float(durations @ (tangential.motion[1:, 3] > 0.0)) * slider.solution.units.time
+    rows["gaps"][n], rows["impulse"][n] = tangential.gaps, slider.impulse
 
 
-def _motion(solution: Solution, found: Tangential, velocity: float) -> dict[str, Array]:
+def _motion(solution: Solution, tangential: Tangential, velocity: float) -> dict[str, Array]:
     """Return the columns of the history in SI."""
-    time, speed, force, radius, slip = found.motion.T
+    time, speed, force, radius, slip = tangential.motion.T
     return {
         "time": np.minimum(time * solution.units.time, solution.contact_time),
         "contact_point_velocity": speed * velocity,

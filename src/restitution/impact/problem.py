@@ -174,7 +174,7 @@ class Impact:
         if np.any(self.external_force):
             raise InputError("external_force", self.external_force, "must be 0 with adhesion", "N")
         if self.friction is not None:
-            raise InputError("friction", self.friction, "must be None with adhesion")
+            raise InputError("friction", self.friction, "must be left out with adhesion")
         if np.any(np.isfinite(self.impedance)):
             raise InputError("impedance", self.impedance, "must be infinite with adhesion", "kg/s")
 

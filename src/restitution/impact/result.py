@@ -577,8 +577,8 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
-    known = {**IMPACT_OUTPUTS, **ADHESION}
-    shown = [(known[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
+    registry = {**IMPACT_OUTPUTS, **ADHESION}
+    shown = [(registry[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
     values = [
         (output.words, plain_symbol(output.symbol), 0.0 if abs(x) < noise.get(output.unit, 0.0) else x, output.unit)
         for output, x in shown

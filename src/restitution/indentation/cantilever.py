@@ -107,13 +107,13 @@ def beam_modes(
     6.2669 17.547 39.274
     """
     stiffness = single_positive("spring_constant", spring_constant, "N/m")
-    own = single_positive("frequency", frequency, "Hz")
+    lowest = single_positive("frequency", frequency, "Hz")
     if not is_iterable(quality_factors) or not 0 < len(quality_factors) <= MOST_MODES:
         rule = f"must be a list of 1 to {MOST_MODES} quality factors, from the second mode on"
         raise InputError("quality_factors", quality_factors, rule)
     ratios = [(_beam_root(n) / _beam_root(1)) ** 2 for n in range(2, len(quality_factors) + 2)]
     return tuple(
-        CantileverMode(stiffness * ratio**2, own * ratio, quality)
+        CantileverMode(stiffness * ratio**2, lowest * ratio, quality)
         for ratio, quality in zip(ratios, quality_factors, strict=True)
     )
 

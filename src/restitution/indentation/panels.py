@@ -376,13 +376,13 @@ class PanelSolution:
             # At the edge of a contact the gap has a double zero, which a merged panel would move.
             count = int(np.count_nonzero(work.free.start[:count] < 0.0))
         scale = self._rtol * self._drive.scale * units.length
-        found, rest = marks, marks.end.size - count
+        fewer, rest = marks, marks.end.size - count
         # Steps leave errors of fronts, which no smooth panel has: many panels are merged with a larger tolerance.
         for share in _MERGE_SHARES:
-            if found is not marks and found.end.size - rest <= _MANY_PANELS:
+            if fewer is not marks and fewer.end.size - rest <= _MANY_PANELS:
                 break
-            found = merged(marks, count, self._solid.recoveries / units.time, share * scale)
-        return found
+            fewer = merged(marks, count, self._solid.recoveries / units.time, share * scale)
+        return fewer
 
     @property
     def grip(self) -> Grip | None:

@@ -86,12 +86,12 @@ def of_several(result: ObliqueResult) -> Figure:
     e_t = np.asarray(result.tangential_restitution_coefficient, dtype=np.float64).ravel()
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.abs(point) / (friction * normal)
-    known = np.isfinite(slope) & np.isfinite(e_t)
+    finite = np.isfinite(slope) & np.isfinite(e_t)
     before, after = np.arctan2(along, normal), np.asarray(result.rebound_angle, dtype=np.float64).ravel()
     look: dict[str, Any] = {"color": style.BLUE, "markersize": 3}
     with style.page("AB", height=3.0) as (page, panels):
-        tangential = OBLIQUE["tangential_restitution_coefficient"], e_t[known]
-        style.draw(panels[0], (_SLOPE, slope[known]), tangential, "o", **look)
+        tangential = OBLIQUE["tangential_restitution_coefficient"], e_t[finite]
+        style.draw(panels[0], (_SLOPE, slope[finite]), tangential, "o", **look)
         panels[0].set_ylim(-1.05, 1.05)
         style.draw(panels[1], (INPUTS["angle"], before), (OBLIQUE["rebound_angle"], after), "o", **look)
     return page

@@ -82,17 +82,17 @@ def plot_restitution(
     require_points(points)
     if impact.shape:
         raise InputError("impact", rule=f"must be one, not an array of shape {impact.shape}")
-    own = float(impact.velocity)
-    low, high = velocities(points, own)
+    speed = float(impact.velocity)
+    low, high = velocities(points, speed)
     speeds: Array = np.geomspace(low, high, _POINTS)
     if velocity is not None:
         speeds = np.atleast_1d(np.asarray(positive("velocity", velocity)))
-    many = solve(replace(impact, velocity=np.append(speeds, own)))
+    many = solve(replace(impact, velocity=np.append(speeds, speed)))
     e = np.asarray(many.restitution_coefficient, dtype=np.float64)
     across: Any = style.axis(INPUTS["velocity"], [float(speeds[-1])])
     with style.page("A", 5.2, 4.0) as (figure, (ax,)):
         ax.plot(speeds * across.factor, e[:-1], color=style.BLUE, label="computed")
-        ax.plot(own * across.factor, e[-1], "o", color=style.BLUE, markersize=6, markerfacecolor="white")
+        ax.plot(speed * across.factor, e[-1], "o", color=style.BLUE, markersize=6, markerfacecolor="white")
         if speeds[-1] >= _DECADE * speeds[0]:
             ax.set_xscale("log")
         if points is not None:
