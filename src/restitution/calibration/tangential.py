@@ -26,6 +26,8 @@ _STEPS = 1500
 _ANGLES, _TABLE = 17, 65
 _LOWEST, _HIGHEST = math.radians(2.0), math.radians(85.0)
 _RTOL = 1e-5
+# Smallest coefficient of friction, by which slopes are divided.
+_SMOOTHEST = 1e-6
 # Rate at which a contact without a tangential spring comes to stick, times the contact time.
 _STICKING = 100.0
 # Bounds of the tangential over the normal stiffness where it is free.
@@ -266,8 +268,9 @@ def over_angles(
     `law` is None for a code of events, which has a table of the exact e_t.
     """
     mu, kappa = (single(name, check(name, value)) for name, value in (("friction", friction), ("gyration", gyration)))
-    if not 0.0 < mu < math.inf:
-        raise InputError("friction", friction, "must be > 0 and finite; leave it out for a contact without friction")
+    if not _SMOOTHEST <= mu < math.inf:
+        rule = f"must be finite and at least {_SMOOTHEST:g}; leave it out for a contact without friction"
+        raise InputError("friction", friction, rule)
     if cases.validity is None:
         raise InputError("friction", friction, "needs the material: it has no meaning with a stated restitution")
     model, angles = model_of(target, style), _angles(angle, _TABLE if law is None else _ANGLES)

@@ -95,6 +95,20 @@ def _histories() -> None:
     rs.solve(_ball(), surface=rs.solve(_ball()).surface())
 
 
+def _attractions() -> None:
+    import numpy as np
+
+    from restitution.impact import dugdale
+    from restitution.indentation import adhesion as prescribed
+
+    gel, tip = _gel_and_tip()
+    attraction = rs.Adhesion(work=1e-4, range=1e-7)
+    impact = rs.Impact(gel, tip, mass=1e-12, velocity=1e-3, adhesion=attraction)
+    modulus = impact.contact.reduced_modulus
+    dugdale.run(dugdale.Problem(tip, modulus, attraction, 1e-12, 1e-3), 3e-6, 1e-2, 8)
+    prescribed.run(impact.contact, tip, attraction, (np.array([0.0, 1.0]), np.array([3e-7])), 3e-6, 8)
+
+
 def _laws() -> None:
     law = rs.contact_law(_ball())
     law.step(law.start(), 1e-6, 1e-6)
@@ -105,6 +119,6 @@ def _laws() -> None:
 
 
 PROBLEMS: dict[Callable[[], None], int] = {
-    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _laws: 6,
+    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _attractions: 6, _laws: 6,
 }  # fmt: skip
 """Problems that call all entry points, with shares of the time."""

@@ -52,6 +52,9 @@ STANDARD_GRAVITY = 9.80665
 SOLID_BALL = 0.4
 """Moment of inertia of a solid ball over m R^2."""
 
+# Defaults of the tangential motion.
+_NO_SLIDING = {"tangential_velocity": 0.0, "spin": 0.0, "gyration": SOLID_BALL}
+
 
 def fall_velocity(height: Any, gravity: Any) -> Any:
     """Return the velocity sqrt(2 g h) [m/s] after a free fall from the height h [m] at the gravity g [m/s2]."""
@@ -180,9 +183,9 @@ class Impact:
 
     def _direct(self, angle: Any, speed: Any) -> None:
         """Set the velocities from an angle and a speed, whose numbers may have names of axes."""
-        if angle is None or np.any(self.tangential_velocity):
+        if angle is None or np.any(_in_si("tangential_velocity", self.tangential_velocity)):
             raise InputError("tangential_velocity, angle", rule="must be one of them; a speed belongs to an angle")
-        if speed is not None and not np.all(np.isnan(self.velocity)):
+        if speed is not None and not (type(self.velocity) is float and math.isnan(self.velocity)):
             raise InputError("velocity, speed", rule="must be one of them, not both")
         given = {"velocity": self.velocity if speed is None else None, "angle": angle, "speed": speed}
         values = (_in_si(name, value) for name, value in given.items())
@@ -191,6 +194,11 @@ class Impact:
 
     def _check_sliding(self) -> None:
         """Check the numbers of the tangential motion; refuse contacts without a theory of friction."""
+        for name in quantities.SLIDING:
+            value = getattr(self, name)
+            # The defaults need no check, so that a contact without friction pays nothing.
+            if value is not None and not (type(value) is float and value == _NO_SLIDING.get(name)):
+                object.__setattr__(self, name, quantities.INPUTS[name].check(value))
         if self.friction is None:
             for name in ("tangential_velocity", "spin"):
                 value = getattr(self, name)
@@ -198,8 +206,6 @@ class Impact:
                     rule = f"must be given where {name} is not 0; 0 for a smooth contact"
                     raise InputError("friction", rule=rule)
             return
-        for name in quantities.SLIDING:
-            object.__setattr__(self, name, quantities.INPUTS[name].check(getattr(self, name)))
         as_profile(self.profile, "friction")
         if np.any(np.isfinite(self.impedance)):
             rule = "must be infinite where there is friction: the target may not move"

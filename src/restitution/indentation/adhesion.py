@@ -235,31 +235,31 @@ def _solved(
     count, last, now, change = _FEWEST, None, None, 0.0
     trials = 0
     while count <= _MOST and trials < _TRIALS:
-        run = _run(contact, profile, adhesion, (knots, rates), width, count)
-        widest = float(run.motion[:, 4].max(initial=0.0))
-        if run.end == NO_ROOM or (run.end in (HELD, SEPARATED) and widest < _FILLED * width and count == _FEWEST):
-            width = _WIDER * width if run.end == NO_ROOM else 1.02 * widest
+        march = run(contact, profile, adhesion, (knots, rates), width, count)
+        widest = float(march.motion[:, 4].max(initial=0.0))
+        if march.end == NO_ROOM or (march.end in (HELD, SEPARATED) and widest < _FILLED * width and count == _FEWEST):
+            width = _WIDER * width if march.end == NO_ROOM else 1.02 * widest
             trials += 1
             if not _ROOM * width < float(np.asarray(profile.max_contact_radius)):
                 raise InputError("depth", rule=f"must not bring the attraction beyond the profile, {profile.end}")
             count, last, now = _FEWEST, None, None
             continue
-        if run.end not in (HELD, SEPARATED):
+        if march.end not in (HELD, SEPARATED):
             break
         if last is not None:
-            after = (4.0 * run.forces - last.forces) / 3.0
+            after = (4.0 * march.forces - last.forces) / 3.0
             moved = math.inf if now is None else float(abs(after - now).max() / after.max())
             error = max(moved, _BEFORE * change)
             if error <= rtol:
-                return AdhesiveSolution(history, _Units(float(knots[0]), error), run, float(after[1]))
+                return AdhesiveSolution(history, _Units(float(knots[0]), error), march, float(after[1]))
             now, change = after, moved if math.isfinite(moved) else 0.0
-        last = run
+        last = march
         count *= 2
     rule = f"has no solution within rtol = {rtol:g}; loosen it, or take a lower stress if the attracted ring is thin"
     raise InputError("adhesion", rule=rule)
 
 
-def _run(
+def run(
     contact: Contact, profile: Profile, adhesion: Adhesion, program: tuple[Array, Array], width: float, count: int
 ) -> _Run:
     """March with elements `width/count` apart."""
