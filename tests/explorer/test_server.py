@@ -330,8 +330,8 @@ def exchange(page, message: str) -> str:
 
 def test_a_huge_message_ends_its_own_socket_alone(running):
     with opened(running) as other:
-        # The server may end it before the message is sent.
-        with opened(running) as page, pytest.raises(ConnectionClosed):
+        # The server may end it before the message is sent; older clients raise a ValueError if they still send then.
+        with opened(running) as page, pytest.raises((ConnectionClosed, ValueError)):
             exchange(page, "x" * 9_000_000)
         other.send(json.dumps({"id": 1, "kind": "impact"}))
         assert json.loads(other.recv(timeout=20))["ok"]
