@@ -20,10 +20,14 @@ from commands import done, refused, run
 from restitution import ImpactResult, SolverError, Status, read_case
 from restitution.cli import terminal
 from restitution.cli.main import app
+from restitution.impact import band, bounces
 from restitution.impact import solve as solver
 from restitution.impact.solution import Sampled, Trajectory
 from restitution.paper import reproduction
+from restitution.plot import rebounds
 
+# These take the solver by its name, and must be loaded before a test replaces it.
+LOADED = (band, bounces, rebounds)
 KEYS = [
     "restitution_coefficient", "contact_time", "max_indentation_depth", "max_force", "max_contact_radius",
     "max_pressure", "max_semi_axes", "residual_indentation_depth", "rebound_velocity", "zero_overlap_time", "energy",

@@ -377,7 +377,7 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
     """
     if not isinstance(impact, Impact) or impact.adhesion is None:
         raise InputError("impact", rule="must be an Impact with adhesion")
-    limit = float(np.asarray(checks.within("rtol", rtol, 1e-5, 1e-2)))
+    limit = float(checks.single("rtol", checks.within("rtol", rtol, 1e-5, 1e-2)))
     count = math.prod(impact.shape)
     velocities = np.full(count, np.nan)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -108,7 +108,8 @@ def beam_modes(
     """
     stiffness = single_positive("spring_constant", spring_constant, "N/m")
     lowest = single_positive("frequency", frequency, "Hz")
-    if not is_iterable(quality_factors) or not 0 < len(quality_factors) <= MOST_MODES:
+    sized = is_iterable(quality_factors) and isinstance(quality_factors, Sized)
+    if not sized or not 0 < len(quality_factors) <= MOST_MODES:
         rule = f"must be a list of 1 to {MOST_MODES} quality factors, from the second mode on"
         raise InputError("quality_factors", quality_factors, rule)
     ratios = [(_beam_root(n) / _beam_root(1)) ** 2 for n in range(2, len(quality_factors) + 2)]
