@@ -6,7 +6,7 @@ import inspect
 import math
 import re
 from collections import ChainMap
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Mapping
 from difflib import get_close_matches
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -248,7 +248,13 @@ OBLIQUE = _by_name(
 )
 """Outputs of an impact with friction, besides those that friction does not change."""
 
-IMPACT_OUTPUTS: Mapping[str, Quantity] = ChainMap(OBLIQUE, OUTPUTS)
+ADHESION = _by_name(
+    _nonnegative("pull_off_force", FORCE, "largest pull", r"$F_\mathrm{pull}$"),
+    _nonnegative("touching_time", TIME, "time from the first to the last touch", r"$T_a$"),
+)
+"""Outputs of an adhesive impact, besides those of all impacts."""
+
+IMPACT_OUTPUTS: Mapping[str, Quantity] = ChainMap(ADHESION, OBLIQUE, OUTPUTS)
 """All outputs of an impact."""
 
 VALIDITY = _by_name(
@@ -308,8 +314,13 @@ HISTORY = _by_name(
     Quantity("tangential_force", FORCE, "tangential force", r"$F_x$"),
     _nonnegative("stick_radius", LENGTH, "radius that sticks", r"$c$"),
     _nonnegative("slip_velocity", VELOCITY, "largest velocity of slip", r"$v_\mathrm{slip}$"),
+    _nonnegative("zone_radius", LENGTH, "radius of the attraction", r"$c$"),
+    _nonnegative("jump_energy", ENERGY, "energy lost in jumps", r"$E_\mathrm{j}$"),
 )
 """Columns of a history over time."""
+
+ATTRACTION_TIME = HISTORY["time"]._replace(words="time since the first attraction")
+"""Time of a history with adhesion."""
 
 ADHESION_INPUTS = _by_name(
     _positive("work", SURFACE_ENERGY, "work of adhesion", r"$w$"),
@@ -317,25 +328,6 @@ ADHESION_INPUTS = _by_name(
     _positive("range", LENGTH, "range of the attraction", r"$h_0$"),
 )
 """Numbers of the adhesion of two surfaces."""
-
-ADHESION = _by_name(
-    _nonnegative("pull_off_force", FORCE, "largest pull", r"$F_\mathrm{pull}$"),
-    _nonnegative("touching_time", TIME, "time from the first to the last touch", r"$T_a$"),
-)
-"""Outputs of an adhesive impact, besides those of all impacts."""
-
-ADHESION_HISTORY = _by_name(
-    HISTORY["time"]._replace(words="time since the first attraction"),
-    HISTORY["indentation_depth"],
-    HISTORY["indentation_velocity"],
-    HISTORY["force"],
-    HISTORY["contact_radius"],
-    _nonnegative("zone_radius", LENGTH, "radius of the attraction", r"$c$"),
-    HISTORY["kinetic_energy"],
-    HISTORY["dissipated_energy"],
-    _nonnegative("jump_energy", ENERGY, "energy lost in jumps", r"$E_\mathrm{j}$"),
-)
-"""Columns of the history of an adhesive impact."""
 
 BOUNCES = _by_name(
     _nonnegative("touch_time", TIME, "time of touch", r"$t$"),
@@ -469,13 +461,13 @@ def input_attributes(name: str) -> dict[str, str]:
     return quantity.attributes | {"long_name": f"{quantity.words} {place.rstrip(']')}".rstrip()}
 
 
-def checked_outputs(names: Any) -> tuple[str, ...]:
+def checked_outputs(names: Any, registry: Collection[str] = SWEEP_OUTPUTS) -> tuple[str, ...]:
     """Return names of outputs in the order of the registry, refusing those that are not known."""
     listed = [names] if isinstance(names, str) else checks.items("outputs", names, "must be a sequence of names")
-    chosen = [known("outputs", name, SWEEP_OUTPUTS) for name in listed]
+    chosen = [known("outputs", name, registry) for name in listed]
     if not chosen:
         raise InputError("outputs", rule="must name at least one output")
-    return tuple(name for name in SWEEP_OUTPUTS if name in chosen)
+    return tuple(name for name in registry if name in chosen)
 
 
 def check(name: str, value: Any, field: str = "") -> Numeric:

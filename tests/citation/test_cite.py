@@ -82,6 +82,11 @@ def test_friction_is_cited() -> None:
     assert keys(rough) - keys(smooth) == {"maw1976", "mindlin1953"}
 
 
+def test_adhesion_is_cited() -> None:
+    bare, sticky = (impact(SERIES, rs.Parabola(1.0), **extra) for extra in ({}, {"adhesion": rs.Adhesion(1e-3)}))
+    assert keys(sticky) - keys(bare) == {"maugis1992"}
+
+
 def test_a_shift_is_cited_where_it_is_used() -> None:
     rubber = rs.library.get("polyisobutylene")
     assert not keys(rubber) & {"williams1955", "ferry1980"}

@@ -334,13 +334,18 @@ def test_cases_that_the_page_cannot_show_are_refused_in_one_line(tmp_path):
         text.replace("[profile]", "[profile]\nthickness = 0.005"),
         text.replace("[impact]", "[impact]\nimpedance = 5.0"),
     )
+    sticky = "\n[adhesion]\nwork = 0.05\n"
     two = "\n[counter_material]\nlibrary = 'steel'\n"
-    for key, case in (("counter_material", text + two), ("profile.thickness", layer), ("impact.impedance", pane)):
+    for key, case in (
+        ("counter_material", text + two), ("profile.thickness", layer), ("impact.impedance", pane),
+        ("adhesion", text + sticky),
+    ):  # fmt: skip
         path.write_text(case)
         assert str(in_one_line(lambda: of_case(rs.read_case(path)))).startswith(f"{key}: is not shown")
     impact = answers.case_of({}).impact
     with pytest.raises(rs.InputError, match="single impact"):
         of_impact(replace(impact, velocity=[1.0, 2.0]))
+    assert in_one_line(lambda: of_impact(replace(impact, adhesion=rs.Adhesion(0.05)))).field == "adhesion"
     tip = rs.Tabulated(np.array([0.0, 1e-3, 2e-3]), np.array([0.0, 1e-4, 4e-4]))
     with pytest.raises(rs.InputError, match="Tabulated"):
         of_impact(replace(impact, profile=tip))

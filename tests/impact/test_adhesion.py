@@ -237,7 +237,9 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: rs.solve(impact, "elements")).field == "method"
     assert in_one_line(lambda: rs.solve([impact])).field == "adhesion"
     assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
-    assert in_one_line(lambda: rs.bounces(impact, height=1.0, with_weight=False)).field == "adhesion"
+    assert in_one_line(lambda: rs.bounces(impact, height=1.0)).field == "adhesion"
+    plain = rs.solve(replace(impact, adhesion=None))
+    assert in_one_line(lambda: plain.to_dataset(["pull_off_force"])).field == "outputs"
     assert in_one_line(lambda: rs.derivatives(impact, ["velocity"], ["contact_time"])).field == "adhesion"
     assert in_one_line(lambda: rs.element_history(impact)).field == "adhesion"
     assert in_one_line(lambda: rs.contact_law(impact)).field == "adhesion"
@@ -291,3 +293,8 @@ def test_results_tell_their_numbers():
     assert f"lambda {static:.3g} at rest" in text
     assert result.to_dict()["pull_off_force"] == result.pull_off_force
     assert result.outputs["radiated_energy"] == result.energy.radiated
+    # The force is largest near the largest depth, and the body turns there.
+    assert result.sample([result.turning_time]).indentation_depth[0] == pytest.approx(
+        result.max_indentation_depth, rel=1e-3
+    )
+    assert result.history.time.attrs["long_name"] == "time since the first attraction"

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -335,3 +336,23 @@ def test_measured_rebounds_of_alumina_on_glass():
     error = ratio - np.array(list(KHARAZ.values()))
     assert np.sqrt(np.mean(error**2)) <= 0.013
     assert np.sqrt(np.mean(error[:4] ** 2)) <= 0.018
+
+
+def test_outputs_of_friction_need_friction():
+    for call in (
+        lambda: rs.solve(BALL).to_dataset(["rebound_spin"]),
+        lambda: rs.solve([BALL, BALL]).to_dataset(["rebound_spin"]),
+        lambda: rs.derivatives(BALL, ["velocity"], ["rebound_spin"]),
+        lambda: rs.uncertainty(BALL, {"velocity": 0.1}, outputs=["rebound_spin"]),
+        lambda: rs.sweep(BALL, {"velocity": [0.5, 1.0]}, ["rebound_spin"]),
+    ):
+        assert in_one_line(call).field.endswith("outputs")
+
+
+def test_a_body_that_stays_has_no_way():
+    stays = rs.maxwell(1e6, 1e2, bulk_modulus=1e9)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rs.RestitutionWarning)
+        result = rs.solve(rs.Impact(stays, rs.Parabola(0.01), 0.005, 1.0, friction=0.3, tangential_velocity=1.0))
+    assert math.isinf(result.contact_time)
+    assert "travel" not in {check.kind for check in result.validity if check.exceeded}

@@ -32,6 +32,7 @@ _FRICTION = (
 )
 _METHODS: dict[str, tuple[Reason, ...]] = {
     "": (),
+    "adhesion": (),
     "exact": (("hairer1996", "collocation by Radau IIA"),),
     "elements": (("willert", "elements with explicit Euler"),),
 }
@@ -122,6 +123,8 @@ def _problem(method: str, *contacts: rs.Impact | rs.IndentationResult | Indentat
             yield "zener1941", "target that recedes under the impact"
         if isinstance(contact, rs.Impact) and contact.friction is not None:
             yield from _FRICTION
+        if isinstance(contact, rs.Impact) and contact.adhesion is not None:
+            yield "maugis1992", "adhesive contact with an attraction of constant stress"
         for material in (contact.material, contact.counter_material):
             if material is not None:
                 if _is_standard_solid(material):

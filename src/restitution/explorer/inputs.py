@@ -497,6 +497,7 @@ def of_case(case: rs.Case) -> State:
     sections = case.sections
     extra = {key: getattr(sections, key) is not None for key in ("counter_material", "counter_body")}
     extra |= {"profile.thickness": sections.profile.on_layer, "impact.impedance": math.isfinite(case.impact.impedance)}
+    extra["adhesion"] = case.impact.adhesion is not None
     _refuse(extra)
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
@@ -559,6 +560,7 @@ def of_impact(impact: rs.Impact) -> State:
         raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape}")
     if impact.counter_material is not None or not math.isinf(impact.impedance):
         raise InputError("impact", rule=_NO_OTHER)
+    _refuse({"adhesion": impact.adhesion is not None})
     names = {profile: name for name, profile in Geometry.registered.items()}
     kind = type(impact.profile)
     if kind not in names or names[kind] not in {option.value for option in inputs()["profile.type"].options}:

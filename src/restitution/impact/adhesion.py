@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution import checks
-from restitution.axes import unnamed
 from restitution.checks import Array, Numeric
 from restitution.contact.adhesion import rest, tabor_number
 from restitution.contact.profiles import as_profile
@@ -26,12 +25,11 @@ from restitution.impact.status import SolverError, Status, failures
 from restitution.parallel import on_threads
 from restitution.quantities import (
     ADHESION,
-    ADHESION_HISTORY,
+    ATTRACTION_TIME,
     BUDGET,
     DEFAULT_OUTPUTS,
-    OUTPUTS,
+    IMPACT_OUTPUTS,
     STATUS,
-    dataset,
     derived,
 )
 from restitution.result import Summary, draw
@@ -95,7 +93,8 @@ class AdhesiveResult(ImpactResult):
     apart, for which a rebound of less than some 1e-2 may be taken.
     """
 
-    _numbers = (*ImpactResult._numbers, *ADHESION, "restitution_error", "maugis_numbers")
+    _default_outputs = (*DEFAULT_OUTPUTS, *ADHESION)
+    _numbers = (*ImpactResult._numbers, "restitution_error", "maugis_numbers")
 
     pull_off_force: Numeric = math.nan
     touching_time: Numeric = math.nan
@@ -110,11 +109,6 @@ class AdhesiveResult(ImpactResult):
         """Energy budget [J] and the residual of its balance; jumps radiate what they lose."""
         columns = derived(self._by_name)
         return EnergyBudget(*self._named(**{name: columns[name] for name in BUDGET}))
-
-    @property
-    def outputs(self) -> dict[str, Numeric]:
-        """Outputs of all impacts and of adhesive ones by name, in SI."""
-        return super().outputs | {name: getattr(self, name) for name in ADHESION}
 
     @property
     def maugis_numbers(self) -> tuple[Numeric, Numeric]:
@@ -140,19 +134,18 @@ class AdhesiveResult(ImpactResult):
 
         That of a captured body ends where it is known to be held.
         """
-        return self._dataset(self._rows())
+        return self._history(self._rows())
 
-    def sample(self, times: ArrayLike | None = None, *, n_points: int = 401) -> xarray.Dataset:
-        """Return the history at given times [s], or at a number of times; see `ImpactResult.sample`."""
+    def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, Array]:
         rows = self._rows()
         checks.whole("n_points", n_points, 2, 10_000_000)
         end = float(rows["time"][-1])
         moments = np.linspace(0.0, end, n_points) if times is None else within_contact(times, end)
-        return self._dataset({name: np.interp(moments, rows["time"], values) for name, values in rows.items()})
+        return {name: np.interp(moments, rows["time"], values) for name, values in rows.items()}
 
-    def _dataset(self, rows: dict[str, Array]) -> xarray.Dataset:
-        columns = {name: (values, ADHESION_HISTORY[name]) for name, values in rows.items()}
-        return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})
+    def _history(self, columns: Mapping[str, Array]) -> xarray.Dataset:
+        history = super()._history(columns)
+        return history.assign_coords(time=history["time"].assign_attrs(ATTRACTION_TIME.attributes))
 
     def _rows(self) -> dict[str, Array]:
         """Return the columns of the history."""
@@ -160,25 +153,21 @@ class AdhesiveResult(ImpactResult):
             raise InputError("impact", rule="must be a single one for a history")
         time, depth, velocity, force, zone, radius, dissipated, jumps = self._solved.march.motion.T
         kinetic = 0.5 * np.asarray(self._by_name["mass"]) * velocity**2
-        columns = time, depth, velocity, force, radius, zone, kinetic, dissipated, jumps
-        return dict(zip(ADHESION_HISTORY, columns, strict=True))
+        return {
+            "time": time, "indentation_depth": depth, "indentation_velocity": velocity, "force": force,
+            "contact_radius": radius, "zone_radius": zone, "kinetic_energy": kinetic,
+            "dissipated_energy": dissipated, "jump_energy": jumps,
+        }  # fmt: skip
+
+    @property
+    def turning_time(self) -> float:
+        """Time [s] of the largest depth of a single impact, that of a step."""
+        rows = self._rows()
+        return float(rows["time"][np.argmax(rows["indentation_depth"])])
 
     def surface(self, *, after: float = 0.0) -> Surface:
         """Refuse: no later contact begins on the surface of an adhesive impact."""
         raise InputError("adhesion", rule="must be left out for the surface that an impact leaves")
-
-    def to_dataset(self, outputs: Iterable[str] | None = None) -> xarray.Dataset:
-        """Return outputs and the status as a Dataset; see `ImpactResult.to_dataset`.
-
-        The names may be those of `restitution.quantities.ADHESION` too, which are among the default ones.
-        """
-        chosen = (*DEFAULT_OUTPUTS, *ADHESION) if outputs is None else outputs
-        names = [chosen] if isinstance(chosen, str) else list(chosen)
-        others = [name for name in names if name not in ADHESION]
-        axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
-        whole = super().to_dataset(others or DEFAULT_OUTPUTS[:1])
-        columns = {name: axes.array(getattr(self, name), name, ADHESION[name].attributes) for name in ADHESION}
-        return whole[[*others, STATUS]].assign({name: columns[name] for name in names if name in ADHESION})
 
     def plot(self, times: ArrayLike | None = None) -> Figure:
         """Return the figure: force over depth with its jumps, depth and radii over time; of several e and the pull."""
@@ -188,10 +177,10 @@ class AdhesiveResult(ImpactResult):
 
     def summary(self, title: str = "") -> Summary:
         """Return the table of outputs, the range of the attraction and warnings; of several impacts their ranges."""
-        found = super().summary(title)
+        summary = super().summary(title)
         if np.shape(self.status) or not isinstance(self.impact, Impact):
-            return found
-        return replace(found, lines=(*found.lines, _zone_in_words(self.impact)))
+            return summary
+        return replace(summary, lines=(*summary.lines, _zone_in_words(self.impact)))
 
 
 def _zone_in_words(impact: Impact) -> str:
@@ -323,9 +312,8 @@ def _result(
     numbers: dict[str, Any] = {name: shaped(column, shape) for name, column in columns.items()}
     codes: Any = status.astype(np.int64).reshape(shape) if shape else Status(int(status[0]))
     if axes is not None:
-        registry = {**OUTPUTS, **ADHESION}
         numbers = {
-            name: axes.array(column, name, registry[name].attributes if name in registry else {})
+            name: axes.array(column, name, IMPACT_OUTPUTS[name].attributes if name in IMPACT_OUTPUTS else {})
             for name, column in numbers.items()
         }
         codes = axes.array(codes, STATUS, Status.attributes())

@@ -316,6 +316,7 @@ def _first_impact(impact: Impact, height: float | None, gravity: float, with_wei
     """Return the first impact of the series and the height [m] of the release."""
     if not isinstance(impact, Impact):
         raise InputTypeError("impact", impact, "must be an Impact")
+    impact.refuse_adhesion()
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, not an array of shape {impact.shape}")
     if truth("with_weight", with_weight) and math.isfinite(impact.impedance):

@@ -106,11 +106,6 @@ class ObliqueResult(ImpactResult):
     _default_outputs = (*DEFAULT_OUTPUTS, *OBLIQUE)
 
     @property
-    def outputs(self) -> dict[str, Numeric]:
-        """All outputs of `restitution.quantities.IMPACT_OUTPUTS` by name, in SI."""
-        return super().outputs | {name: getattr(self, name) for name in OBLIQUE}
-
-    @property
     def _compared(self) -> dict[str, Any]:
         impacts = self.impact if isinstance(self.impact, list) else [self.impact]
         return super()._compared | sliding_numbers(impacts, self._by_name)
@@ -260,6 +255,8 @@ def sliding_numbers(impacts: list[Impact], outputs: Mapping[str, Any]) -> dict[s
         rests = share * np.abs(point)
         after = numbers["tangential_velocity"] - np.sign(point) * np.minimum(slides, rests)
         way = np.maximum(np.abs(numbers["tangential_velocity"]), np.abs(after)) * time
+        # A body that stays has no way of its own during the contact.
+        way = np.where(np.isfinite(time), way, np.nan)
         coupling = np.where((slides < rests) | (beta == 0.0), 0.0, beta / numbers["friction"])
         return {"coupling_number": coupling, "travel_number": np.where(way == 0.0, 0.0, way / radius)}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
@@ -51,9 +51,6 @@ STANDARD_GRAVITY = 9.80665
 
 SOLID_BALL = 0.4
 """Moment of inertia of a solid ball over m R^2."""
-
-# Defaults of the tangential motion.
-_NO_SLIDING = {"tangential_velocity": 0.0, "spin": 0.0, "gyration": SOLID_BALL}
 
 
 def fall_velocity(height: Any, gravity: Any) -> Any:
@@ -197,7 +194,7 @@ class Impact:
         for name in quantities.SLIDING:
             value = getattr(self, name)
             # The defaults need no check, so that a contact without friction pays nothing.
-            if value is not None and not (type(value) is float and value == _NO_SLIDING.get(name)):
+            if value is not getattr(type(self), name):
                 object.__setattr__(self, name, quantities.INPUTS[name].check(value))
         if self.friction is None:
             for name in ("tangential_velocity", "spin"):
@@ -343,6 +340,15 @@ class Impact:
         if self.reduced_moduli.size > 1:
             raise InputError("impact", rule="must be a single one: those of this array have moduli of their own")
         return self.reduced_moduli.row()
+
+
+def require_outputs(impact: Impact | list[Impact], names: Iterable[str]) -> None:
+    """Refuse outputs of friction or adhesion where there is none; a list has them in all or in none."""
+    first = impact[0] if isinstance(impact, list) else impact
+    for kind, outputs in {"friction": quantities.OBLIQUE, "adhesion": quantities.ADHESION}.items():
+        for name in names if getattr(first, kind) is None else ():
+            if name in outputs:
+                raise InputError("outputs", name, f"is of an impact with {kind}, which this one does not have")
 
 
 def _in_si(name: str, value: Any) -> Any:

@@ -16,10 +16,10 @@ from restitution.axes import unnamed
 from restitution.checks import Array, Numeric
 from restitution.errors import InputError
 from restitution.impact.batch import Batch, shaped, solve_columns
+from restitution.impact.problem import require_outputs
 from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
 from restitution.quantities import (
-    ADHESION,
     BODY,
     BUDGET,
     DEFAULT_OUTPUTS,
@@ -27,7 +27,6 @@ from restitution.quantities import (
     HISTORY,
     IMPACT_OUTPUTS,
     INPUTS,
-    OUTPUTS,
     STATUS,
     checked_outputs,
     dataset,
@@ -159,11 +158,12 @@ class ImpactResult(Result):
 
     @property
     def outputs(self) -> dict[str, Numeric]:
-        """All outputs of `restitution.quantities.OUTPUTS` by name, in SI; of several impacts by further solves."""
+        """All outputs of the impact by name, in SI; energies and pressures of several by further solves."""
         energies = {name: getattr(self.energy, name.removesuffix("_energy")) for name in ENERGIES}
         solved = {name: np.asarray(value) for name, value in (energies | {"max_pressure": self.max_pressure}).items()}
         columns = derived(self._by_name | solved)
-        return dict(zip(OUTPUTS, self._named(**{name: columns[name] for name in OUTPUTS}), strict=True))
+        names = [name for name in IMPACT_OUTPUTS if name in columns]
+        return dict(zip(names, self._named(**{name: columns[name] for name in names}), strict=True))
 
     @cached_property
     def _by_name(self) -> dict[str, Any]:
@@ -184,7 +184,7 @@ class ImpactResult(Result):
         arrays = [np.array(np.broadcast_to(values, shape), dtype=np.float64) for values in columns.values()]
         if axes is None:
             return arrays
-        attributes = ((OUTPUTS.get(name) or INPUTS[name]).attributes for name in columns)
+        attributes = ((IMPACT_OUTPUTS.get(name) or INPUTS[name]).attributes for name in columns)
         return [axes.array(*column) for column in zip(arrays, columns, attributes, strict=True)]
 
     @cached_property
@@ -396,8 +396,12 @@ class ImpactResult(Result):
         >>> float(result.sample([0.0]).indentation_velocity[0])
         1.0
         """
-        columns = {name: (values, HISTORY[name]) for name, values in self._columns(times, n_points=n_points).items()}
-        return dataset("time", columns, {"method": self.method, "rtol": self.rtol or np.nan})
+        return self._history(self._columns(times, n_points=n_points))
+
+    def _history(self, columns: Mapping[str, Array]) -> xarray.Dataset:
+        """Return columns over time as a Dataset."""
+        described = {name: (values, HISTORY[name]) for name, values in columns.items()}
+        return dataset("time", described, {"method": self.method, "rtol": self.rtol or np.nan})
 
     def _columns(self, times: ArrayLike | None = None, *, n_points: int = 401) -> dict[str, Array]:
         """Return the columns of `sample` by name, which are quicker than a Dataset."""
@@ -538,8 +542,8 @@ class ImpactResult(Result):
         >>> dict(table.sizes), table.contact_time.attrs["units"]
         ({'velocity': 2}, 's')
         """
-        chosen = checked_outputs(self._default_outputs if outputs is None else outputs)
-        names = [name for name in chosen if name in IMPACT_OUTPUTS]
+        names = checked_outputs(self._default_outputs if outputs is None else outputs, IMPACT_OUTPUTS)
+        require_outputs(self.impact, names)
         columns = self.outputs if needs(names, {*ENERGIES, "max_pressure"}) else derived(self._by_name)
         axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
         variables = {name: (columns[name], IMPACT_OUTPUTS[name].attributes) for name in names}
@@ -577,8 +581,7 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
-    registry = {**IMPACT_OUTPUTS, **ADHESION}
-    shown = [(registry[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
+    shown = [(IMPACT_OUTPUTS[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
     values = [
         (output.words, plain_symbol(output.symbol), 0.0 if abs(x) < noise.get(output.unit, 0.0) else x, output.unit)
         for output, x in shown

@@ -8,14 +8,14 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from restitution.plot import style
-from restitution.quantities import ADHESION, ADHESION_HISTORY, INPUTS, OUTPUTS
+from restitution.quantities import ADHESION, ATTRACTION_TIME, HISTORY, INPUTS, OUTPUTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from restitution.impact.adhesion import AdhesiveResult
 
-_RADIUS = ADHESION_HISTORY["contact_radius"]._replace(words="radius", symbol="$r$")
+_RADIUS = HISTORY["contact_radius"]._replace(words="radius", symbol="$r$")
 
 
 def overview(result: AdhesiveResult) -> Figure:
@@ -30,13 +30,13 @@ def overview(result: AdhesiveResult) -> Figure:
     3
     """
     history = result.history
-    time = ADHESION_HISTORY["time"], history["time"].values
+    time = ATTRACTION_TIME, history["time"].values
     with style.page("AB;AC", height=4.4, title=f"e = {float(np.asarray(result.restitution_coefficient)):.4g}") as (
         page,
         panels,
     ):
         loop(panels[0], result)
-        depth = ADHESION_HISTORY["indentation_depth"], history["indentation_depth"].values
+        depth = HISTORY["indentation_depth"], history["indentation_depth"].values
         style.draw(panels[1], time, depth, color=style.BLUE)
         panels[1].axhline(0.0, color=style.GREY, linewidth=0.8)
         radii = {"in contact": ("contact_radius", style.BLUE), "attracted": ("zone_radius", style.VERMILION)}
@@ -50,8 +50,8 @@ def loop(ax: Axes, result: AdhesiveResult, *, color: str = style.BLUE, label: st
     """Draw the force over the depth; jumps are dotted."""
     history = result.history
     depth, force = history["indentation_depth"].values, history["force"].values
-    across = style.axis(ADHESION_HISTORY["indentation_depth"], depth)
-    up = style.axis(ADHESION_HISTORY["force"], force)
+    across = style.axis(HISTORY["indentation_depth"], depth)
+    up = style.axis(HISTORY["force"], force)
     # The first jump begins without a force.
     depth, force = np.append(depth[0], depth), np.append(0.0, force)
     time = np.append(0.0, history["time"].values)

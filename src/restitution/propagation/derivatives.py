@@ -15,7 +15,7 @@ from restitution.checks import Array, Numeric, items
 from restitution.errors import InputError
 from restitution.impact.batch import shaped, solve_columns
 from restitution.impact.oblique import TANGENTIAL_RTOL, join_sliding, normal_rtol
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Impact, require_outputs
 from restitution.impact.status import SolverError, Status
 from restitution.numerics.differences import Slopes, slopes
 from restitution.propagation.inputs import STEP, Input, Model, model_of
@@ -26,6 +26,7 @@ from restitution.quantities import (
     OBLIQUE,
     SOLVER_RTOL,
     STATUS,
+    checked_outputs,
     known,
     needs,
 )
@@ -223,13 +224,8 @@ def derivatives(
 
 def output_names(outputs: Any) -> tuple[str, ...]:
     """Return names of outputs of impacts in the order of the registry."""
-    listed = [outputs] if isinstance(outputs, str) else items("outputs", outputs, "must be a sequence of names")
     # Residuals and errors are rounding.
-    choices = [name for name in IMPACT_OUTPUTS if not name.endswith(("_residual", "_error"))]
-    chosen = [known("outputs", name, choices) for name in listed]
-    if not chosen:
-        raise InputError("outputs", rule="must name at least one output")
-    return tuple(name for name in IMPACT_OUTPUTS if name in chosen)
+    return checked_outputs(outputs, [name for name in IMPACT_OUTPUTS if not name.endswith(("_residual", "_error"))])
 
 
 def solved(model: Model, values: Mapping[str, Array], outputs: Sequence[str], rtol: float, workers: int | None) -> Any:
@@ -237,6 +233,7 @@ def solved(model: Model, values: Mapping[str, Array], outputs: Sequence[str], rt
     wide = {name: column[:, None] if model.shape and column.ndim == 1 else column for name, column in values.items()}
     impacts = model.build(wide)
     energy = needs(outputs, ENERGIES)
+    require_outputs(impacts, outputs)
     slides = not set(OBLIQUE).isdisjoint(outputs)
     least = normal_rtol(rtol) if slides else rtol
     columns = solve_columns(impacts, least, workers=workers, energy=energy, pressure="max_pressure" in outputs)

@@ -27,7 +27,7 @@ from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.impact.batch import Batch
 from restitution.impact.oblique import normal_rtol, sliding_numbers, solve_sliding
-from restitution.impact.problem import Impact
+from restitution.impact.problem import Impact, require_outputs
 from restitution.impact.status import Status
 from restitution.material.classical import standard_solid
 from restitution.quantities import (
@@ -231,9 +231,7 @@ class Plan:
         """Refuse axes whose ends give no admissible impact, with an `InputError`."""
         for point in self.grid.corners():
             for _, impact, _ in self._impacts(point).parts:
-                if self.slides and impact.friction is None:
-                    name = next(name for name in self.outputs if name in OBLIQUE)
-                    raise InputError("outputs", name, "is of an impact with friction; give friction, or an axis of it")
+                require_outputs(impact, self.outputs)
 
     def _impacts(self, values: Values) -> Impacts:
         """Return the impacts of values of all quantities, which broadcast."""
