@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 
 import restitution as rs
 from refusals import in_one_line
-from restitution.contact.adhesion import rest, static_contact, tabor_number
+from restitution.contact.adhesion import maugis_number, rest, static_contact
 
 
 def maugis(modulus, radius, stress, a, c):
@@ -27,7 +27,7 @@ def test_a_parabola_has_the_closed_forms_of_maugis():
     for _ in range(100):
         modulus, radius, work = 10.0 ** rng.uniform((3, -6, -3), (10, -1, 0))
         lam, size = 10.0 ** rng.uniform((-1.5, -0.5), (1.5, 1.0))
-        stress = lam / float(tabor_number(work, 1.0, modulus, radius))
+        stress = lam / float(maugis_number(work, 1.0, modulus, radius))
         a = size * (work * radius**2 / modulus) ** (1.0 / 3.0)
         found = static_contact(rs.Parabola(radius), modulus, rs.Adhesion(work, stress), a)
         depth, force, reach = maugis(modulus, radius, stress, a, found.edge)
@@ -40,7 +40,7 @@ def test_a_parabola_has_the_closed_forms_of_maugis():
 def pull_off(lam):
     """Largest pull at rest over pi w R of a unit ball."""
     work = 0.01
-    adhesion = rs.Adhesion(work, lam / float(tabor_number(work, 1.0, 1.0, 1.0)))
+    adhesion = rs.Adhesion(work, lam / float(maugis_number(work, 1.0, 1.0, 1.0)))
     profile = rs.Parabola(1.0)
     found = minimize_scalar(
         lambda a: static_contact(profile, 1.0, adhesion, a).force, bounds=(1e-4, 0.5), method="bounded",

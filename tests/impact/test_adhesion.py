@@ -11,9 +11,10 @@ from scipy.optimize import brentq
 import restitution as rs
 from adhesive_elements import adhesive_restitution
 from refusals import in_one_line
-from restitution.contact.adhesion import static_contact, tabor_number
-from restitution.impact.dugdale import Problem, run, scales
+from restitution.contact.adhesion import maugis_number, static_contact
+from restitution.impact.dugdale import Problem, scales
 from restitution.impact.status import SolverError, Status
+from restitution.indentation.attraction import Sticky
 
 # JKR: energy lost in both jumps over (w^5 R^4/E*^2)^(1/3).
 JKR_LOSS = 7.0921960
@@ -85,11 +86,11 @@ def test_elastic_bodies_keep_their_energy_without_jumps():
 def test_elastic_motion_follows_maugis():
     # Of second order at all instants: force and depth follow from the contact radius.
     work, stress = 0.01, 0.157768
-    problem = Problem(rs.Parabola(1.0), rs.PronySeries(1.0, [], []), rs.Adhesion(work, stress), 1.0, 0.2)
+    problem = Problem(Sticky(rs.Parabola(1.0), rs.PronySeries(1.0, [], []), rs.Adhesion(work, stress)), 1.0, 0.2)
     width, time = scales(problem)
     errors = []
     for count in (100, 200, 400):
-        _, depth, _, force, edge, radius, *_ = run(problem, width, time, count).motion.T
+        _, depth, _, force, edge, radius, *_ = problem.march(width, time, count).motion.T
         touching = radius > 0.3 * radius.max()
         a, c = radius[touching], edge[touching]
         root = np.sqrt((c - a) * (c + a))
@@ -105,7 +106,7 @@ def test_the_loss_in_jumps_tends_to_that_of_jkr():
     v_stick = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0))
     lost = []
     for lam in (4.0, 8.0):
-        stress = lam / float(tabor_number(work, 1.0, 1.0, 1.0))
+        stress = lam / float(maugis_number(work, 1.0, 1.0, 1.0))
         result = rs.solve(ball(solid(), work, stress, 1.5 * v_stick), rtol=1e-5)
         e, loss = result.restitution_coefficient, result.radiated_energy / work ** (5.0 / 3.0)
         assert e == pytest.approx(math.sqrt(1.0 - loss / JKR_LOSS / 1.5**2), abs=2e-5)
@@ -117,7 +118,7 @@ def test_the_loss_in_jumps_tends_to_that_of_jkr():
 
 def test_an_elastic_ball_sticks_below_its_loss_in_jumps():
     work, lam = 0.01, 4.0
-    impact = ball(solid(), work, lam / float(tabor_number(work, 1.0, 1.0, 1.0)), 0.2)
+    impact = ball(solid(), work, lam / float(maugis_number(work, 1.0, 1.0, 1.0)), 0.2)
     slow = rs.sticking_velocity(impact, rtol=1e-3)
     fast = rs.solve(replace(impact, velocity=3.0 * slow), rtol=1e-5)
     assert slow == pytest.approx(math.sqrt(2.0 * fast.radiated_energy), rel=2e-3)
@@ -139,7 +140,7 @@ def random_impact(rng):
     velocity = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0)) * 10.0 ** rng.uniform(0.0, 1.2)
     times = 3.0 * velocity**-0.2 * glass**-0.4 * 10.0 ** rng.uniform(-2, 1.5, count)
     profile = [rs.Parabola(1.0), rs.Sphere(10.0), rs.PowerLaw(3.0, 0.5)][int(rng.integers(3))]
-    stress = lam / float(tabor_number(work, 1.0, 1.0, 1.0))
+    stress = lam / float(maugis_number(work, 1.0, 1.0, 1.0))
     material = solid(moduli, times, equilibrium=float(count == 0 or rng.random() < 0.8))
     return rs.Impact(material, profile, 1.0, velocity, adhesion=rs.Adhesion(work, stress))
 
@@ -164,16 +165,18 @@ def test_energy_closes_in_random_impacts():
 
 
 def test_units_drop_out():
-    # The same groups at another size, stiffness and time: energies scale with the unit of energy.
-    length, modulus, time = 3e-6, 2e6, 5e-5
-    mass = modulus * length * time**2
-    material = rs.Material(rs.PronySeries(0.25 * modulus, [modulus], [time]), bulk=math.inf)
-    adhesion = rs.Adhesion(0.02 * modulus * length, 0.3 * modulus)
-    small = rs.solve(rs.Impact(material, rs.Parabola(length), mass, 0.5 * length / time, adhesion=adhesion), rtol=1e-5)
+    # The same groups for a dust grain, a boulder, and at random: energies scale with the unit of energy.
     unit = rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-5)
-    assert small.restitution_coefficient == pytest.approx(unit.restitution_coefficient, rel=1e-8)
-    assert small.pull_off_force == pytest.approx(unit.pull_off_force * modulus * length**2, rel=1e-7)
-    assert small.radiated_energy == pytest.approx(unit.radiated_energy * modulus * length**3, rel=1e-6)
+    rng = np.random.default_rng(8)
+    for length, mass, modulus in ((1e-8, 1e-20, 1e10), (1e2, 1e8, 1e6), 10.0 ** rng.uniform((-6, -9, 4), (1, 3, 11))):
+        time = math.sqrt(mass / (modulus * length))
+        material = rs.Material(rs.PronySeries(0.25 * modulus, [modulus], [time]), bulk=math.inf)
+        adhesion = rs.Adhesion(0.02 * modulus * length, 0.3 * modulus)
+        impact = rs.Impact(material, rs.Parabola(length), mass, 0.5 * length / time, adhesion=adhesion)
+        other = rs.solve(impact, rtol=1e-5)
+        assert other.restitution_coefficient == pytest.approx(unit.restitution_coefficient, rel=1e-8)
+        assert other.pull_off_force == pytest.approx(unit.pull_off_force * modulus * length**2, rel=1e-7)
+        assert other.radiated_energy == pytest.approx(unit.radiated_energy * modulus * length**3, rel=1e-6)
 
 
 def test_two_equal_bodies_are_one_of_half_the_modulus():

@@ -98,15 +98,13 @@ def _histories() -> None:
 def _attractions() -> None:
     import numpy as np
 
-    from restitution.impact import dugdale
-    from restitution.indentation import adhesion as prescribed
+    from restitution.indentation.attraction import sticky
 
     gel, tip = _gel_and_tip()
     attraction = rs.Adhesion(work=1e-4, range=1e-7)
-    impact = rs.Impact(gel, tip, mass=1e-12, velocity=1e-3, adhesion=attraction)
-    modulus = impact.contact.reduced_modulus
-    dugdale.run(dugdale.Problem(tip, modulus, attraction, 1e-12, 1e-3), 3e-6, 1e-2, 8)
-    prescribed.run(impact.contact, tip, attraction, (np.array([0.0, 1.0]), np.array([3e-7])), 3e-6, 8)
+    body = sticky(rs.Impact(gel, tip, mass=1e-12, velocity=1e-3).contact, attraction)
+    body.march(3e-6, 1e-2, 8, mass=1e-12, velocity=1e-3)
+    body.follow(3e-6, np.array([0.0, 1.0]), np.array([3e-7]), 8)
 
 
 def _laws() -> None:

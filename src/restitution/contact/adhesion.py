@@ -19,8 +19,8 @@ from restitution.quantities import ADHESION_INPUTS
 RANGE = 0.4e-9
 """Range of the attraction [m] where none is given: a distance of atoms."""
 
-# Nodes over the angle of the zone, and halvings of a bracket.
-_NODES, _HALVINGS = np.polynomial.legendre.leggauss(48), 200
+# Nodes over the angle of the zone, and relative tolerance of a root.
+_NODES, _EPSILON = np.polynomial.legendre.leggauss(48), 4.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class Adhesion:
         return Adhesion(*(change(value) if np.ndim(value) else value for value in numbers))
 
 
-def tabor_number(work: Any, stress: Any, modulus: Any, radius: Any) -> Any:
+def maugis_number(work: Any, stress: Any, modulus: Any, radius: Any) -> Any:
     """Return Maugis' parameter ``lambda = sigma0 (9 R/(2 pi w E*^2))^(1/3)`` of a round body.
 
     Below 0.1 the limit of Derjaguin, Muller and Toporov holds, above 5 that of Johnson, Kendall and Roberts.
@@ -118,6 +118,8 @@ def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius:
 
     For a parabola these are the equations of Maugis (1992).
     """
+    from scipy.optimize import brentq
+
     stress, reach = float(adhesion.stress or 0.0), float(adhesion.range or 0.0)
     undisturbed = float(profile.transform(radius))
     points, weights = _NODES
@@ -134,12 +136,10 @@ def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius:
     low, high = radius, 1.001 * radius + reach * modulus / stress
     while excess(high) < 0.0:
         low, high = high, 2.0 * high - 0.5 * radius
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        low, high = (middle, high) if excess(middle) < 0.0 else (low, middle)
-    edge = high
+    if not excess(high) >= 0.0:
+        # The profile ends within the zone.
+        return Static(math.nan, math.nan, radius, math.nan)
+    edge: Any = brentq(excess, low, high, xtol=_EPSILON * high)
     zone = math.sqrt((edge - radius) * (edge + radius))
     lift = 2.0 * stress / modulus * zone
     pull = edge * edge * math.acos(radius / edge) - radius * zone
@@ -148,16 +148,25 @@ def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius:
 
 
 def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float) -> Static:
-    """Return the contact that carries no load; `radius` [m] is a first guess."""
-    high = static_contact(profile, modulus, adhesion, radius)
-    while high.force <= 0.0:
-        high = static_contact(profile, modulus, adhesion, 2.0 * high.radius)
-    low = high
-    while low.force > 0.0:
-        high, low = low, static_contact(profile, modulus, adhesion, 0.5 * low.radius)
-    for _ in range(_HALVINGS):
-        middle = static_contact(profile, modulus, adhesion, 0.5 * (low.radius + high.radius))
-        if not low.radius < middle.radius < high.radius:
-            break
-        low, high = (middle, high) if middle.force <= 0.0 else (low, middle)
-    return high
+    """Return the contact that carries no load, NaN where the profile ends; `radius` [m] is a first guess."""
+    from scipy.optimize import brentq
+
+    def force(radius: float) -> float:
+        return static_contact(profile, modulus, adhesion, radius).force
+
+    low = high = radius
+    while force(high) < 0.0:
+        high *= 2.0
+    while force(low) > 0.0:
+        low *= 0.5
+    ends = force(low), force(high)
+    if math.isnan(sum(ends)):
+        return Static(math.nan, 0.0, math.nan, math.nan)
+    root: Any = brentq(force, low, high, xtol=_EPSILON * low)
+    return static_contact(profile, modulus, adhesion, root)
+
+
+def require_smooth(profile: Profile) -> None:
+    """Refuse a profile with a flat face or an edge, for which the theory has no front of contact."""
+    if np.any(np.asarray(profile.contact_radius(0.0)) > 0.0) or profile.joints.size:
+        raise InputError("profile", profile, "must be smooth, without a flat face, for adhesion")

@@ -6,15 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution import checks
 from restitution.checks import Array, Numeric
-from restitution.contact.adhesion import rest, tabor_number
-from restitution.contact.profiles import as_profile
+from restitution.contact.adhesion import maugis_number, rest
 from restitution.errors import InputError
 from restitution.impact.batch import shaped
 from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive, sticking
@@ -22,6 +21,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.result import EnergyBudget, ImpactResult
 from restitution.impact.solution import Progress, within_contact
 from restitution.impact.status import SolverError, Status, failures
+from restitution.indentation.attraction import Jump, March, sticky
 from restitution.parallel import on_threads
 from restitution.quantities import (
     ADHESION,
@@ -47,23 +47,6 @@ LEAST_RTOL = 1e-6
 
 # Maugis' parameter at the static modulus from which the zone is too thin for the elements, and the one advised.
 _THINNEST, _ADVISED = 20.0, 5.0
-
-
-class Jump(NamedTuple):
-    """Jump of the attraction at a fixed depth [m] and time [s]: radii [m] before and after, and its energy [J]."""
-
-    time: float
-    indentation_depth: float
-    zone_radius: float
-    contact_radius: float
-    zone_radius_after: float
-    contact_radius_after: float
-    energy: float
-
-    @property
-    def inward(self) -> bool:
-        """Whether the attraction grows: a jump into contact."""
-        return self.zone_radius_after > self.zone_radius
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,7 +85,7 @@ class AdhesiveResult(ImpactResult):
     stored_energy: Numeric = math.nan
     radiated_energy: Numeric = math.nan
     restitution_error: Numeric = math.nan
-    _solved: Solved | None = field(default=None, repr=False)
+    _march: March | None = field(default=None, repr=False)
 
     @cached_property
     def energy(self) -> EnergyBudget:
@@ -124,9 +107,13 @@ class AdhesiveResult(ImpactResult):
     @property
     def jumps(self) -> tuple[Jump, ...]:
         """Jumps of a single impact, those of the finest march."""
-        if self._solved is None:
-            raise InputError("impact", rule="must be a single one for its jumps")
-        return tuple(Jump(*map(float, row)) for row in self._solved.march.jumps)
+        return self._single_march("its jumps").jumps
+
+    def _single_march(self, what: str) -> March:
+        """Return the finest march of a single impact."""
+        if self._march is None:
+            raise InputError("impact", rule=f"must be a single one for {what}")
+        return self._march
 
     @cached_property
     def history(self) -> xarray.Dataset:
@@ -149,9 +136,7 @@ class AdhesiveResult(ImpactResult):
 
     def _rows(self) -> dict[str, Array]:
         """Return the columns of the history."""
-        if self._solved is None:
-            raise InputError("impact", rule="must be a single one for a history")
-        time, depth, velocity, force, zone, radius, dissipated, jumps = self._solved.march.motion.T
+        time, depth, velocity, force, zone, radius, dissipated, jumps = self._single_march("a history").motion.T
         kinetic = 0.5 * np.asarray(self._by_name["mass"]) * velocity**2
         return {
             "time": time, "indentation_depth": depth, "indentation_velocity": velocity, "force": force,
@@ -200,7 +185,7 @@ def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
     assert adhesion is not None
     with np.errstate(divide="ignore"):
         both = (
-            tabor_number(adhesion.work, adhesion.stress, np.asarray(modulus), impact.profile.tip_radius)
+            maugis_number(adhesion.work, adhesion.stress, np.asarray(modulus), impact.profile.tip_radius)
             for modulus in (series.equilibrium_modulus, series.instantaneous_modulus)
         )
         static, glass = (np.broadcast_to(each, impact.shape)[()] for each in both)
@@ -209,12 +194,8 @@ def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
 
 def _problem(impact: Impact) -> Problem:
     """Return the numbers of a single impact; refuse what the theory does not have."""
-    series = impact.contact.reduced_modulus
     assert impact.adhesion is not None
-    if float(series.parallel_viscosity) > 0.0:
-        raise InputError("material", rule="must have no parallel dashpot with adhesion, as jumps would take time")
-    profile = as_profile(impact.profile, "adhesion")
-    return Problem(profile, series, impact.adhesion, float(impact.mass), float(impact.velocity))
+    return Problem(sticky(impact.contact, impact.adhesion), float(impact.mass), float(impact.velocity))
 
 
 def _thin(impact: Impact) -> str:
@@ -240,7 +221,7 @@ def solve_with_adhesion(
     names = (*NUMBERS, "restitution_error")
     columns = {name: np.full(count, np.nan) for name in names}
     status = np.full(count, int(Status.NOT_ACCURATE))
-    kept: list[Solved] = []
+    kept: list[March | None] = []
     done = 0
 
     def run(place: int) -> None:
@@ -253,15 +234,15 @@ def solve_with_adhesion(
                 raise SolverError(Status.NOT_ACCURATE, thin)
             return
         solved = solve_adhesive(problem, limit)
-        status[place] = int(solved.status)
         if solved.status == Status.CAPTURED:
             solved = _at_rest(problem, solved)
+        status[place] = int(solved.status)
         if not solved.status.failed:
             for name in NUMBERS:
                 columns[name][place] = solved.numbers[name]
             columns["restitution_error"][place] = solved.error
         if not shape:
-            kept.append(solved)
+            kept.append(solved.march)
         done += 1
 
     def report() -> None:
@@ -286,13 +267,17 @@ def solve_with_adhesion(
 
 
 def _at_rest(problem: Problem, solved: Solved) -> Solved:
-    """Return the result of a captured body with the depth at which it comes to rest."""
-    static = float(problem.modulus.equilibrium_modulus)
+    """Return the result of a captured body with the depth at which it comes to rest, that of a profile with room."""
+    body, march = problem.body, solved.march
+    static = float(body.modulus.equilibrium_modulus)
     numbers = dict(solved.numbers)
     depth = radius = math.inf
     if static > 0.0:
-        held = rest(problem.profile, static, problem.adhesion, solved.march.widest)
+        assert march is not None
+        held = rest(body.profile, static, body.adhesion, march.widest)
         depth, radius = held.depth, held.radius
+        if math.isnan(depth):
+            return solved._replace(status=Status.TOO_DEEP)
     numbers |= {
         "residual_indentation_depth": depth, "contact_time": math.inf, "touching_time": math.inf,
         "max_indentation_depth": max(numbers["max_indentation_depth"], depth),
@@ -303,7 +288,7 @@ def _at_rest(problem: Problem, solved: Solved) -> Solved:
 
 
 def _result(
-    impact: Impact, rtol: float, columns: dict[str, Array], status: Array, solved: Solved | None
+    impact: Impact, rtol: float, columns: dict[str, Array], status: Array, march: March | None
 ) -> AdhesiveResult:
     """Return the result of the columns of all impacts."""
     shape, axes = impact.shape, impact.axes
@@ -319,7 +304,7 @@ def _result(
         codes = axes.array(codes, STATUS, Status.attributes())
     again = None if axes is None else partial(_again, rtol=rtol)
     return AdhesiveResult(
-        **numbers, status=codes, impact=impact, method="adhesion", rtol=rtol, _solved=solved, _again=again
+        **numbers, status=codes, impact=impact, method="adhesion", rtol=rtol, _march=march, _again=again
     )
 
 

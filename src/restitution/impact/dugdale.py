@@ -3,36 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from restitution.checks import Array
-from restitution.contact.adhesion import Adhesion
-from restitution.contact.profiles import Profile
 from restitution.impact.status import Status
-from restitution.indentation.solid import compliance_of
-from restitution.material.prony import PronySeries
+from restitution.indentation.attraction import FEWEST, FILLED, MOST, ROOM, WIDER, March, Sticky
+from restitution.numerics.richardson import Richardson
 
-# Elements of the first march that counts, and of the finest; those of the march that finds the scales.
-FEWEST, MOST, _SCALING = 100, 6400, 64
-# Room beyond the largest zone, steps for each element, and jumps that are kept.
-_ROOM, _STEPS, _JUMPS = 1.3, 24, 64
-# Largest number of trials for the scales, and of scales, and factors of a zone and a duration that were too small.
-_TRIALS, _WIDENED, _WIDER, _LONGER = 120, 8, 1.6, 4.0
-# Share of the room that the largest zone takes at least.
-_FILLED = 0.6
-# The error of an extrapolated result is its last change, or this share of the change before.
-_BEFORE = 0.25
+# Elements of the march that finds the scales.
+_SCALING = 64
+# Largest number of trials for the scales, and of scales, and factor of a duration that was too short.
+_TRIALS, _WIDENED, _LONGER = 120, 8, 4.0
 # Marches in a row that must capture the body.
 _SURE = 4
-_HALVINGS = 60
 # Below this e its error may be larger, as it is the root of what is computed.
 _SLOW = 0.1
-# Doublings of the velocity in search of one that sticks, share by which a bracket widens, width over the tolerance.
-_OCTAVES, _SPREAD, _FINE = 20, 0.05, 0.05
+# Doublings of the velocity in search of one that sticks, share by which a bracket widens and how often it may, width
+# over the tolerance.
+_OCTAVES, _SPREAD, _SPREADS, _FINE = 20, 0.05, 100, 0.05
 
-NUMBERS = (
+NUMBERS: tuple[str, ...] = (
     "energy", "contact_time", "max_indentation_depth", "max_force", "max_contact_radius", "residual_indentation_depth",
     "dissipated_energy", "radiated_energy", "stored_energy", "pull_off_force", "touching_time",
 )  # fmt: skip
@@ -40,41 +34,23 @@ NUMBERS = (
 
 
 class Problem(NamedTuple):
-    """Numbers of one adhesive impact in SI."""
+    """One adhesive impact in SI."""
 
-    profile: Profile
-    modulus: PronySeries
-    adhesion: Adhesion
+    body: Sticky
     mass: float
     velocity: float
 
-
-class March(NamedTuple):
-    """Result of one march: its end, `NUMBERS`, rows of the motion and of the jumps as the kernel has them."""
-
-    end: int
-    numbers: dict[str, float]
-    motion: Array
-    jumps: Array
-
-    @property
-    def widest(self) -> float:
-        """Largest radius [m] of the zone."""
-        return float(self.motion[:, 4].max(initial=0.0))
-
-    @property
-    def duration(self) -> float:
-        """Time [s] from the first attraction to the end."""
-        return float(self.motion[-1, 0]) if self.motion.size else 0.0
+    def march(self, width: float, time: float, count: int) -> March:
+        """March with elements `width/count` apart and steps of at most `time/count`."""
+        return self.body.march(width, time, count, mass=self.mass, velocity=self.velocity)
 
 
 class Solved(NamedTuple):
-    """Extrapolated numbers with the finest march, its number of elements, and the error of e."""
+    """Extrapolated numbers with the finest march, and the error of e."""
 
     status: Status
     numbers: dict[str, float]
-    march: March
-    elements: int
+    march: March | None
     error: float
 
 
@@ -87,57 +63,56 @@ def solve_adhesive(problem: Problem, rtol: float) -> Solved:
         if not math.isfinite(width):
             break
         solved = _refined(problem, width, time, rtol)
-        if solved.march.end == NO_ROOM:
+        end = None if solved.march is None else solved.march.end
+        if end == NO_ROOM:
             # A coarse march may hold a body that a finer one lets go deeper.
             width = _wider(problem, width)
-        elif solved.march.end == TOO_LONG:
+        elif end == TOO_LONG:
             time *= _LONGER
         else:
             return solved
-    return _failed(Status.TOO_DEEP if width == math.inf else Status.TOO_MANY_STEPS, _NONE)
+    return _failed(Status.TOO_DEEP if width == math.inf else Status.TOO_MANY_STEPS)
 
 
-def _failed(status: Status, march: March) -> Solved:
-    return Solved(status, dict.fromkeys(NUMBERS, math.nan), march, 0, math.inf)
+def _failed(status: Status, march: March | None = None) -> Solved:
+    return Solved(status, dict.fromkeys(NUMBERS, math.nan), march, math.inf)
 
 
 def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved:
     """March with more and more elements on one scale until e is known, or a march does not end."""
     from restitution.kernel.adhesion import HELD, SEPARATED
 
-    count, held, change = FEWEST, 0, 0.0
-    last: March | None = None
-    now: dict[str, float] | None = None
+    count, held, series = FEWEST, 0, Richardson()
     while count <= MOST:
-        march = run(problem, width, time, count)
+        march = problem.march(width, time, count)
         if march.end not in (HELD, SEPARATED):
             return _failed(Status.NOT_ACCURATE, march)
-        held = held + 1 if march.end == HELD else 0
-        if held >= _SURE:
-            return Solved(Status.CAPTURED, march.numbers | {"energy": 0.0}, march, count, 0.0)
-        if last is not None and march.end == last.end == SEPARATED:
-            after = {name: (4.0 * march.numbers[name] - last.numbers[name]) / 3.0 for name in NUMBERS}
-            moved = math.inf if now is None else abs(after["energy"] - now["energy"])
-            error = _error_of_e(after["energy"], max(moved, _BEFORE * change))
-            if after["energy"] > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(after["energy"])):
-                return Solved(Status.SEPARATED, after, march, count, error)
-            now, change = after, moved if math.isfinite(moved) else 0.0
+        if march.end == HELD:
+            held, series = held + 1, Richardson()
+            if held >= _SURE:
+                numbers = _numbers(problem, march)
+                numbers["energy"] = 0.0
+                return Solved(Status.CAPTURED, numbers, march, 0.0)
         else:
-            now, change = None, 0.0
-        last = march
+            held = 0
+            values, errors = series.add([*_numbers(problem, march).values()])
+            numbers = dict(zip(NUMBERS, values.tolist(), strict=True))
+            energy, error = numbers["energy"], _error_of_e(numbers["energy"], float(errors[0]))
+            if energy > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(energy)):
+                return Solved(Status.SEPARATED, numbers, march, error)
         count *= 2
-    return _failed(Status.NOT_ACCURATE, _NONE)
+    return _failed(Status.NOT_ACCURATE)
 
 
 def _widest(problem: Problem) -> float:
     """Return the largest zone [m] whose elements end before the profile does, where its slope may be infinite."""
-    return 0.99 * float(np.asarray(problem.profile.max_contact_radius)) / (_ROOM + 0.1)
+    return 0.99 * float(np.asarray(problem.body.profile.max_contact_radius)) / (ROOM + 0.1)
 
 
 def _wider(problem: Problem, width: float) -> float:
     """Return the next larger zone [m]; infinite beyond the profile."""
     widest = _widest(problem)
-    return math.inf if width >= widest else min(_WIDER * width, widest)
+    return math.inf if width >= widest else min(WIDER * width, widest)
 
 
 def _error_of_e(energy: float, error: float) -> float:
@@ -150,56 +125,45 @@ def scales(problem: Problem) -> tuple[float, float]:
     from restitution.kernel.adhesion import NO_ROOM, TOO_LONG
 
     width = min(_first_width(problem), _widest(problem))
-    time = 4.0 * (float(problem.profile.transform(width)) + float(problem.adhesion.range or 0.0)) / problem.velocity
+    body = problem.body
+    time = 4.0 * float(body.profile.transform(width) + np.asarray(body.adhesion.range)) / problem.velocity
     for _ in range(_TRIALS):
-        march = run(problem, width, time, _SCALING)
+        march = problem.march(width, time, _SCALING)
         if march.end == NO_ROOM:
             width = _wider(problem, width)
             if width == math.inf:
                 return width, time
         elif march.end == TOO_LONG:
             time *= _LONGER
-        elif march.widest < _FILLED * width:
+        elif march.widest < FILLED * width:
             width = max(1.02 * march.widest, 0.1 * width)
-            time = min(time, _LONGER * march.duration)
+            time = min(time, _LONGER * march.duration or time)
         else:
-            return min(1.02 * march.widest, _widest(problem)), march.duration
+            # A body may be held at the instant of its jump into contact.
+            return min(1.02 * march.widest, _widest(problem)), march.duration or time
     return math.nan, time
 
 
 def _first_width(problem: Problem) -> float:
     """Return a contact radius [m] at which the elastic energy is that of the body and of the attraction."""
-    stiff = float(problem.modulus.instantaneous_modulus)
+    body = problem.body
+    stiff, work = float(body.modulus.instantaneous_modulus), float(np.asarray(body.adhesion.work))
     kinetic = 0.5 * problem.mass * problem.velocity**2
-    low, high = 1e-12, 1e6
-    for _ in range(_HALVINGS):
-        middle = math.sqrt(low * high)
-        depth = float(problem.profile.transform(middle))
-        spent = kinetic + float(problem.adhesion.work) * math.pi * middle * middle
-        low, high = (low, middle) if not stiff * depth * depth * middle < spent else (middle, high)
-    return high
+
+    def holds(width: float) -> bool:
+        return stiff * float(body.profile.transform(width)) ** 2 * width < kinetic + work * math.pi * width**2
+
+    width = float(np.asarray(body.adhesion.range))
+    while not holds(width):
+        width /= WIDER
+    while holds(width):
+        width *= WIDER
+    return width
 
 
-def run(problem: Problem, width: float, time: float, count: int) -> March:
-    """March with elements `width/count` apart and steps of at most `time/count`."""
-    from restitution.kernel.adhesion import G_, JUMPED_, LEFT_, STEPS_, Bodies, Solid, allocate_room, march
-
-    stress, reach = float(problem.adhesion.stress or 0.0), float(problem.adhesion.range or 0.0)
-    solid = Solid(*compliance_of(problem.modulus))
-    cell = width / count
-    places = cell * np.arange(int(_ROOM * count) + 8)
-    room = allocate_room(places.size, solid.rates.size, _STEPS * count, _JUMPS)
-    room.nodes[G_] = problem.profile.transform(places)
-    end = march(solid, Bodies(stress, reach, problem.mass, cell, time / count), problem.velocity, room)
-    motion, jumps = room.motion[: room.counts[STEPS_]], room.jumps[: room.counts[JUMPED_]]
-    return March(int(end), _numbers(problem, motion, jumps, float(room.ends[LEFT_])), motion, jumps)
-
-
-def _numbers(problem: Problem, motion: Array, jumps: Array, left: float) -> dict[str, float]:
-    """Return `NUMBERS` of a march; `left` is the energy of body and surface at its end."""
-    if not motion.size:
-        return dict.fromkeys(NUMBERS, math.nan)
-    time, depth, speed, force, _, radius, viscous, lost = motion.T
+def _numbers(problem: Problem, march: March) -> dict[str, float]:
+    """Return `NUMBERS` of a march."""
+    time, depth, speed, force, _, radius, viscous, lost = march.motion.T
     kinetic = 0.5 * problem.mass * problem.velocity**2
     out = 0.5 * problem.mass * float(speed[-1]) ** 2
     touching = np.flatnonzero(radius > 0.0)
@@ -213,7 +177,7 @@ def _numbers(problem: Problem, motion: Array, jumps: Array, left: float) -> dict
         "energy": out / kinetic, "contact_time": float(time[-1]), "max_indentation_depth": peak,
         "max_force": max(_peak(time, force), 0.0), "max_contact_radius": _peak(time, radius),
         "residual_indentation_depth": float(depth[-1]), "dissipated_energy": float(viscous[-1]),
-        "radiated_energy": float(lost[-1]), "stored_energy": left - out,
+        "radiated_energy": float(lost[-1]), "stored_energy": march.left - out,
         "pull_off_force": max(_peak(time, -force), 0.0), "touching_time": touch,
     }  # fmt: skip
 
@@ -233,9 +197,6 @@ def _peak(time: Array, values: Array) -> float:
     return float(values[n] + 0.25 * slope * slope / bend) if bend > 0.0 else float(values[n])
 
 
-_NONE = March(-1, dict.fromkeys(NUMBERS, math.nan), np.empty((0, 8)), np.empty((0, 7)))
-
-
 def sticking(problem: Problem, rtol: float) -> tuple[float, float]:
     """Return the velocity [m/s] at which bodies begin to stick, and its error over it; NaN if none is found.
 
@@ -248,37 +209,45 @@ def sticking(problem: Problem, rtol: float) -> tuple[float, float]:
     width, time = scales(problem._replace(velocity=high))
     if not math.isfinite(width):
         return math.nan, math.inf
-    count, last, now, change = FEWEST, math.nan, math.nan, math.inf
+    count, last, series = FEWEST, math.nan, Richardson()
     while count <= MOST:
-        while not _escapes(problem, high, width, time, count):
-            high *= 1.0 + _SPREAD
-        while _escapes(problem, low, width, time, count):
-            low /= 1.0 + _SPREAD
+        escapes = partial(_escapes, problem, width=width, time=time, count=count)
+        low, high = _widened(escapes, low, high)
+        if math.isnan(high):
+            break
         while high - low > _FINE * rtol * high:
             middle = 0.5 * (low + high)
-            low, high = (low, middle) if _escapes(problem, middle, width, time, count) else (middle, high)
-        after = high if math.isnan(last) else (4.0 * high - last) / 3.0
-        moved = abs(after - now) / after
-        if count > 2 * FEWEST and max(moved, _BEFORE * change) <= rtol:
-            return after, max(moved, _BEFORE * change)
-        if count > 2 * FEWEST:
-            change = moved
+            low, high = (low, middle) if escapes(middle) else (middle, high)
+        after, error = (float(each) for each in series.add(high))
+        # One change may be small by chance, and a bracket has an error of its own.
+        if count > 4 * FEWEST and error <= rtol * after:
+            return after, error / after
         spread = 4.0 * abs(high - last) / high if math.isfinite(last) else _SPREAD
-        last, now = high, after
+        last = high
         low, high = high * (1.0 - spread - rtol), high * (1.0 + spread + rtol)
         count *= 2
     return math.nan, math.inf
 
 
+def _widened(escapes: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
+    """Return a bracket whose lower velocity sticks and whose upper one does not, NaN if there is none near."""
+    for _ in range(_SPREADS):
+        up, down = escapes(high), escapes(low)
+        if up and not down:
+            return low, high
+        low, high = low / (1.0 + _SPREAD) if down else low, high if up else high * (1.0 + _SPREAD)
+    return math.nan, math.nan
+
+
 def _escapes(problem: Problem, velocity: float, width: float, time: float, count: int) -> bool:
     from restitution.kernel.adhesion import NO_ROOM, SEPARATED
 
-    end = run(problem._replace(velocity=velocity), width, time, count).end
+    end = problem._replace(velocity=velocity).march(width, time, count).end
     return end in (SEPARATED, NO_ROOM)
 
 
 def _bracket(problem: Problem) -> tuple[float, float]:
-    """Return velocities within a tenth of each other, of which the lower one sticks; zeros if none is found."""
+    """Return velocities within a tenth of each other; the lower one sticks. Zeros if none is found."""
 
     def escapes(velocity: float) -> bool:
         width, time = scales(problem._replace(velocity=velocity))

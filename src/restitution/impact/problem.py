@@ -24,7 +24,7 @@ from restitution.checks import (
     single_nonnegative,
     truth,
 )
-from restitution.contact.adhesion import Adhesion
+from restitution.contact.adhesion import Adhesion, require_smooth
 from restitution.contact.geometry import BALL_ON_TARGET, Contact, Geometry
 from restitution.contact.profiles import Parabola, as_profile, sphere_mass
 from restitution.errors import InputError, InputTypeError
@@ -168,9 +168,7 @@ class Impact:
 
     def _check_adhesion(self) -> None:
         """Refuse what the theory of adhesive impacts does not have."""
-        profile = as_profile(self.profile, "adhesion")
-        if np.any(np.asarray(profile.contact_radius(0.0)) > 0.0) or profile.joints.size:
-            raise InputError("profile", profile, "must be smooth, without a flat face, for adhesion")
+        require_smooth(as_profile(self.profile, "adhesion"))
         if np.any(self.external_force):
             raise InputError("external_force", self.external_force, "must be 0 with adhesion", "N")
         if self.friction is not None:

@@ -12,14 +12,14 @@ from restitution.checks import Array
 from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
 from restitution.impact.sticking import Spectrum, solve_sticking
 from restitution.material.prony import PronySeries
+from restitution.numerics.richardson import Richardson
 
 # Steps in each half of the coarsest and of the finest march.
 FEWEST, MOST = 25, 3200
 # Steps in each half of a march from which the contact counts as sliding throughout if no element ever stuck.
 _SURE = 200
-# The error of an extrapolated result is its last change, or this share of the change before, by comparison of 150
-# random impacts with finer marches: a change may be small by chance.
-_BEFORE = 0.25
+# Numbers of a march that are extrapolated.
+_EXTRAPOLATED = ("restitution", "friction", "viscous", "stored")
 # Slopes below the first have a slipping rim so thin that e_t is linear; it is interpolated from the second on.
 _THIN, _NEAR = 0.01, 0.02
 # Columns of `motion`.
@@ -140,24 +140,22 @@ class Slider:
             motion[:, 0], motion[:, 1], motion[:, 4] = (0.0, self.solution.end), 1.0, 1.0
             return Tangential(e_t, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
         coarse, fine = (self._step(slope, mobility, count) for count in (2 * FEWEST, 4 * FEWEST))
-        return _extrapolated(coarse, fine)._replace(restitution=e_t, error=0.0)
+        series = Richardson()
+        _added(series, coarse)
+        return _added(series, fine)._replace(restitution=e_t, error=0.0)
 
     def _march(self, slope: float, mobility: float, rtol: float) -> Tangential:
         """March with more and more steps until the extrapolated e_t is known to `rtol`."""
-        count = FEWEST
-        last, now, change = self._step(slope, mobility, count), None, 0.0
+        count, series = FEWEST, Richardson()
+        _added(series, self._step(slope, mobility, count))
         while True:
             count *= 2
-            fine = self._step(slope, mobility, count)
-            after = _extrapolated(last, fine)
-            if count >= _SURE and not fine.motion[:, 3].any():
-                return after._replace(restitution=-1.0 + mobility * self.impulse / slope, error=0.0)
-            moved = math.inf if now is None else abs(after.restitution - now.restitution)
-            error = max(moved, _BEFORE * change)
-            sure = fine.motion[:, 3].any() or count >= _SURE
-            if (error <= rtol and sure) or count >= MOST:
-                return after._replace(error=error)
-            last, now, change = fine, after, moved if math.isfinite(moved) else 0.0
+            fine = _added(series, self._step(slope, mobility, count))
+            sticks = fine.motion[:, 3].any()
+            if count >= _SURE and not sticks:
+                return fine._replace(restitution=-1.0 + mobility * self.impulse / slope, error=0.0)
+            if (fine.error <= rtol and (sticks or count >= _SURE)) or count >= MOST:
+                return fine
 
     def _step(self, slope: float, mobility: float, count: int) -> Tangential:
         """March with a number of steps in each half."""
@@ -177,11 +175,10 @@ class Slider:
         return Tangential(-float(motion[-1, 1]), math.inf, friction, viscous, stored, motion, gaps)
 
 
-def _extrapolated(coarse: Tangential, fine: Tangential) -> Tangential:
-    """Return the result of Richardson's extrapolation from N and 2N steps, with the motion of the latter."""
-    names = ("restitution", "friction", "viscous", "stored")
-    numbers = {name: (4.0 * getattr(fine, name) - getattr(coarse, name)) / 3.0 for name in names}
-    return fine._replace(**numbers)
+def _added(series: Richardson, march: Tangential) -> Tangential:
+    """Return a march with the numbers that it and those before it extrapolate to, and the error of e_t."""
+    values, errors = series.add([getattr(march, name) for name in _EXTRAPOLATED])
+    return march._replace(error=float(errors[0]), **dict(zip(_EXTRAPOLATED, values.tolist(), strict=True)))
 
 
 def _on_grid(solution: Solution, count: int) -> tuple[Array, ...]:

@@ -13,35 +13,17 @@ from numpy.typing import ArrayLike
 from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import Contact
-from restitution.contact.profiles import Profile, as_profile
 from restitution.errors import InputError
+from restitution.indentation.attraction import FEWEST, FILLED, MOST, ROOM, WIDER, Jump, March, Sticky, sticky
 from restitution.indentation.history import History
 from restitution.indentation.result import IndentationResult, IndentationStatus
-from restitution.indentation.solid import compliance_of
+from restitution.numerics.richardson import Richardson
 from restitution.quantities import ADHESION, OUTPUTS
 
 LEAST_RTOL = 1e-6
 """Smallest tolerance of the forces with adhesion."""
 
-# Elements of the first and of the finest march, room beyond the largest zone, steps for each element and knot.
-_FEWEST, _MOST, _ROOM, _STEPS, _JUMPS = 100, 6400, 1.3, 12, 256
-_WIDER, _TRIALS, _FILLED = 1.6, 60, 0.6
-# The error of an extrapolated force is its last change, or this share of the change before.
-_BEFORE = 0.25
-
-
-class _Run(NamedTuple):
-    """One march: its end, rows of the motion and of the jumps, and the energy that is left."""
-
-    end: int
-    motion: Array
-    jumps: Array
-    left: float
-
-    @property
-    def forces(self) -> Array:
-        """Largest force and largest pull [N]."""
-        return np.array([self.motion[:, 3].max(initial=0.0), -self.motion[:, 3].min(initial=0.0)])
+_TRIALS = 60
 
 
 class _Units(NamedTuple):
@@ -57,23 +39,23 @@ class AdhesiveSolution:
 
     history: History
     units: _Units
-    run: _Run
+    march: March
     pull_off_force: float
 
     @cached_property
     def breaks(self) -> Array:
         """Times [s] of the steps."""
-        return np.unique(self.run.motion[:, 0])
+        return np.unique(self.march.motion[:, 0])
 
     @property
     def max_contact_radius(self) -> float:
         """Largest contact radius [m]."""
-        return float(self.run.motion[:, 5].max())
+        return float(self.march.motion[:, 5].max())
 
     @cached_property
     def contact_intervals(self) -> Array:
         """Times [s] at which attractions begin and end; the last end is infinite if it outlasts the history."""
-        time, attracted = self.run.motion[:, 0], self.run.motion[:, 4] > 0.0
+        time, attracted = self.march.motion[:, 0], self.march.motion[:, 4] > 0.0
         changes = np.flatnonzero(np.diff(np.append(False, attracted).astype(int)))
         times = time[changes]
         return np.append(times, math.inf if times.size % 2 else []).reshape(-1, 2)
@@ -86,12 +68,12 @@ class AdhesiveSolution:
     @property
     def turning_time(self) -> float:
         """Time [s] at which the contact radius is largest."""
-        return float(self.run.motion[np.argmax(self.run.motion[:, 5]), 0])
+        return float(self.march.motion[np.argmax(self.march.motion[:, 5]), 0])
 
     @property
     def work(self) -> float:
         """Work [J] of the indenter."""
-        depth, force = self.run.motion[:, 1], self.run.motion[:, 3]
+        depth, force = self.march.motion[:, 1], self.march.motion[:, 3]
         return float(0.5 * (force[1:] + force[:-1]) @ np.diff(depth))
 
     @property
@@ -105,7 +87,7 @@ class AdhesiveSolution:
 
     def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, ...]:
         """Return depth, rate, force and contact radius at times [s]; at a jump the values behind it."""
-        t, motion = np.atleast_1d(np.asarray(times, dtype=np.float64)), self.run.motion
+        t, motion = np.atleast_1d(np.asarray(times, dtype=np.float64)), self.march.motion
         place = np.searchsorted(motion[:, 0], t, side="left" if before else "right")
         high = np.clip(place, 1, len(motion) - 1)
         low = high - 1
@@ -130,9 +112,9 @@ class AdhesiveIndentation(IndentationResult):
         Largest pull [N], extrapolated, with the relative `error` of the largest force.
     zone_radius : array, shape (n,)
         Radius [m] up to which the surfaces attract each other.
-    jumps : array, shape (m, 7)
-        Jumps of the attraction: time [s], depth [m], radii of attraction and contact before and after [m], and the
-        energy [J] that goes to waves.
+    jumps : tuple of Jump
+        Jumps of the attraction: time, depth, radii of attraction and of contact before and after, and the energy that
+        goes to waves.
 
     Examples
     --------
@@ -154,12 +136,12 @@ class AdhesiveIndentation(IndentationResult):
 
     pull_off_force: float = math.nan
     zone_radius: Array = field(default_factory=lambda: np.empty(0), repr=False)
-    jumps: Array = field(default_factory=lambda: np.empty((0, 7)), repr=False)
+    jumps: tuple[Jump, ...] = field(default=(), repr=False)
 
     @property
-    def _march(self) -> _Run:
+    def _march(self) -> March:
         assert isinstance(self._solution, AdhesiveSolution)
-        return self._solution.run
+        return self._solution.march
 
     @property
     def radiated(self) -> float:
@@ -182,21 +164,16 @@ def indent_with_adhesion(
 ) -> AdhesiveIndentation:
     """Return the indentation of an adhesive body under a prescribed depth; see `indent`."""
     knots, rates, deepest = _program(adhesion, history, name)
-    profile = as_profile(contact.profile, "adhesion")
-    if np.any(np.asarray(profile.contact_radius(0.0)) > 0.0) or profile.joints.size:
-        raise InputError("profile", profile, "must be smooth, without a flat face, for adhesion")
-    if contact.reduced_modulus.parallel_viscosity > 0.0:
-        raise InputError("material", rule="must have no parallel dashpot with adhesion, as jumps would take time")
     limit = max(rtol, LEAST_RTOL)
-    solution = _solved(contact, profile, adhesion, history, (knots, rates, deepest), limit)
-    time, depth, _, force, zone, radius, *_ = solution.run.motion.T
+    solution = _solved(sticky(contact, adhesion), history, (knots, rates, deepest), limit)
+    time, depth, _, force, zone, radius, *_ = solution.march.motion.T
     end = solution.end_time
     status = IndentationStatus.SEPARATED if math.isfinite(end) else IndentationStatus.IN_CONTACT
     return AdhesiveIndentation(
         time, depth, solution.at(time)[1], force, radius, solution.contact_intervals,
         np.array([solution.turning_time]), end, solution.turning_time, status, contact, name, history, limit,
         solution.units.error, solution, pull_off_force=solution.pull_off_force, zone_radius=zone,
-        jumps=solution.run.jumps,
+        jumps=solution.march.jumps,
     )  # fmt: skip
 
 
@@ -223,55 +200,31 @@ def _program(adhesion: Adhesion, history: History, name: str) -> tuple[Array, Ar
     return np.append(touch, history.knots[first + 1 :]), rates, float(ends.max())
 
 
-def _solved(
-    contact: Contact, profile: Profile, adhesion: Adhesion, history: History, program: tuple[Array, Array, float],
-    rtol: float,
-) -> AdhesiveSolution:  # fmt: skip
+def _solved(body: Sticky, history: History, program: tuple[Array, Array, float], rtol: float) -> AdhesiveSolution:
     """March with more and more elements until the largest force and the largest pull are known to `rtol`."""
     from restitution.kernel.adhesion import HELD, NO_ROOM, SEPARATED
 
     knots, rates, deepest = program
-    width = float(profile.contact_radius(max(deepest, float(np.asarray(adhesion.range)))))
-    count, last, now, change = _FEWEST, None, None, 0.0
-    trials = 0
-    while count <= _MOST and trials < _TRIALS:
-        march = run(contact, profile, adhesion, (knots, rates), width, count)
-        widest = float(march.motion[:, 4].max(initial=0.0))
-        if march.end == NO_ROOM or (march.end in (HELD, SEPARATED) and widest < _FILLED * width and count == _FEWEST):
-            width = _WIDER * width if march.end == NO_ROOM else 1.02 * widest
+    profile = body.profile
+    width = float(profile.contact_radius(max(deepest, float(np.asarray(body.adhesion.range)))))
+    count, trials, series = FEWEST, 0, Richardson()
+    while count <= MOST and trials < _TRIALS:
+        march = body.follow(width, knots, rates, count)
+        ended = march.end in (HELD, SEPARATED)
+        if march.end == NO_ROOM or (ended and march.widest < FILLED * width and count == FEWEST):
+            width = WIDER * width if march.end == NO_ROOM else 1.02 * march.widest
             trials += 1
-            if not _ROOM * width < float(np.asarray(profile.max_contact_radius)):
+            if not ROOM * width < float(np.asarray(profile.max_contact_radius)):
                 raise InputError("depth", rule=f"must not bring the attraction beyond the profile, {profile.end}")
-            count, last, now = _FEWEST, None, None
+            count, series = FEWEST, Richardson()
             continue
-        if march.end not in (HELD, SEPARATED):
+        if not ended:
             break
-        if last is not None:
-            after = (4.0 * march.forces - last.forces) / 3.0
-            moved = math.inf if now is None else float(abs(after - now).max() / after.max())
-            error = max(moved, _BEFORE * change)
-            if error <= rtol:
-                return AdhesiveSolution(history, _Units(float(knots[0]), error), march, float(after[1]))
-            now, change = after, moved if math.isfinite(moved) else 0.0
-        last = march
+        forces = march.motion[:, 3]
+        (largest, pull), errors = series.add([forces.max(initial=0.0), -forces.min(initial=0.0)])
+        error = float(errors.max()) / max(largest, pull)
+        if error <= rtol:
+            return AdhesiveSolution(history, _Units(float(knots[0]), error), march, float(pull))
         count *= 2
     rule = f"has no solution within rtol = {rtol:g}; loosen it, or take a lower stress if the attracted ring is thin"
     raise InputError("adhesion", rule=rule)
-
-
-def run(
-    contact: Contact, profile: Profile, adhesion: Adhesion, program: tuple[Array, Array], width: float, count: int
-) -> _Run:
-    """March with elements `width/count` apart."""
-    from restitution.kernel.adhesion import G_, JUMPED_, LEFT_, STEPS_, Bodies, Solid, allocate_room, follow
-
-    knots, rates = program
-    solid, cell = Solid(*compliance_of(contact.reduced_modulus)), width / count
-    places = cell * np.arange(int(_ROOM * count) + 8)
-    room = allocate_room(places.size, solid.rates.size, _STEPS * count * (1 + rates.size), _JUMPS)
-    room.nodes[G_] = profile.transform(places)
-    stress, reach = float(np.asarray(adhesion.stress)), float(np.asarray(adhesion.range))
-    bodies = Bodies(stress, reach, math.inf, cell, float(knots[-1] - knots[0]) / count)
-    end = follow(solid, bodies, np.ascontiguousarray(knots), np.ascontiguousarray(rates), room)
-    motion, jumps = room.motion[: room.counts[STEPS_]], room.jumps[: room.counts[JUMPED_]]
-    return _Run(int(end), motion.copy(), jumps.copy(), float(room.ends[LEFT_]))
