@@ -37,6 +37,17 @@ def test_rebounds_in_any_units() -> None:
     assert (observations.label, observations.size) == ("data.csv", 4)
 
 
+@pytest.mark.parametrize(
+    "header", ["sd_e", "e_std", "std e", "restitution_coefficient_error", "err_restitution_coefficient", "e_sigma [-]"]
+)
+def test_standard_deviations_have_many_names(header: str) -> None:
+    observations = read_observations(written(BALLS.replace("sd_e", header)), noise={"contact_time": "1 %"})
+    assert isinstance(observations, Rebounds)
+    deviation = observations.noise.of("restitution_coefficient", observations.restitution_coefficient)
+    assert deviation is not None
+    np.testing.assert_allclose(deviation, [0.01, 0.02])
+
+
 def test_what_no_column_has_is_given_by_name() -> None:
     text = "velocity [m/s],e\n1.0,0.8\n2.0,0.7\n"
     observations = read_observations(written(text), radius=0.01, mass=0.03)

@@ -96,3 +96,7 @@ def test_a_sweep_over_velocity_takes_points_and_another_one_refuses_them() -> No
     with pytest.raises(rs.InputError, match="points"):
         rs.plot_sweep(dataset, ["contact_time"], points=points)
     assert json.loads(done("plot", "v.zarr", "--out", "q.png", "--json").stdout)["impacts"] == 9
+    answer = done("sweep", "sweep.toml", "--out", "w.csv", "--plot", "w.svg", "--points", "points.csv", "--json")
+    assert json.loads(answer.stdout)["picture"] == "w.svg"
+    assert "measured" in Path("w.svg").read_text()
+    assert "--plot" in refused("sweep", "sweep.toml", "--out", "w.csv", "--points", "points.csv")

@@ -59,8 +59,14 @@ KINDS: Mapping[str, Kind] = {
 # Columns of rebounds in place of a velocity and a restitution coefficient.
 _REBOUNDS = ("drop_height", "rebound_height"), ("velocity", "rebound_velocity")
 _COLUMNS = frozenset(name for kind in KINDS.values() for name in (*kind.required, *kind.optional)).union(*_REBOUNDS)
-_NAMES = {prefix + name for name in (*_COLUMNS, *_SYMBOLS) for prefix in ("", _DEVIATION)} - _SYMBOLS.keys()
-_NAMES |= {"v_in", "v_out"}
+# Standard deviations by their headers: sd_e, e_std, err_velocity, ...
+_SPREADS = {
+    header: _DEVIATION + _SYMBOLS.get(name, name)
+    for name in (*_COLUMNS, *_SYMBOLS)
+    for word in ("sd", "std", "err", "error", "sigma")
+    for header in (f"{word}_{name}", f"{name}_{word}")
+}
+_NAMES = _COLUMNS | _SPREADS.keys() | {"v_in", "v_out"}
 
 
 def read_observations(
@@ -78,8 +84,8 @@ def read_observations(
         `time`, `depth` and `force`, oscillations `frequency`, `depth`, `depth_amplitude`, two of `force_amplitude` and
         `phase` or `storage_stiffness` and `loss_stiffness`, perhaps `mean_force`. With kind="bounce_times", columns
         beside `time` are not read. Further columns are `radius`, `mass`, `contact_time`, `max_force`,
-        `external_force` and `temperature` of rebounds. A column of standard deviations has the prefix `sd_`. Other
-        files go to `read_material`.
+        `external_force` and `temperature` of rebounds. A column of standard deviations has the prefix `sd_`, or one
+        of `std`, `err`, `error`, `sigma` before or behind its name. Other files go to `read_material`.
     kind : str, optional
         `rebounds`, `force_history`, `acceleration_history`, `bounce_times`, `indentation`, `oscillations` or
         `moduli`, to refuse a file of any other kind.
@@ -236,9 +242,7 @@ def read_points(path: str | Path) -> ReboundPoints:
 def open_columns(source: Path) -> tuple[Sheet, list[str]]:
     """Return the table of a file and the names of its columns; standard deviations begin with `sd_`."""
     sheet, labels = open_sheet("", str(source), _NAMES, _SYMBOLS)
-    return sheet, [
-        _DEVIATION + _SYMBOLS.get(name[3:], name[3:]) if name.startswith(_DEVIATION) else name for name in labels
-    ]
+    return sheet, [_SPREADS.get(name, name) for name in labels]
 
 
 def _columns(

@@ -125,8 +125,12 @@ def open_sheet(
         text = decoded("", read_bytes(path))
     except FileError as error:
         raise InputError("", rule=f"{error.rule}: {path}" if folder else error.rule) from None
+    # What follows a name in a longer name is no unit, as in velocity_error.
+    words = {name.rpartition("_")[2] for name in composed if name.rpartition("_")[0] in composed}
     lines = split_lines(text, " ")
-    sheet = read_sheet("", lines, is_unit=lambda tail: True, is_name=lambda label: _plain(label) in composed)
+    sheet = read_sheet(
+        "", lines, is_unit=lambda tail: tail not in words, is_name=lambda label: _plain(label) in composed
+    )
     labels = [_plain(label) if composed else label for label in sheet.labels]
     return sheet, [symbols.get(label, label) for label in labels]
 

@@ -42,6 +42,8 @@ def sweep(
     out: Annotated[Path, target("Store for the results, or a table, which is held in memory", "--out", *_RESULTS)],
     dask: Annotated[str | None, option("Dask: 'local', or a scheduler such as tcp://host:8786.", "ADDRESS")] = None,
     workers: cli.Workers = None,
+    plot: cli.Plot = None,
+    points: cli.Points = None,
     json: cli.Json = False,
     extrapolate: cli.Extrapolate = False,
 ) -> None:
@@ -53,6 +55,9 @@ def sweep(
     from restitution.case.sweep import read_sweep
     from restitution.sweeps.run import run
 
+    if points is not None and plot is None:
+        raise cli.BadInput("--points: give --plot FILE as well")
+    measured = None if points is None else rs.read_points(points)
     plan = read_sweep(file)
     is_table = out.suffix.lower() in TABLES
     engine, store = "threads" if dask is None else "dask", None if is_table else out
@@ -73,13 +78,17 @@ def sweep(
             if not is_table:
                 cli.report("note", f"{out}: the same command resumes")
             raise
+    if plot is not None:
+        tables.save_picture(rs.plot_sweep(dataset, points=measured), plot)
     (before, start), (_, end) = marks[0], marks[-1]
     total, seconds = plan.grid.n_points, end - start
     resumed = f", {before} of them from before" if before else ""
     # No speed: the start takes most of the time of a short sweep.
     lasted = f"; took {seconds:.1f} s" if total > before else ""
     line = f"{total} impact{'s' if total > 1 else ''} in {out}{resumed}{lasted}"
-    content = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
+    content: dict[str, Any] = {"result": str(out), "impacts": total, "from_before": before, "seconds": seconds}
+    if plot is not None:
+        content["picture"] = str(plot)
     _answer(line, content, dataset, warnings, json)
 
 

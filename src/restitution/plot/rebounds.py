@@ -25,7 +25,7 @@ _POINTS, _MARGIN, _DECADE = 60, 1.25, 10.0
 
 
 def draw_points(ax: Axes, points: ReboundPoints, factor: float = 1.0) -> Axes:
-    """Draw measured coefficients of restitution over velocity, times a factor, with their standard deviations."""
+    """Draw measured e over velocity, times a factor, with standard deviations and a legend."""
     speeds, (low, high) = points.velocity * factor, ax.get_xlim()
     ax.errorbar(
         speeds, points.restitution_coefficient, points.deviation, fmt="o", color=style.VERMILION,
@@ -33,7 +33,7 @@ def draw_points(ax: Axes, points: ReboundPoints, factor: float = 1.0) -> Axes:
     )  # fmt: skip
     # No point lies outside of the picture, or on its frame.
     ax.set_xlim(min(low, float(speeds.min()) / _MARGIN), max(high, float(speeds.max()) * _MARGIN))
-    return ax
+    return style.legend(ax)
 
 
 def require_points(points: object) -> None:
@@ -97,7 +97,6 @@ def plot_restitution(
             ax.set_xscale("log")
         if points is not None:
             draw_points(ax, points, across.factor)
-            ax.legend()
         ax.set_ylim(0.0, 1.05)
         style.labelled(ax, across.label, OUTPUTS[RESTITUTION].label(""))
     return figure

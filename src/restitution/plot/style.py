@@ -194,6 +194,13 @@ def labelled(ax: Axes, x: str, y: str) -> Axes:
     return ax
 
 
+def legend(ax: Axes) -> Axes:
+    """Add a legend of all that has a label; many labels stand in two columns of small letters."""
+    count = len(ax.get_legend_handles_labels()[1])
+    ax.legend(loc="best", ncols=2 if count > 6 else 1, fontsize=7.5 if count > 3 else None)
+    return ax
+
+
 def plain_ticks(ax: Axes) -> Axes:
     """Write plain numbers along logarithmic axes of at most two decades."""
     from matplotlib.ticker import LogLocator, NullFormatter

@@ -45,8 +45,7 @@ def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = Non
     # The label on a curve is the value alone; the legend has the symbol and the unit.
     short = [name.rpartition(" = ")[2].split(" ")[0] for name in names]
     style.curve_family(ax, across.values, values.values, names, short=short if across.values.size > 3 else ())
-    ax.legend(loc="best", ncols=2 if output.sizes[family] > 6 else 1, fontsize=7.5)
-    return ax
+    return style.legend(ax)
 
 
 def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
@@ -64,8 +63,7 @@ def draw_bands(ax: Axes, output: xr.DataArray, x: str, draws: str) -> Axes:
         else:
             ax.fill_between(places, bottom, top, color=style.BLUE, alpha=alpha, linewidth=0, label=words)
     ax.plot(places, median, color=style.BLUE, label="median", **look)
-    ax.legend(loc="best")
-    return ax
+    return style.legend(ax)
 
 
 class MapLevels(NamedTuple):
