@@ -218,7 +218,9 @@ def page() -> str:
         lines.append(f'| `"{name}"` | {columns}{more} | {keys} |')
     lines += [
         "",
-        "A column of standard deviations has the prefix `sd_`. The header has the units, as in `velocity [m/s]`.",
+        "A column of standard deviations has the prefix `sd_`, or one of `std`, `err`, `error`, `sigma` before or "
+        "behind its",
+        "name. The header has the units, as in `velocity [m/s]`.",
     ]
     lines += table("`[design]`", identification.DesignSection)
     names = ", ".join(f"`{name}`" for name in axes.SHORT_NAMES)
