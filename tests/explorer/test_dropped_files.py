@@ -334,3 +334,28 @@ def test_a_soft_ball_of_a_case_keeps_its_waves():
     hard = state | {"impact.material_of": "target"}
     (waves,) = (row for row in answers.impact(hard)["validity"] if row["kind"] == "waves")
     assert waves["state"] == "doubtful"
+
+
+@pytest.mark.parametrize(
+    ("text", "rows"),
+    [
+        ("velocity [cm/s],e,sd_e\n50,0.8,0.01\n20,0.9,0.02\n", [[0.5, 0.8, 0.01], [0.2, 0.9, 0.02]]),
+        ("v_in [m/s],v_out [m/s]\n2,1\n", [[2.0, 0.5]]),
+        # v = sqrt(2 g h) and e = sqrt(h'/h).
+        ("drop height [cm],rebound height [cm]\n100,64\n", [[np.sqrt(2.0 * 9.80665), 0.8]]),
+    ],
+)
+def test_measured_points_are_read_as_by_the_command(text, rows):
+    answer = dropped(text)
+    np.testing.assert_allclose(answer["points"], rows, rtol=1e-12)
+    assert answer["words"] == f"data.csv: {len(rows)} measured points"
+    assert "state" not in answer
+
+
+def test_bad_points_are_refused_in_one_line():
+    header = "velocity [m/s],e\n"
+    for text, words in (
+        (header + "1,a\n", "data.csv: "), (header + "-1,0.5\n", "velocity"),
+        (header + "1,0.5\n" * 301, "has 301 points: must have at most 300"),
+    ):  # fmt: skip
+        assert words in str(in_one_line(lambda text=text: dropped(text)))

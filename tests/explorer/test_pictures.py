@@ -75,6 +75,131 @@ def test_the_map_leads_to_the_place_that_is_pressed(opened):
     until(page, f"Math.abs(explorer.numbers.restitution_coefficient - {float(e)!r}) < 1e-7")
 
 
+def pointed(page, panel, x, y):
+    """Put the pointer on the values x, y of a picture, and return what it says there."""
+    page.locator(f"[data-panel={panel}] .plot").scroll_into_view_if_needed()
+    figure = f"explorer.tabs.impact.{panel}.figure"
+    until(page, f"{figure}.x && {figure}.visible && !{figure}.stale")
+    left, top = page.evaluate(f"{figure}.place({x!r}, {y!r})")
+    box = page.locator(f"[data-panel={panel}] .over").bounding_box()
+    page.mouse.move(box["x"] + left, box["y"] + top)
+    return page.locator(f"[data-panel={panel}] .hover").text_content()
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6, 0.85])
+def test_the_pointer_reads_the_nearest_curve(opened, share):
+    page = opened({"page.units": "mm-g-ms"})
+    result = rs.solve(ball())
+    time = share * float(result.contact_time)
+    force = float(result.sample(np.array([time])).force[0])
+    # The pointer is beside the curve; what is read lies on it.
+    words = pointed(page, "force", 1e3 * time, 1.02 * force)
+    t, f = (float(part) for part in re.fullmatch(r"t = (\S+) ms, F = (\S+) N", words).groups())
+    assert f == pytest.approx(float(result.sample(np.array([1e-3 * t])).force[0]), rel=5e-3)
+    assert 1e3 * time == pytest.approx(t, rel=0.05)
+    # The plane of the paper says e besides.
+    words = pointed(page, "map", 0.3, 3.0)
+    p2, p3, e = (float(part) for part in re.fullmatch(r"p₂ = (\S+), p₃ = (\S+), e = (\S+)", words).groups())
+    assert e == pytest.approx(float(rs.standard_solid_restitution(0.49, p2, p3)), abs=2e-3)
+    page.mouse.move(1, 1)
+    assert page.locator("[data-panel=map] .hover *").count() == 0
+
+
+def dragged(page, panel, start, end):
+    _ = pointed(page, panel, *start)
+    page.mouse.down()
+    _ = pointed(page, panel, *end)
+    page.mouse.up()
+
+
+def test_a_drag_shows_a_part_and_two_clicks_the_whole(opened):
+    page = opened({"page.units": "mm-g-ms"})
+    shown = "explorer.tabs.impact.force.figure.shown"
+    until(page, "explorer.tabs.impact.force.figure.ranges")
+    whole = page.evaluate(shown)
+    moment = page.evaluate("explorer.tabs.impact.clock.time")
+    dragged(page, "force", (0.2, 3.0), (0.6, 8.0))
+    part = page.evaluate(shown)
+    assert part["x"] == pytest.approx([0.2, 0.6], abs=2e-3)
+    assert part["y"] == pytest.approx([3.0, 8.0], abs=2e-2)
+    # Ticks and the curve are those of the part, in other units too, and no time was picked.
+    assert page.evaluate("explorer.tabs.impact.force.figure.x.ticks.every((tick) => tick >= 0.199 && tick <= 0.601)")
+    assert page.evaluate("explorer.tabs.impact.clock.time") == moment
+    page.locator("#units").select_option("AFM")
+    assert page.evaluate(shown)["x"] == pytest.approx([2e-4, 6e-4], rel=1e-2)
+    page.locator("#units").select_option("mm-g-ms")
+    # A drag to the side alone keeps the other range.
+    dragged(page, "force", (0.3, 5.0), (0.5, 5.0))
+    part = page.evaluate(shown)
+    assert part["x"] == pytest.approx([0.3, 0.5], abs=2e-3)
+    assert part["y"] == pytest.approx([3.0, 8.0], abs=2e-2)
+    page.locator("[data-panel=force] .over").dblclick()
+    assert page.evaluate(shown) == whole
+    page.wait_for_timeout(400)
+    assert page.evaluate("explorer.tabs.impact.clock.time") == moment
+    # A click goes to its time.
+    _ = pointed(page, "force", 0.25, 5.0)
+    page.mouse.down()
+    page.mouse.up()
+    assert page.evaluate("explorer.tabs.impact.clock.time") == pytest.approx(0.25e-3, rel=1e-2)
+
+
+def test_ranges_can_be_typed(opened):
+    page = opened({"page.units": "mm-g-ms"})
+    shown = "explorer.tabs.impact.moduli.figure.shown"
+    page.locator("[data-panel=moduli] .plot").scroll_into_view_if_needed()
+    until(page, "!explorer.tabs.impact.moduli.figure.stale")
+    whole = page.evaluate(shown)
+    page.locator("[data-panel=moduli] summary[aria-label^=Range]").click()
+    low = page.locator("[data-panel=moduli]").get_by_label("Across, from")
+    assert float(low.input_value()) == pytest.approx(whole["x"][0], rel=1e-4)
+    for text, good in (("1,5", True), ("-1", False), ("1e9", False), ("a", False)):
+        low.fill(text)
+        low.press("Tab")
+        assert low.get_attribute("aria-invalid") == str(not good).lower()
+        assert page.evaluate(shown)["x"] == pytest.approx([1.5, whole["x"][1]], rel=1e-4)
+    page.get_by_role("button", name="The whole picture").click()
+    assert page.evaluate(shown) == whole
+
+
+POINTS = [(0.05, 0.44), (0.4, 0.3), (3.0, 0.29)]
+
+
+def test_own_points_stand_on_the_curve(opened, tmp_path):
+    from restitution.plot.rebounds import distance
+
+    table = "velocity [cm/s],e,sd_e\n" + "".join(f"{100 * v},{e},0.01\n" for v, e in POINTS)
+    page = opened()
+    until(page, "explorer.last.velocity")
+    assert "Drop, open or paste" in page.locator("[data-panel=velocity]").inner_text()
+    page.evaluate("""(text) => {
+      const clipboardData = new DataTransfer();
+      clipboardData.setData("text/plain", text);
+      document.body.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true }));
+    }""", table)  # fmt: skip
+    until(page, "explorer.tabs.impact.velocity.figure.marks.length === 4")
+    drawn = page.evaluate(
+        "explorer.tabs.impact.velocity.figure.marks.slice(0, 3).map(({ x, y, spread }) => [x, y, spread])"
+    )
+    assert drawn == [pytest.approx([v, e, 0.01]) for v, e in POINTS]
+    path = tmp_path / "points.csv"
+    path.write_text(table)
+    size = distance(ball(), rs.read_points(path))
+    words = page.locator("[data-panel=velocity] .note:visible").inner_text()
+    found = re.fullmatch(r"3 measured points; the root .* e is about (\S+)\.\s*Remove", words)
+    # Straight lines between the 61 points of the curve, and two digits.
+    assert float(found[1]) == pytest.approx(size, rel=0.05)
+    # A link has them; a pinned setting has none of its own.
+    again = opened(start=page.url)
+    until(again, "explorer.tabs.impact.velocity.figure.marks.length === 4")
+    again.get_by_role("button", name="Pin this setting").click()
+    assert "points" not in value_of(again, "page.pins")
+    assert "measured velocity [m/s]" in saved_as(again, "[data-panel=velocity]", "CSV", tmp_path).read_text()
+    again.get_by_role("button", name="Remove", exact=True).first.click()
+    until(again, "explorer.tabs.impact.velocity.figure.marks.length === 1")
+    assert "page.points" not in again.url
+
+
 MAP = "explorer.tabs.impact.map.figure"
 
 
@@ -113,7 +238,7 @@ def test_the_labels_have_one_size_on_all_screens(opened):
 
 def saved_as(page, panel, words, folder):
     """Save a picture by its menu, and return the path of the file."""
-    page.locator(f"{panel} summary").click()
+    page.locator(f"{panel} summary[aria-label^=Save]").click()
     with page.expect_download() as waiting:
         page.locator(panel).get_by_role("button", name=words).click()
     path = folder / waiting.value.suggested_filename

@@ -221,9 +221,9 @@ def read_points(path: str | Path) -> ReboundPoints:
     source = path_of(path)
     try:
         sheet, names = open_columns(source)
-        pair = next((pair for pair in _REBOUNDS if set(pair) <= set(names)), ())
-        wanted = pair or KINDS["rebounds"].required
-        if not set(wanted) <= set(names):
+        pair, wanted = _rebounds_in(names)
+        if not wanted:
+            wanted = KINDS["rebounds"].required
             rule = f"must have the columns {' and '.join(wanted)}, or {' and '.join(_REBOUNDS[0])}"
             raise FileError("", sheet.header_line, rule)
         both = [*wanted, *(f"{_DEVIATION}{name}" for name in wanted)]
@@ -237,6 +237,21 @@ def read_points(path: str | Path) -> ReboundPoints:
         raise error.within(where=error.where or str(source)) from None
     spread = deviations.get("restitution_coefficient")
     return ReboundPoints(velocity, e, None if spread is None else np.asarray(spread))
+
+
+def _rebounds_in(names: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+    """Return the pair of columns of which rebounds follow, if it is one, and the columns of rebounds in a table."""
+    pair = next((pair for pair in _REBOUNDS if set(pair) <= set(names)), ())
+    required = KINDS["rebounds"].required
+    return pair, pair or (required if set(required) <= set(names) else ())
+
+
+def has_points(path: Path) -> bool:
+    """Return whether the header of a file has the columns that `read_points` reads."""
+    try:
+        return bool(_rebounds_in(open_columns(path)[1])[1])
+    except InputError:
+        return False
 
 
 def open_columns(source: Path) -> tuple[Sheet, list[str]]:

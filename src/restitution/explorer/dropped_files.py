@@ -1,4 +1,4 @@
-"""Files that are dropped onto the page: tables of a material, and case files with the tables that they name."""
+"""Files that are dropped onto the page: tables of a material, measured points, case files with their tables."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import numpy as np
 import restitution as rs
 from restitution.case.impact import notes_on
 from restitution.case.material import FileSection
+from restitution.case.observations import has_points
 from restitution.case.section import Section, read_sections, read_toml
 from restitution.errors import InputError, RestitutionWarning
 from restitution.explorer.inputs import MOST_TERMS, State, flat, inputs, of_file, of_material, one_line, settled
@@ -31,6 +32,8 @@ FILE_KEYS = frozenset({"file", "terms", "shift"})
 # A case file of the page has no long tables.
 _LONGEST_CASE, _MOST_FILES = 65_536, 5
 _LONGEST_NAME, _MOST_ROWS = 100, 1000
+# The address of the page has the measured points.
+_MOST_POINTS = 300
 # A temperature ramp has no temperature of its own.
 _ROOM = "20 degC"
 
@@ -44,7 +47,7 @@ class _File(Section):
 
 
 def read(content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the state that files describe, what they hold in one line, and what the page has to ask.
+    """Return the state or the points that files describe, what they hold in one line, and what the page has to ask.
 
     The content has `files`, each with a name and its bytes in base64, the `state` of the page, and the `answers` to
     the questions. The first file is that of the case or of the material. A question without an answer on which the
@@ -62,6 +65,8 @@ def read(content: Mapping[str, Any]) -> dict[str, Any]:
         try:
             if path.suffix == ".toml":
                 answer = _case(path, set(names[1:]))
+            elif has_points(path):
+                answer = _points(path)
             else:
                 answer = _material(path, settled(content.get("state", {})), answers)
             if "state" in answer:
@@ -115,6 +120,15 @@ def _case(path: Path, dropped: set[str]) -> dict[str, Any]:
     words = f"case file{'' if title is None else f', {title[:_LONGEST_NAME]}'}"
     # The paper's numbers would hide the material.
     return {"state": state | {"entry": "constants"}, "words": words, "notes": [], "questions": []}
+
+
+def _points(path: Path) -> dict[str, Any]:
+    """Return measured coefficients of restitution, as rows of a velocity [m/s], e and perhaps its deviation."""
+    points = rs.read_points(path)
+    if (count := points.velocity.size) > _MOST_POINTS:
+        raise InputError("", rule=f"has {count} points: must have at most {_MOST_POINTS}")
+    rows = np.transpose([column for column in points if column is not None])
+    return {"points": rows.tolist(), "words": f"{count} measured points", "notes": [], "questions": []}
 
 
 _DEFORMATION: Question = {

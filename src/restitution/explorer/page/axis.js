@@ -71,7 +71,9 @@ function decades(low, high, count) {
     return span(first, last).filter((n) => (n - first) % every === 0).map((n) => Math.pow(10, n));
   }
   const marks = span(first - 1, last).flatMap((n) => [1, 2, 5].map((digit) => digit * Math.pow(10, n)));
-  return marks.filter((mark) => mark >= low * (1 - 1e-9) && mark <= high * (1 + 1e-9));
+  const inside = marks.filter((mark) => mark >= low * (1 - 1e-9) && mark <= high * (1 + 1e-9));
+  // Within a part of a decade.
+  return inside.length > 1 ? inside : linear(low, high, count);
 }
 
 function tickLabels(marks, log) {
@@ -90,10 +92,8 @@ const isDecade = (value) => Math.abs(Math.log10(value) - Math.round(Math.log10(v
 const isRound = (step) => Math.abs(step / Math.pow(10, Math.floor(Math.log10(step) + 1e-9)) - 2.5) > 1e-6;
 
 function logLabel(value) {
-  const power = Math.round(Math.log10(value));
-  if (value >= 0.00099 && value < 9999) return plain(String(Number(value.toPrecision(3))));
-  const digit = Math.round(value / Math.pow(10, power));
-  return digit === 1 ? `10${superscript(power)}` : plain(value.toExponential(0));
+  if (value >= 0.00099 && value < 9999) return plain(String(Number(value.toPrecision(4))));
+  return isDecade(value) ? `10${superscript(Math.round(Math.log10(value)))}` : plain(Number(value.toPrecision(4)).toExponential());
 }
 
 function plain(text) {

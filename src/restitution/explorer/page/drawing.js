@@ -80,7 +80,7 @@ export function sheet(card) {
   });
   const pictures = [...card.querySelectorAll("svg:not(svg svg)")].map((picture) => {
     const copy = picture.cloneNode(true);
-    for (const part of copy.querySelectorAll(".cursor, .over")) part.remove();
+    for (const part of copy.querySelectorAll(".cursor, .over, .hover")) part.remove();
     copy.removeAttribute("aria-hidden");
     for (const [key, value] of Object.entries(place(picture.getBoundingClientRect()))) copy.setAttribute(key, value);
     return copy;

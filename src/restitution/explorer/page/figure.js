@@ -2,7 +2,9 @@
 import { Axis, rangeOf } from "./axis.js";
 import { draw, filled, lines, node, round, words } from "./drawing.js";
 import { element } from "./elements.js";
+import { Pointer } from "./pointer.js";
 import { colours } from "./theme.js";
+import { back, convert } from "./units.js";
 
 const DASHES = { solid: [], dashed: [7, 4], dotted: [2, 3], dashdot: [8, 3, 2, 3] };
 
@@ -12,6 +14,7 @@ const SHARES = [0.5, 0.4, 0.6, 0.3, 0.7, 0.22, 0.78, 0.14, 0.86, 0.07, 0.93];
 // Sizes over the size of the page's text; the width of a character is that of most fonts.
 const [ABOVE, BELOW, BESIDE, TITLE, CHARACTER] = [0.7, 3.4, 0.9, 1.5, 0.62];
 const TICK = 5;
+const PLAIN = { factor: 1 };
 
 export function strokeOf(curve) {
   const palette = colours();
@@ -20,14 +23,14 @@ export function strokeOf(curve) {
 }
 
 export class Figure {
-  // options: x and y as {label, short, log, whole, room}, onPick(x, y, done)
+  // options: x and y as {label, short, symbol, unit, log, whole, room}, and those of the pointer
   constructor(options) {
-    Object.assign(this, { options, curves: [], visible: true, stale: false });
+    Object.assign(this, { options, curves: [], marks: [], part: null, visible: true, stale: false });
     this.svg = node("svg", { "aria-hidden": true });
     this.root = element("div", { className: "plot" }, this.svg);
     this.size = filled(this.svg, this.root, () => this.redraw());
     new IntersectionObserver(([seen]) => this.appear(seen.isIntersecting), { rootMargin: "200px" }).observe(this.root);
-    if (options.onPick) this.listen(options.onPick);
+    this.pointer = new Pointer(this, options);
   }
 
   // Replaces what is drawn. Ranges follow from the curves unless they are given.
@@ -40,6 +43,20 @@ export class Figure {
     };
     if (this.visible) this.redraw();
     else this.later();
+  }
+
+  // The ranges that are shown: those of the curves, or of a part, which is kept in SI as units change with the sliders.
+  get shown() {
+    const { ranges, part, options } = this;
+    const of = (key) => part?.[key].map((value) => convert(value, options[key].unit ?? PLAIN)) ?? ranges[key];
+    return { x: of("x"), y: of("y") };
+  }
+
+  // Shows a part {x, y} of the picture, or the whole again.
+  zoom(part) {
+    const of = (key) => part[key].map((value) => back(value, this.options[key].unit ?? PLAIN));
+    this.part = part && { x: of("x"), y: of("y") };
+    this.redraw();
   }
 
   // A picture out of sight waits until the page rests or until it is seen.
@@ -57,9 +74,10 @@ export class Figure {
   }
 
   redraw() {
-    const { size, ranges, options } = this;
+    const { size, options } = this;
     this.stale = false;
-    if (!size.width || !ranges) return;
+    if (!size.width || !this.ranges) return;
+    const ranges = this.shown;
     const palette = colours();
     const { em } = palette;
     const height = size.height - (ABOVE + BELOW) * em;
@@ -74,15 +92,28 @@ export class Figure {
       ["g", place, this.axes(palette)],
       // A picture within the picture ends at its edges.
       ["svg", { x: left, y: this.box.top, ...box }, [
-        ...(this.image ? [["image", { ...box, preserveAspectRatio: "none", href: this.image }]] : []),
+        ...(this.image ? [["image", { ...this.whole(), preserveAspectRatio: "none", href: this.image }]] : []),
         ...this.curves.map((curve) => ["path", { d: this.path(curve), ...strokeOf(curve), "stroke-linejoin": "round", "stroke-linecap": "round" },
           [["title", {}, curve.label ?? curve.letter ?? ""]]]),
       ]],
       ["g", place, [...this.letters(palette), ...this.marked(palette)]],
       ["rect", { class: "over", ...place, ...box, fill: "none", "pointer-events": "all" }],
       ["g", { class: "cursor", ...place, "pointer-events": "none" }],
+      ["g", { class: "hover", ...place, "pointer-events": "none" }],
     ]);
     this.point();
+    this.pointer.draw();
+  }
+
+  layer(name) {
+    return this.svg.querySelector(`.${name}`);
+  }
+
+  // Where the whole picture is, in the box of a part.
+  whole() {
+    const [left, top] = this.place(this.ranges.x[0], this.ranges.y[1]);
+    const [right, bottom] = this.place(this.ranges.x[1], this.ranges.y[0]);
+    return { x: round(left), y: round(top), width: round(right - left), height: round(bottom - top) };
   }
 
   // From the values of a point to its place in the box, and back.
@@ -143,12 +174,17 @@ export class Figure {
 
   marked(palette) {
     const inside = this.marks.filter((mark) => this.x.has(mark.x) && (mark.y === undefined || this.y.has(mark.y)));
-    return inside.flatMap((mark) => (mark.y === undefined ? this.level(mark, palette) : [this.dot(mark, palette)]));
+    return inside.flatMap((mark) => (mark.y === undefined ? this.level(mark, palette) : this.dot(mark, palette)));
   }
 
+  // A dot, on a bar of its standard deviation to both sides.
   dot(mark, { [mark.colour ?? "ink"]: stroke, card, thickness }) {
     const [cx, cy] = this.place(mark.x, mark.y).map(round);
-    return ["circle", { cx, cy, r: round(5.5 * thickness), fill: card, stroke, "stroke-width": round(2.5 * thickness) }];
+    const size = mark.size ?? 1;
+    const circle = ["circle", { cx, cy, r: round(5.5 * size * thickness), fill: card, stroke, "stroke-width": round(2.5 * size * thickness) }];
+    if (!mark.spread) return [circle];
+    const ends = [-1, 1].map((side) => this.place(mark.x, mark.y + side * mark.spread));
+    return [["path", { d: lines(ends), fill: "none", stroke, "stroke-width": round(1.5 * thickness) }], circle];
   }
 
   // A line at a value, with its words to the right if there is room, else to the left, else up to the edge.
@@ -176,28 +212,11 @@ export class Figure {
     const { muted, ink, card, em } = colours();
     const { x, points } = this.cursorAt;
     const at = x === null ? null : this.x.at(x);
-    draw(this.svg.lastChild, [
-      ...(x === null ? [] : [["line", { x1: at, x2: at, y1: 0, y2: this.box.height, stroke: muted, "stroke-width": 1.5 }]]),
-      ...points.map((point) => this.place(...point)).filter((place) => place.every(Number.isFinite)).map(([cx, cy]) =>
+    const seen = (place) => place.every(Number.isFinite) && place[0] >= 0 && place[0] <= this.box.width && place[1] >= 0 && place[1] <= this.box.height;
+    draw(this.layer("cursor"), [
+      ...(x === null || !this.x.has(x) ? [] : [["line", { x1: at, x2: at, y1: 0, y2: this.box.height, stroke: muted, "stroke-width": 1.5 }]]),
+      ...points.map((point) => this.place(...point)).filter(seen).map(([cx, cy]) =>
         ["circle", { cx, cy, r: 0.24 * em, fill: ink, stroke: card, "stroke-width": 2 }]),
     ]);
-  }
-
-  // A click or a drag on the picture goes to the values there.
-  listen(pick) {
-    this.root.classList.add("pickable");
-    const send = (event, done) => {
-      if (!this.curves.length) return;
-      const { left, top } = this.svg.getBoundingClientRect();
-      pick(...this.values(event.clientX - left - this.box.left, event.clientY - top - this.box.top), done);
-    };
-    const held = (event) => this.svg.hasPointerCapture(event.pointerId);
-    this.svg.addEventListener("pointerdown", (event) => {
-      if (!event.target.matches(".over")) return;
-      this.svg.setPointerCapture(event.pointerId);
-      send(event, false);
-    });
-    this.svg.addEventListener("pointermove", (event) => held(event) && send(event, false));
-    this.svg.addEventListener("pointerup", (event) => held(event) && send(event, true));
   }
 }

@@ -1,9 +1,11 @@
 // The tab of one impact: the ball, the numbers, and all curves with a common cursor of time.
+import { rangeOf } from "./axis.js";
 import { Ball, interpolate } from "./ball.js";
 import { Clock, timeControl } from "./clock.js";
 import { files, menu } from "./downloads.js";
 import { element } from "./elements.js";
 import { planePicture } from "./map.js";
+import { Measured } from "./measured.js";
 import { Assumptions, Numbers } from "./numbers.js";
 import { Panel, picture } from "./panel.js";
 import { back, convert, digits, phrase } from "./units.js";
@@ -42,12 +44,15 @@ export class ImpactTab {
     this.ball = new Ball(scenes, this.clock, this.outputs);
     const pickTime = (x) => this.clock.toTime(back(x, this.scales.force.across));
     this.velocity = new Panel({ name: "velocity", title: "Restitution coefficient over velocity", x: { log: true }, onPick: (x, y, done) => this.pickVelocity(x, done) });
+    this.measured = new Measured(app.state);
+    this.velocity.root.append(this.measured.root);
     this.force = new Panel({ name: "force", title: "Force over time", onPick: pickTime });
     this.loop = new Panel({ name: "loop", title: "Force over depth" });
     this.energy = new Panel({ name: "energy", title: "Energies over time", onPick: pickTime });
     this.relaxation = new Panel({ name: "relaxation", title: "Relaxation of the material" });
     this.moduli = new Panel({ name: "moduli", title: "Moduli over frequency" });
-    this.map = new Panel({ name: "map", title: "The paper's plane", onPick: (p2, p3, done) => app.goTo(p2, p3, done) });
+    this.map = new Panel({ name: "map", title: "The paper's plane", onPick: (p2, p3, done) => app.goTo(p2, p3, done),
+      about: (p2, p3) => `e = ${digits(app.paper.restitution(this.mapNu, p2, p3))}` });
     const panels = [this.velocity, this.force, this.loop, this.energy, this.relaxation, this.moduli, this.map];
     const grid = element("div", { className: "grid" }, this.stage, ...panels.map((panel) => panel.root));
     root.append(grid);
@@ -127,7 +132,11 @@ export class ImpactTab {
     const [v, e] = [this.app.state.get("impact.velocity"), this.answer?.numbers.restitution_coefficient];
     const marks = v && Number.isFinite(e) ? [{ x: convert(v, shown.across), y: e, colour: "accent" }] : [];
     this.velocityUnit = shown.across;
-    this.velocity.show({ ...shown, curves, marks, ranges: { y: [0, 1.06] }, summary: `At ${phrase(v, outputs.velocity ?? {})} the restitution coefficient is ${digits(e)}.` });
+    const points = this.measured.marks(shown.across);
+    this.measured.show(this.velocities?.curves.velocity);
+    const most = Math.max(1, ...points.map(({ y, spread = 0 }) => y + spread));
+    this.velocity.show({ ...shown, curves, marks: [...points, ...marks], columns: [...shown.columns, ...this.measured.columns()],
+      ranges: { x: rangeOf([...curves, { x: points.map(({ x }) => x) }], "x", true, { room: points.length > 0 }), y: [0, 1.06 * most] }, summary: `At ${phrase(v, outputs.velocity ?? {})} the restitution coefficient is ${digits(e)}.` });
   }
 
   pickVelocity(x, done) {

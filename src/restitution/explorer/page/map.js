@@ -79,8 +79,8 @@ export function planePicture(paper, nu, marks = [], levels = LEVELS) {
     curves,
     image,
     marks: [...limit, ...marks],
-    x: { label: "p₂ = G∞/G₁", short: "p₂", log: true },
-    y: { label: "p₃", log: true },
+    x: { label: "p₂ = G∞/G₁", short: "p₂", symbol: "p₂", log: true },
+    y: { label: "p₃", symbol: "p₃", log: true },
     columns: () => [
       { name: "p2", unit: "", values: Array.from(values, (_, n) => across[n % POINTS]) },
       { name: "p3", unit: "", values: Array.from(values, (_, n) => up[Math.floor(n / POINTS)]) },

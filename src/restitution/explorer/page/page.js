@@ -86,7 +86,7 @@ class App {
 
   // Asks for what the tab shows, if the case is another one; the page's own keys only draw again.
   changed() {
-    const look = ["page.units", "page.pins", "page.tab"].map((key) => this.state.get(key)).join();
+    const look = ["page.units", "page.pins", "page.points", "page.tab"].map((key) => this.state.get(key)).join();
     const values = this.state.case();
     const text = JSON.stringify(values);
     for (const kind of NEEDED[this.tab]) {

@@ -4,7 +4,8 @@ import { Figure, strokeOf } from "./figure.js";
 import { element } from "./elements.js";
 import { node } from "./drawing.js";
 import { files, menu } from "./downloads.js";
-import { axisLabel, convert, unitFor } from "./units.js";
+import { rangeMenu } from "./ranges.js";
+import { axisLabel, convert, plainSymbol, unitFor } from "./units.js";
 
 let count = 0;
 
@@ -18,7 +19,7 @@ export class Panel {
     this.summary = element("p", { className: "sr-only" });
     const saved = files(name, () => this.root, () => (typeof this.columns === "function" ? this.columns() : this.columns));
     this.root = element("section", { className: "card picture" },
-      element("header", {}, this.heading, menu(title, saved)), this.legend, this.figure.root, this.note, this.summary);
+      element("header", {}, this.heading, rangeMenu(title, this.figure), menu(title, saved)), this.legend, this.figure.root, this.note, this.summary);
     this.root.setAttribute("aria-labelledby", this.heading.id);
     this.root.dataset.panel = name;
   }
@@ -56,12 +57,15 @@ export function picture(sets, x, ys, outputs, axes = {}) {
   const [across, up] = [unitOf([x]), unitOf(ys.map(({ name }) => name))];
   const converted = (values, unit) => values.map((value) => (value === null ? null : convert(value, unit)));
   const labels = (name, unit, words) => ({
+    unit,
+    symbol: plainSymbol(outputs[name].symbol),
     label: words ? axisLabel({ symbol: "" }, unit, words) : axisLabel(outputs[name], unit), short: axisLabel(outputs[name], unit, ""),
   });
   // Of a pinned setting only the first curve is shown.
   const curves = tables.flatMap(({ table, letter, dash }) => (letter ? ys.slice(0, 1) : ys).map((style) => ({
     x: converted(table[x], across),
     y: converted(table[style.name], up),
+    symbol: plainSymbol(outputs[style.name].symbol),
     ...(letter ? { colour: "pinned", dash, width: 1.6, letter }
       : { colour: "accent", width: 2.4, ...style, label: ys.length > 1 ? style.label : undefined }),
   }))).reverse();

@@ -12,8 +12,9 @@ const [PLANES, CURVES] = [["3", "4"], ["5", "6"]];
 export class PaperTab {
   constructor(root, app) {
     this.app = app;
-    const panel = (name, onPick) => new Panel({ name: `figure-${name}`, title: `Figure ${name}`, onPick });
-    this.maps = PLANES.map((name) => panel(name, (p2, p3, done) => app.goTo(p2, p3, done)));
+    const panel = (name, onPick, about) => new Panel({ name: `figure-${name}`, title: `Figure ${name}`, onPick, about });
+    this.maps = PLANES.map((name) => panel(name, (p2, p3, done) => app.goTo(p2, p3, done),
+      (p2, p3) => `e = ${digits(app.paper.restitution(this.answer.figures[name].nu, p2, p3))}`));
     this.lines = CURVES.map((name) => panel(name, (p3, e, done) => app.goTo(this.answer.figures[name].p2, p3, done)));
     this.present = element("section", { className: "card present" });
     this.claims = element("section", { className: "card claims" });
@@ -70,7 +71,7 @@ export class PaperTab {
     }
     const e = point ? paper.restitution(point.nu, p2, point.p3) : NaN;
     panel.show({ curves, marks: Number.isFinite(e) ? [{ x: point.p3, y: e, colour: "accent" }] : [],
-      x: { label: "p₃", log: true }, y: { label: "e" },
+      x: { label: "p₃", symbol: "p₃", log: true }, y: { label: "e", symbol: "e" },
       ranges: { x: paper.about.p3, y: [0, 1] },
       note: "The numbers at the curves are Poisson ratios. Dashed: the instantaneous Poisson ratio is negative.",
       columns: [{ name: "p3", unit: "", values: [...fine] }, ...curves.map(({ nu, y }) => ({ name: `e at nu = ${nu}`, unit: "", values: [...y] }))],

@@ -40,7 +40,7 @@ export class Pins {
   }
 
   add() {
-    const { "page.pins": pins, ...values } = this.state.values;
+    const { "page.pins": pins, "page.points": points, ...values } = this.state.values;
     const link = this.state.link(values).slice(1);
     if (!this.links.includes(link)) this.links = [...this.links, link];
   }

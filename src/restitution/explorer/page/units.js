@@ -54,10 +54,13 @@ export const back = (shown, unit) => (shown - (unit.offset ?? 0)) / unit.factor;
 // A text such as "20 kPa" as {value in SI, unit}, where a number alone has the unit that is shown; else null.
 export function typed(text, quantity, shown) {
   const [, number, name] = text.trim().replace("−", "-").match(/^([-+]?[\d.,]+(?:e[-+]?\d+)?)\s*(.*)$/i) ?? [];
-  const value = Number(number?.replace(",", "."));
+  const value = typedNumber(number ?? "");
   const unit = name ? unitNamed(name, quantity) : shown;
   return number && Number.isFinite(value) && unit ? { value: back(value, unit), unit } : null;
 }
+
+// A number as people write it, with a decimal comma or a true minus sign; NaN if it is none.
+export const typedNumber = (text) => (text.trim() ? Number(text.replace("−", "-").replace(",", ".")) : NaN);
 
 // A unit of any system by its name, or one of SI with a prefix.
 function unitNamed(name, quantity) {
@@ -107,7 +110,7 @@ export function axisLabel(quantity, unit, words = quantity.words) {
 }
 
 const LOWERED = { 0: "₀", 1: "₁", 2: "₂", 3: "₃", "∞": "∞" };
-const plainSymbol = (symbol) => (symbol ?? "").replace(/_(.)$/, (_, sign) => LOWERED[sign] ?? `_${sign}`).replace(/_\{?(\w+)\}?/, " $1");
+export const plainSymbol = (symbol) => (symbol ?? "").replace(/_(.)$/, (_, sign) => LOWERED[sign] ?? `_${sign}`).replace(/_\{?(\w+)\}?/, " $1");
 
 // A symbol such as "d_max" as elements, with its subscript lowered.
 export function symbolNodes(symbol) {

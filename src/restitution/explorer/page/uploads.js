@@ -1,5 +1,7 @@
-// Files that are dropped onto the page, or opened: a table of a material, or a case with the tables that it names.
+// Files that are dropped onto the page, opened or pasted: a table of a material or of measured points, or a case with
+// the tables that it names.
 import { element } from "./elements.js";
+import { pointsText } from "./measured.js";
 
 export class Uploads {
   constructor(app, open, message) {
@@ -26,6 +28,10 @@ export class Uploads {
       event.preventDefault();
       over(-depth);
       this.read(event.dataTransfer.files);
+    });
+    document.addEventListener("paste", (event) => {
+      const text = event.clipboardData?.getData("text");
+      if (text && !event.target.closest?.("input, textarea")) this.read([new File([text], "pasted.csv")]);
     });
   }
 
@@ -61,10 +67,11 @@ export class Uploads {
       this.show(answer.error, true, this.form);
       return;
     }
-    const { questions, state, words, notes = [] } = answer;
+    const { questions, state, points, words, notes = [] } = answer;
     if (questions.length) this.form ??= this.formOf(questions);
     for (const { key, value } of questions) if (value) this.form.elements[key].value ||= value;
-    this.show([words, ...notes].join("\n"), !state, this.form);
+    this.show([words, ...notes].join("\n"), !state && !points, this.form);
+    if (points) this.app.state.set({ "page.points": pointsText(points), "page.tab": "impact" }, true);
     if (state) this.app.state.set(state, true);
   }
 
