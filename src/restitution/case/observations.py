@@ -240,7 +240,7 @@ def read_points(path: str | Path) -> ReboundPoints:
 
 
 def _rebounds_in(names: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-    """Return the pair of columns of which rebounds follow, if it is one, and the columns of rebounds in a table."""
+    """Return the pair of columns from which rebounds follow, if any, and the columns of rebounds in a table."""
     pair = next((pair for pair in _REBOUNDS if set(pair) <= set(names)), ())
     required = KINDS["rebounds"].required
     return pair, pair or (required if set(required) <= set(names) else ())
