@@ -238,6 +238,8 @@ _TOWER = re.compile(r"(\^|\*\*)[\s(+-]*[\d.]+[\s)]*(\^|\*\*)|\d{4}")
 _COMMON = (
     "Pa", "kPa", "MPa", "GPa", "mm", "um", "cm", "m", "kg", "g", "mg", "s", "ms", "us", "N", "mN", "kN",
 )  # fmt: skip
+# What may stand for a unit that was cut off, as in "5 G".
+_LONE_PREFIXES = "kMGnu"
 # The names of it in texts, pint, astropy and unyt. Hardly any body is that soft, and it is one capital from MPa.
 _MILLIPASCAL = re.compile(r"mPa|millipascals?")
 
@@ -362,8 +364,11 @@ def usual_units(*dimensions: Dimension) -> list[str]:
 
 
 def _near(text: str, dimension: Dimension) -> str:
-    """Return the usual units that differ from a text by capitals only."""
-    return " or ".join(name for name in usual_units(dimension) if name.lower() == text.lower())
+    """Return the usual units that differ from a text by capitals only, or that begin with it if it is a prefix."""
+    usual = usual_units(dimension)
+    if len(text) == 1 and text in _LONE_PREFIXES:
+        return " or ".join(name for name in usual if name[0] == text and name[1:] in usual)
+    return " or ".join(name for name in usual if name.lower() == text.lower())
 
 
 def _refuse_millipascal(name: str, value: Any, unit: str) -> None:

@@ -115,6 +115,14 @@ def test_invalid_quantities_are_refused_in_one_line(text: str, kind: Dimension, 
     assert str(refusal(lambda: to_si(text, kind))) == message
 
 
+@pytest.mark.parametrize(
+    ("text", "kind", "meant"),
+    [("5 G", MODULUS, "GPa"), ("5 k", MODULUS, "kPa"), ("3 gpa", MODULUS, "GPa"), ("2 u", TIME, "us")],
+)
+def test_a_unit_that_was_cut_off_or_has_other_capitals_is_guessed(text: str, kind: Dimension, meant: str) -> None:
+    assert f"did you mean {meant}?" in str(refusal(lambda: to_si(text, kind)))
+
+
 @pytest.mark.parametrize("text", ["1 m^9^9^9^9", "1 m**(9**9**9**9)", "9**9**9**9 m", "1 m^99999999"])
 def test_nested_powers_are_refused_at_once(text: str) -> None:
     with pytest.raises(ValueError, match="unknown unit"):
