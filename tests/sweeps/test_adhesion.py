@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 import restitution as rs
 from refusals import in_one_line
 from restitution.case.sweep import read_sweep
+from restitution.case.uncertainty import propagate_case
 from restitution.impact.adhesion import AdhesiveResult
 from restitution.sweeps.run import run
 from restitution.validity import RANGE_LIMIT, SLOPE_LIMIT
@@ -147,6 +148,32 @@ def test_deviations_follow_from_derivatives():
     by = rs.derivatives(BALL, ["work", "velocity"], ["restitution_coefficient"], rtol=1e-5)
     expected = 1e-3 * math.hypot(*by.matrix[0])
     assert bars["restitution_coefficient"].standard_deviation == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_case_file_has_standard_deviations_of_adhesion(tmp_path):
+    text = """
+    [body]
+    mass = 1
+    radius = 1
+    [material]
+    model = "elastic"
+    shear_modulus = 0.25
+    bulk_modulus = "incompressible"
+    [adhesion]
+    work = "10 +- 1 mJ/m^2"
+    stress = 0.157768
+    [impact]
+    velocity = 0.1217
+    [solver]
+    rtol = 1e-5
+    """
+    path = tmp_path / "ball.toml"
+    path.write_text(text)
+    bars = propagate_case(rs.read_case(path))
+    by = rs.derivatives(BALL, ["work"], ["restitution_coefficient"], rtol=1e-5)
+    e = bars["restitution_coefficient"]
+    # Both derivatives are known to their stated errors, some 5e-3 of them.
+    assert e.standard_deviation == pytest.approx(1e-3 * abs(by["restitution_coefficient", "work"]), rel=1e-2)
 
 
 def maugis_edge(radius, work, stress):
