@@ -144,6 +144,13 @@ def _energy_residual(
     return (spent - kinetic_energy_in - work) / kinetic_energy_in
 
 
+ADHESION_INPUTS = _by_name(
+    _positive("work", SURFACE_ENERGY, "work of adhesion", r"$w$"),
+    _positive("stress", PRESSURE, "stress of the attraction", r"$\sigma_0$"),
+    _positive("range", LENGTH, "range of the attraction", r"$h_0$"),
+)
+"""Numbers of the adhesion of two surfaces."""
+
 INPUTS = _by_name(
     _positive("velocity", VELOCITY, "impact velocity", r"$v_0$"),
     _positive("drop_height", LENGTH, "height of the fall", r"$H$"),
@@ -178,6 +185,7 @@ INPUTS = _by_name(
         "angle", ANGLE, "angle of incidence from the normal", r"$\alpha_0$", -math.pi / 2, math.pi / 2, open=True
     ),
     _positive("speed", VELOCITY, "speed of the centre", r"$u_0$"),
+    *ADHESION_INPUTS.values(),
 )
 """Quantities that an axis of a sweep may set by name; a builder or a case file may have further ones."""
 
@@ -251,6 +259,7 @@ OBLIQUE = _by_name(
 ADHESION = _by_name(
     _nonnegative("pull_off_force", FORCE, "largest pull", r"$F_\mathrm{pull}$"),
     _nonnegative("touching_time", TIME, "time from the first to the last touch", r"$T_a$"),
+    _nonnegative("zone_width", LENGTH, "width of the attracted ring", r"$c - a$"),
 )
 """Outputs of an adhesive impact, besides those of all impacts."""
 
@@ -270,13 +279,18 @@ VALIDITY = _by_name(
     _nonnegative("layer_strain", NUMBER, "indentation depth over thickness of the layer", r"$d/h$"),
     _nonnegative("coupling_number", NUMBER, "Dundurs' parameter over friction", r"$\beta/\mu$"),
     _nonnegative("travel_number", NUMBER, "way along the surface over contact radius", r"$v_x T/a$"),
+    _nonnegative("maugis_number", NUMBER, "Maugis' parameter of the body at rest", r"$\lambda_\infty$", infinite=True),
+    _nonnegative("instantaneous_maugis_number", NUMBER, "Maugis' parameter at once", r"$\lambda_0$"),
+    _nonnegative("zone_slope", NUMBER, "range over width of the attracted ring", r"$h_0/(c - a)$"),
+    _positive("attraction_range", LENGTH, "range of the attraction", r"$h_0$"),
+    _nonnegative("range_ratio", NUMBER, "range of the attraction over depth", r"$h_0/d$"),
     _nonnegative(
         "undetermined_constants", NUMBER, "constants that data do not determine: 1 some, 2 the scale", r"$n$"
     ),
 )
 """Numbers of an impact for the assumptions of the theory; see `restitution.validity`."""
 
-SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, OBLIQUE, OUTPUTS)
+SWEEP_OUTPUTS: Mapping[str, Quantity] = ChainMap(VALIDITY, ADHESION, OBLIQUE, OUTPUTS)
 """Outputs that a sweep can compute: those of an impact, then those of its validity."""
 
 DEFAULT_OUTPUTS = ("restitution_coefficient", "contact_time", "max_indentation_depth", "max_force")
@@ -321,13 +335,6 @@ HISTORY = _by_name(
 
 ATTRACTION_TIME = HISTORY["time"]._replace(words="time since the first attraction")
 """Time of a history with adhesion."""
-
-ADHESION_INPUTS = _by_name(
-    _positive("work", SURFACE_ENERGY, "work of adhesion", r"$w$"),
-    _positive("stress", PRESSURE, "stress of the attraction", r"$\sigma_0$"),
-    _positive("range", LENGTH, "range of the attraction", r"$h_0$"),
-)
-"""Numbers of the adhesion of two surfaces."""
 
 BOUNCES = _by_name(
     _nonnegative("touch_time", TIME, "time of touch", r"$t$"),

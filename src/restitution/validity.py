@@ -21,6 +21,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material
 from restitution.quantities import VALIDITY
 from restitution.result import Table
+from restitution.units import in_words
 
 Threshold = float | tuple[float, float]
 COLUMNS = (
@@ -35,7 +36,8 @@ _BESIDE_RIGID, _TARGET, _LAYER, _BALL, _, _, _INDENTER = range(len(_BODIES))
 _TITLES = {
     "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
     "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "separability": "separability",
-    "constants": "constants", "coupling": "coupling", "travel": "travel",
+    "constants": "constants", "coupling": "coupling", "travel": "travel", "attraction": "attraction",
+    "range": "range", "roughness": "roughness",
 }  # fmt: skip
 
 # Representative strain 0.2 a/R = 4 % (Tabor 1951); an exact sphere is there 0.4 % softer than its parabola.
@@ -52,6 +54,10 @@ SPEED_LIMIT = 0.01
 COUPLING_LIMIT = 0.3
 # Way of the centre in contact over the largest contact radius, up to which the patch counts as at rest.
 TRAVEL_LIMIT = 0.5
+# Slope of the surfaces in the attracted ring, (4/pi) sigma0/E* of a thin one: a strain of the same size.
+SLOPE_LIMIT = 0.2
+# Range of the attraction over the largest depth, from which its form matters as much as its work.
+RANGE_LIMIT = 1.0
 # From below any foam to above osmium. Two equal balls have four times their density by reduced mass and radius.
 DENSITY_LIMITS = (1.0, 3e4)
 _PAIR = 4.0
@@ -71,7 +77,7 @@ class Check:
     ----------
     kind : str
         `small_strain`, `half_space`, `waves`, `window`, `poisson_ratio`, `density`, with friction `coupling` and
-        `travel`, or if in doubt `separability` or `constants`.
+        `travel`, with adhesion `attraction`, `range` and `roughness`, or if in doubt `separability` or `constants`.
     words, value, threshold : str, float or None, float or tuple of float
         The number that is compared, its worst value (None if it is not known), and its limit, a range for the density.
     exceeded : bool
@@ -193,6 +199,12 @@ class Numbers(NamedTuple):
     undetermined_constants: Array = np.zeros(1)
     coupling_number: Array = np.full(1, math.nan)
     travel_number: Array = np.full(1, math.nan)
+    maugis_number: Array = np.full(1, math.nan)
+    instantaneous_maugis_number: Array = np.full(1, math.nan)
+    zone_ratio: Array = np.full(1, math.nan)
+    zone_slope: Array = np.full(1, math.nan)
+    range_ratio: Array = np.full(1, math.nan)
+    attraction_range: Array = np.full(1, math.nan)
 
 
 class Outputs(NamedTuple):
@@ -215,6 +227,10 @@ class Outputs(NamedTuple):
     impedance: Any = math.inf
     coupling_number: Any = math.nan
     travel_number: Any = math.nan
+    maugis_number: Any = math.nan
+    instantaneous_maugis_number: Any = math.nan
+    attraction_range: Any = math.nan
+    zone_width: Any = math.nan
 
 
 class _Shapes(NamedTuple):
@@ -312,6 +328,12 @@ def numbers(contact: Contact | Sequence[Contact], **columns: ArrayLike) -> Numbe
             undetermined_constants=materials.undetermined_constants,
             coupling_number=outputs.coupling_number,
             travel_number=outputs.travel_number,
+            maugis_number=outputs.maugis_number,
+            instantaneous_maugis_number=outputs.instantaneous_maugis_number,
+            zone_ratio=outputs.zone_width / radius,
+            zone_slope=outputs.attraction_range / outputs.zone_width,
+            range_ratio=outputs.attraction_range / depth,
+            attraction_range=outputs.attraction_range,
         )
 
 
@@ -466,6 +488,10 @@ def excess(numbers: Numbers) -> dict[str, Array]:
             ),
             "coupling": numbers.coupling_number / COUPLING_LIMIT,
             "travel": numbers.travel_number / TRAVEL_LIMIT,
+            "attraction": numbers.zone_slope / SLOPE_LIMIT,
+            "range": numbers.range_ratio / RANGE_LIMIT,
+            # Never checked, as no height of the surface is known.
+            "roughness": np.full(np.shape(numbers.attraction_range), math.nan),
         }
 
 
@@ -476,7 +502,7 @@ def report(numbers: Numbers) -> Validity:
         name, limit, reason, describe = _KINDS[kind]
         unknown = np.isnan(values)
         is_known = not unknown.all()
-        if not reason and not is_known:
+        if not is_known and (not reason or (kind in _OF_ADHESION and np.isnan(numbers.attraction_range).all())):
             continue
         place = int(np.where(unknown, -np.inf, values).argmax())
         worst: Any = Numbers(*[column[place] for column in numbers])
@@ -484,6 +510,7 @@ def report(numbers: Numbers) -> Validity:
         # A body without a density may have the slower waves.
         sure = exceeded or kind != "waves" or not numbers.density_missing.any()
         if not (is_known and sure):
+            limit = float(np.nanmin(numbers.attraction_range)) if kind == "roughness" else limit
             message = f"{_TITLES[kind]}: not checked, {reason}"
             checks.append(Check(kind, VALIDITY[name].words, None, limit, False, message, ""))
             continue
@@ -593,6 +620,25 @@ def _travel(worst: Any, exceeded: bool) -> tuple[str, str]:
     return text, "Expect rolling and ploughing on fresh material, which are left out; take a lower speed."
 
 
+def _attraction(worst: Any, exceeded: bool) -> tuple[str, str]:
+    at_rest = "infinite" if math.isinf(worst.maugis_number) else f"{worst.maugis_number:.3g}"
+    text = f"{VALIDITY['zone_slope'].words} is {_beside(worst.zone_slope, SLOPE_LIMIT)}; the ring is "
+    text += f"{100.0 * worst.zone_ratio:.2g} % of the contact radius wide"
+    if not math.isnan(worst.maugis_number):
+        text += f", lambda {at_rest} at rest and {worst.instantaneous_maugis_number:.3g} at once, where DMT is below "
+        text += "0.1 and JKR above 5"
+    advice = "Take a lower stress of the same work, or read the numbers as those of a model of the edge: strains "
+    return text, advice + "there are not small."
+
+
+def _range(worst: Any, exceeded: bool) -> tuple[str, str]:
+    text = f"{VALIDITY['range_ratio'].words} is {_beside(worst.range_ratio, RANGE_LIMIT)}; the range is "
+    text += in_words(float(worst.attraction_range), "m")
+    return text, "Vary the range at the same work: the form of the attraction matters as much as its work."
+
+
+_ROUGHNESS = "the surfaces count as smooth: heights must be small against the range, or the work be that of rough ones"
+
 # The quantity that is compared, its limit, the reason if it is not known (without one it is left out then), and the
 # text with advice if it is.
 _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, str]]]] = {
@@ -606,7 +652,11 @@ _KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, st
     "constants": ("undetermined_constants", 0.0, "", _constants),
     "coupling": ("coupling_number", COUPLING_LIMIT, "", _coupling),
     "travel": ("travel_number", TRAVEL_LIMIT, "", _travel),
+    "attraction": ("zone_slope", SLOPE_LIMIT, "the surfaces do not touch", _attraction),
+    "range": ("range_ratio", RANGE_LIMIT, "no contact was solved", _range),
+    "roughness": ("attraction_range", math.nan, _ROUGHNESS, _range),
 }
+_OF_ADHESION = ("attraction", "range", "roughness")
 
 
 def _beside(value: float, limit: float) -> str:

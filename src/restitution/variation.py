@@ -12,13 +12,14 @@ import numpy as np
 
 from restitution.axes import aligned, named
 from restitution.checks import finite, instance, mapping, one_of
+from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError
 from restitution.impact.problem import Impact, directed
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.conversion import bulk_from_poisson_ratio
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
-from restitution.quantities import ALIASES, BODY, INPUTS, SLIDING, key_of
+from restitution.quantities import ADHESION_INPUTS, ALIASES, BODY, INPUTS, SLIDING, key_of
 
 HeldElastic = Literal["bulk_modulus", "poisson_ratio"]
 
@@ -36,6 +37,7 @@ _RIVALS = (
     ("tangential_velocity", "angle"),
     ("tangential_velocity", "speed"),
     ("velocity", "speed"),
+    ("stress", "range"),
 )
 _DIRECTION = ("angle", "speed")
 _PLACE = re.compile(r"(branch_moduli|relaxation_times)\[(0|[1-9]\d*)\]")
@@ -50,11 +52,12 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
         The impact, single or an array.
     numbers : dict of str to float, array or DataArray
         Numbers in SI by name: of the impact (`velocity`, `mass`, `external_force`, `impedance`), of its tangential
-        motion (`friction`, `tangential_velocity`, `spin`, `gyration`, `angle`, `speed`), of its geometry (`radius`,
-        `half_angle`, `thickness`), of its material (`poisson_ratio` or `nu`, `bulk_modulus`, `equilibrium_modulus`,
-        `branch_modulus`, `viscosity`, `relaxation_time`, `branch_moduli[0]`, `relaxation_times[0]`, `temperature`,
-        `p2`, `p3`), and the materials themselves (`material`, `counter_material`). Arrays broadcast against each other
-        and against the impact; DataArrays by name.
+        motion (`friction`, `tangential_velocity`, `spin`, `gyration`, `angle`, `speed`), of its adhesion (`work`,
+        `stress`, `range`), of its geometry (`radius`, `half_angle`, `thickness`), of its material (`poisson_ratio` or
+        `nu`, `bulk_modulus`, `equilibrium_modulus`, `branch_modulus`, `viscosity`, `relaxation_time`,
+        `branch_moduli[0]`, `relaxation_times[0]`, `temperature`, `p2`, `p3`), and the materials themselves
+        (`material`, `counter_material`). Arrays broadcast against each other and against the impact; DataArrays by
+        name.
     held : {"bulk_modulus", "poisson_ratio"}
         Which of the two stays constant where `equilibrium_modulus` changes.
 
@@ -72,7 +75,8 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
     -----
     `branch_modulus` and `p2` keep the viscosity, `relaxation_time` and `viscosity` the branch modulus.
     `branch_moduli[k]` and `relaxation_times[k]` keep each other. `angle` keeps the normal velocity, or with `speed`
-    the speed; `speed` alone keeps the angle.
+    the speed; `speed` alone keeps the angle. `stress` and `range` keep the work of adhesion, and `work` keeps that of
+    the two which was given; it gives a range of 0.4 nm to an impact without adhesion.
 
     Examples
     --------
@@ -101,7 +105,8 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
 def check_names(impact: Impact, names: Iterable[str], field: str = "axes") -> None:
     """Refuse names that are no numbers of the impact, or that set the same one."""
     entries = (f"{name}[0]" for name in _LISTS)
-    choices = *BODY, *SLIDING, *_DIRECTION, *numbers_of(impact), *MATERIALS, *_OF_MATERIAL, "temperature", *entries
+    bodies = *BODY, *SLIDING, *_DIRECTION, *ADHESION_INPUTS, *numbers_of(impact)
+    choices = *bodies, *MATERIALS, *_OF_MATERIAL, "temperature", *entries
     for name in names:
         if name not in choices and not _PLACE.fullmatch(name):
             close = get_close_matches(name, choices, 1)
@@ -130,10 +135,12 @@ def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_
         normal = parts.get("velocity", impact.velocity)
         angle = direction.get("angle", np.arctan2(impact.tangential_velocity, impact.velocity))
         parts["velocity"], parts["tangential_velocity"] = directed(normal, angle, direction.get("speed"))
+    if attraction := {name: values[name] for name in ADHESION_INPUTS if name in values}:
+        parts["adhesion"] = _attracted(impact.adhesion, attraction)
     geometry = {name: values[name] for name in numbers_of(impact) if name in values}
     parts["profile"] = profile = impact.profile.changed(geometry) if geometry else impact.profile
     material, counter = parts.get("material", impact.material), parts.get("counter_material", impact.counter_material)
-    done = {*parts, *geometry, *direction}
+    done = {*parts, *geometry, *direction, *attraction}
     numbers = {name: value for name, value in values.items() if name not in done}
     if "p3" in numbers:
         if counter is not None or np.any(profile.path_exponent != 1.0) or not is_standard_solid(material):
@@ -150,6 +157,15 @@ def varied(impact: Impact, values: Mapping[str, Any], held: HeldElastic = "bulk_
         counter = counter if counter is None or alone else counter.at(temperature)
         material = material.at(temperature) if alone or material.shift is not None else material
     return replace(impact, **parts | {"material": material, "counter_material": counter})
+
+
+def _attracted(adhesion: Adhesion | None, numbers: Mapping[str, Any]) -> Adhesion:
+    """Return an adhesion with other numbers; a work makes one where there is none."""
+    if adhesion is not None:
+        return adhesion.changed(numbers)
+    if "work" not in numbers:
+        raise InputError("axes", rule=f"{min(numbers)} belongs to an impact with adhesion; give work too")
+    return Adhesion(**numbers)
 
 
 def numbers_by_name(impact: Impact, names: Iterable[str], field: str = "names") -> dict[str, Any]:
@@ -182,6 +198,10 @@ def _number(impact: Impact, name: str) -> Any:
         if (value := getattr(impact, name)) is None:
             raise InputError("names", name, "must be known: the impact has none")
         return value
+    if name in ADHESION_INPUTS:
+        if impact.adhesion is None:
+            raise InputError("names", name, "must be known: the impact has no adhesion")
+        return getattr(impact.adhesion, name)
     if name in _DIRECTION:
         both = impact.tangential_velocity, impact.velocity
         return np.arctan2(*both) if name == "angle" else np.hypot(*both)

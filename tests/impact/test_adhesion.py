@@ -16,6 +16,9 @@ from restitution.impact.dugdale import Problem, scales
 from restitution.impact.status import SolverError, Status
 from restitution.indentation.attraction import Sticky
 
+# Unit balls of soft bodies exceed the limits of the theory on purpose.
+pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
+
 # JKR: energy lost in both jumps over (w^5 R^4/E*^2)^(1/3).
 JKR_LOSS = 7.0921960
 
@@ -243,7 +246,6 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: rs.bounces(impact, height=1.0)).field == "adhesion"
     plain = rs.solve(replace(impact, adhesion=None))
     assert in_one_line(lambda: plain.to_dataset(["pull_off_force"])).field == "outputs"
-    assert in_one_line(lambda: rs.derivatives(impact, ["velocity"], ["contact_time"])).field == "adhesion"
     assert in_one_line(lambda: rs.element_history(impact)).field == "adhesion"
     assert in_one_line(lambda: rs.contact_law(impact)).field == "adhesion"
     assert in_one_line(lambda: rs.dimensionless_groups(impact)).field == "impact"

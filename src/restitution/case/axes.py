@@ -16,7 +16,17 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.layer.layer import Layer
 from restitution.errors import InputError
 from restitution.material.models import constants_of, material_models
-from restitution.quantities import ALIASES, CONSTANTS, INPUTS, MEASURED, SLIDING, Quantity, advice, key_of
+from restitution.quantities import (
+    ADHESION_INPUTS,
+    ALIASES,
+    CONSTANTS,
+    INPUTS,
+    MEASURED,
+    SLIDING,
+    Quantity,
+    advice,
+    key_of,
+)
 from restitution.sweeps.grid import Linear, Logarithmic, LogNormal, LogUniform, Normal, Samples, Uniform
 from restitution.units import to_si
 
@@ -29,6 +39,7 @@ _SHORT = {
     **dict.fromkeys((*SLIDING, "angle", "speed"), "impact."),
     **dict.fromkeys(("mass", "density", "radius"), "body."),
     "thickness": "profile.",
+    **dict.fromkeys(ADHESION_INPUTS, "adhesion."),
     **dict.fromkeys(("poisson_ratio", "bulk_modulus", "equilibrium_modulus", "branch_modulus"), "material."),
     **dict.fromkeys(("viscosity", "relaxation_time", "temperature"), "material."),
     **dict.fromkeys(("p2", "p3"), ""),
@@ -40,7 +51,7 @@ WAVES = {
     "frequency": "frequency",
 }  # fmt: skip
 """Quantities of the keys of `[oscillation]` that may be axes."""
-_SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact")
+_SECTIONS = ("body", "profile", "material", "counter_material", "counter_body", "impact", "adhesion")
 _AXES: dict[str, Callable[..., Any]] = {kind.__name__.lower(): kind for kind in (Linear, Logarithmic)}
 _KINDS = (Uniform, LogUniform, Normal, LogNormal)
 _DISTRIBUTIONS: dict[str, Callable[..., Any]] = {kind.__name__.lower(): kind for kind in _KINDS}

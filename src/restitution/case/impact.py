@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from restitution.impact.result import ImpactResult
 
 MOST_BOUNCES = 1_000_000
-UNCERTAIN = ("body", "profile", "material", "counter_material", "counter_body", "impact")
+UNCERTAIN = ("body", "profile", "material", "counter_material", "counter_body", "impact", "adhesion")
 """Sections whose numbers may have a standard deviation."""
 _SAME_SPOT = "whether each touch finds the imprint of the earlier ones, as it is then; a fresh surface otherwise"
 

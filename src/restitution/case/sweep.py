@@ -22,7 +22,7 @@ from restitution.case.section import Section, in_file, read_sections, read_toml,
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
 from restitution.material.models import material_models
-from restitution.quantities import BODY, DEFAULT_OUTPUTS, SLIDING, checked_outputs
+from restitution.quantities import ADHESION_INPUTS, BODY, DEFAULT_OUTPUTS, SLIDING, checked_outputs
 from restitution.sweeps.grid import Values, make_grid
 from restitution.sweeps.plan import Plan, Template, Vary, describe, dimensionless_template
 from restitution.variation import MATERIALS, check_rivals, varied
@@ -40,6 +40,7 @@ _RIVALS = (
     ("impact.external_force", "impact.weight"),
     ("body.mass", "body.density"),
     ("counter_body.mass", "counter_body.density"),
+    ("adhesion.stress", "adhesion.range"),
     ("material.poisson_ratio", "material.bulk_modulus", "material.bulk"),
 )
 
@@ -107,7 +108,7 @@ def plan_case(
     with in_file(path):
         if options.solver.method != "exact":
             refuse('must be "exact" in a sweep', "solver.method", options.solver.method)
-        grid = make_grid(axes, options.sweep.chunk)
+        grid = make_grid(axes, options.sweep.chunk, adhesive="adhesion" in data)
     first = next(grid.corners())
     case = {name: value for name, value in data.items() if name != "sweep"}
     template: Template
@@ -165,7 +166,13 @@ def _takes_arrays(vary: Vary, name: str, value: Any) -> bool:
         except (ValueError, TypeError):
             return False
     parts = (*MATERIALS, "profile", *BODY, *SLIDING)
-    return several.shape == shape and all(getattr(row, part) == getattr(single, part) for part in parts)
+    alike = several.shape == shape and all(getattr(row, part) == getattr(single, part) for part in parts)
+    return alike and _attraction(row) == _attraction(single)
+
+
+def _attraction(impact: Impact) -> list[Any]:
+    """Return the numbers of the adhesion of a single impact."""
+    return [getattr(impact.adhesion, name) for name in ADHESION_INPUTS] if impact.adhesion else []
 
 
 def _complete(case: dict[str, Any], name: str, value: Any, by_way: Mapping[str, str], replace: bool) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -57,6 +57,8 @@ class Adhesion:
     work: Numeric
     stress: Numeric | None = None
     range: Numeric | None = None
+    held: str = field(default="range", init=False, repr=False)
+    """Which of stress and range was given, and stays where the work changes."""
 
     axes: ClassVar[Axes | None] = None
     """Names of the axes of an array; None where they have no names."""
@@ -67,6 +69,7 @@ class Adhesion:
         align(self, ("work", "stress", "range"))
         work = ADHESION_INPUTS["work"].check(self.work)
         if self.stress is not None:
+            object.__setattr__(self, "held", "stress")
             stress = ADHESION_INPUTS["stress"].check(self.stress)
             reach: Any = work / np.asarray(stress)
         else:
@@ -81,6 +84,18 @@ class Adhesion:
         """Shape of an array; () for one."""
         return common_shape({name: np.shape(getattr(self, name)) for name in ("work", "stress", "range")})
 
+    def changed(self, numbers: Mapping[str, Any]) -> Adhesion:
+        """Return the adhesion with other numbers by name; a work alone keeps the stress or the range that was given.
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> print(rs.Adhesion(0.05, stress=1e6).changed({"work": 0.1}).range)
+        1.00...e-07
+        """
+        held = next((name for name in ("stress", "range") if name in numbers), self.held)
+        return Adhesion(numbers.get("work", self.work), **{held: numbers.get(held, getattr(self, held))})
+
     def take(self, shape: tuple[int, ...], places: NDArray[np.intp]) -> Adhesion:
         """Return rows of an array, raveled from a larger shape, in the shape of the places."""
         return self._each(lambda value: np.broadcast_to(value, shape).reshape(-1)[places][()])
@@ -92,8 +107,8 @@ class Adhesion:
         return self._each(lambda value: spread_array(value, target, names, self.shape))
 
     def _each(self, change: Callable[[Any], Any]) -> Adhesion:
-        numbers: list[Any] = [self.work, self.stress]
-        return Adhesion(*(change(value) if np.ndim(value) else value for value in numbers))
+        numbers = {name: getattr(self, name) for name in ("work", self.held)}
+        return Adhesion(**{name: change(value) if np.ndim(value) else value for name, value in numbers.items()})
 
 
 def maugis_number(work: Any, stress: Any, modulus: Any, radius: Any) -> Any:

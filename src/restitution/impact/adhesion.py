@@ -13,15 +13,15 @@ from numpy.typing import ArrayLike
 
 from restitution import checks
 from restitution.checks import Array, Numeric
-from restitution.contact.adhesion import maugis_number, rest
 from restitution.errors import InputError
+from restitution.impact.adhesive import LEAST_RTOL, attraction_numbers, marched, maugis_numbers, problem_of, too_thin
 from restitution.impact.batch import shaped
-from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive, sticking
+from restitution.impact.dugdale import sticking
 from restitution.impact.problem import Impact
 from restitution.impact.result import EnergyBudget, ImpactResult
 from restitution.impact.solution import Progress, within_contact
 from restitution.impact.status import SolverError, Status, failures
-from restitution.indentation.attraction import Jump, March, sticky
+from restitution.indentation.attraction import Jump, March
 from restitution.parallel import on_threads
 from restitution.quantities import (
     ADHESION,
@@ -42,12 +42,6 @@ if TYPE_CHECKING:
 
     from restitution.indentation.surface import Surface
 
-LEAST_RTOL = 1e-6
-"""Smallest tolerance of e with adhesion."""
-
-# Maugis' parameter at the static modulus from which the zone is too thin for the elements, and the one advised.
-_THINNEST, _ADVISED = 20.0, 5.0
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AdhesiveResult(ImpactResult):
@@ -63,6 +57,8 @@ class AdhesiveResult(ImpactResult):
         Largest pull [N] during the impact.
     touching_time : float or array
         Time [s] from the first to the last touch, within the contact time.
+    zone_width : float or array
+        Width c - a [m] of the attracted ring around the largest contact; NaN without touch.
     dissipated_energy, stored_energy, radiated_energy : float or array
         Energies [J] that the material dissipates, that the surface still stores at separation, and that jumps into
         contact and out of it lose to waves. NaN where the body does not separate.
@@ -81,6 +77,7 @@ class AdhesiveResult(ImpactResult):
 
     pull_off_force: Numeric = math.nan
     touching_time: Numeric = math.nan
+    zone_width: Numeric = math.nan
     dissipated_energy: Numeric = math.nan
     stored_energy: Numeric = math.nan
     radiated_energy: Numeric = math.nan
@@ -103,6 +100,12 @@ class AdhesiveResult(ImpactResult):
         impact = self.impact
         assert isinstance(impact, Impact)
         return maugis_numbers(impact)
+
+    @property
+    def _compared(self) -> dict[str, Any]:
+        impact = self.impact
+        assert isinstance(impact, Impact)
+        return super()._compared | attraction_numbers(impact, self._by_name)
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
@@ -179,122 +182,34 @@ def _zone_in_words(impact: Impact) -> str:
     return f"range of the attraction {reach}; Maugis' lambda {at_rest} at rest, {glass:.3g} at once"
 
 
-def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
-    """Return Maugis' parameter with the static and with the instantaneous reduced modulus, in the shape of impacts."""
-    adhesion, series = impact.adhesion, impact.contact.reduced_modulus
-    assert adhesion is not None
-    with np.errstate(divide="ignore"):
-        both = (
-            maugis_number(adhesion.work, adhesion.stress, np.asarray(modulus), impact.profile.tip_radius)
-            for modulus in (series.equilibrium_modulus, series.instantaneous_modulus)
-        )
-        static, glass = (np.broadcast_to(each, impact.shape)[()] for each in both)
-    return static, glass
-
-
-def _problem(impact: Impact) -> Problem:
-    """Return the numbers of a single impact; refuse what the theory does not have."""
-    assert impact.adhesion is not None
-    return Problem(sticky(impact.contact, impact.adhesion), float(impact.mass), float(impact.velocity))
-
-
-def _thin(impact: Impact) -> str:
-    """Return why the zone is too thin for the elements; empty if it is not."""
-    largest = float(np.asarray(maugis_numbers(impact)[1]))
-    if not largest > _THINNEST:
-        return ""
-    assert impact.adhesion is not None
-    stress = float(np.asarray(impact.adhesion.stress)) * _ADVISED / largest
-    return (
-        f"Maugis' lambda is {largest:.3g} at the instantaneous modulus, and the zone too thin for the elements above "
-        f"{_THINNEST:g}; a stress of {in_words(stress, 'Pa')} has lambda = {_ADVISED:g}, nearly the limit of JKR"
-    )
-
-
 def solve_with_adhesion(
     impact: Impact, rtol: float, errors: Literal["raise", "warn"] | None, workers: int | None,
     progress: Progress | None,
 ) -> AdhesiveResult:  # fmt: skip
     """Solve one adhesive impact or an array of them; see `solve`."""
     shape, limit = impact.shape, max(rtol, LEAST_RTOL)
-    count = math.prod(shape)
-    names = (*NUMBERS, "restitution_error")
-    columns = {name: np.full(count, np.nan) for name in names}
-    status = np.full(count, int(Status.NOT_ACCURATE))
-    kept: list[March | None] = []
-    done = 0
-
-    def run(place: int) -> None:
-        nonlocal done
-        single = impact.take(np.asarray(place)) if shape else impact
-        problem = _problem(single)
-        thin = _thin(single)
-        if thin:
-            if not shape and errors != "warn":
-                raise SolverError(Status.NOT_ACCURATE, thin)
-            return
-        solved = solve_adhesive(problem, limit)
-        if solved.status == Status.CAPTURED:
-            solved = _at_rest(problem, solved)
-        status[place] = int(solved.status)
-        if not solved.status.failed:
-            for name in NUMBERS:
-                columns[name][place] = solved.numbers[name]
-            columns["restitution_error"][place] = solved.error
-        if not shape:
-            kept.append(solved.march)
-        done += 1
-
-    def report() -> None:
-        if progress is not None:
-            progress(done, count)
-
-    if count == 1:
-        run(0)
-        report()
-    else:
-        # The first one compiles.
-        run(0)
-        on_threads(run, range(1, count), workers, report)
-    message = failures(np.bincount(status, minlength=len(Status)).tolist(), count)
+    if not shape and errors != "warn" and (thin := too_thin(impact)):
+        raise SolverError(Status.NOT_ACCURATE, thin)
+    columns, march = marched(impact, limit, workers, progress)
+    status = columns[STATUS]
+    message = failures(np.bincount(status, minlength=len(Status)).tolist(), status.size)
     if message and (errors or ("warn" if shape else "raise")) == "raise":
         first = int(np.argmax(status >= Status.TOO_MANY_STEPS))
-        place = f"impact {first} of {count}: " if count > 1 else ""
+        place = f"impact {first} of {status.size}: " if status.size > 1 else ""
         single = impact.take(np.asarray(first)) if shape else impact
         raise SolverError(Status(int(status[first])), place + _zone_in_words(single))
     warn({"failed": message} if message else {}, 4)
-    return _result(impact, limit, columns, status, kept[0] if kept else None)
+    result = _result(impact, limit, columns, march)
+    if shape:
+        warn({check.kind: check.warning for check in result.validity if check.exceeded}, 4)
+    return result
 
 
-def _at_rest(problem: Problem, solved: Solved) -> Solved:
-    """Return the result of a captured body with the depth at which it comes to rest, that of a profile with room."""
-    body, march = problem.body, solved.march
-    static = float(body.modulus.equilibrium_modulus)
-    numbers = dict(solved.numbers)
-    depth = radius = math.inf
-    if static > 0.0:
-        assert march is not None
-        held = rest(body.profile, static, body.adhesion, march.widest)
-        depth, radius = held.depth, held.radius
-        if math.isnan(depth):
-            return solved._replace(status=Status.TOO_DEEP)
-    numbers |= {
-        "residual_indentation_depth": depth, "contact_time": math.inf, "touching_time": math.inf,
-        "max_indentation_depth": max(numbers["max_indentation_depth"], depth),
-        "max_contact_radius": max(numbers["max_contact_radius"], radius),
-        "dissipated_energy": math.nan, "radiated_energy": math.nan, "stored_energy": math.nan,
-    }  # fmt: skip
-    return solved._replace(numbers=numbers)
-
-
-def _result(
-    impact: Impact, rtol: float, columns: dict[str, Array], status: Array, march: March | None
-) -> AdhesiveResult:
+def _result(impact: Impact, rtol: float, columns: Mapping[str, Array], march: March | None) -> AdhesiveResult:
     """Return the result of the columns of all impacts."""
     shape, axes = impact.shape, impact.axes
-    columns = columns | {"restitution_coefficient": np.sqrt(np.maximum(columns["energy"], 0.0))}
-    del columns["energy"]
-    numbers: dict[str, Any] = {name: shaped(column, shape) for name, column in columns.items()}
+    numbers: dict[str, Any] = {name: shaped(column, shape) for name, column in columns.items() if name != STATUS}
+    status = columns[STATUS]
     codes: Any = status.astype(np.int64).reshape(shape) if shape else Status(int(status[0]))
     if axes is not None:
         numbers = {
@@ -356,9 +271,9 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
 
     def run(place: int) -> None:
         single = impact.take(np.asarray(place)) if impact.shape else impact
-        if thin := _thin(single):
+        if thin := too_thin(single):
             raise SolverError(Status.NOT_ACCURATE, thin)
-        velocities[place] = sticking(_problem(single), limit)[0]
+        velocities[place] = sticking(problem_of(single), limit)[0]
 
     run(0)
     on_threads(run, range(1, count), None, lambda: None)

@@ -348,7 +348,11 @@ def solve_columns(
     impact: Impact | list[Impact], rtol: float, *, workers: int | None = None, progress: Progress | None = None,
     energy: bool = False, pressure: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the outputs of impacts by name, raveled; see `Batch.solve`."""
+    """Return the outputs of impacts by name, raveled; see `Batch.solve`. With adhesion these are all."""
+    if not isinstance(impact, list) and impact.adhesion is not None:
+        from restitution.impact.adhesive import adhesive_columns
+
+        return adhesive_columns(impact, rtol, workers=workers, progress=progress)
     columns, done, count = dict[str, Any](), 0, len(impact) if isinstance(impact, list) else math.prod(impact.shape)
 
     def advance(finished: int, _: int) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from restitution import validity
 from restitution.checks import Array, truth
 from restitution.errors import ABSENT, InputError
-from restitution.impact.batch import Batch
+from restitution.impact.batch import solve_columns
 from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
 from restitution.units import VELOCITY
@@ -137,12 +137,16 @@ def compared(impact: Impact, outputs: Mapping[str, Any]) -> Numbers:
     """Return the numbers of the report for the contacts of an impact that were solved with these outputs."""
     columns = {name: outputs[name].reshape(impact.shape) for name in validity.COLUMNS}
     columns |= {name: getattr(impact, name) for name in ("velocity", "mass", "impedance")}
+    if impact.adhesion is not None:
+        from restitution.impact.adhesive import attraction_numbers
+
+        columns |= attraction_numbers(impact, {"zone_width": outputs["zone_width"].reshape(impact.shape)})
     return validity.numbers(impact.contact, **columns)
 
 
 def _numbers(impact: Impact) -> Numbers:
     """Return the numbers of the report for the contacts of an impact, from a solution of few digits."""
-    return compared(impact, Batch.from_impact(impact).solve(_RTOL))
+    return compared(impact, solve_columns(impact, _RTOL))
 
 
 def _range(low: float, high: float) -> str:

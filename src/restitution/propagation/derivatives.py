@@ -13,6 +13,7 @@ from restitution import checks
 from restitution.axes import unnamed
 from restitution.checks import Array, Numeric, items
 from restitution.errors import InputError
+from restitution.impact.adhesive import LEAST_RTOL
 from restitution.impact.batch import shaped, solve_columns
 from restitution.impact.oblique import TANGENTIAL_RTOL, join_sliding, normal_rtol
 from restitution.impact.problem import Impact, require_outputs
@@ -41,10 +42,11 @@ DERIVATIVE_RTOL = 1e-11
 
 # Errors of outputs over the tolerance, which is that of e; 14 is the largest that surrogates found.
 _OF_OUTPUTS = 20.0
-# Shares of the usual steps that are tried in turn, and the relative error below which no further one is.
-_SHARES, _GOOD = (1.0, 0.25, 0.0625), 1e-9
-# Relative error of a derivative above which the result has a warning; e_t is known to 1e-6 only.
-_DOUBTFUL, _DOUBTFUL_OBLIQUE = 1e-4, 1e-2
+# Shares of the usual steps that are tried in turn, and the relative error below which no further one is; with adhesion
+# smaller steps help where a larger one meets capture only.
+_SHARES, _GOOD, _GOOD_ADHESIVE = (1.0, 0.25, 0.0625), 1e-9, 1e-3
+# Relative error of a derivative above which the result has a warning; e_t, and all with adhesion, are known to 1e-6.
+_DOUBTFUL, _DOUBTFUL_SOLVES = 1e-4, 1e-2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -253,6 +255,8 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
     """Return the derivatives of the impacts of a model at the values of its inputs."""
     tolerance = float(checks.single("rtol", SOLVER_RTOL.check(rtol)))
     shape, count = model.shape, len(model.inputs)
+    if model.adhesive:
+        tolerance = max(tolerance, LEAST_RTOL)
     errors = [max(tolerance, TANGENTIAL_RTOL) if name in OBLIQUE else tolerance for name in outputs]
     best = Slopes(*(np.full((len(outputs), count, *shape), start) for start in (np.nan, np.inf, np.nan)))
     values: dict[str, Numeric] = {}
@@ -271,14 +275,16 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
                 for target, part in zip(best, new, strict=True):
                     target[output, k] = np.where(better, part, target[output, k])
         allowed = np.array(errors).reshape(-1, *(1,) * (best.error.ndim - 1))
-        good = best.error <= _GOOD * np.abs(best.first) + 2.0 * _OF_OUTPUTS * allowed * scale
+        enough = _GOOD_ADHESIVE if model.adhesive else _GOOD
+        good = best.error <= enough * np.abs(best.first) + 2.0 * _OF_OUTPUTS * allowed * scale
         # Nothing is good that is not found yet.
         wanted = [k for k in wanted if not good[:, k].all()]
         if not wanted:
             break
     at = {each.name: shaped(np.broadcast_to(each.value.reshape(-1), (math.prod(shape),)), shape)
           for each in model.inputs}  # fmt: skip
-    doubts = _doubts(outputs, tuple(at), best, scale)
+    doubtful = [_DOUBTFUL_SOLVES if model.adhesive or name in OBLIQUE else _DOUBTFUL for name in outputs]
+    doubts = _doubts(outputs, tuple(at), best, scale, doubtful)
     return Derivatives(outputs, tuple(at), values, at, best.first, best.error, best.second, tolerance, model, doubts)
 
 
@@ -324,11 +330,13 @@ def _refuse_failed(statuses: Array) -> None:
         raise SolverError(Status(int(kinds[failed[0]])), where)
 
 
-def _doubts(outputs: Sequence[str], names: Sequence[str], best: Slopes, scale: Array) -> tuple[str, ...]:
+def _doubts(
+    outputs: Sequence[str], names: Sequence[str], best: Slopes, scale: Array, doubtful: Sequence[float]
+) -> tuple[str, ...]:
     """Return warnings of derivatives that do not exist or are not accurate."""
     lines: list[str] = []
-    shares = np.array([_DOUBTFUL_OBLIQUE if name in OBLIQUE else _DOUBTFUL for name in outputs])
-    excess = best.error - shares.reshape(-1, *(1,) * (best.error.ndim - 1)) * (np.abs(best.first) + 1e-3 * scale)
+    shares = np.array(doubtful).reshape(-1, *(1,) * (best.error.ndim - 1))
+    excess = best.error - shares * (np.abs(best.first) + 1e-3 * scale)
     for n, output in enumerate(outputs):
         for k, name in enumerate(names):
             if np.isnan(best.first[n, k]).any():

@@ -121,12 +121,15 @@ class Model:
         impacts of shape (n, size), or a list of n impacts.
     shape, axes
         Shape of the impacts, and the names of their axes.
+    adhesive : bool
+        Whether the impacts have adhesion, whose tolerance has an end.
     """
 
     inputs: tuple[Input, ...]
     build: Callable[[Mapping[str, Array]], Impact | list[Impact]]
     shape: tuple[int, ...] = ()
     axes: Axes | None = None
+    adhesive: bool = False
 
 
 def model_of(
@@ -138,7 +141,8 @@ def model_of(
     inputs = tuple(
         Input(name, quantity_of(name), np.asarray(value), step_of(name, steps)) for name, value in numbers.items()
     )
-    return Model(inputs, lambda values: varied(flat, values, held), impact.shape, impact.axes)
+    return Model(inputs, lambda values: varied(flat, values, held), impact.shape, impact.axes,
+                 impact.adhesion is not None)  # fmt: skip
 
 
 def quantity_of(name: str) -> Quantity:

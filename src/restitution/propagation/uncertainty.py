@@ -250,7 +250,7 @@ def _with_material(
         numbers = {each.name: values[each.name] for each in others.inputs}
         return varied(flat, {_MATERIAL: trial if base.shape else trial.reshaped(trial.shape[:1]), **numbers}, held)
 
-    model = Model((*inputs, *others.inputs), build, impact.shape, impact.axes)
+    model = Model((*inputs, *others.inputs), build, impact.shape, impact.axes, impact.adhesion is not None)
     return model, [Block(names, covariance, parameters), *blocks]
 
 

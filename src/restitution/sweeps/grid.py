@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from restitution.checks import finite, one_of, positive, single, whole
 from restitution.errors import InputError, InputTypeError
-from restitution.quantities import ALIASES, INPUTS, STATUS, SWEEP_OUTPUTS, key_of
+from restitution.quantities import ADHESION_INPUTS, ALIASES, INPUTS, STATUS, SWEEP_OUTPUTS, key_of
 
 Array = NDArray[Any]
 Index = tuple[int, ...]
@@ -27,6 +27,8 @@ MOST_POINTS = 10**8
 
 _LARGEST_CHUNK = 65536
 _SMALLEST_CHUNK = 1024
+# Points of a chunk of impacts that take some 50 ms each, so that small sweeps use all cores.
+_SLOW_CHUNK = 16
 # Number of chunks that keeps the cores of one machine evenly busy in a small sweep.
 _CHUNKS = 64
 
@@ -322,8 +324,12 @@ def lengths(region: Region) -> tuple[int, ...]:
     return tuple(part.stop - part.start for part in region)
 
 
-def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = None) -> Grid:
+def make_grid(
+    axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = None, *, adhesive: bool = False
+) -> Grid:
     """Return the grid of axes and single values; `axes` and `chunk` are those of `restitution.sweep`.
+
+    Adhesive impacts are slow, and have smaller chunks.
 
     Examples
     --------
@@ -345,11 +351,12 @@ def make_grid(axes: Mapping[str, Any], chunk: int | Mapping[str, int] | None = N
                 raise InputError("axes", rule=f"{quantity} {why}")
             taken.add(quantity)
     shape = tuple(axis.size for axis in grid.values())
-    return Grid(grid, fixed, _chunk_shape(tuple(grid), shape, chunk))
+    least = _SLOW_CHUNK if adhesive or any(key_of(name) in ADHESION_INPUTS for name in axes) else _SMALLEST_CHUNK
+    return Grid(grid, fixed, _chunk_shape(tuple(grid), shape, chunk, least))
 
 
 def _chunk_shape(
-    dimensions: tuple[str, ...], shape: tuple[int, ...], chunk: int | Mapping[str, int] | None
+    dimensions: tuple[str, ...], shape: tuple[int, ...], chunk: int | Mapping[str, int] | None, least: int
 ) -> tuple[int, ...]:
     if isinstance(chunk, Mapping):
         for name, size in chunk.items():
@@ -360,7 +367,7 @@ def _chunk_shape(
     if chunk is not None:
         whole("chunk", chunk, 1)
     every = math.prod(shape)
-    room = min(chunk, every) if chunk else min(_LARGEST_CHUNK, max(_SMALLEST_CHUNK, every // _CHUNKS))
+    room = min(chunk, every) if chunk else min(_LARGEST_CHUNK, max(least, every // _CHUNKS))
     # Nearly as long along each dimension, so that a slice along any of them touches few chunks.
     parts = dict[int, int]()
     for rank, n in sorted(enumerate(shape), key=lambda item: item[1]):

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
+from restitution.impact.adhesive import adhesive_columns, attraction_numbers
 from restitution.impact.batch import Batch
 from restitution.impact.oblique import normal_rtol, sliding_numbers, solve_sliding
 from restitution.impact.problem import Impact, require_outputs
@@ -57,6 +58,7 @@ _BLOCK = 4096
 _MOST_PREPARED = 4096
 # Numbers of an impact that the validity report takes, and those that a problem without dimensions has.
 _BODIES = ("velocity", "mass", "impedance")
+_OF_ADHESION = ("zone_width",)
 _RATIOS = ("poisson_ratio", "instantaneous_poisson_ratio")
 # In a description the hash represents a longer array.
 _LONG_AXIS = 1000
@@ -144,8 +146,8 @@ def dimensionless_template(names: Collection[str]) -> ImpactTemplate:
     return ImpactTemplate(Impact(solid, Parabola(1.0), mass=1.0, velocity=1.0), dimensionless=True)
 
 
-Part = tuple[Any, Impact, Batch]
-"""Places of rows, their impacts, and the impacts as a batch."""
+Part = tuple[Any, Impact, Batch | None]
+"""Places of rows, their impacts, and the impacts as a batch; None with adhesion."""
 
 
 class Impacts(NamedTuple):
@@ -208,6 +210,12 @@ class Plan:
         """Whether outputs of the tangential motion are wanted."""
         return not set(OBLIQUE).isdisjoint(self.outputs)
 
+    @property
+    def adheres(self) -> bool:
+        """Whether the first impact has adhesion."""
+        parts = self._impacts(next(self.grid.corners())).parts
+        return any(impact.adhesion is not None for _, impact, _ in parts)
+
     @cached_property
     def _apart(self) -> tuple[str, ...]:
         """Quantities whose combinations need a separate impact each."""
@@ -245,7 +253,10 @@ class Plan:
                 self._prepared.clear()
             self._prepared[key] = vary = self.template.prepare(first)
         impact = vary({name: value for name, value in values.items() if name not in first})
-        return Impacts(impact.shape, [(places, part, Batch.from_impact(part)) for places, part in impact.parts()])
+        parts = impact.parts()
+        if impact.adhesion is not None:
+            return Impacts(impact.shape, [(places, part, None) for places, part in parts])
+        return Impacts(impact.shape, [(places, part, Batch.from_impact(part)) for places, part in parts])
 
     def _admissible(self, chunk: Values, region: Region, tick: Tick) -> Iterator[tuple[Region, Impacts]]:
         """Yield the impacts of a part of a chunk, by parts of it; points that are not admissible belong to none.
@@ -312,13 +323,19 @@ class Plan:
             done = finished
 
         energy, pressure = needs(self.outputs, ENERGIES), needs(self.outputs, {"max_pressure"})
-        rows = {name: np.full(count, np.nan) for name in (*self.outputs, *COLUMNS, STATUS)}
-        for places, batch in Batch.joined([(places, batch) for places, _, batch in parts]):
+        rows = {name: np.full(count, np.nan) for name in (*self.outputs, *COLUMNS, *_OF_ADHESION, STATUS)}
+        batches = [(places, batch) for places, _, batch in parts if batch is not None]
+        for places, batch in Batch.joined(batches):
             done = 0
             report, rtol = (None, normal_rtol(self.rtol)) if self.slides else (progress, self.rtol)
             columns = batch.solve(rtol, workers=1, progress=report, energy=energy, pressure=pressure)
             for name in rows.keys() & columns.keys():
                 rows[name][places] = columns[name]
+        for places, impact, batch in parts:
+            if batch is None:
+                done, columns = 0, adhesive_columns(impact, self.rtol, workers=1, progress=progress)
+                for name in rows.keys() & columns.keys():
+                    rows[name][places] = columns[name]
         for places, impact, _ in parts if self.slides else ():
             done, at = 0, places.reshape(-1)
             normal = {name: rows[name][at] for name in (*COLUMNS, STATUS)}
@@ -329,18 +346,20 @@ class Plan:
 
     def _numbers(self, parts: list[Part], rows: dict[str, Array]) -> Numbers:
         """Return the numbers of the validity report for all rows of the parts of impacts."""
-        singles = [(places, part) for places, part, _ in parts if not part.shape and part.friction is None]
+        singles = [(places, part) for places, part, _ in parts if _is_plain(part)]
         kinds: list[tuple[Any, Any, dict[str, Any]]] = []
         if singles:
             bodies = {name: np.array([getattr(part, name) for _, part in singles]) for name in _BODIES}
             places = np.concatenate([places for places, _ in singles])
             kinds.append((places, [part.contact for _, part in singles], bodies))
         for places, part, _ in parts:
-            if part.shape or part.friction is not None:
+            if not _is_plain(part):
                 bodies = {name: getattr(part, name) for name in _BODIES}
                 at = places.reshape(part.shape)
                 if part.friction is not None:
                     bodies |= sliding_numbers([part], {name: rows[name][at] for name in COLUMNS})
+                if part.adhesion is not None:
+                    bodies |= attraction_numbers(part, {name: rows[name][at] for name in _OF_ADHESION})
                 kinds.append((at, part.contact, bodies))
         columns = {name: np.empty(rows[STATUS].size) for name in Numbers._fields}
         for places, contact, bodies in kinds:
@@ -358,6 +377,11 @@ class Plan:
             return numbers
         there = ~np.isnan(rows["contact_time"])
         return Numbers(*(column[there] for column in numbers))
+
+
+def _is_plain(impact: Impact) -> bool:
+    """Return whether an impact is a single one without friction and adhesion, of which many make one report."""
+    return not impact.shape and impact.friction is None and impact.adhesion is None
 
 
 @runtime_checkable
@@ -457,7 +481,7 @@ def hash_of(description: Any) -> str:
 # Linux grants more memory than there is, and ends a process that uses it.
 _SHARE_OF_MEMORY = 0.5
 # Time of an impact on one core [s], as in docs/sweeps.md, and time of a sweep [h] from which a store is advised.
-_PER_IMPACT, _PER_OBLIQUE, _LONG = 3e-5, 6e-3, 1.0
+_PER_IMPACT, _PER_OBLIQUE, _PER_ADHESIVE, _LONG = 3e-5, 6e-3, 0.05, 1.0
 # Attribute of a coordinate of numbers that represent words.
 _LABELS = "labels"
 _STATUS_ATTRIBUTES: dict[str, Any] = {"long_name": "how the solve ended", **Status.attributes()}
@@ -521,7 +545,8 @@ class InMemory:
         n = plan.grid.n_points
         needed = n * sum(np.dtype(field.dtype).itemsize for field in self._fields.values())
         cores = os.cpu_count() or 1
-        hours = n * (_PER_OBLIQUE if plan.slides else _PER_IMPACT) / 3600.0 / cores
+        seconds = _PER_ADHESIVE if plan.adheres else _PER_OBLIQUE if plan.slides else _PER_IMPACT
+        hours = n * seconds / 3600.0 / cores
         takes, time = f"{n} points take {needed / 1e9:.3g} GB", f"about {hours:.2g} h on {cores} cores"
         why = f"{takes}, too much for the memory of this machine; give out=, a store, which takes any number"
         refusal = InputError("axes", rule=f"{why} ({time}) and resumes")

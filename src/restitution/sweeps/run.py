@@ -77,18 +77,19 @@ def sweep(
     axes : dict
         By name of a quantity: `Linear`, `Logarithmic`, a sequence of numbers or objects, or one value for all
         points. By name of a dimension of your own: `Samples`. Quantities are those of the impact (`velocity`,
-        `mass`, `external_force`), of its profile (`radius`, `half_angle`), of its material (`poisson_ratio` or `nu`,
+        `mass`, `external_force`), of its adhesion (`work`, `stress`, `range`), of its profile (`radius`,
+        `half_angle`), of its material (`poisson_ratio` or `nu`,
         `bulk_modulus`, `equilibrium_modulus`, `branch_modulus`, `viscosity`, `relaxation_time`,
         `branch_moduli[0]`, `relaxation_times[0]`, `temperature`, `p2`, `p3`), the materials themselves
         (`material`, `counter_material`), and the arguments of the function.
     outputs : sequence of str
-        Names of `restitution.quantities.OUTPUTS` or `VALIDITY`.
+        Names of `restitution.quantities.OUTPUTS`, `OBLIQUE`, `ADHESION` or `VALIDITY`.
     out : path-like, optional
         Folder of a Zarr store, to which finished chunks are written. The same call resumes an interrupted sweep.
     chunk : int or dict of str to int, optional
         Points of a chunk, or points along each dimension. A chunk is one task; an interrupt loses unfinished chunks.
     rtol : float
-        The error of e stays below `rtol max(e, 1e-3)`.
+        The error of e stays below `rtol max(e, 1e-3)`; with adhesion it is at least 1e-6, see `AdhesiveResult`.
     held : {"bulk_modulus", "poisson_ratio"}
         Which of the two stays constant while `equilibrium_modulus` varies.
     engine : {"threads", "dask"}
@@ -141,7 +142,7 @@ def sweep(
     instance("title", title, str, "must be a text")
     if progress is not None:
         function("progress", progress, "must be callable with (points done, all points)", 2)
-    grid = make_grid(axes, chunk)
+    grid = make_grid(axes, chunk, adhesive=isinstance(base, Impact) and base.adhesion is not None)
     template: Template
     if base is None:
         template = dimensionless_template(grid.names)

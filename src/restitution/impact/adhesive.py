@@ -1,0 +1,160 @@
+"""Outputs of adhesive impacts as columns: one march for each, and the numbers that decide it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from restitution.checks import Array, Numeric
+from restitution.contact.adhesion import maugis_number, rest
+from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive
+from restitution.impact.solution import Progress
+from restitution.impact.status import Status
+from restitution.indentation.attraction import March, sticky
+from restitution.parallel import on_threads
+from restitution.quantities import BODY, IMPACT_OUTPUTS, STATUS, derived
+from restitution.units import in_words
+
+if TYPE_CHECKING:
+    from restitution.impact.problem import Impact
+
+_STORED = ("restitution_coefficient", "zone_width", *(name for name in NUMBERS if name != "energy"))
+
+LEAST_RTOL = 1e-6
+"""Smallest tolerance of e with adhesion."""
+
+# Maugis' parameter at the static modulus from which the zone is too thin for the elements, and the one advised.
+_THINNEST, _ADVISED = 20.0, 5.0
+
+
+def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
+    """Return Maugis' parameter with the static and with the instantaneous reduced modulus, in the shape of impacts."""
+    adhesion, series = impact.adhesion, impact.contact.reduced_modulus
+    assert adhesion is not None
+    with np.errstate(divide="ignore"):
+        both = (
+            maugis_number(adhesion.work, adhesion.stress, np.asarray(modulus), impact.profile.tip_radius)
+            for modulus in (series.equilibrium_modulus, series.instantaneous_modulus)
+        )
+        static, glass = (np.broadcast_to(each, impact.shape)[()] for each in both)
+    return static, glass
+
+
+def attraction_numbers(impact: Impact, columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns of the validity report that belong to the attraction."""
+    assert impact.adhesion is not None
+    static, glass = maugis_numbers(impact)
+    return {
+        "maugis_number": static, "instantaneous_maugis_number": glass, "attraction_range": impact.adhesion.range,
+        "zone_width": columns["zone_width"],
+    }  # fmt: skip
+
+
+def problem_of(impact: Impact) -> Problem:
+    """Return the numbers of a single impact; refuse what the theory does not have."""
+    assert impact.adhesion is not None
+    return Problem(sticky(impact.contact, impact.adhesion), float(impact.mass), float(impact.velocity))
+
+
+def too_thin(impact: Impact) -> str:
+    """Return why the zone is too thin for the elements; empty if it is not."""
+    largest = float(np.asarray(maugis_numbers(impact)[1]))
+    if not largest > _THINNEST:
+        return ""
+    assert impact.adhesion is not None
+    stress = float(np.asarray(impact.adhesion.stress)) * _ADVISED / largest
+    return (
+        f"Maugis' lambda is {largest:.3g} at the instantaneous modulus, and the zone too thin for the elements above "
+        f"{_THINNEST:g}; a stress of {in_words(stress, 'Pa')} has lambda = {_ADVISED:g}, nearly the limit of JKR"
+    )
+
+
+def adhesive_columns(
+    impact: Impact, rtol: float, *, workers: int | None = None, progress: Progress | None = None
+) -> dict[str, Array]:
+    """Return all outputs of adhesive impacts by name, raveled, and their status."""
+    columns, _ = marched(impact, max(rtol, LEAST_RTOL), workers, progress)
+    bodies = {name: np.broadcast_to(getattr(impact, name), impact.shape).reshape(-1) for name in BODY}
+    outputs = derived(columns | bodies)
+    return {name: outputs[name] for name in (*IMPACT_OUTPUTS, STATUS) if name in outputs}
+
+
+def marched(
+    impact: Impact, rtol: float, workers: int | None, progress: Progress | None
+) -> tuple[dict[str, Array], March | None]:
+    """Return the stored outputs of impacts by name, raveled, with the error of e; and the march of a single one."""
+    shape = impact.shape
+    count, names = math.prod(shape), (*_STORED, "restitution_error")
+    columns = {name: np.full(count, np.nan) for name in names}
+    columns[STATUS] = np.full(count, int(Status.NOT_ACCURATE))
+    kept: list[March | None] = []
+    done = 0
+
+    def run(place: int) -> None:
+        nonlocal done
+        single = impact.take(np.asarray(place)) if shape else impact
+        done += 1
+        if too_thin(single):
+            return
+        solved = _solved(problem_of(single), rtol)
+        columns[STATUS][place] = int(solved.status)
+        if not solved.status.failed:
+            for name, value in solved.numbers.items():
+                columns[name][place] = value
+            columns["restitution_error"][place] = solved.error
+        if not shape:
+            kept.append(solved.march)
+
+    def report() -> None:
+        if progress is not None:
+            progress(done, count)
+
+    # The first one compiles.
+    for place in range(min(count, 1)):
+        run(place)
+        report()
+    if count > 1:
+        on_threads(run, range(1, count), workers, report)
+    return columns, kept[0] if kept else None
+
+
+def _solved(problem: Problem, rtol: float) -> Solved:
+    """Return one solved impact with its stored outputs as numbers."""
+    solved = solve_adhesive(problem, rtol)
+    if solved.status == Status.CAPTURED:
+        solved = _at_rest(problem, solved)
+    numbers = dict(solved.numbers)
+    numbers["restitution_coefficient"] = math.sqrt(max(numbers.pop("energy"), 0.0))
+    numbers["zone_width"] = math.nan if solved.march is None else _zone_width(solved.march)
+    return solved._replace(numbers=numbers)
+
+
+def _zone_width(march: March) -> float:
+    """Return the width [m] of the ring around the largest contact; NaN without touch."""
+    *_, zone, radius, _, _ = march.motion.T
+    place = int(np.argmax(radius))
+    return float(zone[place] - radius[place]) if radius[place] > 0.0 else math.nan
+
+
+def _at_rest(problem: Problem, solved: Solved) -> Solved:
+    """Return the result of a captured body with the depth at which it comes to rest, that of a profile with room."""
+    body, march = problem.body, solved.march
+    static = float(body.modulus.equilibrium_modulus)
+    numbers = dict(solved.numbers)
+    depth = radius = math.inf
+    if static > 0.0:
+        assert march is not None
+        held = rest(body.profile, static, body.adhesion, march.widest)
+        depth, radius = held.depth, held.radius
+        if math.isnan(depth):
+            return solved._replace(status=Status.TOO_DEEP)
+    numbers |= {
+        "residual_indentation_depth": depth, "contact_time": math.inf, "touching_time": math.inf,
+        "max_indentation_depth": max(numbers["max_indentation_depth"], depth),
+        "max_contact_radius": max(numbers["max_contact_radius"], radius),
+        "dissipated_energy": math.nan, "radiated_energy": math.nan, "stored_energy": math.nan,
+    }  # fmt: skip
+    return solved._replace(numbers=numbers)
