@@ -111,8 +111,12 @@ class Quantity(NamedTuple):
 
     def check(self, value: Any, field: str = "") -> Numeric:
         """Return values, perhaps with a unit, as a float or a read-only array in SI; messages name them `field`."""
-        # Most values: plain numbers well within the range, or zero.
-        if type(value) is float and (self.low < value < self.high or (value == self.low == 0.0 and not self.open)):
+        # Most values: plain numbers well within the range, zero, or infinite where that may be.
+        if type(value) is float and (
+            self.low < value < self.high
+            or (value == self.low == 0.0 and not self.open)
+            or (value == math.inf and self.infinite)
+        ):
             return value
         if (
             type(value) is np.ndarray
@@ -432,12 +436,14 @@ def register_output(output: Quantity) -> None:
 
 
 def derived(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Return columns of outputs and of `BODY` with all outputs that follow from them."""
+    """Return columns of outputs and of `BODY` with all outputs that follow from them and are not there yet."""
     outputs = dict(columns)
     # A row that failed is NaN, or too large to be squared.
     with np.errstate(all="ignore"):
         for name, output in OUTPUTS.items():
-            if output.derive is not None and outputs.keys() >= {*(sources := _parameters(output.derive))}:
+            if output.derive is None or name in outputs:
+                continue
+            if outputs.keys() >= {*(sources := _parameters(output.derive))}:
                 outputs[name] = output.derive(**{source: outputs[source] for source in sources})
     return outputs
 

@@ -55,6 +55,14 @@ def test_energies_of_a_second_impact_balance():
     assert first.surface().stored > second.began_on.stored > 0.0
 
 
+def test_the_weight_works_from_the_imprint_on():
+    """Energies balance to the tolerance, with the work of the force along the way from the first to the last depth."""
+    heavy = replace(IMPACT, external_force=0.05)
+    second = solve(heavy, surface=solve(heavy).surface(after=0.5))
+    assert abs(second.energy.residual) < 1e-8
+    assert second.outputs["energy_residual"] == second.energy.residual
+
+
 def test_a_surface_that_has_recovered_is_a_fresh_one():
     again = solve(IMPACT, surface=solve(IMPACT).surface(after=200.0))
     # The retardation time is 5: exp(-40) of the imprint is left.

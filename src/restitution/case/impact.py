@@ -119,25 +119,19 @@ class ImpactSection(Section):
     @property
     def impact_velocity(self) -> Any:
         """Normal velocity at first touch [m/s]; sqrt(2 g h) after a fall."""
-        return self._velocities[0]
+        if self.drop_height is not None:
+            return plain(fall_velocity(self.drop_height, self.gravity))
+        return self.velocity if self.speed is None else plain(directed(None, self.angle, self.speed)[0])
 
     @property
     def sliding(self) -> dict[str, Any]:
         """Numbers of the tangential motion; none without friction."""
         if self.friction is None:
             return {}
-        return self.values(SLIDING) | {"tangential_velocity": self._velocities[1]}
-
-    @property
-    def _velocities(self) -> tuple[Any, Any]:
-        """Normal and tangential velocity [m/s] at first touch."""
-        velocity = self.velocity
-        if self.drop_height is not None:
-            velocity = plain(fall_velocity(self.drop_height, self.gravity))
-        if self.angle is None:
-            return velocity, _or(self.tangential_velocity, 0.0)
-        normal, along = directed(velocity, self.angle, self.speed)
-        return plain(normal), plain(along)
+        along = _or(self.tangential_velocity, 0.0)
+        if self.angle is not None:
+            along = plain(directed(self.impact_velocity, self.angle, self.speed)[1])
+        return self.values(SLIDING) | {"tangential_velocity": along}
 
 
 class AdhesionSection(Section):
@@ -279,20 +273,20 @@ class CaseFile(Section):
         """Return the impact in SI; fractional models hold in the window, by default that of the contact."""
         if window is None and self.needs_window:
             return for_contact(self.build)
-        mass, velocity, material = self.body.kilograms, self.impact.impact_velocity, self.material.build(window)
+        mass, material = self.body.kilograms, self.material.build(window)
         counter: Material | None = None if self.partner is None else self.partner.build(window)
         force = mass * self.impact.gravity if self.impact.weight else _or(self.impact.external_force, 0.0)
         bodies, size = self.bodies(material, counter), self.impact.body_size
         adhesion = self.adhesion and self.adhesion.build()
         if bodies is not None:
-            first = collision(*bodies, velocity, external_force=force)
+            first = collision(*bodies, self.impact.impact_velocity, external_force=force)
             return replace(first, body_size=size, adhesion=adhesion, **self.impact.sliding)
         options: dict[str, Any] = {"external_force": force, "impedance": _or(self.impact.impedance, math.inf)}
         if self.impact.material_of == "body":
             options["diameters"] = BALL_ON_TARGET[::-1]
         profile = self.profile.build(self.body.radius)
         options |= {"counter_material": counter, "body_size": size, "adhesion": adhesion, **self.impact.sliding}
-        return Impact(material, profile, mass, velocity, **options)
+        return Impact(material, profile, mass, self.impact.impact_velocity, **options)
 
     def bodies(self, material: Material, counter: Material | None) -> tuple[Body, Body] | None:
         """Return the two free bodies, of these materials; None if the second is a half-space."""

@@ -227,7 +227,11 @@ class MaterialSection(Section):
                  "undetermined": self.undetermined}  # fmt: skip
         if shift is not None:
             shared["temperature"] = shift.reference_temperature
-        material = replace(material, **{key: value for key, value in shared.items() if value is not None})
+        # Names and densities that a model takes are there already.
+        further = {
+            key: value for key, value in shared.items() if value is not None and value is not getattr(material, key)
+        }
+        material = replace(material, **further) if further else material
         if self.temperature is None or (not np.ndim(self.temperature) and self.temperature == material.temperature):
             return material
         if material.shift is None:
@@ -284,7 +288,7 @@ class ModelSection(MaterialSection):
     def isothermal(self, window: Window | None) -> Material:
         # The fields are checked as the arguments of the model would be.
         build = self.entry.build if self.needs_window else self.entry.build_checked
-        material: Any = build(**self.values(self.entry.constants))
+        material: Any = build(**self.values((*self.entry.constants, "density", "name")))
         return material if window is None or not self.needs_window else material.within(window)
 
 

@@ -54,19 +54,15 @@ class ProfileSection(Section):
     geometry: ClassVar[type[Geometry]]
     type: str
 
-    def number(self, key: str) -> Any:
-        """Return the value of a key of the constructor; None where the type has no such key."""
-        return getattr(self, key, None)
-
     @property
     def needs_body_radius(self) -> bool:
         """Whether the radius is that of the body."""
-        return self.geometry.body_radius and self.number("radius") is None
+        return self.geometry.body_radius and getattr(self, "radius", None) is None
 
     @property
     def on_layer(self) -> bool:
         """Whether the target is a layer."""
-        return self.number("thickness") is not None
+        return getattr(self, "thickness", None) is not None
 
     @model_validator(mode="after")
     def _check(self) -> ProfileSection:
@@ -104,7 +100,7 @@ class PowerLawSection(ProfileSection):
     coefficient: float | str
 
     def body(self, body_radius: float | None) -> PowerLaw:
-        exponent, value = float(self.number("exponent")), self.coefficient
+        exponent, value = float(vars(self)["exponent"]), self.coefficient
         if isinstance(value, str):
             power = 1.0 - exponent
             unit = Dimension(f"coefficient of r^{exponent:g}", f"m^({power:g})", f"50 m^({power:g})")
@@ -144,7 +140,7 @@ class TableSection(ProfileSection):
                 refuse(str(error), "file")
         if len(self.present(*self.columns)) < len(self.columns):
             refuse(f"give file, or {' and '.join(self.columns)}")
-        return self.geometry(**{key: np.array(self.number(key)) for key in self.columns}, **others)
+        return self.geometry(**{key: np.array(column) for key, column in self.values(self.columns).items()}, **others)
 
 
 class TabulatedSection(TableSection):

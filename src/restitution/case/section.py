@@ -223,25 +223,24 @@ def without_deviations(content: dict[str, Any], sections: Iterable[str]) -> dict
     ({'body.mass': '0.1 g'}, {'body': {'mass': '5 g', 'radius': '10 mm'}})
     """
     taken: dict[str, str] = {}
-
-    def without(value: Any, *above: str | int) -> Any:
-        if isinstance(value, dict):
-            return {key: without(item, *above, key) for key, item in cast("dict[str, Any]", value).items()}
-        if isinstance(value, str) and value.lstrip().startswith("[") and DEVIATION.search(value):
-            value = split_list(value)
-        if isinstance(value, list):
-            return [without(item, *above, n) for n, item in enumerate(cast("list[Any]", value))]
-        if not isinstance(value, str) or above[-1] in _WORDS or not DEVIATION.search(value):
-            return value
-        try:
-            plain, taken[key_path(above)] = split_deviation(value)
-        except InputError as error:
-            raise InputError(key_path(above), value, error.rule) from None
-        return plain
-
-    for name in sections:
-        if name in content:
-            content[name] = without(content[name], name)
+    places: list[tuple[Any, tuple[str | int, ...]]] = [(content, (name,)) for name in sections if name in content]
+    # In the order of the file, as what stands within a place comes right after it.
+    places.reverse()
+    while places:
+        table, path = places.pop()
+        key = path[-1]
+        value = table[key]
+        if isinstance(value, str) and DEVIATION.search(value):
+            if value.lstrip().startswith("["):
+                value = table[key] = split_list(value)
+            elif key not in _WORDS:
+                try:
+                    table[key], taken[key_path(path)] = split_deviation(value)
+                except InputError as error:
+                    raise InputError(key_path(path), value, error.rule) from None
+        if isinstance(value, dict | list):
+            keys = value if isinstance(value, dict) else range(len(value))
+            places += [(value, (*path, part)) for part in reversed([*keys])]
     return taken
 
 

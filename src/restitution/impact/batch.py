@@ -182,8 +182,10 @@ class Batch:
         def run(block: ScaledBlock) -> Array:
             return solve_scaled(block, rtol, workers=workers, progress=progress, budget=energy, pressure=search)
 
-        block, outcomes = self.solved(run, rtol)
-        return self.columns(block, outcomes, energy, pressure)
+        columns = self.columns(*self.solved(run, rtol), energy, pressure)
+        bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
+        outputs = derived(columns | dict(zip(BODY, bodies, strict=True)))
+        return {name: outputs[name] for name in (*OUTPUTS, "status") if name in outputs}
 
     def max_contact_radii(self, rtol: float) -> Array:
         """Largest contact radii [m], shape (n,), of a solution whose tolerance is not that of its tables."""
@@ -218,7 +220,7 @@ class Batch:
         if kept is None or outcomes[0, STATUS] != Status.SEPARATED:
             return columns, None
         return columns, Solution(
-            block.row(0), float(self.masses[0]), float(self.velocities[0]), kept, self.contact_radii
+            block.row(0), float(self.masses[0]), float(self.velocities[0]), kept, self.contact_radii, self.pressures
         )
 
     def sample_forces(self, times: Array, rtol: float) -> Array:
@@ -269,7 +271,7 @@ class Batch:
     def columns(
         self, block: ScaledBlock, outcomes: Array, energy: bool = False, pressure: bool = False
     ) -> dict[str, Array]:
-        """Return outcomes in SI by name, with the energies and the largest pressure on request."""
+        """Return outcomes in SI by name, with the energies and the largest pressure on request, and the status."""
         columns = dict(zip(OUTCOME, outcomes.T, strict=False))
         status, e = columns["status"], columns["restitution_coefficient"]
         stays = (status == Status.SINKS_IN) | (status == Status.CAPTURED)
@@ -301,9 +303,7 @@ class Batch:
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 peak = pressure_unit(self.masses, self.velocities, block) * outcomes[:, -1]
             result["max_pressure"] = np.where(np.isnan(columns["max_force"]), np.nan, self.pressures(peak))
-        bodies = self.masses, self.velocities, self.forces, flat(self.impedances, self.masses.shape)
-        outputs = derived(result | dict(zip(BODY, bodies, strict=True)))
-        return {name: outputs[name] for name in OUTPUTS if name in outputs} | {"status": status}
+        return result | {"status": status}
 
     def pressures(self, peak: Any) -> Array:
         """Return the largest pressures [Pa] for those, as far as finite, of profiles with the same stiffness radii."""

@@ -26,6 +26,7 @@ from restitution.quantities import (
     NUMBER,
     OBLIQUE,
     OUTPUTS,
+    SOLVER_RTOL,
     Quantity,
     check_single,
     dataset,
@@ -272,6 +273,7 @@ def bounces(
     >>> print(rs.bounces(ball, max_bounces=3).rebound_tangential_velocity.round(2))
     [-0.39 -0.11 -0.15]
     """
+    single("rtol", SOLVER_RTOL.check(rtol))
     whole("max_bounces", max_bounces)
     if stop is not None:
         function("stop", stop, "must be a function without arguments", 0)

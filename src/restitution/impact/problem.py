@@ -148,8 +148,10 @@ class Impact:
         if not isinstance(self.adhesion, (Adhesion, type(None))):
             raise InputTypeError("adhesion", self.adhesion, "must be an Adhesion")
         object.__setattr__(self, "profile", self.contact.profile)
-        both = pair("diameters", self.diameters, "must be a pair of numbers")
-        object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", each) for each in both))
+        # Defaults need no check.
+        if self.diameters is not BALL_ON_TARGET:
+            both = pair("diameters", self.diameters, "must be a pair of numbers")
+            object.__setattr__(self, "diameters", tuple(positive_or_infinite("diameters", each) for each in both))
         for name in quantities.BODY:
             object.__setattr__(self, name, quantities.INPUTS[name].check(getattr(self, name)))
         self._check_sliding()

@@ -15,7 +15,7 @@ from restitution import checks
 from restitution.axes import unnamed
 from restitution.checks import Array, Numeric
 from restitution.errors import InputError
-from restitution.impact.batch import Batch, shaped, solve_columns
+from restitution.impact.batch import shaped, solve_columns
 from restitution.impact.problem import require_outputs
 from restitution.impact.solution import Sampled, Solution
 from restitution.impact.status import Status
@@ -148,7 +148,7 @@ class ImpactResult(Result):
     @property
     def rebound_velocity(self) -> Numeric:
         """Speed of the rebound e v0 [m/s]."""
-        return self._named(rebound_velocity=derived(self._by_name)["rebound_velocity"])[0]
+        return self._named(rebound_velocity=self._by_name["rebound_velocity"])[0]
 
     @property
     def turning_time(self) -> float:
@@ -159,7 +159,7 @@ class ImpactResult(Result):
     @property
     def outputs(self) -> dict[str, Numeric]:
         """All outputs of the impact by name, in SI; energies and pressures of several by further solves."""
-        energies = {name: getattr(self.energy, name.removesuffix("_energy")) for name in ENERGIES}
+        energies = dict(zip(BUDGET, self.energy, strict=True))
         solved = {name: np.asarray(value) for name, value in (energies | {"max_pressure": self.max_pressure}).items()}
         columns = derived(self._by_name | solved)
         names = [name for name in IMPACT_OUTPUTS if name in columns]
@@ -167,14 +167,14 @@ class ImpactResult(Result):
 
     @cached_property
     def _by_name(self) -> dict[str, Any]:
-        """Inputs of the body and stored outputs by name, without names of axes."""
+        """Inputs of the body, stored outputs and what follows from both, by name, without names of axes."""
         outputs = {name: getattr(self, name) for name in IMPACT_OUTPUTS if name in self.__dataclass_fields__}
         if np.shape(self.status):
             outputs = {name: np.asarray(values) for name, values in outputs.items()}
         impacts = self.impact
         if isinstance(impacts, list):
-            return outputs | {name: np.array([getattr(impact, name) for impact in impacts]) for name in BODY}
-        return outputs | {name: getattr(impacts, name) for name in BODY}
+            return derived(outputs | {name: np.array([getattr(impact, name) for impact in impacts]) for name in BODY})
+        return derived(outputs | {name: getattr(impacts, name) for name in BODY})
 
     def _named(self, **columns: Any) -> list[Any]:
         """Return columns as numbers, or in the shape of the impacts with the names of the axes if there are any."""
@@ -242,7 +242,7 @@ class ImpactResult(Result):
         After separation the body flies freely, or under the constant force, from the residual depth with the rebound
         velocity. The surface may still be indented then; see `surface_displacement`.
         """
-        columns = derived(self._by_name)
+        columns = self._by_name
         depth = np.maximum(columns["residual_indentation_depth"], 0.0)
         speed = np.asarray(columns["rebound_velocity"])
         push = 2.0 * columns["external_force"] * depth / columns["mass"]
@@ -267,9 +267,7 @@ class ImpactResult(Result):
         if self.method != "exact":
             return math.nan
         if isinstance(self._solution, Solution) and not isinstance(self.impact, list):
-            batch = Batch.from_impact(self.impact)
-            finite = batch.has_pressure and not batch.singular[0]
-            return float(batch.pressures(self._solution.max_pressure if finite else math.nan)[0])
+            return self._solution.max_pressure
         peak = solve_columns(self.impact, self.rtol or 0.0, pressure=True)["max_pressure"]
         return self._named(max_pressure=shaped(peak, np.shape(self.status)))[0]
 
@@ -293,7 +291,7 @@ class ImpactResult(Result):
             return EnergyBudget(*self._named(**{name: columns[name].reshape(shape) for name in BUDGET}))
         energies = (np.nan, np.nan, np.nan)
         if isinstance(solution, Solution):
-            energies = (solution.energy_unit * energy for energy in solution.stored.energies)
+            energies = solution.energies
         elif solution is not None:
             energies = solution.dissipated, solution.stored, solution.radiated
         known = self._by_name | dict(zip(ENERGIES, energies, strict=True))
@@ -544,7 +542,7 @@ class ImpactResult(Result):
         """
         names = checked_outputs(self._default_outputs if outputs is None else outputs, IMPACT_OUTPUTS)
         require_outputs(self.impact, names)
-        columns = self.outputs if needs(names, {*ENERGIES, "max_pressure"}) else derived(self._by_name)
+        columns = self.outputs if needs(names, {*ENERGIES, "max_pressure"}) else self._by_name
         axes = getattr(self.impact, "axes", None) or unnamed(np.shape(self.status))
         variables = {name: (columns[name], IMPACT_OUTPUTS[name].attributes) for name in names}
         variables[STATUS] = self.status, Status.attributes()
@@ -581,11 +579,13 @@ def of_impact(result: ImpactResult, title: str = "", *, dimensionless: bool = Fa
     # A number below the tolerance times the largest of its kind is rounding.
     tolerance = 1e-9 if result.rtol is None else float(result.rtol)
     noise = {"m": tolerance * float(result.max_indentation_depth), "J": tolerance * float(result.energy.kinetic_in)}
-    shown = [(IMPACT_OUTPUTS[name], float(x)) for name, x in result.outputs.items() if not name.endswith("_residual")]
-    values = [
-        (output.words, plain_symbol(output.symbol), 0.0 if abs(x) < noise.get(output.unit, 0.0) else x, output.unit)
-        for output, x in shown
-    ]
+    values: list[tuple[str, str, float, str]] = []
+    for name, number in result.outputs.items():
+        output, x = IMPACT_OUTPUTS[name], float(number)
+        unit = output.unit
+        if not name.endswith("_residual"):
+            x = 0.0 if abs(x) < noise.get(unit, 0.0) else x
+            values.append((output.words, plain_symbol(output.symbol), x, unit))
     long, short = result.max_semi_axes
     if short < long:
         words = "semi-axis of the largest contact"

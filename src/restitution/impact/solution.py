@@ -307,16 +307,23 @@ class Solution:
     velocity: float
     stored: Stored
     contact_radii: Callable[[Array, Array], Array]
+    pressures: Callable[[Any], Array]
 
-    @property
-    def energy_unit(self) -> float:
-        """Unit of the energies m v0^2 [J]."""
-        return self.mass * self.velocity * self.velocity
+    @cached_property
+    def energies(self) -> tuple[float, float, float]:
+        """Energies dissipated, stored in elements when they leave, and radiated [J]."""
+        unit = self.mass * self.velocity * self.velocity
+        dissipated, stored, radiated = self.stored.energies
+        return unit * dissipated, unit * stored, unit * radiated
 
     @cached_property
     def max_pressure(self) -> float:
-        """Largest contact pressure [Pa], where it is finite."""
-        return float(pressure_unit(self.mass, self.velocity, self.units)) * self.stored.peak_pressure
+        """Largest contact pressure [Pa]; infinite or NaN for some profiles and materials, which need no search."""
+        limit = float(self.pressures(1.0)[0])
+        if not math.isfinite(limit):
+            return limit
+        peak = float(pressure_unit(self.mass, self.velocity, self.units)) * self.stored.peak_pressure
+        return float(self.pressures(peak)[0])
 
     @property
     def sigma_m(self) -> float:
@@ -421,21 +428,21 @@ class Solution:
         kept = 0.5 * squares @ self.moduli + released - self.radius(s1) * density
         energies[~coming] = np.column_stack([kept, lost, radiated])
 
-        velocity = motion[:, 1] * self.velocity
+        velocity, unit = motion[:, 1] * self.velocity, self.mass * self.velocity * self.velocity
         body_velocity = velocity + (self.units.admittance * self.velocity) * np.maximum(motion[:, 2], 0.0)
         trajectory = Trajectory(
             np.minimum(moments, self.contact_time), motion[:, 0] * self.units.length, velocity,
             np.maximum(motion[:, 2], 0.0) * (self.mass * self.velocity / self.units.time),
             self.contact_radii(self.radius(motion[:, 3]) * self.units.radius, motion[:, 3] ** 2 * self.units.length),
             0.5 * self.mass * body_velocity * body_velocity,
-            energies[:, 0] * self.energy_unit, energies[:, 1] * self.energy_unit,
+            energies[:, 0] * unit, energies[:, 1] * unit,
         )  # fmt: skip
         if self.units.admittance == 0.0:
             return trajectory
         # By momentum: the target moves with F/Z.
         moved = (self.units.admittance * self.units.time) * (self.velocity - body_velocity)
         return trajectory._replace(
-            radiated_energy=energies[:, 2] * self.energy_unit, body_velocity=body_velocity, target_displacement=moved
+            radiated_energy=energies[:, 2] * unit, body_velocity=body_velocity, target_displacement=moved
         )
 
     def _foundation(self, state: Array, sigma: Array) -> tuple[Array, Array, Array]:

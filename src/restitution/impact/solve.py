@@ -244,8 +244,7 @@ def solve_exact(
     impact: Impact | list[Impact], rtol: float, errors: Errors | None = None, workers: int | None = None,
     progress: Progress | None = None,
 ) -> ImpactResult:  # fmt: skip
-    """Solve impacts by the exact method; see `solve`."""
-    single("rtol", SOLVER_RTOL.check(rtol))
+    """Solve impacts by the exact method; see `solve`, which checks the options."""
     shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
     solution, has_friction = None, (impact if isinstance(impact, Impact) else impact[0]).friction is not None
     of_normal = normal_rtol(rtol) if has_friction else rtol

@@ -300,4 +300,4 @@ def connected(
 def _is_finite(series: PronySeries, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Return whether the branches of the rows have finite numbers."""
     finite = (np.isfinite(series.branch_moduli) & np.isfinite(series.relaxation_times)).all(axis=-1)
-    return np.broadcast_to(finite, shape).reshape(-1) if series.shape != shape else finite.reshape(-1)
+    return np.broadcast_to(finite, shape).reshape(-1)

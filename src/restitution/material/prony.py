@@ -239,7 +239,11 @@ class PronySeries:
 
     def reshaped(self, shape: tuple[int, ...]) -> PronySeries:
         """Return the same series in an array of another shape."""
-        return self._each(lambda part, more: part.reshape((*shape, *more)))
+        ends = (np.asarray(part).reshape(shape)[()] for part in (self.equilibrium_modulus, self.parallel_viscosity))
+        equilibrium, viscosity = ends
+        count = self.branch_moduli.shape[-1]
+        moduli, times = (part.reshape(*shape, count) for part in (self.branch_moduli, self.relaxation_times))
+        return PronySeries.from_checked(equilibrium, moduli, times, viscosity)
 
     def broadcast_to(self, shape: tuple[int, ...]) -> PronySeries:
         """Return views of the series in a larger array."""
@@ -268,7 +272,8 @@ class PronySeries:
 
     def take(self, rows: Any) -> PronySeries:
         """Return series of an array by index, slice or mask along its axes; they may repeat."""
-        return self._each(lambda part, more: part[rows])
+        parts = self.equilibrium_modulus, self.branch_moduli, self.relaxation_times, self.parallel_viscosity
+        return PronySeries.from_checked(*(part[rows] for part in parts))
 
     def row(self, *index: int) -> PronySeries:
         """Return one series of an array, without branches of zero modulus."""
@@ -298,13 +303,13 @@ class PronySeries:
         glass = np.where(
             np.asarray(self.parallel_viscosity) > 0.0, math.inf, self.equilibrium_modulus + self.branch_moduli.sum(-1)
         )
-        return glass if self.shape else float(glass)
+        return glass if glass.ndim else float(glass)
 
     @property
     def flow_viscosity(self) -> Any:
         """Viscosity eta + sum R_k tau_k [Pa s] of the steady flow of a liquid."""
         viscosity = self.parallel_viscosity + (self.branch_moduli * self.relaxation_times).sum(-1)
-        return viscosity if self.shape else float(viscosity)
+        return viscosity if np.ndim(viscosity) else float(viscosity)
 
     @property
     def is_zero(self) -> Any:

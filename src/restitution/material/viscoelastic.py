@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.axes import Axes, aligned, named, spread_array
-from restitution.checks import common_shape, instance, nonnegative, number, pair, positive
+from restitution.checks import common_shape, instance, nonnegative, pair, positive
 from restitution.errors import InputError, InputTypeError
 from restitution.material.conversion import (
     on_common_times,
@@ -414,12 +414,12 @@ def _series(name: str, value: Any) -> PronySeries:
 
 def bulk_series(modulus: ArrayLike, viscosity: ArrayLike = 0.0) -> PronySeries | float:
     """Return springs [Pa] beside dashpots [Pa s] in bulk; infinite springs are incompressible."""
-    moduli = number("bulk", modulus, "Pa")
+    moduli = np.asarray(check("bulk_modulus", modulus, "bulk"))
     moduli = np.broadcast_to(moduli, np.broadcast_shapes(moduli.shape, np.shape(viscosity)))
     rigid = np.isposinf(moduli)
     if rigid.all():
         return math.inf
-    soft = np.asarray(nonnegative("bulk", np.where(rigid, 1.0, moduli), "Pa"))
+    soft = np.where(rigid, 1.0, moduli)
     in_range("equilibrium_modulus + sum of branch_moduli", soft, "Pa")
     springs = PronySeries.springs(np.where(rigid, math.inf, soft))
     if np.ndim(viscosity) == 0 and not viscosity:
