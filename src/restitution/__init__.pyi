@@ -59,12 +59,12 @@ from .impact.problem import Impact as Impact
 from .impact.problem import collision as collision
 from .impact.problem import dimensionless_groups as dimensionless_groups
 from .impact.problem import drop as drop
-from .impact.problem import for_contact as for_contact
 from .impact.result import ImpactResult as ImpactResult
 from .impact.solve import solve as solve
 from .impact.solve import standard_solid_restitution as standard_solid_restitution
 from .impact.status import SolverError as SolverError
 from .impact.status import Status as Status
+from .impact.window import for_contact as for_contact
 from .indentation.adhesion import AdhesiveIndentation as AdhesiveIndentation
 from .indentation.cantilever import CantileverMode as CantileverMode
 from .indentation.cantilever import beam_modes as beam_modes

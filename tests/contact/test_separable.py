@@ -10,13 +10,14 @@ import pytest
 
 import restitution as rs
 from refusals import named
-from restitution.contact.layer import layer as layer_module
-from restitution.contact.layer.layer import EffectiveModuli, effective_moduli, effective_modulus
+from restitution.contact.layer import moduli as moduli_module
+from restitution.contact.layer.moduli import EffectiveModuli, effective_moduli, effective_modulus
 from restitution.impact.batch import Batch
 from restitution.law.law import reduced_series
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import reduced_modulus
-from restitution.validity import Tally, numbers
+from restitution.tally import Tally
+from restitution.validity import numbers
 
 # Static Poisson ratio, p2, thickness, e by finite elements in time, and errors in per cent of e, of the contact time
 # and of the largest force: with E*(t), and with the effective modulus. Independent programs; table of the theory page.
@@ -362,7 +363,7 @@ def test_merged_terms_have_the_moments_of_the_others():
     moduli, times = 10.0 ** rng.uniform(-3.0, 1.0, (7, 50)), np.sort(10.0 ** rng.uniform(-1.0, 0.0, 7))
     # One term, two, three, and none.
     moduli[1:, 0] = moduli[2:, 1] = moduli[3:, 2] = moduli[:, 3] = 0.0
-    result, places = layer_module._merged(moduli, times)
+    result, places = moduli_module._merged(moduli, times)
     assert np.all(result >= 0.0)
     assert np.all(np.isfinite(places))
     y = np.log(times)[:, None]
@@ -384,7 +385,7 @@ def test_merged_terms_are_few_and_change_little(monkeypatch, branches, most):
     material = rs.Material(rs.PronySeries(1e6, np.full(branches, 1e7 / branches), times), 3e7)
     places = np.random.default_rng(17).uniform(0.05, 0.7, 8)
     merged = effective_moduli(material).at(places)
-    monkeypatch.setattr(layer_module, "_MERGED", 1000)
+    monkeypatch.setattr(moduli_module, "_MERGED", 1000)
     expected, s = effective_moduli(material).at(places), np.geomspace(1.0, 1e6, 50)
     assert merged.n_branches <= most
     for n in range(places.size):

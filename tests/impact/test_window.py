@@ -10,7 +10,8 @@ from scipy.special import rgamma
 
 from refusals import named
 from restitution import FlatPunch, FractionalMaterial, Parabola, bounces, fractional_zener, solve, springpot
-from restitution.impact.problem import Body, Impact, drop, for_contact, window_around
+from restitution.impact.problem import Body, Impact, drop
+from restitution.impact.window import for_contact, window_around
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")

@@ -27,8 +27,8 @@ from restitution.impact.problem import (
     collision,
     directed,
     fall_velocity,
-    for_contact,
 )
+from restitution.impact.window import for_contact
 from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
 from restitution.quantities import (

@@ -16,8 +16,9 @@ from restitution.case.profile import AnyProfile
 from restitution.case.quantity import LIST, named_columns, nonnegative, positive, read_columns, within
 from restitution.case.section import IN_FILE, Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.geometry import Geometry
-from restitution.impact.problem import Window, window_around
+from restitution.impact.window import window_around
 from restitution.indentation.history import History, cycles, hold, ramp, sine_arch, triangle
+from restitution.material.fractional import Window
 from restitution.material.viscoelastic import Material
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 from restitution.units import STIFFNESS

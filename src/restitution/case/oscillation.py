@@ -14,7 +14,8 @@ from restitution.case.impact import AccuracySection
 from restitution.case.indentation import IndenterCase, IndenterFile, bodies_of
 from restitution.case.quantity import LIST, nonnegative, positive, within
 from restitution.case.section import Section, in_file, read_sections, read_toml, refuse
-from restitution.impact.problem import Impact, window_around
+from restitution.impact.problem import Impact
+from restitution.impact.window import window_around
 from restitution.indentation.cantilever import MOST_MODES, CantileverMode, beam_modes
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 from restitution.units import ENERGY, FREQUENCY, STIFFNESS

@@ -112,7 +112,7 @@ def plot(
     named = result if result.name not in ("", "..") else result.resolve()
     picture = out or (named.with_suffix(".png") if named.name else Path("sweep.png"))
     cli.check_target("--out", picture, cli.PICTURES)
-    from restitution.validity import messages
+    from restitution.tally import messages
 
     dataset = rs.open_sweep(result)
     choice: dict[str, Any] = {"at": dict(_slice(dataset, text) for text in at or ())}
@@ -181,7 +181,7 @@ def map_(
 def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
     """Refuse a result with impacts beyond the times for which the material is known."""
     from restitution.impact.window import WAY_OUT
-    from restitution.validity import checks
+    from restitution.tally import checks
 
     check = checks(dataset.attrs).get("window", {})
     if check.get("exceeded") and not extrapolate:
@@ -191,7 +191,7 @@ def _require_known(dataset: xr.Dataset, out: Path, extrapolate: bool) -> None:
 
 def _answer(line: str, content: dict[str, Any], dataset: xr.Dataset, warnings: list[str], in_json: bool) -> None:
     """Print a line and the warnings, or the content with the validity of the impacts as JSON."""
-    from restitution.validity import checks
+    from restitution.tally import checks
 
     if in_json:
         tables.write_json(content | {"warnings": warnings, "validity": checks(dataset.attrs)})

@@ -27,8 +27,7 @@ from restitution.errors import InputError
 from restitution.explorer.inputs import State, case_content, indentation_content, inputs
 from restitution.impact.batch import solve_columns
 from restitution.impact.bounces import Ending
-from restitution.impact.problem import window_around
-from restitution.impact.window import compared
+from restitution.impact.window import compared, window_around
 from restitution.indentation.solve import MOST_ELEMENTS, indent
 from restitution.material.fractional import Window
 from restitution.paper import figures

@@ -30,7 +30,7 @@ from restitution.identification.statements import (
     standard_errors,
 )
 from restitution.identification.uncertainty import without
-from restitution.impact.problem import window_around
+from restitution.impact.window import window_around
 from restitution.material.viscoelastic import Material
 from restitution.quantities import INPUTS, NUMBER, OUTPUTS, Quantity, dataset
 from restitution.result import Result, Summary, Table

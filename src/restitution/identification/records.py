@@ -13,7 +13,7 @@ from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, RestitutionWarning
-from restitution.identification.impacts import Rebounds, bodies_of, impacts_of, trials
+from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import (
     Curve,
     ForceRecord,
@@ -26,6 +26,7 @@ from restitution.identification.observations import (
     number_or_none,
     profile_of,
 )
+from restitution.identification.trial_impacts import bodies_of, impacts_of, trials
 from restitution.impact.batch import Batch
 from restitution.impact.problem import STANDARD_GRAVITY
 from restitution.impact.status import Status

@@ -1,27 +1,24 @@
-"""The impact problem and its groups; impacts of two bodies, of a fall, or for fractional materials."""
+"""The impact problem and its groups; impacts of two bodies, or of a fall."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from restitution import quantities
 from restitution.axes import Axes, align, aligned, axes_of, is_named, named, spread_array
 from restitution.checks import (
-    Array,
     Numeric,
     common_shape,
-    function,
     instance,
     pair,
     positive_or_infinite,
-    single_nonnegative,
     truth,
 )
 from restitution.contact.adhesion import Adhesion, require_smooth
@@ -29,7 +26,6 @@ from restitution.contact.geometry import BALL_ON_TARGET, Contact, Geometry
 from restitution.contact.profiles import Parabola, as_profile, sphere_mass
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.scaling import viscosity_unit
-from restitution.material.fractional import Window
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, single_material
 
@@ -38,13 +34,6 @@ _OBJECTS = ("material", "profile", "counter_material", "adhesion")
 _NUMBERS = (*quantities.BODY, *quantities.SLIDING)
 # Tolerance of a first solution, whose largest contact radius is good to 1e-8 then.
 _ESTIMATE_RTOL = 1e-6
-# Window of the first solution, which gives the contact time only: from a picosecond to about four months.
-_WIDE = Window(1e-12, 1e7, 1e-2)
-# Largest number of windows; a second one has always been enough.
-_ROUNDS = 5
-# Start of a window over the contact time: faster processes act as springs or dashpots. A window may be used for
-# contacts as short as the second share of the contact for which it was made.
-_SHORTEST, _MARGIN = 1e-6, 1e-2
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s2]."""
@@ -627,83 +616,3 @@ def dimensionless_groups(impact: Impact) -> DimensionlessGroups:
     radius = np.asarray(impact.profile.path_coefficient) ** 2
     p3 = viscosity / viscosity_unit(modulus, np.asarray(impact.mass), np.asarray(impact.velocity), radius)
     return DimensionlessGroups(material.poisson_ratio, modulus / branch, float(p3) if p3.ndim == 0 else p3)
-
-
-def window_around(contact_time: ArrayLike, longest: float = 0.0) -> Window:
-    """Window of time of impacts: from a millionth of the contact time [s] to twice that time, or to the longest.
-
-    Examples
-    --------
-    >>> window_around([1e-3, 5e-3])
-    Window(low=1e-09, high=0.01, rtol=0.0)
-    """
-    times = np.atleast_1d(np.asarray(contact_time, dtype=np.float64))
-    finite = times[np.isfinite(times)]
-    if not finite.size:
-        # A captured body has no contact time.
-        return _WIDE._replace(rtol=0.0)
-    high = 2.0 * float(finite.max()) if finite.size == times.size else _WIDE.high
-    return Window(_SHORTEST * float(finite.min()), max(high, longest))
-
-
-def for_contact(build: Callable[[Window], Impact], *, longest: float = 0.0) -> Impact:
-    """Return the impact whose fractional materials hold over its own contact.
-
-    Parameters
-    ----------
-    build : callable
-        Takes a window of time and returns the impact, single or an array, of materials that hold within the window,
-        `FractionalMaterial.within(window)`.
-    longest : float
-        A time [s] that the window must also contain, such as the time between two bounces.
-
-    Returns
-    -------
-    Impact
-        Its materials have the `window`, and the number of terms and the error in their `assumptions`.
-
-    Raises
-    ------
-    InputTypeError
-        If `build` does not return an impact.
-
-    Notes
-    -----
-    A first solution, with materials accurate to one per cent at all times, gives the contact time. The window then
-    reaches from a millionth of this time to twice this time; faster and slower processes are kept by their moments.
-
-    Examples
-    --------
-    >>> import restitution as rs
-    >>> gel = rs.FractionalMaterial(rs.springpot(1e4, 0.2), bulk=2e9)
-    >>> impact = rs.for_contact(
-    ...     lambda window: rs.Impact(gel.within(window), rs.Parabola(0.01), mass=0.005, velocity=1.0)
-    ... )
-    >>> result = rs.solve(impact)
-    >>> low, high = result.impact.material.window
-    >>> print(low < 1e-5 * result.contact_time, high > result.contact_time)
-    True True
-    >>> print(result.impact.material.assumptions)
-    34 Prony terms stand for the fractional model, relative error ...e-07
-    """
-    longest = single_nonnegative("longest", longest, "s")
-    function("build", build, "must be a function of a window that returns an Impact", 1)
-    impact, touches = _solved(build, _WIDE)
-    for _ in range(_ROUNDS):
-        window = window_around(touches, longest)
-        impact, touches = _solved(build, window)
-        needed = window_around(touches)
-        if window.low <= needed.low / _MARGIN and window.high >= 0.5 * needed.high:
-            break
-    return impact
-
-
-def _solved(build: Callable[[Window], Impact], window: Window) -> tuple[Impact, Array]:
-    """Return the impact of materials that hold within a window, and its contact times [s]."""
-    # The solver takes 0.3 s to import.
-    from restitution.impact.batch import solve_columns
-
-    impact: Any = build(window)
-    if not isinstance(impact, Impact):
-        raise InputTypeError("build", impact, "must return an Impact")
-    return impact, solve_columns(impact, 1e-6)["contact_time"]

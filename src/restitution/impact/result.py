@@ -34,8 +34,9 @@ from restitution.quantities import (
     needs,
 )
 from restitution.result import Result, Summary, Table, draw, of_values, plain, plain_symbol
+from restitution.tally import Tally
 from restitution.units import MASS, VELOCITY, in_words, scaled_unit
-from restitution.validity import COLUMNS, Tally, Validity, numbers, report, together
+from restitution.validity import COLUMNS, Validity, numbers, report, together
 
 if TYPE_CHECKING:
     import xarray

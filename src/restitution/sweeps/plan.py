@@ -42,7 +42,8 @@ from restitution.quantities import (
     needs,
 )
 from restitution.sweeps.grid import Grid, Index, Listed, Region, Values, boxes, halves, lengths, part_of
-from restitution.validity import COLUMNS, Numbers, Tally, numbers
+from restitution.tally import Tally
+from restitution.validity import COLUMNS, Numbers, numbers
 from restitution.variation import HeldElastic, check_names, check_rivals, varied
 
 if TYPE_CHECKING:

@@ -34,7 +34,8 @@ from restitution.sweeps.plan import (
     Template,
     dimensionless_template,
 )
-from restitution.validity import Tally, messages, warn
+from restitution.tally import Tally, messages
+from restitution.validity import warn
 from restitution.variation import HeldElastic
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from restitution.files import PARTIAL, path_of, whole_file
 from restitution.quantities import NOT_COMPUTED, STATUS, SWEEP_OUTPUTS
 from restitution.sweeps.grid import Index
 from restitution.sweeps.plan import Field, Plan, coordinate_blocks, coordinate_fields, hash_of, in_words, output_fields
-from restitution.validity import Tally
+from restitution.tally import Tally
 
 if TYPE_CHECKING:
     import xarray as xr
