@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from restitution.plot import style
+from restitution.impact.problem import Impact
+from restitution.plot import sticking, style
 from restitution.quantities import ADHESION, ATTRACTION_TIME, HISTORY, INPUTS, OUTPUTS
 
 if TYPE_CHECKING:
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 
     from restitution.impact.adhesion import AdhesiveResult
 
+# Velocities that span a decade have a logarithmic axis.
+_DECADE = 10.0
 _RADIUS = HISTORY["contact_radius"]._replace(words="radius", symbol="$r$")
 
 
@@ -67,15 +71,31 @@ def loop(ax: Axes, result: AdhesiveResult, *, color: str = style.BLUE, label: st
 
 
 def of_several(result: AdhesiveResult) -> Figure:
-    """Draw the restitution coefficient and the largest pull over the velocity."""
-    shape = np.shape(result.status)
+    """Draw the restitution coefficient and the largest pull over the velocity, with the threshold of sticking.
+
+    Where more than the velocity varies the points have no line, and no threshold.
+    """
+    impact, shape = result.impact, np.shape(result.status)
     velocity, e, pull = (
         np.broadcast_to(np.asarray(values, dtype=np.float64), shape).ravel()
         for values in (result.velocity, result.restitution_coefficient, result.pull_off_force)
     )
+    order = np.argsort(velocity, kind="stable")
+    velocity, e, pull = velocity[order], e[order], pull[order]
+    assert isinstance(impact, Impact)
+    alone, wide = replace(impact, velocity=1.0).shape == (), velocity[-1] >= _DECADE * velocity[0]
     across = INPUTS["velocity"], velocity
+    look: dict[str, Any] = style.markers(velocity.size) if alone else {"linestyle": "", "marker": "o", "markersize": 3}
     with style.page("AB", height=3.0) as (page, panels):
-        style.draw(panels[0], across, (OUTPUTS["restitution_coefficient"], e), "o", color=style.BLUE, markersize=3)
+        places, rows = sticking.broken(velocity, e, logarithmic=wide) if alone else (velocity, e[None])
+        style.draw(
+            panels[0], (across[0], places), (OUTPUTS["restitution_coefficient"], rows[0]), color=style.BLUE, **look
+        )
         panels[0].set_ylim(-0.03, 1.03)
-        style.draw(panels[1], across, (ADHESION["pull_off_force"], pull), "o", color=style.BLUE, markersize=3)
+        style.draw(panels[1], across, (ADHESION["pull_off_force"], pull), color=style.BLUE, **look)
+        for ax in panels if wide else ():
+            ax.set_xscale("log")
+        if alone:
+            unit = style.axis(INPUTS["velocity"], places)
+            sticking.draw_threshold(panels[0], unit.factor * velocity, e, unit.unit)
     return page

@@ -15,13 +15,15 @@ from restitution.checks import Array, instance, positive
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
-from restitution.plot import style
+from restitution.plot import sticking, style
 from restitution.quantities import INPUTS, OUTPUTS, RESTITUTION
 
 if TYPE_CHECKING:
     from restitution.case.observations import ReboundPoints
 
 _POINTS, _MARGIN, _DECADE = 60, 1.25, 10.0
+# Tolerances of the curve: that of `solve`, and one that a picture needs where a solve takes many times as long.
+_RTOL, _WITH_ADHESION = 1e-9, 1e-4
 
 
 def draw_points(ax: Axes, points: ReboundPoints, factor: float = 1.0) -> Axes:
@@ -87,11 +89,13 @@ def plot_restitution(
     speeds: Array = np.geomspace(low, high, _POINTS)
     if velocity is not None:
         speeds = np.atleast_1d(np.asarray(positive("velocity", velocity)))
-    many = solve(replace(impact, velocity=np.append(speeds, speed)))
+    many = solve(replace(impact, velocity=np.append(speeds, speed)), rtol=_WITH_ADHESION if impact.adhesion else _RTOL)
     e = np.asarray(many.restitution_coefficient, dtype=np.float64)
     across: Any = style.axis(INPUTS["velocity"], [float(speeds[-1])])
     with style.page("A", 5.2, 4.0) as (figure, (ax,)):
-        ax.plot(speeds * across.factor, e[:-1], color=style.BLUE, label="computed")
+        places, rows = sticking.broken(speeds * across.factor, e[:-1], logarithmic=True)
+        ax.plot(places, rows[0], color=style.BLUE, label="computed")
+        sticking.draw_threshold(ax, speeds * across.factor, e[:-1], across.unit)
         ax.plot(speed * across.factor, e[-1], "o", color=style.BLUE, markersize=6, markerfacecolor="white")
         if speeds[-1] >= _DECADE * speeds[0]:
             ax.set_xscale("log")

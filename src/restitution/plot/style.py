@@ -418,7 +418,8 @@ def contour_map(
     reached = [level for level in levels if finite.min() < level < finite.max()]
     if not reached:
         return ax
-    lines = ax.contour(x, y, z, levels=reached, colors="black", linewidths=0.8, linestyles="solid")
+    lines = ax.contour(x, y, z, levels=reached, colors="black", linewidths=0.8, linestyles="solid",
+                       corner_mask=False)  # fmt: skip
     # The gaps for the labels depend on the final size of the axes.
     _lay_out(figure)
     spacing = round(2.0 / 72.0 * figure.dpi)

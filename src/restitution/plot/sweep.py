@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from restitution.checks import Array, instance, items, mapping
 from restitution.errors import InputError, InputTypeError
-from restitution.plot import style
+from restitution.plot import sticking, style
 from restitution.plot.rebounds import draw_points, require_points
 from restitution.quantities import ALIASES, RESTITUTION, Values, known, scaled
 from restitution.units import VELOCITY, scaled_unit
@@ -33,8 +33,13 @@ def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = Non
     values = scaled(output.transpose(*([family] if family else []), x))
     across = _along(ax, output, x)
     _frame(ax, across, values, output.name)
+    places, rows = across.values, values.values
+    if output.name == RESTITUTION:
+        places, rows = sticking.broken(places, rows, logarithmic=across.logarithmic)
     if family is None:
-        ax.plot(across.values, values.values, color=style.BLUE, **style.markers(across.values.size))
+        ax.plot(places, np.ravel(rows), color=style.BLUE, **style.markers(across.values.size))
+        if output.name == RESTITUTION and is_numeric(output, x):
+            sticking.draw_threshold(ax, across.values, values.values, across.unit)
         return ax
     finite = values.values[np.isfinite(values.values)]
     if finite.size and output.name != RESTITUTION:
@@ -44,7 +49,7 @@ def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = Non
     names = value_names(output, family)
     # The label on a curve is the value alone; the legend has the symbol and the unit.
     short = [name.rpartition(" = ")[2].split(" ")[0] for name in names]
-    style.curve_family(ax, across.values, values.values, names, short=short if across.values.size > 3 else ())
+    style.curve_family(ax, places, rows, names, short=short if across.values.size > 3 else ())
     return style.legend(ax)
 
 
@@ -111,7 +116,7 @@ def draw_map(ax: Axes, output: xr.DataArray, x: str, y: str, shown: MapLevels) -
     z = np.asarray(output.transpose(y, x).values, dtype=np.float64)[np.ix_(order[1], order[0])] * shown.factor
     z = np.where(np.isfinite(z), z, np.nan)
     if output.name == RESTITUTION:
-        # A captured body has no rebound.
+        sticking.draw_area(ax, across.values[order[0]], up.values[order[1]], z)
         z = np.where(z == 0.0, np.nan, z)
     if not np.isfinite(z).any():
         ax.set_title(shown.label)
