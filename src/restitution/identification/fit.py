@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array, Places
+from restitution.contact.adhesion import maugis_number
 from restitution.errors import InputError
+from restitution.identification.adhesion import STEP as ADHESION_STEP
 from restitution.identification.observations import Observations, modulus, nuisances_of
 from restitution.identification.parameters import Parameters, penalties, rows_of, start_and_bounds
 from restitution.material.fit import DynamicTable
@@ -109,7 +111,8 @@ def starts(
 def scattered(space: Parameters, centre: Array, n_points: int) -> Array:
     """Return points around a centre, within 1.5 decades of each parameter without a start of its own."""
     n = len(space.free)
-    wide = [1.0 if parameter.kind == "logit" else _SPREAD for parameter in space.free]
+    wide = [1.0 if parameter.kind == "logit" or parameter.name in space.adhesion else _SPREAD
+            for parameter in space.free]  # fmt: skip
     spread = [0.0 if parameter.name in space.start else size for parameter, size in zip(space.free, wide, strict=True)]
     points = np.tile(centre, (n_points, 1))
     points[:, :n] += (2.0 * lattice(n_points, n) - 1.0) * spread
@@ -144,8 +147,10 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 # Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
-# Values of hidden coordinates that are tried, and descents from the best of them.
-_TRIALS, _RESCUES = 64, 3
+# Values of hidden coordinates that are tried, and descents from the best of them; fewer where a trial is costly.
+_TRIALS, _RESCUES, _COSTLY_TRIALS = 64, 3, 8
+# Least tolerance where marches with few elements have kinks.
+_ROUGH = 1e-4
 # Further points; the best one is followed too.
 _SCATTERED = 16
 # Starts that are followed, of an incompressible and of a compressible material.
@@ -208,7 +213,8 @@ class EstimationProblem:
     @property
     def steps(self) -> Array:
         """Steps of the coordinates for differences."""
-        return np.array([_STEP] * self.n_parameters + [_NUISANCE_STEP] * (self.low.size - self.n_parameters))
+        step = ADHESION_STEP if self.space.adhesion else _STEP
+        return np.array([step] * self.n_parameters + [_NUISANCE_STEP] * (self.low.size - self.n_parameters))
 
     def materials(self, coordinates: Array) -> Material:
         """Return materials at coordinates of shape (m, n_unknown), an array of shape (m, 1)."""
@@ -282,9 +288,10 @@ def rescued(
     places = hidden[hidden != held]
     if not places.size:
         return fit
-    points = np.tile(np.stack([near, fit.coordinates])[:, None], (1, _TRIALS + 1, 1))
+    n = _COSTLY_TRIALS if problem.space.adhesion else _TRIALS
+    points = np.tile(np.stack([near, fit.coordinates])[:, None], (1, n + 1, 1))
     low, high = problem.low[places], problem.high[places]
-    points[:, 1:, places] = low + lattice(_TRIALS, places.size) * (high - low)
+    points[:, 1:, places] = low + lattice(n, places.size) * (high - low)
     points[..., held] = fit.coordinates[held]
     points = points.reshape(-1, near.size)[:-1]
     chosen = np.argsort(squares(_lossy(problem.residuals(points), loss)), kind="stable")[:_RESCUES]
@@ -306,6 +313,7 @@ def _minima(
     low, high = (np.broadcast_to(end, starts.shape) for end in (problem.low, problem.high))
     inside = np.where(steps > 0.0, np.clip(starts, low + _MARGIN, high - _MARGIN), starts)
     furthest = np.where(np.arange(steps.size) < problem.n_parameters, _FURTHEST, np.inf)
+    tolerance = max(tolerance, _ROUGH) if problem.space.adhesion else tolerance
     ends = descend(residuals, inside, low, high, steps, furthest, tolerance, _ROUNDS)
     return [Fit(point, float(cost), bool(ended)) for point, cost, ended in zip(*ends, strict=True)]
 
@@ -345,7 +353,8 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Estimat
     ends = [end for record in data for end in record.window() if math.isfinite(end)]
     ends += [float(end) for table in tables for end in (table.angular_frequency[0], table.angular_frequency[-1])]
     low, high = min(ends), max(ends)
-    start, least, most = start_and_bounds(space, modulus, math.pi / math.sqrt(low * high))
+    sizes = _adhesion_sizes(data, modulus)
+    start, least, most = start_and_bounds(space, modulus, math.pi / math.sqrt(low * high), sizes)
     nuisances = [nuisance for record in data for nuisance in record.nuisances]
     step = np.array([nuisance.step for nuisance in nuisances])
     parts = [np.array([getattr(nuisance, name) for nuisance in nuisances]) / step for name in ("start", "low", "high")]
@@ -358,6 +367,17 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Estimat
         rule = f"must hold at least as many values as there are unknowns ({start.size})"
         raise InputError("data", problem.n_data, rule)
     return problem, start, tables
+
+
+def _adhesion_sizes(data: Sequence[Observations], modulus: float) -> dict[str, float]:
+    """Return sizes of work [J/m2], stress [Pa] and range [m] of adhesion at an effective modulus E* [Pa]."""
+    found = [each for record in data if (each := record.assumed_contact(modulus)) is not None]
+    if not found:
+        return {}
+    work, radius = np.exp(np.log(np.array(found)).mean(axis=0)).tolist()
+    # Maugis' lambda is 1 there.
+    stress = 1.0 / maugis_number(work, 1.0, modulus, radius)
+    return {"work": work, "stress": stress, "range": work / stress}
 
 
 class Estimation(NamedTuple):

@@ -130,6 +130,7 @@ def identify(
     space = parameters(
         model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=shift,
         terms=whole("terms", terms, 1, MOST_TERMS), temperature=_middle_temperature(sets),
+        adhesion=any(record.adhesion for record in sets),
     )  # fmt: skip
     if not any(record.fixes_time for record in sets):
         bulk = [parameter.name for parameter in space.free if parameter.name in ("bulk_modulus", "poisson_ratio")]
@@ -340,13 +341,14 @@ def compare(
     named = list(models.items()) if isinstance(models, Mapping) else [(None, model) for model in models]
     if not named:
         raise InputError("models", rule="must name at least one model")
+    adhesion = any(record.adhesion for record in _observations(data))
     report = progress or (lambda done, models: None)
     results, criteria, refused = dict[str, Any](), dict[str, float](), dict[str, str]()
     for n, (name, choice) in enumerate(named):
         report(n, len(named))
         model, more = choice if isinstance(choice, tuple) else (choice, {})
         settings = {key: value for key, value in {**options, **more}.items() if value is not None}
-        arguments = parameter_names(model, settings.get("shift"))
+        arguments = parameter_names(model, settings.get("shift"), adhesion=adhesion)
         for key in ("fixed", "bounds", "start", "prior"):
             if key in settings:
                 settings[key] = {

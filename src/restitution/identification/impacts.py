@@ -12,8 +12,21 @@ from numpy.typing import NDArray
 
 from restitution import checks, quantities
 from restitution.checks import Array
+from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import Geometry
+from restitution.contact.profiles import as_profile
 from restitution.errors import InputError
+from restitution.identification.adhesion import (
+    Bodies,
+    Outcomes,
+    StickyMaterial,
+    collide,
+    count_of_surprises,
+    elements_for,
+    slopes_over,
+    surprise,
+    work_of_sticking,
+)
 from restitution.identification.observations import (
     Curve,
     Noise,
@@ -271,6 +284,8 @@ _STEP = 1e-3
 # Moduli [Pa] of anything that bounces, with room to spare.
 _MODULUS_RANGE = 1e-30, 1e30
 _NAMES = ("restitution_coefficient", "contact_time", "max_force")
+# Sticking velocity over the smallest velocity of bodies that all rebound, for a start.
+_BELOW = 0.3
 # Noise of unknown size has these ratios.
 _UNKNOWN = Noise(restitution_coefficient=0.01, contact_time="1 %", max_force="1 %")
 
@@ -283,7 +298,7 @@ class Rebounds(Observations):
     velocity : array_like
         Impact velocities v [m/s], > 0, shape (n,).
     restitution_coefficient : array_like
-        Measured e [-] in (0, 1].
+        Measured e [-] in (0, 1]; with `adhesion` also 0, a body that stuck.
     radius : float or array_like, optional
         Radius R [m] of a ball; or give a `profile`.
     mass : float or array_like
@@ -300,10 +315,13 @@ class Rebounds(Observations):
         Temperatures [K], for a model with a `shift`.
     external_force : float or array_like
         Constant force [N] during contact, such as the weight.
+    adhesion : bool
+        Whether the surfaces adhere. The fit then has the unknowns `work` and `stress`, or `range` where one of
+        its arguments names that, of `rs.Adhesion`.
     noise : Noise, optional
         Standard deviations of `restitution_coefficient`, `contact_time`, `max_force` and `velocity`: absolute ones of
         the value, relative ones of its logarithm. Without them the size of the noise is estimated. With noise of the
-        velocity, e is taken as v'/v, and the noise of e is that of v'/v at a known v.
+        velocity, e is taken as v'/v, and the noise of e is that of v'/v at a known v. Adhesion needs both.
     label : str
         Name of the data in messages.
 
@@ -339,17 +357,18 @@ class Rebounds(Observations):
         counter_material: Material | Literal["same"] | None = None,
         temperature: Any = None,
         external_force: Any = 0.0,
+        adhesion: bool = False,
         noise: Noise | None = None,
         label: str = "",
     ) -> None:
-        self.label = label
+        self.label, self.adhesion = label, checks.truth("adhesion", adhesion)
         self.counter_material = counter_of(counter_material)
         numbers: dict[str, Any] = {
             name: quantities.check(name, value)
             for name, value in (("velocity", velocity), ("mass", mass), ("external_force", external_force))
         }
         e = checks.number("restitution_coefficient", restitution_coefficient)
-        measured = {"restitution_coefficient": _refused_unless("restitution_coefficient", e, (e > 0.0) & (e <= 1.0))}
+        measured: dict[str, Any] = {"restitution_coefficient": _shares(e, sticking=self.adhesion)}
         for name, values, unit in (("contact_time", contact_time, "s"), ("max_force", max_force, "N")):
             if values is not None:
                 measured[name] = _measured(name, values, unit)
@@ -362,6 +381,8 @@ class Rebounds(Observations):
         self.radius = columns.get("radius")
         self.profile = profile_of(self.radius, profile)
         self._impact = impacts_of(self.profile, self.mass, self.velocity, self.external_force)
+        if self.adhesion:
+            replace(self._impact, adhesion=Adhesion(1.0))  # which refuses bodies and forces without a theory
         self.measured = {name: columns[name] for name in _NAMES if name in measured}
         self.restitution_coefficient = self.measured["restitution_coefficient"]
         self.contact_time, self.max_force = self.measured.get("contact_time"), self.measured.get("max_force")
@@ -373,6 +394,9 @@ class Rebounds(Observations):
                 rule = "must be in s: the body would move by more than its radius during contact"
                 raise InputError("contact_time", float(columns["contact_time"][worst]), rule, "s", index=(worst,))
         self.noise = noise_of(noise, [*self.measured], ["velocity"])
+        if self.adhesion and not {"restitution_coefficient", "velocity"} <= self.noise.deviations.keys():
+            rule = "must be given with adhesion, and that of restitution_coefficient: they say what sticks by chance"
+            raise InputError("noise.velocity", rule=rule)
         self._set_noise()
 
     def _set_noise(self) -> None:
@@ -388,28 +412,30 @@ class Rebounds(Observations):
         blur = self.noise.of("velocity", self.velocity)
         self._blur = None if blur is None else np.broadcast_to(blur, self.velocity.shape) / self.velocity
         self.fixes_time = len(self.measured) > 1
-        self._there = np.isfinite(np.array(list(self.measured.values())))
+        # A body that sticks has no numbers but its velocity.
+        self._there = np.isfinite(np.array(list(self.measured.values()))) & (self.restitution_coefficient > 0.0)
 
     @property
     def size(self) -> int:
-        """Number of measured values."""
-        return int(self._there.sum())
+        """Number of measured values; with adhesion what stuck, and what did not, of equal bodies count as one each."""
+        return int(self._there.sum()) + (count_of_surprises(self._groups) if self.adhesion else 0)
 
     def predicted(
         self, materials: Material, velocity_factor: float = 1.0, external_force: Array | None = None
     ) -> dict[str, Array]:
-        """Return restitution coefficients, contact times and peak forces, shape (m, n); NaN without separation."""
+        """Return restitution coefficients, contact times and peak forces, shape (m, n); NaN without separation.
+
+        With adhesion e is 0 where bodies stick.
+        """
+        if self.adhesion and isinstance(materials, StickyMaterial):
+            found = self._collisions(materials)
+            rows = dict(zip(_NAMES, np.where(found.sticks, np.nan, found.values), strict=True))
+            return rows | {"restitution_coefficient": np.where(found.sticks, 0.0, found.values[0])}
         nodes = self._nodes
-        temperature = self.temperature if nodes is None else nodes.temperature
-        if temperature is None:
-            reduced = modulus(materials)
-        else:
-            levels, where = np.unique(temperature, return_inverse=True)
-            reduced = modulus(materials, levels).broadcast_to((materials.shape[0], levels.size))
-            reduced = reduced.take((slice(None), where))
+        reduced = self._moduli_at(materials, self.temperature if nodes is None else nodes.temperature)
         bodies = self._rows
         numbers = {} if external_force is None else {"forces": external_force}
-        batch = trials(bodies, self._contact(reduced), velocities=velocity_factor * bodies.velocities, **numbers)
+        batch = trials(bodies, reduced, velocities=velocity_factor * bodies.velocities, **numbers)
         outcomes = batch.solve(_RTOL, workers=1)
         good = outcomes["status"] == Status.SEPARATED
         shape = materials.shape[0], bodies.size
@@ -421,6 +447,47 @@ class Rebounds(Observations):
         rows = {name: np.exp(nodes.interpolated(np.log(values))) for name, values in rows.items()}
         rows["max_force"] *= self.mass * self.velocity
         return rows
+
+    def _moduli_at(self, materials: Material, temperature: Array | None) -> PronySeries:
+        """Return reduced moduli of the contacts at the temperature of each impact, shape (m, n) or (m, 1)."""
+        if temperature is None:
+            return self._contact(modulus(materials))
+        levels, where = np.unique(temperature, return_inverse=True)
+        reduced = modulus(materials, levels).broadcast_to((materials.shape[0], levels.size))
+        return self._contact(reduced.take((slice(None), where)))
+
+    @cached_property
+    def _groups(self) -> list[Bodies]:
+        """Impacts of equal bodies at one temperature."""
+        columns = [values for values in (self.radius, self.mass, self.temperature) if values is not None]
+        _, which = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+        groups = list[Bodies]()
+        for n in range(int(which.max()) + 1):
+            places = np.flatnonzero(which.ravel() == n)
+            one = self._impact.take(places[0])
+            profile = as_profile(one.profile, "adhesion")
+            velocity, blur = self.velocity[places], np.asarray(self._blur)[places]
+            stuck = self.restitution_coefficient[places] == 0.0
+            groups.append(Bodies(profile, float(one.mass), places, velocity, velocity * blur, stuck))
+        return groups
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """Slopes of the measured values over the logarithm of the velocity, shape (n_measured, n)."""
+        slopes = np.zeros(self._data.shape)
+        for bodies in self._groups:
+            slopes[0, bodies.places] = slopes_over(bodies, self.restitution_coefficient[bodies.places])
+        if self._relative[0]:
+            slopes[0] /= np.where(self._there[0], self.restitution_coefficient, 1.0)
+        return slopes
+
+    def _collisions(self, materials: StickyMaterial) -> Outcomes:
+        """Return the impacts with adhesion."""
+        shape = materials.shape[0], self.velocity.size
+        reduced = self._moduli_at(materials, self.temperature).broadcast_to(shape)
+        sizes = self._deviations[0] * np.where(self._relative[0], self.restitution_coefficient, 1.0)
+        least = float(sizes[self._there[0]].min(initial=1.0))
+        return collide(self._groups, reduced, materials, elements_for(least))
 
     @cached_property
     def _nodes(self) -> ImpactNodes | None:
@@ -437,12 +504,22 @@ class Rebounds(Observations):
         return contact_modulus(reduced, self.counter_material)
 
     def residuals(self, materials: Material, nuisances: Array) -> Array:
-        """Return residuals of e, then of the contact times, then of the peak forces."""
+        """Return residuals of e, then of the contact times, then of the peak forces, then of what stuck."""
+        if self.adhesion and isinstance(materials, StickyMaterial):
+            found = self._collisions(materials)
+            predicted = self._in_metric(dict(zip(_NAMES, found.values, strict=True)))
+            residuals = self._blurred(predicted, np.broadcast_to(self._slopes, predicted.shape).copy())
+            return np.hstack([residuals, surprise(self._groups, found.thresholds)])
         predicted = self._in_metric(self.predicted(materials))
+        if self._blur is None:
+            return self._blurred(predicted, None)
+        shifted = self._in_metric(self.predicted(materials, 1.0 + _STEP))
+        return self._blurred(predicted, (shifted - predicted) / _STEP)
+
+    def _blurred(self, predicted: Array, slopes: Array | None) -> Array:
+        """Return residuals with the noise of the velocity, by slopes over its logarithm."""
         residuals = (predicted - self._data) / self._deviations
-        if self._blur is not None:
-            shifted = self._in_metric(self.predicted(materials, 1.0 + _STEP))
-            slopes = (shifted - predicted) / _STEP
+        if self._blur is not None and slopes is not None:
             # If the velocity is too high by a share x, e = v'/v is too low by the same share.
             slopes[:, 0] += 1.0 if self._relative[0] else self.measured["restitution_coefficient"]
             shares = np.where(self._there, slopes * self._blur / self._deviations, 0.0)
@@ -535,7 +612,8 @@ class Rebounds(Observations):
         return 2.0 + 0.5 * float(self.profile.path_exponent if self.profile.path_exponent is not None else 1.0)
 
     def _moduli(self, times: Array) -> DynamicTable:
-        there = _thinned(np.isfinite(times), times)
+        # A body that sticks shows no loss of the material.
+        there = _thinned(np.isfinite(times) & (self.restitution_coefficient > 0.0), times)
         loss = -np.log(self.restitution_coefficient[there])
         with np.errstate(over="ignore", under="ignore"):
             elastic = (self._elastic[0][there] / times[there]) ** self._power
@@ -552,6 +630,19 @@ class Rebounds(Observations):
             alone = alone_of(storage + 1j * loss, omega, self.counter_material)
             storage, loss = alone.real, np.maximum(alone.imag, 0.0)
         return DynamicTable(omega, storage, loss, source=self.label)
+
+    def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
+        """Return the work of adhesion [J/m2] of an elastic body that begins to stick where these do, and its radius."""
+        if not self.adhesion:
+            return None
+        stuck = self.restitution_coefficient == 0.0
+        place = int(np.argmax(np.where(stuck, self.velocity, 0.0)) if stuck.any() else np.argmin(self.velocity))
+        velocity = float(self.velocity[place]) * (1.0 if stuck.any() else _BELOW)
+        bodies = next(bodies for bodies in self._groups if place in bodies.places)
+        # The radius of curvature where the elastic contact is largest.
+        depth = velocity * float(self._elastic[0][place]) * modulus ** (-1.0 / self._power) / HERTZ_TIME_FACTOR
+        radius = float(bodies.profile.contact_radius(depth)) ** 2 / depth
+        return work_of_sticking(radius, bodies.mass, velocity, modulus), radius
 
     @cached_property
     def _elastic(self) -> tuple[Array, Array]:
@@ -578,12 +669,16 @@ def _thinned(there: NDArray[np.bool_], times: Array) -> NDArray[np.bool_]:
     return thinned
 
 
-def _refused_unless(name: str, values: Array, good: NDArray[np.bool_]) -> Array:
+def _shares(e: Array, *, sticking: bool) -> Array:
+    """Return coefficients of restitution; 0 only with adhesion."""
+    good = (e >= 0.0 if sticking else e > 0.0) & (e <= 1.0)
     if not np.all(good):
         place = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
-        bad = float(np.atleast_1d(values)[place])
-        raise InputError(name, bad, "must be in (0, 1]", index=place if values.ndim else ())
-    return values
+        bad = float(np.atleast_1d(e)[place])
+        rule = "must be in [0, 1]" if sticking else "must be in (0, 1]"
+        rule += "; give adhesion=True if the bodies stick" * (bad == 0.0)
+        raise InputError("restitution_coefficient", bad, rule, index=place if e.ndim else ())
+    return e
 
 
 def _measured(name: str, values: Any, unit: str) -> Array:

@@ -269,6 +269,9 @@ class Observations(ABC):
     series: object = None
     """Measurement to which several sets belong: an unknown size of the noise is the same for all of them."""
 
+    adhesion: bool = False
+    """Whether the surfaces adhere, so that the fit has the work and the stress of adhesion."""
+
     fixes_time: bool = True
     """Whether the data contain a time, a force or a modulus; the restitution coefficient alone does not."""
 
@@ -301,6 +304,13 @@ class Observations(ABC):
         """Return the effective moduli, a table for each temperature."""
         table = self.effective_moduli()
         return [] if table is None else [replace(table, temperature=getattr(self, "temperature", table.temperature))]
+
+    def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
+        """Return a work of adhesion [J/m2] and a radius [m] of the surface for a start; None without adhesion.
+
+        The magnitude of E* [Pa] is assumed.
+        """
+        return None
 
     def assumed_moduli(self, modulus: float) -> DynamicTable | None:
         """Return the same from a loss tangent alone, at an assumed magnitude [Pa]; None without a loss tangent."""

@@ -13,12 +13,15 @@ import numpy as np
 
 from restitution import checks
 from restitution.checks import Array, instance
+from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError, InputTypeError
+from restitution.identification.adhesion import StickyMaterial
 from restitution.material import models
 from restitution.material.fractional import FractionalMaterial, fractional_series
 from restitution.material.shift import WLF, Arrhenius, Shift
 from restitution.material.viscoelastic import Material
 from restitution.quantities import (
+    ADHESION_INPUTS,
     CONSTANTS,
     INPUTS,
     MODULUS,
@@ -41,6 +44,8 @@ MOST_TERMS = 1000
 _EXPONENTS = -4.0, 2.2
 # Bounds a factor of 1e4 about the effective modulus and the contact time.
 _WIDE = math.log(1e4)
+# The same of the numbers of an adhesion about their size.
+_STICKY = math.log(300.0)
 # Starts of parameters that no formula gives from the data.
 _STARTS = {"c1": 10.0, "c2": 100.0, "activation_energy": 1e5, "exponent": 0.3, "poisson_ratio": 0.4}
 
@@ -105,6 +110,8 @@ class Parameters:
         Starts and priors of the user, by the name of the parameter.
     shift : type or Shift, optional
         Law of the shift, or a shift without unknowns.
+    adhesion : tuple of str
+        Names of the numbers of the adhesion; none without it.
     """
 
     model: Model
@@ -113,6 +120,7 @@ class Parameters:
     start: Mapping[str, float]
     prior: Mapping[str, Any]
     shift: Any = None
+    adhesion: tuple[str, ...] = ()
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -169,9 +177,9 @@ class Parameters:
         return places
 
     def _of_model(self, arguments: dict[str, Any]) -> dict[str, Any]:
-        """Return arguments without those of the shift."""
-        law = _law_arguments(self.shift)
-        return {name: value for name, value in arguments.items() if name not in law} if law else arguments
+        """Return arguments without those of the shift and of the adhesion."""
+        other = *_law_arguments(self.shift), *self.adhesion
+        return {name: value for name, value in arguments.items() if name not in other} if other else arguments
 
     def constants(self, arguments: dict[str, Any], row: int = 0) -> dict[str, Any]:
         """Return arguments of the model in one row."""
@@ -214,7 +222,19 @@ class Parameters:
             law = RowShifts(trial.reference_temperature, trial.factor_or_nan)
         if law is not None:
             materials = replace(materials, shift=law, temperature=law.reference_temperature)
-        return materials if materials.shear.shape == (m, 1) else materials.broadcast_to((m, 1))
+        materials = materials if materials.shear.shape == (m, 1) else materials.broadcast_to((m, 1))
+        if not self.adhesion:
+            return materials
+        work, other = (np.broadcast_to(arguments[name], (m, 1)) for name in self.adhesion)
+        options = {"shift": materials.shift, "temperature": materials.temperature}
+        stress = other if "stress" in self.adhesion else work / other
+        return StickyMaterial(materials.shear, materials.bulk, work=work, stress=stress, **options)
+
+    def surfaces(self, coordinates: Array) -> Adhesion | None:
+        """Return the adhesion at coordinates of shape (p,); None without it."""
+        arguments = self.arguments(coordinates[None])
+        numbers = {name: float(np.squeeze(arguments[name])) for name in self.adhesion}
+        return Adhesion(**numbers) if numbers else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,12 +312,17 @@ def penalties(space: Parameters, coordinates: Array) -> Array:
     return np.stack(columns, axis=1) if columns else np.empty((len(coordinates), 0))
 
 
-def start_and_bounds(space: Parameters, modulus: float, time: float) -> tuple[Array, Array, Array]:
-    """Return the start, lowest and highest coordinates about an effective modulus E* [Pa] and a contact time [s]."""
+def start_and_bounds(
+    space: Parameters, modulus: float, time: float, adhesion: Mapping[str, float]
+) -> tuple[Array, Array, Array]:
+    """Return the start, lowest and highest coordinates about an effective modulus E* [Pa] and a contact time [s].
+
+    `adhesion` has the sizes of its numbers.
+    """
     scales = {MODULUS: modulus / 4.0, TIME: time, VISCOSITY: 0.25 * modulus * time}
     rows: list[tuple[float, float, float]] = []
     for parameter in space.free:
-        scale = scales.get(parameter.quantity.dimension)
+        scale = adhesion.get(parameter.name, scales.get(parameter.quantity.dimension))
         begin = _begin(space, parameter, 0.25 * modulus * time**0.3 if parameter.argument == "coefficient" else scale)
         z = float(parameter.inward(begin))
         with np.errstate(divide="ignore"):
@@ -307,6 +332,7 @@ def start_and_bounds(space: Parameters, modulus: float, time: float) -> tuple[Ar
             reach = _EXPONENTS if parameter.argument == "exponent" else (-_LOGIT, _LOGIT)
         elif parameter.kind == "log":
             wide = _WIDE * (2.0 if parameter.quantity.dimension in (VISCOSITY, NUMBER) else 1.0)
+            wide = _STICKY if parameter.name in space.adhesion else wide
             # A bulk modulus is usually above the effective modulus.
             middle = z if scale is None else math.log(scale) + 2.0 * (parameter.argument == "bulk_modulus")
             reach = min(middle, z) - wide, max(middle, z) + wide
@@ -367,6 +393,7 @@ def parameters(
     shift: Any = None,
     terms: int = 2,
     temperature: float | None = None,
+    adhesion: bool = False,
 ) -> Parameters:
     """Return parameters of a model.
 
@@ -382,6 +409,8 @@ def parameters(
         Length of an argument that is a list.
     temperature : float
         Reference temperature [K] of a shift with unknown constants, if `fixed` has none.
+    adhesion : bool
+        Whether surfaces adhere.
     """
     rule = "must be a dict with names of parameters as keys"
     named = {"fixed": fixed, "bounds": bounds, "start": start, "prior": prior}
@@ -393,6 +422,8 @@ def parameters(
     laws = {name: _Argument(SHIFTS.get(name, INPUTS["temperature"])) for name in _law_arguments(shift)}
     arguments |= laws
     stated = {name.partition("[")[0]: name for part in (fixed, bounds, start, prior) for name in part}
+    sticky = _of_adhesion(stated) if adhesion else ()
+    arguments |= {name: _Argument(ADHESION_INPUTS[name]) for name in sticky}
     for name, place in stated.items():
         if name not in arguments:
             raise InputError(place, rule=f"is no parameter of {build.__name__}; {advice(place, [*arguments])}")
@@ -430,7 +461,15 @@ def parameters(
     starts, priors = (
         {each.name: part[each.name] for each in free if part.get(each.name) is not None} for part in (start, prior)
     )
-    return Parameters(build, tuple(free), values, starts, priors, shift)
+    return Parameters(build, tuple(free), values, starts, priors, shift, sticky)
+
+
+def _of_adhesion(stated: Mapping[str, str]) -> tuple[str, str]:
+    """Return the names of the numbers of an adhesion: its work, and the range if that is stated, else the stress."""
+    both = [name for name in ("stress", "range") if name in stated]
+    if len(both) > 1:
+        raise InputError("stress, range", rule="must be one of them, as work = stress range")
+    return "work", *(both or ["stress"])  # pyright: ignore[reportReturnType]
 
 
 def _chosen(
@@ -447,11 +486,11 @@ def _chosen(
     return chosen
 
 
-def parameter_names(model: Any, shift: Any = None) -> tuple[str, ...]:
-    """Return names of all arguments of a model that may be unknown, and those of a law of the shift."""
+def parameter_names(model: Any, shift: Any = None, *, adhesion: bool = False) -> tuple[str, ...]:
+    """Return names of all arguments of a model that may be unknown, and those of a law of the shift and of adhesion."""
     if model == "spectrum":
         return ("poisson_ratio",)
-    return *_constants(*_built(model)), *_law_arguments(shift)
+    return *_constants(*_built(model)), *_law_arguments(shift), *(ADHESION_INPUTS if adhesion else ())
 
 
 def _built(model: Any) -> tuple[Model, models.MaterialModel | None]:
