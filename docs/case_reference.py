@@ -221,6 +221,8 @@ def page() -> str:
         "A column of standard deviations has the prefix `sd_`, or one of `std`, `err`, `error`, `sigma` before or "
         "behind its",
         "name. The header has the units, as in `velocity [m/s]`.",
+        '`counter_material` is a section as `[material]`, but no fractional model, or `"same"` for the unknown',
+        "material; without it the other body is rigid.",
     ]
     lines += table("`[design]`", identification.DesignSection)
     names = ", ".join(f"`{name}`" for name in axes.SHORT_NAMES)

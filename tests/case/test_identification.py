@@ -107,6 +107,13 @@ def test_priors_and_shifts(case: Path) -> None:
         ("viscosity =", "viscous =", ("identification.bounds.viscous", ["1 Pa s", "1 MPa s"])),
         ("[[data]]", "[body]\nmass = 1\n[[data]]", ("body", {"mass": 1})),
         ('radius = "10 mm"', 'radius = "-10 mm"', ("data[0].radius", "-10 mm")),
+        ("radius =", 'counter_material = "alike"\nradius =', ("data[0].counter_material", "alike")),
+        ("radius =", "counter_material = { shear = -1 }\nradius =", ("data[0].counter_material.shear", -1)),
+        (
+            "radius =",
+            'counter_material = { model = "springpot", coefficient = 1, exponent = 0.3, poisson_ratio = 0.5 }\nradius =',
+            ("data[0].counter_material",),
+        ),
     ],
 )
 def test_wrong_files_are_refused(case: Path, old: str, new: str, expected: tuple[object, ...]) -> None:

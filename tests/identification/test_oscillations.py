@@ -10,6 +10,7 @@ from scipy.linalg import expm
 
 import restitution as rs
 from refusals import named
+from restitution.case.identification import read_identification
 from restitution.case.observations import read_observations
 from restitution.identification.oscillations import Oscillations
 
@@ -369,3 +370,40 @@ def test_a_file_of_oscillations(folder):
     Path("tip.csv").write_text("\n".join([header, "1,80,2,3,30,0.1,1", "2,80,90,4,20,0.1,1", ""]))
     with pytest.raises(rs.InputError, match="line 3: depth_amplitude"):
         read_observations("tip.csv", radius=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("written", "counter"),
+    [
+        ('"same"', None),
+        ('{ equilibrium_modulus = 3, branch_modulus = 2, viscosity = "0.3 Pa s", poisson_ratio = 0.4 }',
+         rs.standard_solid(3.0, 2.0, 0.3, poisson_ratio=0.4)),
+        ('{ shear = "2 Pa", poisson_ratio = 0.3 }', rs.Material(2.0, 2.0 * 2.0 * 1.3 / (3.0 * 0.4))),
+    ],
+)  # fmt: skip
+def test_a_tip_that_deforms_in_a_case_file(folder, written, counter):
+    """What `oscillate` has with this second body, read back without residuals."""
+    target = rs.standard_solid(0.25, 1.0, 0.5, poisson_ratio=0.5)
+    other = target if counter is None else counter
+    lines = ["frequency [Hz],depth [m],depth_amplitude [m],force_amplitude [N],phase [rad],mean_force [N]"]
+    for f in (0.1, 0.4):
+        wave = rs.oscillate(target, TIP, depth=1.0, amplitude=0.1, frequency=f, counter_material=other)
+        first = wave.force_harmonics[1] / wave.depth_harmonics[1]
+        lines.append(f"{f},1,0.1,{0.1 * abs(first)},{np.angle(first)},{wave.force_harmonics[0].real}")
+    Path("tip.csv").write_text("\n".join(lines))
+    case = """
+[identification]
+model = "standard_solid"
+[[data]]
+kind = "oscillations"
+file = "tip.csv"
+radius = 1
+"""
+    row, residuals = target.reshaped((1, 1)), []
+    for key in (f"counter_material = {written}\n", ""):
+        Path("case.toml").write_text(case + key)
+        (data,) = read_identification("case.toml").data
+        residuals.append(np.abs(data.residuals(row, np.zeros((1, 0)))).max())
+    # In units of a noise of 1 %.
+    assert residuals[0] < 1e-3
+    assert residuals[1] > 1.0

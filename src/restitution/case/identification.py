@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, cast
 
 import numpy as np
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     SerializeAsAny,
     StrictInt,
+    TypeAdapter,
     ValidationInfo,
     create_model,
     field_validator,
@@ -22,7 +24,7 @@ from pydantic import (
 )
 
 from restitution.case.axes import distribution, number, read_axis
-from restitution.case.material import AnyMaterial, ModelSection
+from restitution.case.material import AnyMaterial, MaterialSection, ModelSection
 from restitution.case.observations import KINDS, read_observations
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import Reader, nonnegative, positive, within
@@ -48,6 +50,25 @@ _LOSS = "loss function of the residuals; all but the first reduce the weight of 
 _CRITERION = "minimise the error of the worst direction, or the volume of the error ellipsoid"
 _SHIFTS = {"wlf": WLF, "arrhenius": Arrhenius}
 _INPUTS = ("radius", "mass", "velocity", "temperature", "external_force", "gravity", "drop_height")
+
+
+def _partner(section: MaterialSection) -> MaterialSection:
+    """Refuse a fractional model, which holds in a window of time that the data do not have yet."""
+    if section.needs_window:
+        refuse("must be a series of terms or a classical model: a fractional one needs a window of time")
+    return section
+
+
+# Not both as a union: that would have a message for each.
+def _counter(value: Any, info: ValidationInfo) -> Any:
+    if value == "same":
+        return value
+    if not isinstance(value, dict):
+        refuse('must be "same" or a material, such as { shear = "80 GPa", poisson_ratio = 0.3 }')
+    return _PARTNER.validate_python(value, context=info.context)
+
+
+_PARTNER: TypeAdapter[MaterialSection] = TypeAdapter(Annotated[AnyMaterial, AfterValidator(_partner)])
 _NUMBERS: dict[str, Any] = {
     **{name: Annotated[float, Reader(INPUTS[name])] for name in _INPUTS},
     "air_density": Annotated[float, nonnegative(DENSITY, "density of the air; 0 leaves the drag out")],
@@ -58,6 +79,7 @@ _NUMBERS: dict[str, Any] = {
     "deformation": Literal["tension", "shear"],
     "segment": Literal["approach"],
     "profile": AnyProfile,
+    "counter_material": Annotated[Any, BeforeValidator(_counter)],
 }
 """Keys of a set of data that are arguments of its class."""
 
@@ -103,6 +125,8 @@ class DataSection(Section):
             arguments["profile"] = profile.build(arguments.get("radius"))
             if profile.needs_body_radius:
                 del arguments["radius"]
+        if isinstance(counter := arguments.get("counter_material"), MaterialSection):
+            arguments["counter_material"] = counter.build()
         try:
             return read_observations(Path(folder, self.file), kind=self.kind, noise=self.noise, **arguments)
         except InputError as error:
