@@ -37,7 +37,7 @@ def test_four_impacts_on_one_spot():
         assert result.contact_time == pytest.approx(duration, abs=4e-9)
         assert result.residual_indentation_depth == pytest.approx(depth, abs=2e-9)
         assert result.max_force == pytest.approx(force, abs=4e-9)
-        assert result.max_indentation_depth == pytest.approx(deepest, abs=2e-7)
+        assert result.max_indentation_depth == pytest.approx(deepest, abs=2e-9)
 
 
 def test_energies_of_a_second_impact_balance():

@@ -15,6 +15,7 @@ from restitution.impact.status import Status
 from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, PanelSolution
 from restitution.indentation.surface import Surface, check_surface
+from restitution.indentation.work import largest_of
 
 # Contact times of the first run, its factor, and the longest.
 _FIRST, _FACTOR, _MOST = 8.0, 8.0, 1e7
@@ -87,8 +88,8 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
     return {
         "restitution_coefficient": e,
         "contact_time": end if parted else math.inf,
-        "max_indentation_depth": float(depth.max()),
-        "max_force": solution.max_force,
+        "max_indentation_depth": largest_of(solution, 0),
+        "max_force": largest_of(solution, 2),
         "max_contact_radius": solution.max_contact_radius,
         "residual_indentation_depth": float(depth[-1]),
         "status": status,

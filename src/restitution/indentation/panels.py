@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from restitution.indentation.surface import (
     share_of_step,
     write_imprint,
 )
+from restitution.indentation.work import largest
 from restitution.kernel.driver import (
     APART,
     DEPTH,
@@ -279,14 +280,15 @@ class PanelSolution:
         """
         t = np.atleast_1d(self.history.within(times))
         units = self.units
-        (depth, rate, force, y), touches = self._sample((t - units.touch) / units.time, before)
+        (depth, rate, force, y, *_), touches = self._sample((t - units.touch) / units.time, before)
         radius = np.where(touches, self._profile.contact_radius(y**2 * units.length), 0.0)
-        # A force near zero may have either sign by rounding; the theory has no adhesion.
-        force = np.maximum(force, 0.0) * units.force
-        return depth * units.length, rate * units.length / units.time, force, radius
+        if self._drive.attraction == 0.0:
+            # A force near zero may have either sign by rounding; the theory has no adhesion.
+            force = np.maximum(force, 0.0)
+        return depth * units.length, rate * units.length / units.time, force * units.force, radius
 
     def _sample(self, times: Array, before: bool) -> tuple[Array, NDArray[np.bool_]]:
-        """Return scaled depth, rate, force and y, shape (4, n), and whether there is contact."""
+        """Return scaled depth, rate, force, y and depths of higher modes, (4 + M, n), and whether there is contact."""
         records = self._room.records
         starts, lengths, kinds, places = self._records
         side = "left" if before else "right"
@@ -295,7 +297,7 @@ class PanelSolution:
         power = 1.0 / np.abs(kind)
         z = np.where(kind > 0, passed**power, 1.0 - (1.0 - passed) ** power)
         basis = chebyshev.chebvander(2.0 * z - 1.0, NODES - 1)
-        values = np.einsum("nqk,nk->qn", records.columns[places[n], :4], basis)
+        values = np.einsum("nqk,nk->qn", records.columns[places[n]], basis)
         return values, records.phase[places[n]] != FREE
 
     def quadrature(self) -> tuple[Array, Array, Array]:
@@ -331,17 +333,17 @@ class PanelSolution:
         return self._room.swing * self.units.length / np.array([1.0, self.units.time])
 
     @property
-    def max_force(self) -> float:
-        """Largest force [N]: of the polynomials of all steps."""
-        return _largest(self._room.records.columns[self._records[3], 2]) * self.units.force
-
-    @property
     def swings(self) -> Array:
         """Half of the way [m] of the mass and of each higher mode between their ends."""
-        columns = self._room.records.columns[self._records[3]]
-        higher = columns[:, 4:]
-        ways = [columns[:, 0] - higher.sum(axis=1), *np.moveaxis(higher, 1, 0)]
-        return np.array([0.5 * (_largest(way) + _largest(-way)) for way in ways]) * self.units.length
+
+        def way(mode: int, sign: float, times: Array) -> Array:
+            depth, higher = (rows := self._sample(times, False)[0])[0], rows[4:]
+            return sign * (higher[mode - 1] if mode > 0 else depth - higher.sum(axis=0))
+
+        starts, lengths, _, _ = self._records
+        breaks, modes = np.append(starts, starts[-1] + lengths[-1]), range(1 + self._room.swing.shape[0])
+        ways = [sum(largest(partial(way, mode, sign), breaks) for sign in (-1.0, 1.0)) for mode in modes]
+        return 0.5 * np.array(ways) * self.units.length
 
     @property
     def work(self) -> float:
@@ -411,19 +413,6 @@ class PanelSolution:
     def panels(self) -> PanelSolution:
         """The solution by panels: this one."""
         return self
-
-
-def _largest(columns: Array) -> float:
-    """Return the largest value of polynomials with these Chebyshev coefficients, (n, N)."""
-    basis = chebyshev.chebvander(np.linspace(-1.0, 1.0, 8 * NODES), NODES - 1)
-    values = columns @ basis.T
-    best = -math.inf
-    # The largest node and its neighbours give the vertex.
-    for n in np.argsort(values.max(axis=1))[-3:]:
-        extremes = chebyshev.chebroots(chebyshev.chebder(columns[n]))
-        inner = extremes.real[(np.abs(extremes.imag) < 1e-9) & (np.abs(extremes.real) <= 1.0)]
-        best = max(best, float(np.max(chebyshev.chebval(np.append(inner, [-1.0, 1.0]), columns[n]))))
-    return best
 
 
 def _write_grip(problem: Problem, work: Room, grip: Grip) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from restitution.checks import Array, finite, nonnegative, single, single_nonnegative, whole
 from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
+from restitution.indentation.work import largest_of
 from restitution.kernel import outcome
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY, INDENTATION, Quantity, dataset
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
 
 
 COLUMNS = ("indentation_depth", "indentation_velocity", "force", "contact_radius")
-
-# Number of places between two breaks at which the search for a largest value starts.
-_SHARES = np.linspace(0.0, 1.0, 9)
 
 
 class IndentationStatus(Outcome):
@@ -154,12 +152,12 @@ class IndentationResult(Result):
     @cached_property
     def max_force(self) -> float:
         """Largest normal force [N], which may lie between the times."""
-        return _largest(self._solution, 2)
+        return largest_of(self._solution, 2)
 
     @cached_property
     def max_indentation_depth(self) -> float:
         """Largest depth during contact [m]."""
-        return _largest(self._solution, 0)
+        return largest_of(self._solution, 0)
 
     @property
     def max_contact_radius(self) -> float:
@@ -274,20 +272,3 @@ class IndentationResult(Result):
         )  # fmt: skip
         history["time"].attrs["long_name"] = "time"
         return history
-
-
-def _largest(solution: Solution | PanelSolution | AdhesiveSolution, column: int) -> float:
-    """Return the largest value of a column of `Solution.at` up to the end of contact."""
-    breaks = solution.breaks
-    low, high = breaks[:-1, None], breaks[1:, None]
-    times = np.concatenate([(low + (high - low) * _SHARES[:-1]).ravel(), breaks[-1:]])
-    # Values jump at kinks: also those before one.
-    knots = solution.history.knots
-    knots = knots[(knots > breaks[0]) & (knots <= breaks[-1])]
-    best = float(np.max(solution.at(knots, before=True)[column], initial=-np.inf))
-    for _ in range(6):
-        values = solution.at(times)[column]
-        n = int(np.argmax(values))
-        best = max(best, float(values[n]))
-        times = np.linspace(times[max(n - 1, 0)], times[min(n + 1, times.size - 1)], 33)
-    return best

@@ -20,6 +20,7 @@ from restitution.indentation.panels import Drive, Grip, PanelSolution
 from restitution.indentation.solid import solid_of
 from restitution.indentation.solve import contact_of
 from restitution.indentation.surface import Imprint
+from restitution.indentation.work import largest_of
 from restitution.material.viscoelastic import Material
 from restitution.quantities import NUMBER, Quantity, dataset
 from restitution.result import Outcome, Result, Summary, Table
@@ -445,9 +446,9 @@ def numbers_of_tap(tapper: Tapper, distance: float, solution: PanelSolution) -> 
         "amplitude": abs(tip),
         "phase": math.atan2(tip.imag, tip.real),
         "contact_share": float(np.sum(intervals[:, 1] - intervals[:, 0])) / tapper.period,
-        "max_force": solution.max_force,
+        "max_force": largest_of(solution, 2),
         "mean_force": float(np.sum(weights * force)) / tapper.period,
-        "max_indentation_depth": float(depth.max()),
+        "max_indentation_depth": largest_of(solution, 0),
         "dissipated": solution.work,
         "mode_amplitude": np.abs(harmonics),
         "mode_phase": np.angle(harmonics),

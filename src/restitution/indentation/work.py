@@ -1,4 +1,4 @@
-"""Work of an indentation over its loop of force and depth."""
+"""Work of an indentation over its loop of force and depth, and largest values over time."""
 
 from __future__ import annotations
 
@@ -10,10 +10,35 @@ import numpy as np
 from restitution.checks import Array
 
 if TYPE_CHECKING:
+    from restitution.indentation.adhesion import AdhesiveSolution
+    from restitution.indentation.panels import PanelSolution
     from restitution.indentation.solve import Solution
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 _MOST_PANELS = 4000
+# Places between two breaks at which the search for a largest value starts.
+_SHARES = np.linspace(0.0, 1.0, 9)
+
+
+def largest(values: Callable[[Array], Array], breaks: Array) -> float:
+    """Return the largest value of a function that is smooth between its breaks."""
+    low, high = breaks[:-1, None], breaks[1:, None]
+    times, best = np.append((low + (high - low) * _SHARES[:-1]).ravel(), breaks[-1:]), -np.inf
+    for _ in range(6):
+        found = values(times)
+        n = int(np.argmax(found))
+        best = max(best, float(found[n]))
+        times = np.linspace(times[max(n - 1, 0)], times[min(n + 1, times.size - 1)], 33)
+    return best
+
+
+def largest_of(solution: Solution | PanelSolution | AdhesiveSolution, column: int) -> float:
+    """Return the largest value of a column of `at`, up to the end of contact where the solution ends with it."""
+    breaks, knots = solution.breaks, solution.history.knots
+    # Values jump at kinks: also those before one.
+    knots = knots[(knots > breaks[0]) & (knots <= breaks[-1])]
+    before = float(np.max(solution.at(knots, before=True)[column], initial=-np.inf))
+    return max(before, largest(lambda times: solution.at(times)[column], breaks))
 
 
 def loop_work(solution: Solution) -> float:
