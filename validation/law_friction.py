@@ -7,7 +7,7 @@ takes a minute.
 from __future__ import annotations
 
 import math
-import warnings
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,10 @@ import restitution as rs
 from restitution.law.slide import slide
 from restitution.law.step import step
 
-FOLDER = Path(__file__).parent
+sys.path.append(str(Path(__file__).resolve().parent))
+import pages
+from oblique_balls import rough, smooth
+
 COUNTS = (25, 50, 100, 200, 400)
 # Poisson ratio, p2, p3 and v_c0/(mu v0).
 ROWS = (
@@ -49,13 +52,9 @@ def throw(law, grip, state, mobility, along, dt, way, pull):
 
 def exact(nu: float, p2: float, p3: float, theta: float, friction: float) -> tuple[Any, float, float]:
     """The normal impact, its contact time and e_t."""
-    impact = rs.Impact(rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu), rs.Parabola(1.0), 1.0, 1.0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.RestitutionWarning)
-        solved: Any = rs.solve(
-            rs.vary(impact, {"friction": friction, "tangential_velocity": theta * friction}), errors="warn"
-        )
-    return impact, float(solved.contact_time), float(solved.tangential_restitution_coefficient)
+    impact = smooth(rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu))
+    result = rough(impact, friction, theta)
+    return impact, float(result.contact_time), float(result.tangential_restitution_coefficient)
 
 
 def by_law(impact: Any, time: float, theta: float, friction: float, steps: int, gap: float, nodes: int) -> Any:
@@ -109,11 +108,8 @@ def main() -> None:
         f"{table[:, 2].max():.3f}.",
         "No contact ever returned more work than it had got: the least work is "
         f"{table[:, 3].min():.1g} of the tangential energy.",
-        "",
     ]
-    text = "\n".join(lines)
-    print(text)
-    (FOLDER / "law_friction.md").write_text(text, encoding="utf-8")
+    pages.write(__file__, lines)
 
 
 if __name__ == "__main__":

@@ -16,9 +16,9 @@ import numpy as np
 
 import restitution as rs
 
-FOLDER = Path(__file__).resolve().parent
-sys.path.append(str(FOLDER))
-from codes import lammps  # noqa: E402
+sys.path.append(str(Path(__file__).resolve().parent))
+import lammps_engine
+import pages
 
 STYLES = ("mindlin", "mindlin/force", "mindlin_rescale", "mindlin_rescale/force")
 VELOCITY, FRICTION, RADIUS = 0.1, 0.3, 0.01
@@ -30,39 +30,14 @@ BALL, WALL = rs.Body(RUBBER, radius=RADIUS), rs.Body(None)
 
 def by_lammps(snippet: str, along: float, step: float) -> float:
     """e_t of a ball on a wall at z = 0, with a snippet as it is."""
-    engine = lammps()(cmdargs=["-screen", "none", "-log", "none"])
-    span = 10.0 * RADIUS
-    engine.commands_string(f"""
-        units si
-        atom_style sphere
-        boundary f f f
-        newton off
-        comm_modify vel yes
-        region box block {-span} {span} {-span} {span} {-span} {span}
-        create_box 1 box
-        create_atoms 1 single 0 0 {RADIUS!r}
-        set atom * diameter {2.0 * RADIUS!r}
-        set atom * mass {BALL.mass!r}
-        set atom 1 vz {-VELOCITY!r} vx {along!r}
-        pair_style zero 1.0
-        pair_coeff * *
-    """)
-    engine.commands_string(snippet)
-    engine.commands_string(f"""
-        neighbor {RADIUS!r} bin
-        neigh_modify delay 0 every 1 check yes
-        timestep {step!r}
-        fix motion all nve/sphere
-        run 0
-    """)
-    for _ in range(10000):
-        engine.command("run 20 pre no post no")
-        if engine.numpy.extract_atom("x")[0, 2] > RADIUS:
-            return (
-                -float(engine.numpy.extract_atom("v")[0, 0] - RADIUS * engine.numpy.extract_atom("omega")[0, 1])
-                / along
-            )
-    raise RuntimeError("the ball stays on the wall")
+    engine = lammps_engine.balls(
+        [[0.0, 0.0, RADIUS]], [[along, 0.0, -VELOCITY]], RADIUS, float(BALL.mass), lammps_engine.NO_PAIRS + snippet,
+        step, (-10.0 * RADIUS, 10.0 * RADIUS),
+    )  # fmt: skip
+    lammps_engine.run_until(engine, lambda: lammps_engine.column(engine, "x", 2, 1)[0] > RADIUS, 200_000)
+    speed, spin = lammps_engine.column(engine, "v", 0, 1)[0], lammps_engine.column(engine, "omega", 1, 1)[0]
+    engine.close()
+    return -float(speed - RADIUS * spin) / along
 
 
 def by_mujoco(snippet: str, along: float, step: float) -> float:
@@ -163,11 +138,8 @@ def main() -> None:
         "stiffness and a damping that were fitted to the exact answer.",
         "MuJoCo's contacts have no tangential spring: what sticks never springs back, so that $e_t \\le 0$. Its cone "
         "of friction is not Coulomb's law: impulses of slow sliding are smaller, and those of fast sliding larger.",
-        "",
     ]
-    text = "\n".join(lines)
-    print(text)
-    (FOLDER / "oblique_codes.md").write_text(text, encoding="utf-8")
+    pages.write(__file__, lines)
 
 
 if __name__ == "__main__":

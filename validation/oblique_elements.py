@@ -10,7 +10,7 @@ velocity Verlet. Nothing of this is in the package: no reduction of dimension, n
 from __future__ import annotations
 
 import math
-import warnings
+import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +19,10 @@ import numpy as np
 
 import restitution as rs
 
-FOLDER = Path(__file__).resolve().parent
+sys.path.append(str(Path(__file__).resolve().parent))
+import pages
+from oblique_balls import rough, smooth, solved
+
 # Elements over the diameter that is covered, and steps in a contact.
 COUNTS, STEPS = (12, 18, 27), 80
 # Change of a traction over the largest one at which the projection ends, and its most sweeps.
@@ -113,10 +116,7 @@ def project(influence, goal, friction, tractions, tolerance, sweeps):
 
 def impact(solid: Solid, friction: float, slope: float, count: int, *, coupled: bool) -> tuple[float, float]:
     """Return e and e_t of a rigid ball with m = R = v0 = 1 at v_c0/(mu v0) = slope."""
-    smooth = rs.Impact(solid.material, rs.Parabola(1.0), 1.0, 1.0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.RestitutionWarning)
-        exact: Any = rs.solve(smooth)
+    exact = solved(smooth(solid.material))
     reach = 1.06 * float(exact.max_contact_radius)
     width, h = 2.0 * reach / count, float(exact.contact_time) / STEPS
     middles = (np.arange(count) + 0.5) * width - reach
@@ -177,11 +177,8 @@ def extrapolated(values: list[float]) -> float:
 
 def package(solid: Solid, friction: float, slope: float) -> tuple[float, float]:
     """Return e and e_t by the package."""
-    smooth = rs.Impact(solid.material, rs.Parabola(1.0), 1.0, 1.0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.RestitutionWarning)
-        solved: Any = rs.solve(rs.vary(smooth, {"friction": friction, "tangential_velocity": slope * friction}))
-    return float(solved.restitution_coefficient), float(solved.tangential_restitution_coefficient)
+    result = rough(smooth(solid.material), friction, slope)
+    return float(result.restitution_coefficient), float(result.tangential_restitution_coefficient)
 
 
 def main() -> None:
@@ -221,11 +218,8 @@ def main() -> None:
         "directions, whose slip is not along one line. The coupling of a compressible body with a rigid one changes",
         "$e_t$ by 0.02 to 0.3, the more the smaller the friction is; the validity report has Dundurs' parameter over",
         "$\\mu$.",
-        "",
     ]
-    text = "\n".join(lines)
-    print(text)
-    (FOLDER / "oblique_elements.md").write_text(text, encoding="utf-8")
+    pages.write(__file__, lines)
 
 
 if __name__ == "__main__":

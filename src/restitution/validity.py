@@ -207,7 +207,7 @@ class Numbers(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """Outputs of contacts, of which the report compares the worst; numbers or arrays, NaN if not known.
+    """Outputs of contacts, whose worst the report compares; numbers or arrays, NaN if not known.
 
     The contact radius and the depth [m] are NaN if a contact was not solved. The velocity [m/s] of an indentation is
     its largest, and the contact time [s] is infinite if it has no end. `body_size` is the smallest dimension [m] of

@@ -63,7 +63,7 @@ def test_kelvin_voigt_pair_at_small_loss_is_the_material():
     calibrated = rs.calibrate((body, body), "mercury-bshp", (0.5, 1.0), points=3)
     assert calibrated.parameters["E_eff"].value == pytest.approx(2e6, rel=1e-4)
     assert calibrated.parameters["A"].value == pytest.approx(eta / 1e6, rel=2e-3)
-    # eta_n0 = 2 E* A/m_eff (validation/lammps.md).
+    # eta_n0 = 2 E* A/m_eff (validation/lammps_balls.md).
     lammps = rs.calibrate((body, body), "lammps-viscoelastic", (0.5, 1.0), points=3)
     typed = lammps.parameters["eta_n0"].value * 0.5 * body.mass / (2.0 * calibrated.parameters["E_eff"].value)
     assert typed == pytest.approx(calibrated.parameters["A"].value, rel=1e-6)

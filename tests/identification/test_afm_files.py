@@ -406,7 +406,7 @@ class JpkReader:
 
 
 def jpk_segments(seed):
-    """Segments of random styles and lengths of a record, of which one is the approach."""
+    """Segments of random styles and lengths of a record; one of them is the approach."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(1, 6))
     styles = ["pause"] * int(rng.integers(2)) + ["extend"] + [str(style) for style in rng.choice(STYLES, count)]

@@ -88,7 +88,7 @@ def test_the_table_has_baseline_and_range_of_each_curve():
             TIME + 1.0, DEPTH, force, profile=TIP, noise=rs.Noise(force=SD), segment="approach" if n == 1 else None
         )
     table = rs.identify_map(curves, rs.standard_solid, fixed=FIXED)
-    # 200 points of 10 pN, of which some 60 lie before the contact.
+    # 200 points of 10 pN; some 60 of them lie before the contact.
     assert table["baseline"].values == pytest.approx([5e-11, 10e-11, 15e-11], abs=1e-11)
     assert table["baseline_slope"].values[[0, 2]] == pytest.approx([-2e-11] * 2, abs=8e-12)
     assert table["start_time"].values.tolist() == [1.0, 1.0, 1.0]

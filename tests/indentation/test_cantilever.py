@@ -23,7 +23,7 @@ def test_modes_of_a_beam():
     assert ratios[:3] == pytest.approx([6.2669, 17.5475, 34.3861], rel=1e-5)
     stiffness = np.array([mode.spring_constant for mode in modes])
     assert np.array([mode.mass for mode in modes]) == pytest.approx(2.0 / (6.0 * math.pi) ** 2, rel=1e-12)
-    # All modes together bend like the beam at rest, 1/k = L^3/(3 E I), of which the first has 12/b_1^4.
+    # All modes together bend like the beam at rest, 1/k = L^3/(3 E I); the first has 12/b_1^4 of it.
     rest = 1.8751040687**4 / 12.0 / 2.0
     # Roots behind the 17th are at (n - 1/2) pi: their compliances are b_1^4/pi^4 times the integral of 1/x^4 from 17.
     more = 1.8751040687**4 / (3.0 * 17.0**3 * math.pi**4) / 2.0

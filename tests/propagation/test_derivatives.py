@@ -67,7 +67,7 @@ def test_elastic_spheres() -> None:
 
 
 def punch(name: str, **numbers: float) -> rs.Impact:
-    """A flat punch on an incompressible material, of which E* = 4 G."""
+    """A flat punch on an incompressible material with E* = 4 G."""
     build = getattr(rs, name)
     solid = build(numbers["modulus"], numbers["viscosity"], bulk_modulus=np.inf)
     return rs.Impact(solid, rs.FlatPunch(numbers["radius"]), mass=numbers["mass"], velocity=1.0)

