@@ -1,6 +1,7 @@
 """The numbers and curves of the page are those of the package, at inputs drawn at random."""
 
 import random
+import tomllib
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -12,10 +13,12 @@ import pytest
 
 import random_messages as fuzz
 import restitution as rs
+from checkout import EXAMPLES
 from refusals import in_one_line
 from restitution.explorer import answers
+from restitution.explorer import inputs as sliders
 from restitution.explorer.downloads import download
-from restitution.explorer.inputs import MOST_TERMS, PRESETS, inputs, nested, of_case, of_impact, settled
+from restitution.explorer.inputs import MOST_TERMS, PRESETS, inputs, nested, of_case, of_file, of_impact, settled
 from restitution.material.models import material_models
 from restitution.quantities import BUDGET
 
@@ -283,6 +286,25 @@ def test_presets_can_be_solved(name):
     assert answers.indentation(state)["numbers"]["max_force"] > 0.0
 
 
+EXAMPLE_FILES = {
+    name: preset["file"]
+    for name, preset in tomllib.loads(Path(sliders.__file__).with_name("sliders.toml").read_text())["presets"].items()
+    if "file" in preset
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLE_FILES)
+def test_examples_of_the_page_are_the_case_files(name):
+    state, title = of_file(EXAMPLES / EXAMPLE_FILES[name])
+    words, preset = PRESETS[name]
+    assert title is not None
+    assert words.lower() == title.lower()
+    expected, found = settled(state), settled(preset)
+    assert expected.keys() == found.keys()
+    for key, value in expected.items():
+        assert found[key] == (pytest.approx(value, rel=1e-12) if isinstance(value, float) else value)
+
+
 def test_the_first_page_has_no_warning():
     assert [row["kind"] for row in answers.impact({})["validity"] if row["state"] == "doubtful"] == []
 
@@ -330,18 +352,12 @@ def test_a_choice_that_is_not_available_is_replaced():
 def test_cases_that_the_page_cannot_show_are_refused_in_one_line(tmp_path):
     text = case_file({}, tmp_path).read_text()
     path = tmp_path / "two.toml"
-    layer, pane = (
-        text.replace("[profile]", "[profile]\nthickness = 0.005"),
-        text.replace("[impact]", "[impact]\nimpedance = 5.0"),
-    )
-    sticky = "\n[adhesion]\nwork = 0.05\n"
-    two = "\n[counter_material]\nlibrary = 'steel'\n"
-    for key, case in (
-        ("counter_material", text + two), ("profile.thickness", layer), ("impact.impedance", pane),
-        ("adhesion", text + sticky),
+    for key, section in (
+        ("adhesion", "work = 0.05"), ("counter_body", "mass = 1.0"),
+        ("counter_material", "model = 'elastic'\nyoungs_modulus = 1e9\npoisson_ratio = 0.3"),
     ):  # fmt: skip
-        path.write_text(case)
-        assert str(in_one_line(lambda: of_case(rs.read_case(path)))).startswith(f"{key}: is not shown")
+        path.write_text(f"{text}\n[{key}]\n{section}\n")
+        assert in_one_line(lambda: of_case(rs.read_case(path))).field == key
     impact = answers.case_of({}).impact
     with pytest.raises(rs.InputError, match="single impact"):
         of_impact(replace(impact, velocity=[1.0, 2.0]))
@@ -434,12 +450,66 @@ def test_a_pyramid_keeps_its_faces(sides, tmp_path):
         assert solved.max_force == pytest.approx(expected, rel=1e-12)
 
 
+TARGETS: list[tuple[dict[str, Any], Any]] = [
+    ({"target": "layer", "profile.base": "frictionless", "profile.thickness": 0.003},
+     lambda soft: rs.Impact(soft, rs.Layer(rs.Parabola(0.01), 0.003, "frictionless"), mass=0.005, velocity=0.3)),
+    ({"target": "plate", "impact.impedance": 20.0},
+     lambda soft: rs.Impact(soft, rs.Parabola(0.01), mass=0.005, velocity=0.3, impedance=20.0)),
+    ({"partner": "steel"},
+     lambda soft: rs.Impact(soft, rs.Parabola(0.01), 0.005, 0.3, counter_material=rs.library.get("steel"))),
+    ({"partner": "same", "impact.material_of": "body"},
+     lambda soft: rs.Impact(soft, rs.Parabola(0.01), 0.005, 0.3, counter_material=soft, diameters=(2.0, np.inf))),
+    ({"target": "ball", "partner": "same", "counter_body.radius": 0.02, "counter_body.mass": 0.01},
+     lambda soft: rs.collision(rs.Body(soft, 0.01, 0.005), rs.Body(soft, 0.02, 0.01), 0.3)),
+    ({"target": "ball", "counter_body.radius": 0.02, "counter_body.mass": 0.01},
+     lambda soft: rs.collision(rs.Body(soft, 0.01, 0.005), rs.Body(None, 0.02, 0.01), 0.3)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("target", "built"), TARGETS)
+def test_other_targets_are_those_of_the_package(target, built, tmp_path):
+    state = {"body.mass": 0.005, "impact.velocity": 0.3, "body.radius": 0.01, **target}
+    soft = rs.standard_solid(1e7, 1e8, 3e3, poisson_ratio=0.49, density=1100.0)
+    expected = rs.solve(built(soft)).restitution_coefficient
+    answer = answers.impact(state)
+    assert answer["numbers"]["restitution_coefficient"] == pytest.approx(expected, rel=1e-12)
+    # The three numbers of the paper are those of a rigid ball on a half-space, or of one ball of two materials.
+    assert answer["numbers"]["p2"] is None
+    path = case_file(state, tmp_path)
+    again = settled(of_case(rs.read_case(path)))
+    assert {key: again[key] for key in target} == target
+    names: dict[str, Any] = {}
+    exec(download({"what": "python", "state": state})["text"], names)
+    assert names["result"].restitution_coefficient == pytest.approx(expected, rel=1e-9)
+    curve = answers.velocity(state)["curves"]["velocity"]
+    e = np.interp(np.log(0.3), np.log(curve["velocity"]), curve["restitution_coefficient"])
+    # Straight lines between 61 points.
+    assert e == pytest.approx(expected, rel=5e-3)
+    if state.get("target", "half_space") in ("plate", "ball"):
+        assert in_one_line(lambda: answers.bounces(state)).field == "target"
+    if state.get("target") == "ball":
+        assert in_one_line(lambda: of_impact(built(soft))).field == "impact"
+    else:
+        found = settled(of_impact(built(soft)))
+        assert {key: found[key] for key in target} == target
+
+
+def test_the_sections_of_a_layer_and_of_a_ball() -> None:
+    shape = answers.impact({"target": "layer", "profile.thickness": 0.003})["curves"]["shape"]
+    assert (shape["semi_axis"], shape["thickness"]) == (None, 0.003)
+    assert "layer" in shape["unknown"]
+    assert shape["height"] == pytest.approx(np.square(shape["radius"]) / 0.02)
+    assert answers.surface({"target": "layer"})["curves"]["surface"] is None
+
+
 OBLIQUE = {"motion": "oblique", "impact.friction": 0.4, "impact.angle": -0.6, "impact.spin": 25.0}
 
 
 def test_an_oblique_impact_is_that_of_the_package(tmp_path: Path) -> None:
     state = (
-        drawn(3, **{"entry": "constants", "material.model": "standard_solid", "profile.type": "parabola"}) | OBLIQUE
+        drawn(3, **{"entry": "constants", "material.model": "standard_solid", "profile.type": "parabola"})
+        | {"target": "half_space", "partner": "rigid"}
+        | OBLIQUE
     )
     answer = answers.impact(state)
     path = case_file(state, tmp_path)

@@ -73,8 +73,8 @@ def test_missing_libraries_are_one_line(monkeypatch):
 
 def test_a_bad_case_is_one_line(tmp_path):
     path = tmp_path / "ball.toml"
-    path.write_text(TEXT + "\n[counter_material]\nlibrary = 'steel'\n")
-    assert refused("explore", str(path), "--no-browser", "--port", "0").startswith("counter_material: ")
+    path.write_text(TEXT + "\n[counter_body]\nmass = 1.0\n")
+    assert refused("explore", str(path), "--no-browser", "--port", "0").startswith("counter_body: ")
 
 
 def test_the_static_build_is_whole(tmp_path, monkeypatch):

@@ -6,6 +6,7 @@ import base64
 import json
 import math
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache, lru_cache
@@ -23,7 +24,7 @@ from restitution.case.indentation import IndentationCase, IndentationFile
 from restitution.case.section import read_sections
 from restitution.checks import Array
 from restitution.contact.profiles import Cone, Parabola, Profile
-from restitution.errors import InputError
+from restitution.errors import InputError, RestitutionWarning
 from restitution.explorer.inputs import State, case_content, indentation_content, inputs
 from restitution.impact.batch import solve_columns
 from restitution.impact.bounces import Ending
@@ -100,7 +101,10 @@ def numbers_of(values: Mapping[str, Any]) -> dict[str, Any]:
 @lru_cache(maxsize=16)
 def _solved(text: str) -> Any:
     problem = _case(text).impact
-    return rs.solve(problem) if problem.friction is None else rs.solve(problem, rtol=_OBLIQUE_RTOL)
+    with warnings.catch_warnings():
+        # The page has them among the assumptions.
+        warnings.simplefilter("ignore", RestitutionWarning)
+        return rs.solve(problem) if problem.friction is None else rs.solve(problem, rtol=_OBLIQUE_RTOL)
 
 
 def _result(state: Mapping[str, Any]) -> Any:
@@ -120,8 +124,9 @@ def impact(state: Mapping[str, Any]) -> Answer:
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
     numbers |= dict.fromkeys(("loss_tangent", "nu", "p2", "p3"))
-    with suppress(InputError):  # which any other problem than the paper's causes
-        numbers |= dict(zip(("nu", "p2", "p3"), map(float, rs.dimensionless_groups(problem)), strict=True))
+    if problem.is_single_body:  # of two balls the page has no reduced radius and mass
+        with suppress(InputError):  # which any other problem than the paper's causes
+            numbers |= dict(zip(("nu", "p2", "p3"), map(float, rs.dimensionless_groups(problem)), strict=True))
     contact_time = float(result.contact_time)
     omega = math.pi / contact_time
     curves: dict[str, Any] = {"history": None, "shape": body_section(result)}
@@ -245,6 +250,8 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     state = {key: value for key, value in state.items() if key != "impact.external_force"}
     sections = case_of(state).sections
     motion = sections.impact
+    if sections.counter_body is not None or motion.impedance is not None:
+        raise InputError("target", rule="must be a half-space or a layer for a body that bounces")
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
     # Friction changes no height.
     result = rs.bounces(
@@ -305,21 +312,29 @@ def indentation(state: Mapping[str, Any]) -> Answer:
 
 
 def body_section(result: Any) -> dict[str, Any] | None:
-    """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known."""
+    """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known.
+
+    Where the surface around the body is `unknown`, words say so; a layer has a `thickness` [m].
+    """
     tip: Any = result.impact.profile
     profile, semi_axis, most = tip, 1.0, float(result.max_contact_radius)
-    if isinstance(tip, rs.Ellipsoid):
+    about: dict[str, Any] = {"unknown": None, "thickness": None}
+    if isinstance(tip, rs.Layer):
+        profile, semi_axis = tip.profile, None
+        about = {"unknown": "The surface of a layer around the body is not known", "thickness": float(tip.thickness)}
+    elif isinstance(tip, rs.Ellipsoid):
         profile, semi_axis = Parabola(max(tip.radius_1, tip.radius_2)), float(tip.semi_axes(1.0)[0])
         most *= semi_axis
     elif isinstance(tip, rs.Pyramid):
         # Across two faces: at a right angle to both, or, of three faces, at 60 deg.
         slope = tip.slope * (math.sin(math.pi / 3.0) if tip.sides == 3 else 1.0)
         profile, semi_axis, most = Cone(math.atan(1.0 / slope)), None, float(result.max_indentation_depth) / slope
+        about["unknown"] = "A section through two faces. The surface around a pyramid is not known"
     if not isinstance(profile, Profile):
         return None
     radius = np.linspace(0.0, 3.0 * most if 0.0 < most < math.inf else 1.0, _BODY)
     with np.errstate(all="ignore"):
-        return {"radius": radius, "height": np.asarray(profile.shape(radius)), "semi_axis": semi_axis}
+        return {"radius": radius, "height": np.asarray(profile.shape(radius)), "semi_axis": semi_axis} | about
 
 
 def surface_section(result: Any) -> tuple[Array, Callable[[float], Array]] | None:

@@ -10,6 +10,7 @@ from typing import Any, cast
 from restitution.case.material import is_fractional
 from restitution.checks import one_of
 from restitution.contact.geometry import BALL_ON_TARGET
+from restitution.contact.layer.layer import Layer
 from restitution.explorer.answers import case_of, indentation_case
 from restitution.explorer.inputs import case_content, indentation_content
 from restitution.material import fractional
@@ -54,6 +55,8 @@ def python(state: Mapping[str, Any]) -> str:
     for name in ("external_force", "body_size"):
         if value := getattr(problem, name):
             arguments[name] = value
+    if math.isfinite(problem.impedance):
+        arguments["impedance"] = problem.impedance
     if problem.friction is not None:
         arguments |= {name: getattr(problem, name) for name in ("friction", "tangential_velocity", "spin")}
     if problem.diameters != BALL_ON_TARGET:
@@ -62,9 +65,21 @@ def python(state: Mapping[str, Any]) -> str:
     material = _material(content["material"], problem.material, fractional)
     lines = ["import restitution as rs", "", f"material = {material}"]
     within = ".within(window)" if fractional else ""
-    impact = f"rs.Impact(material{within}, rs.{problem.profile!r}, {_keywords(arguments)})"
+    numbers, counter = _keywords(arguments), content.get("counter_material", {})
+    if "library" in counter and counter != content["material"]:
+        numbers += f", counter_material={_material(counter, problem.counter_material, False)}"
+    elif problem.counter_material is not None:
+        numbers += f", counter_material=material{within}"
+    impact = f"rs.Impact(material{within}, {_profile(problem.profile)}, {numbers})"
     lines.append(f"impact = rs.for_contact(lambda window: {impact})" if within else f"impact = {impact}")
     return "\n".join([*lines, "result = rs.solve(impact)", "print(result)", "print(result.validity)", ""])
+
+
+def _profile(profile: Any) -> str:
+    """Return the text of a profile, on a layer too."""
+    if isinstance(profile, Layer):
+        return f"rs.Layer(rs.{profile.profile!r}, {profile.thickness!r}, {profile.base!r})"
+    return f"rs.{profile!r}"
 
 
 def indentation_python(state: Mapping[str, Any]) -> str:

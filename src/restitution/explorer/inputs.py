@@ -20,6 +20,7 @@ import numpy as np
 
 import restitution as rs
 from restitution import units
+from restitution.case.impact import CaseFile
 from restitution.case.indentation import IndentationCase, IndentationFile, read_indentation
 from restitution.case.profile import sections as profile_sections
 from restitution.case.section import CaseError, read_sections, read_toml
@@ -45,17 +46,20 @@ State = dict[str, Any]
 _ALWAYS: Mapping[str, Any] = MappingProxyType({})
 _STRAIGHT, _OBLIQUE = "straight", "oblique"
 _CYCLES, _SPOT, _SAME = "indentation.count", "bounces.spot", "same"
+_HALF_SPACE, _LAYER, _PLATE, _BALL, _RIGID = "half_space", "layer", "plate", "ball", "rigid"
 _MOST_CYCLES = 50.0
 
 _OF_IMPACTS = ("impact", "paper", "bounce")
 _TABS_OF = {
-    "material": (*_OF_IMPACTS, "indentation"), "body": _OF_IMPACTS, "impact": _OF_IMPACTS, "bounces": ("bounce",),
-    "indentation": ("indentation",),
+    "material": (*_OF_IMPACTS, "indentation"), "body": _OF_IMPACTS, "target": _OF_IMPACTS, "impact": _OF_IMPACTS,
+    "bounces": ("bounce",), "indentation": ("indentation",),
 }  # fmt: skip
 # The group of an input is the section of its key, but for these keys and sections.
 _GROUPS = {
     "entry": "material", "groups": "material", "bulk": "material", "profile": "body", "mass_from": "body",
-    "motion": "impact", "impact.gravity": "bounces", "drop_height": "bounces", "prescribed": "indentation",
+    "counter_body": "target", "partner": "target", "profile.thickness": "target", "profile.base": "target",
+    "impact.impedance": "target", "motion": "impact", "impact.gravity": "bounces", "drop_height": "bounces",
+    "prescribed": "indentation",
 }  # fmt: skip
 
 
@@ -105,7 +109,7 @@ class Input(NamedTuple):
     @property
     def tabs(self) -> tuple[str, ...]:
         """Tabs of the page that have it."""
-        further = ("indentation",) if self.key.startswith("profile.") else ()
+        further = ("indentation",) if self.key.startswith("profile.") and self.group == "body" else ()
         return _TABS_OF[self.group] + further
 
     @property
@@ -303,22 +307,50 @@ def _body_inputs() -> Iterator[Input]:
     yield _choice("mass_from", "mass from", {"mass": "mass", "density": "density"}, only={"density": of_round})
     yield _number("body.mass", INPUTS["mass"], {"mass_from": ["mass"]})
     yield _number("body.density", INPUTS["density"], {"mass_from": ["density"]}, "density of the body")
-    yield _number("impact.velocity", INPUTS["velocity"])
     has_theory = [name for name in constants if issubclass(profiles[name], Profile)]
+    yield from _target_inputs(has_theory)
+    yield _number("impact.velocity", INPUTS["velocity"])
     words = {_STRAIGHT: "straight down", _OBLIQUE: "at an angle, with friction"}
-    yield _choice("motion", "the body comes", words, only={_OBLIQUE: {"profile.type": has_theory, **_CONSTANTS_ENTRY}})
+    unmoved = {"target": [_HALF_SPACE, _BALL], "profile.type": has_theory, **_CONSTANTS_ENTRY}
+    yield _choice("motion", "the body comes", words, only={_OBLIQUE: unmoved})
     oblique = {"motion": [_OBLIQUE]}
     yield _number("impact.friction", INPUTS["friction"], oblique)
     yield _number("impact.angle", INPUTS["angle"], oblique)
-    yield _number("impact.spin", INPUTS["spin"], oblique | {"profile.type": ["parabola", "sphere"]})
-    yield _number("impact.external_force", INPUTS["external_force"], _CONSTANTS_ENTRY)
+    of_ball = {"profile.type": ["parabola", "sphere"], "target": [_HALF_SPACE]}
+    yield _number("impact.spin", INPUTS["spin"], oblique | of_ball)
+    held = {"target": [_HALF_SPACE, _LAYER, _BALL]}
+    yield _number("impact.external_force", INPUTS["external_force"], {**held, **_CONSTANTS_ENTRY})
     words = "smallest dimension of the target, 0 if unknown"
     yield _number("impact.body_size", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
     # It decides which one of the two radiates waves; the impact is the same.
-    yield _choice("impact.material_of", "what deforms", {"target": "the target", "body": "the body"})
+    words = {"target": "the target", "body": "the body"}
+    yield _choice("impact.material_of", "the material is that of", words, {"target": [_HALF_SPACE, _PLATE]})
     yield _number("impact.gravity", INPUTS["gravity"])
     yield _choice(_SPOT, "each bounce", {"fresh": "on a fresh surface", _SAME: "on the same spot"})
     yield from _indentation_inputs(of_round)
+
+
+def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
+    """Yield what the body hits, and what the other one of the two is made of."""
+    words = {
+        _HALF_SPACE: "a half-space", _LAYER: "a layer on a rigid base", _PLATE: "a plate or rod that recedes",
+        _BALL: "a free ball at rest",
+    }  # fmt: skip
+    only: dict[str, When] = {
+        _LAYER: {"profile.type": has_theory, **_CONSTANTS_ENTRY}, _PLATE: _CONSTANTS_ENTRY,
+        _BALL: {"profile.type": ["parabola"], **_CONSTANTS_ENTRY},
+    }  # fmt: skip
+    yield _choice("target", "the body hits", words, only=only)
+    of_layer, of_ball = {"target": [_LAYER]}, {"target": [_BALL]}
+    yield _number("profile.thickness", INPUTS["thickness"], of_layer)
+    words = {"bonded": "sticks to its base", "frictionless": "slides on its base"}
+    yield _choice("profile.base", "the layer", words, of_layer)
+    yield _number("impact.impedance", INPUTS["impedance"], {"target": [_PLATE]})
+    yield _number("counter_body.radius", INPUTS["radius"], of_ball, "radius of the second ball")
+    yield _number("counter_body.mass", INPUTS["mass"], of_ball, "mass of the second ball")
+    words = {_RIGID: "rigid", _SAME: "of the same material"} | _named(rs.library.names())
+    only = dict.fromkeys(words, _CONSTANTS_ENTRY) | {_RIGID: _ALWAYS}
+    yield _choice("partner", "the other body is", words, {"target": [_HALF_SPACE, _PLATE, _BALL]}, only)
 
 
 def _indentation_inputs(of_round: When) -> Iterator[Input]:
@@ -367,7 +399,7 @@ def inputs() -> dict[str, Input]:
 _PAGE, _SIDES, _INFINITE = "page.", "profile.sides", "incompressible"
 # The body that deforms unless the case states it.
 _SOFT = "target"
-_NO_OTHER = "is not shown by the explorer, which has a rigid body on a half-space"
+_NO_OTHER = "is not shown by the explorer; leave it out"
 # Choices that the paper's numbers fix; they decide where they are hidden, too.
 _DECIDING = ("material.model", "bulk")
 
@@ -430,21 +462,29 @@ def flat(content: Mapping[str, Any], prefix: str = "") -> State:
 def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of the case file of an impact."""
     values = settled(state)
-    content = {section: nested(values).get(section, {}) for section in ("body", "profile", "impact")}
+    tables, material = nested(values), _material(values)
+    content = {section: tables.get(section, {}) for section in ("body", "profile", "impact")}
     for key in ("external_force", "body_size"):
         if not content["impact"].get(key):
             content["impact"].pop(key, None)
-    if content["impact"]["material_of"] == _SOFT:
+    if content["impact"].get("material_of") == _SOFT:
         del content["impact"]["material_of"]
+    partner = values.get("partner", _RIGID)
+    if values["target"] == _BALL:
+        content["counter_body"] = tables["counter_body"] | ({"rigid": True} if partner == _RIGID else {})
+    if partner not in (_RIGID, _SAME):
+        content["counter_material"] = {"library": partner}
+    elif partner == _SAME and values["target"] != _BALL:
+        content["counter_material"] = material
     if values[_SPOT] == _SAME:
         content["bounces"] = {"same_spot": True}
-    return content | {"material": _material(values)}
+    return content | {"material": material}
 
 
 def indentation_content(state: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of the case file of an indentation."""
     values = settled(state)
-    content = nested(values)
+    content = nested({key: value for key, value in values.items() if inputs()[key].group != "target"})
     indentation, profile = content["indentation"], content["profile"]
     if "radius" in indentation:
         profile["radius"] = indentation.pop("radius")
@@ -489,19 +529,18 @@ def of_file(path: Path) -> tuple[State, str | None]:
 def _refuse(extra: Mapping[str, bool]) -> None:
     """Refuse a case with parts that the page does not have."""
     for key in filter(extra.get, extra):
-        raise InputError(key, rule=f"{_NO_OTHER}; leave it out")
+        raise InputError(key, rule=_NO_OTHER)
 
 
 def of_case(case: rs.Case) -> State:
     """Return the state of a case file; refuse one that the page cannot show."""
     sections = case.sections
-    extra = {key: getattr(sections, key) is not None for key in ("counter_material", "counter_body")}
-    extra |= {"profile.thickness": sections.profile.on_layer, "impact.impedance": math.isfinite(case.impact.impedance)}
-    extra["adhesion"] = case.impact.adhesion is not None
-    _refuse(extra)
+    _refuse({"adhesion": case.impact.adhesion is not None})
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
+    written["profile"].pop("strict", None)
     values |= flat({"profile": written["profile"], "body": written["body"]})
+    values |= _of_target(sections, case.impact)
     values["mass_from"] = "density" if "body.density" in values else "mass"
     values["impact.external_force"] = float(case.impact.external_force)
     values["impact.body_size"] = float(case.impact.body_size or 0.0)
@@ -509,6 +548,34 @@ def of_case(case: rs.Case) -> State:
     values[_SPOT] = _SAME if sections.bounces.same_spot else "fresh"
     values |= _of_sliding(case.impact)
     return values | _of_section(written["material"], lambda: case.impact.material)
+
+
+def _of_target(sections: CaseFile, impact: rs.Impact) -> State:
+    """Return the state of the target of a case file; refuse one that the page does not have."""
+    second = sections.counter_body
+    values: State = {"target": _LAYER if sections.profile.on_layer else _HALF_SPACE}
+    if math.isfinite(impact.impedance):
+        values = {"target": _PLATE, "impact.impedance": float(impact.impedance)}
+    if second is not None:
+        if second.radius is None:
+            raise InputError("counter_body", rule=f"without a radius {_NO_OTHER}")
+        mass = float(second.kilograms)
+        values = {"target": _BALL, "counter_body.radius": float(second.radius), "counter_body.mass": mass}
+    return values | {"partner": _partner_of(impact)}
+
+
+def _partner_of(impact: rs.Impact) -> str:
+    """Return the choice of the material of the other body; refuse one that the page does not have."""
+    counter = impact.counter_material
+    if counter is None:
+        return _RIGID
+    if counter == impact.material:
+        return _SAME
+    for name in rs.library.names():
+        if rs.library.get(name) == counter:
+            return name
+    rule = "must be the same material or one of the library at its reference temperature, on the page"
+    raise InputError("counter_material", rule=rule)
 
 
 def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
@@ -558,19 +625,27 @@ def of_impact(impact: rs.Impact) -> State:
         raise InputError("impact", rule="must be an Impact or the name of a case file")
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape}")
-    if impact.counter_material is not None or not math.isinf(impact.impedance):
-        raise InputError("impact", rule=_NO_OTHER)
     _refuse({"adhesion": impact.adhesion is not None})
     names = {profile: name for name, profile in Geometry.registered.items()}
-    kind = type(impact.profile)
+    values: State = {"mass_from": "mass", "partner": _partner_of(impact)}
+    profile = impact.profile
+    if isinstance(profile, rs.Layer):
+        values |= {"target": _LAYER, "profile.thickness": float(profile.thickness), "profile.base": profile.base}
+        profile = profile.profile
+    elif not math.isinf(impact.impedance):
+        values |= {"target": _PLATE, "impact.impedance": float(impact.impedance)}
+    elif not impact.is_single_body:
+        rule = "must have one ball: of two, the page has the radii and masses, and takes them from a case file"
+        raise InputError("impact", rule=rule)
+    kind = type(profile)
     if kind not in names or names[kind] not in {option.value for option in inputs()["profile.type"].options}:
         raise InputError("impact", rule=f"has a profile that the explorer does not show: {kind.__name__}")
-    values: State = {"profile.type": names[kind], "mass_from": "mass"}
+    values["profile.type"] = names[kind]
     for name in constants_of(kind):
         key = "body.radius" if name == "radius" and kind.body_radius else f"profile.{name}"
-        values[key] = float(getattr(impact.profile, name))
-    if isinstance(impact.profile, rs.Pyramid):
-        values[_SIDES] = impact.profile.sides
+        values[key] = float(getattr(profile, name))
+    if isinstance(profile, rs.Pyramid):
+        values[_SIDES] = profile.sides
     for name in ("velocity", "external_force"):
         values[f"impact.{name}"] = float(getattr(impact, name))
     values["impact.body_size"] = float(impact.body_size or 0.0)

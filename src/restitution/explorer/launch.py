@@ -226,7 +226,10 @@ _LIVE, _STATIC = '<meta name="restitution" content="live">', '<meta name="restit
 
 # What the interpolant holds for: the tabs, the options that stay, and the inputs on which it does not depend.
 _TABS = {"impact", "paper"}
-_ONLY = {"material.model": "standard_solid", "profile.type": "parabola", "bulk": "poisson_ratio"}
+_ONLY = {
+    "material.model": "standard_solid", "profile.type": "parabola", "bulk": "poisson_ratio", "target": "half_space",
+    "partner": "rigid", "motion": "straight",
+}  # fmt: skip
 _WITHOUT = {"material.density", "impact.external_force", "impact.body_size", "impact.material_of"}
 
 
@@ -237,7 +240,11 @@ def _reduced(about: Mapping[str, Any]) -> dict[str, Any]:
         if row["key"] in _ONLY:
             row["options"] = [option for option in row["options"] if option["value"] == _ONLY[row["key"]]]
     fixed = {"page.tab": "impact"} | _ONLY
-    presets = [preset for preset in about["presets"] if preset["state"].items() <= (preset["state"] | fixed).items()]
+    keys = {row["key"] for row in inputs}
+    presets = [
+        preset for preset in about["presets"]
+        if preset["state"].keys() <= keys and preset["state"].items() <= (preset["state"] | fixed).items()
+    ]  # fmt: skip
     return {**about, "inputs": inputs, "presets": presets}
 
 

@@ -43,7 +43,8 @@ BUG = "this is a mistake in the program; please report it"
 
 _LONGEST_ID = 64
 _GROUPS = {
-    "material": "Material", "body": "Body", "impact": "Impact", "bounces": "Bounces", "indentation": "Indentation",
+    "material": "Material", "body": "Body", "target": "Target", "impact": "Impact", "bounces": "Bounces",
+    "indentation": "Indentation",
 }  # fmt: skip
 
 

@@ -12,19 +12,21 @@ export class Ball {
     this.scene = new Scene("The body, to scale", () => this.draw());
     this.zoom = new Scene("The contact, enlarged", () => this.draw());
     this.readout = element("p", { className: "readout" });
-    this.note = element("p", { className: "note", hidden: true },
-      "A section through two faces. The surface around a pyramid is not known; the dashed line is the surface before the impact.");
+    this.note = element("p", { className: "note", hidden: true });
     root.append(this.scene.root, this.zoom.root, this.note, this.readout);
     clock.onTick(() => this.draw());
   }
 
-  // `body` is half the width and half the height of a round body, else null.
-  show(answer, body) {
+  // `body` is half the width and half the height of a round body, else null; `second` is the radius of a ball that it
+  // hits, else null.
+  show(answer, body, second) {
     this.answer = answer;
     this.surface = null;
-    this.prepared = answer.curves.history && prepare(answer, body);
-    const { semi_axis: axis } = answer.curves.shape;
-    this.note.hidden = axis !== null;
+    this.prepared = answer.curves.history && prepare(answer, body, second);
+    const { semi_axis: axis, unknown } = answer.curves.shape;
+    this.note.hidden = !unknown && !second;
+    this.note.textContent = unknown ? `${unknown}; the dashed line is the surface before the impact.`
+      : "The enlarged contact is the gap between both balls, pressed into a half-space; all motions are relative to the second ball.";
     this.zoom.caption.textContent = axis > 1 ? "The contact along its long axis, enlarged" : "The contact, enlarged";
     this.draw();
   }
@@ -94,13 +96,24 @@ export class Ball {
         words(text, right ? width - 5 : 5, y - 0.7 * em, 0.8 * em, palette.ink, { anchor: right ? "end" : "start" })];
     };
     return [
-      ["rect", { x: 0, y: round(ground), width, height: round(height - ground), fill: palette.ground }],
-      line(palette.muted, 1.5 * thickness, [[0, ground], [width, ground]]),
+      ...this.below(palette, ground, width, height, scale),
       ...ghosts,
       body(lift, 1),
       ...(sideways.shown && isRound ? [mark()] : []),
       ...level(1, "start", false),
       ...(phase > 0.999 ? level(e, `e = ${e.toFixed(3)}`, true) : []),
+    ];
+  }
+
+  // What the body hits: a half-space, a layer on its base, or a ball.
+  below(palette, ground, width, height, scale) {
+    const { second, profile } = this.prepared;
+    const edge = { stroke: palette.muted, "stroke-width": round(1.5 * palette.thickness) };
+    if (second) return [["circle", { cx: round(width / 2), cy: round(ground + second * scale), r: round(second * scale), fill: palette.ground, ...edge }]];
+    return [
+      ["rect", { x: 0, y: round(ground), width, height: round(height - ground), fill: palette.ground }],
+      ...baseOf(palette, ground + (profile.thickness ?? Infinity) * scale, width, height),
+      line(palette.muted, 1.5 * palette.thickness, [[0, ground], [width, ground]]),
     ];
   }
 
@@ -124,6 +137,7 @@ export class Ball {
     const wide = round(2 * thickness);
     return [
       ["path", { d: `${lines(surface)}Z`, fill: palette.ground, ...(profile.semi_axis !== null && { stroke: palette.muted, "stroke-width": wide }) }],
+      ...baseOf(palette, y(profile.thickness ?? Infinity), width, height),
       line(palette.muted, thickness, [[0, ground], [width, ground]], true),
       ["path", { d: `${lines(body)}Z`, fill: palette.body, stroke: palette.ink, "stroke-width": wide }],
       ...(edge > 0 ? [-1, 1].map((side) => line(palette.accent, 2.5 * thickness, [[x(side * edge), y(dip(edge)) + 3], [x(side * edge), y(dip(edge)) + 0.9 * em]])) : []),
@@ -174,7 +188,7 @@ class Scene {
   }
 }
 
-function prepare({ curves, numbers }, body) {
+function prepare({ curves, numbers }, body, second) {
   const { shape, history } = curves;
   // The shape ends at three times the half-width of the largest contact.
   const widest = shape.radius.at(-1) / 3;
@@ -189,7 +203,8 @@ function prepare({ curves, numbers }, body) {
     profile: { ...shape, curvature, height: shape.height.map((height) => height ?? 1e3 * radius) },
     radius,
     across,
-    round: body !== null && n > 0 && Math.abs(shape.height[n] / ((shape.radius[n] ** 2 * curvature) / 2) - 1) < 0.1,
+    second,
+    round: second !== null || (body !== null && n > 0 && Math.abs(shape.height[n] / ((shape.radius[n] ** 2 * curvature) / 2) - 1) < 0.1),
     e: numbers.restitution_coefficient,
     velocity: history.indentation_velocity[0],
     rebound: numbers.rebound_velocity,
@@ -217,6 +232,10 @@ function shapeAt({ radius, height, curvature }, r) {
   const slope = (height[n] - height[n - 1]) / (radius[n] - radius[n - 1]);
   return height[n] + slope * (r - radius[n]) + ((r - radius[n]) ** 2 * curvature) / 2;
 }
+
+// The rigid base of a layer, where it is in the picture.
+const baseOf = ({ muted }, top, width, height) => (top < height
+  ? [["rect", { x: 0, y: round(top), width, height: round(height - top), fill: muted }]] : []);
 
 // The outline of a body that is not round: its profile with a lid.
 function outline({ profile, radius, across }, left, bottom, scale) {

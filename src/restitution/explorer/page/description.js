@@ -10,8 +10,6 @@ export function describe(app) {
   const volume = () => (4 * Math.PI * value("body.radius") ** 3) / 3;
 
   const mass = () => {
-    const { kinetic_energy_in: energy } = app.numbers ?? {};
-    if (energy) return (2 * energy) / value("impact.velocity") ** 2;
     return value("mass_from") === "density" ? value("body.density") * volume() : value("body.mass");
   };
   // The constants of the standard solid with these numbers, for the present body and equilibrium modulus.
@@ -45,6 +43,8 @@ export function describe(app) {
     const radii = [value("profile.radius_1"), value("profile.radius_2")];
     return [Math.sqrt(radii[0] * radii[1]), Math.min(...radii)];
   };
+
+  app.second = () => (value("target") === "ball" ? value("counter_body.radius") : null);
 
   // What a choice of a description sets, too.
   input("entry").convert = (choice) => (choice === "groups" ? groups() : {

@@ -91,7 +91,7 @@ export class ImpactTab {
     this.showVelocity();
     if (!curves) return;
     if (curves.history) this.showHistory(numbers);
-    if (curves.shape) this.ball.show(answer, this.app.body());
+    if (curves.shape) this.ball.show(answer, this.app.body(), this.app.second());
     if (curves.moduli) this.showModuli(numbers, marks);
     this.clock.span(numbers.contact_time ?? 1);
   }
