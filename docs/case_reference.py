@@ -194,7 +194,7 @@ def page() -> str:
     lines += table("`[material.shift]`: Williams, Landel and Ferry", material.WLFSection)
     lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
     lines += [*table("`[impact]`", impact.ImpactSection), *table("`[bounces]`", impact.BouncesSection)]
-    lines += table("`[adhesion]` of an impact", impact.AdhesionSection)
+    lines += table("`[adhesion]` of an impact or an indentation", impact.AdhesionSection)
     lines += table("`[solver]` of an impact", impact.SolverSection)
     lines += [*UNCERTAINTY.rstrip().split("\n"), *table("`[uncertainty]` of an impact", impact.UncertaintySection)]
     lines += table("`[indentation]`", indentation.IndentationSection)

@@ -57,3 +57,84 @@ def adhesive_restitution(material, work, stress, velocity, *, width=1.0, element
         if c == 0.0 and v < 0.0 and n > 10:
             return -v / velocity
     raise RuntimeError("the body did not leave")
+
+
+class Held:
+    """Elements of a unit parabola held by a spring; without stiffness under a force."""
+
+    def __init__(self, material, work, stress, stiffness, *, width, elements, dt):
+        equilibrium, moduli, times = material
+        E, tau = np.array(moduli, dtype=float)[:, None], np.array(times, dtype=float)[:, None]
+        self.h, self.reach, self.stress, self.stiffness = width / elements, work / stress, stress, stiffness
+        self.x = self.h * (np.arange(elements) + 0.5)
+        self.W, self.loads = np.zeros(elements), np.zeros((E.size, elements))
+        self.fade = np.exp(-dt / tau)
+        self.gain = E * tau * (1.0 - self.fade) / dt
+        self.soft = float(equilibrium + self.gain.sum())
+
+    def state(self, c, load):
+        """Displacements, depth and excess with an edge; None where no depth bears the load."""
+        x, h, stiffness, soft = self.x, self.h, self.stiffness, self.soft
+        pull = -2.0 * self.stress * np.sqrt(np.maximum(c * c - x * x, 0.0))
+        free = (pull - (self.fade * self.loads).sum(0) + self.gain.sum() * self.W) / soft
+        # Force without contact, then with the elements of the lowest thresholds: piecewise linear in the depth.
+        thresholds = np.sort(free + x * x)
+        gap = load - 2.0 * h * pull.sum()
+        if gap <= stiffness * thresholds[0]:
+            if not stiffness:
+                return None
+            depth = gap / stiffness
+        else:
+            counts = np.arange(1, x.size + 1)
+            depths = (gap + 2.0 * h * soft * np.cumsum(thresholds)) / (2.0 * h * soft * counts + stiffness)
+            good = (depths > thresholds) & (depths <= np.append(thresholds[1:], np.inf))
+            depth = depths[np.argmax(good)]
+        moved = np.maximum(free, depth - x * x)
+        there = moved[0] - depth if c <= 0.0 else np.interp(c * np.sin(ANGLES), x, moved - depth + x * x).mean()
+        return moved, depth, there - self.reach
+
+    def edge(self, c, load):
+        """Edge down the slope of the energy from an earlier one."""
+
+        def excess(c):
+            found = self.state(c, load)
+            if found is None:
+                return -1.0 if c <= 0.0 and load >= 0.0 else 1.0
+            return found[2]
+
+        way = 1.0 if excess(c) < 0.0 else -1.0
+        low = c
+        while True:
+            high = max(low + way * self.h, 0.0)
+            if way * excess(high) >= 0.0 or high == 0.0:
+                break
+            low = high
+        for _ in range(30):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if way * excess(middle) < 0.0 else (low, middle)
+        return high
+
+    def take(self, moved):
+        """Take the displacements at the end of a step."""
+        self.loads = self.fade * self.loads + self.gain * (moved - self.W)
+        self.W = moved
+
+
+def adhesive_program(held, values, times, steps):
+    """Times, depths and forces until the body is away, along straight lines of the depth of the base or of the force.
+
+    There are `steps` for each unit of time.
+    """
+    start = float(np.interp(-held.reach, values[:2], times[:2])) if held.stiffness else 0.0
+    rows, c = [], 0.0
+    for n in range(int((times[-1] - start) * steps)):
+        moment = start + n / steps
+        load = (held.stiffness or 1.0) * float(np.interp(moment, times, values))
+        c = held.edge(c, load)
+        if c == 0.0 and n > 10:
+            rows.append((moment, rows[-1][1], 0.0))
+            return np.array(rows).T
+        moved, depth, _ = held.state(c, load)
+        held.take(moved)
+        rows.append((moment, depth, load - held.stiffness * depth))
+    raise RuntimeError("the body did not leave")

@@ -9,7 +9,7 @@ import pytest
 from cases import TRIANGLE, press_file
 from checkout import EXAMPLES
 from refusals import refusal, refuses
-from restitution import Material, Parabola, PronySeries, hold, indent, ramp, sine_arch, triangle
+from restitution import Adhesion, Material, Parabola, PronySeries, hold, indent, ramp, sine_arch, triangle
 from restitution.case.indentation import read_indentation
 from restitution.material.fractional import FractionalMaterial, fractional_zener
 
@@ -32,6 +32,29 @@ def test_several_loadings_and_a_spring_equal_the_same_calls_in_python():
         assert result.max_force == pytest.approx(expected.max_force, rel=1e-12)
         assert result.contact_intervals == pytest.approx(expected.contact_intervals, rel=1e-12)
     assert result.prescribed == "base"
+
+
+@pytest.mark.parametrize(
+    ("lines", "options"),
+    [
+        ('depth = "[-150, 300, -1500] nm"', {"depth": [-1.5e-7, 3e-7, -1.5e-6]}),
+        (
+            'depth = "[-150, 300, -1500] nm"\nspring_constant = "0.5 N/km"',
+            {"depth": [-1.5e-7, 3e-7, -1.5e-6], "spring_constant": 5e-4},
+        ),
+        ('force = "[0, 0.2, -1] nN"', {"force": [0.0, 2e-10, -1e-9]}),
+    ],
+)
+def test_adhesion_has_a_section(lines, options):
+    section = lines + '\ntime = [0, 1, 2]\n[adhesion]\nwork = "10 uJ/m2"\nrange = "100 nm"\n[solver]\nrtol = 1e-2'
+    result = read(section).solve()
+    expected = indent(
+        GEL, Parabola(2.5e-6), time=[0.0, 1.0, 2.0], adhesion=Adhesion(1e-5, range=1e-7), rtol=1e-2, **options
+    )
+    # Decimal texts and binary numbers differ in the last digit.
+    assert result.pull_off_force == pytest.approx(expected.pull_off_force, rel=1e-9)
+    assert result.pull_off_force > 0.0
+    assert result.prescribed == expected.prescribed
 
 
 @pytest.mark.parametrize(
@@ -138,7 +161,7 @@ def test_assumptions_are_noted():
         (TRIANGLE + "spring_constant = 0", "indentation.spring_constant = 0: must be finite and > 0"),
         (TRIANGLE + 'spring_constant = "1 N"', 'indentation.spring_constant = "1 N": is a force, not a stiffness'),
         ("force = [0, 1]\ntime = [0, 1]\nspring_constant = 1", "indentation.spring_constant = 1: goes with depth, that of the base of the spring"),
-        ("force = [0, -1e-9]\ntime = [0, 1]", "indentation.force[1] = -1e-09: must be finite and >= 0"),
+        ("force = [0, -1e-9]\ntime = [0, 1]", "indentation.force[1] = -1e-09: must be finite and >= 0 without [adhesion]"),
         ('depth = "1 nN"\nshape = "ramp"\nduration = 1', 'indentation.depth = "1 nN": is a force, not a length'),
         ('depth = "[0, 1] s"\ntime = [0, 1]', 'indentation.depth[0] = "0 s": is a time, not a length\ngel.toml: indentation.depth[1] = "1 s"'),
         ('depth = -1\nshape = "ramp"\nduration = 1', "indentation.depth = -1: must be finite and > 0"),
@@ -148,6 +171,8 @@ def test_assumptions_are_noted():
         ('file = "curve.csv"', "indentation.file: no such file: curve.csv"),
         (TRIANGLE + "[solver]\nrtol = 1.0", "solver.rtol = 1: must be in [1e-11, 0.01]"),
         (TRIANGLE + "[body]\nmass = 1", "body: does not belong here; an impact is for `restitution solve`"),
+        ("depth = [-1, 0]\ntime = [0, 1]\n[adhesion]\nwork = 1\nstress = 1\nrange = 1", "adhesion: give stress or range, not both"),
+        ("depth = [0, 1]\ntime = [0, 1]\n[adhesion]\nwork = 1", "indentation.depth = 0 m: must begin outside of the attraction"),
         ("depth = [1e-6, 2e-6]\ntime = [0, 1]", "depth = 1e-06 m at the start: must be <= 0; a step has two points at the same time"),
     ],
 )  # fmt: skip

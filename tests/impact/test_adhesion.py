@@ -3,6 +3,7 @@
 import math
 import warnings
 from dataclasses import replace
+from threading import Event
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from refusals import in_one_line
 from restitution.contact.adhesion import maugis_number, static_contact
 from restitution.impact.dugdale import Problem, scales
 from restitution.impact.status import SolverError, Status
+from restitution.indentation import attraction
 from restitution.indentation.attraction import Sticky
+from restitution.kernel import adhesion as kernel
 
 # Unit balls of soft bodies exceed the limits of the theory on purpose.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -258,6 +261,39 @@ def test_a_zone_that_is_too_thin_is_refused():
     with pytest.raises(SolverError, match="lambda = 5") as caught:
         rs.solve(impact)
     assert caught.value.status == Status.NOT_ACCURATE
+
+
+def test_marches_in_pieces_are_the_same_and_end_with_the_work(monkeypatch):
+    problem = Problem(Sticky(rs.Parabola(1.0), rs.PronySeries(1.0, [4.0], [1.0]), rs.Adhesion(0.02, 0.3)), 1.0, 0.5)
+    width, duration = scales(problem)
+    whole = problem.march(width, duration, 100)
+    monkeypatch.setattr(attraction, "_PIECE", 1000)
+    pieces = problem.march(width, duration, 100)
+    assert pieces.end == whole.end
+    assert np.array_equal(pieces.motion, whole.motion)
+    assert pieces.jumps == whole.jumps
+    # The kernel returns after a thousand changes of elements, and sees that the work is over.
+    stop = Event()
+    stop.set()
+    ended = problem._replace(body=problem.body._replace(stop=stop))
+    with pytest.raises(KeyboardInterrupt):
+        ended.march(width, duration, 100)
+
+
+def test_an_interrupt_ends_a_long_march(monkeypatch):
+    monkeypatch.setattr(attraction, "_PIECE", 1000)
+    calls = []
+
+    def interrupted(*_):
+        calls.append(1)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return kernel.PAUSED
+
+    monkeypatch.setattr(kernel, "march", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        rs.solve(ball(STANDARD, 0.02, 0.3, 0.5))
+    assert len(calls) == 3
 
 
 def test_a_case_file_has_a_section(tmp_path):

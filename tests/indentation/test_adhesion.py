@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 import restitution as rs
+from adhesive_elements import Held, adhesive_program
 from refusals import in_one_line
 from restitution.contact.adhesion import static_contact
 
@@ -89,6 +90,123 @@ def test_a_contact_that_lasts_has_no_end():
     assert result.plot().axes
 
 
+def at_rest(modulus, adhesion, of, value, low, high):
+    """Static contact in which a function of depth and force has a value, between two contact radii."""
+
+    def distance(a):
+        state = static_contact(TIP, modulus, adhesion, a)
+        return of(state.depth, state.force) - value
+
+    return static_contact(TIP, modulus, adhesion, brentq(distance, low, high, xtol=1e-14))
+
+
+@pytest.mark.parametrize("stress", [0.06, 0.157768, 0.5])
+def test_an_elastic_body_under_a_force_jumps_in_and_is_pulled_off_as_maugis_has_it(stress):
+    adhesion = rs.Adhesion(0.01, stress)
+    pull = static_pull(1.0, adhesion)
+    result = rs.indent(solid(), TIP, force=[0.0, 0.02, -0.08], time=[0.0, 1.0, 2.0], adhesion=adhesion, rtol=1e-5)
+    assert result.pull_off_force == pytest.approx(pull, rel=2e-5)
+    assert result.contact_end_time == pytest.approx(1.0 + (0.02 + pull) / 0.1, abs=2e-5)
+    first, last = result.jumps
+    # It jumps into the contact that bears no load, and loses the energy that the contact has below none.
+    free = at_rest(1.0, adhesion, lambda d, f: f, 0.0, 0.1, 0.6)
+    assert first.indentation_depth_after == pytest.approx(free.depth, abs=1e-4)
+    assert first.contact_radius_after == pytest.approx(free.radius, abs=1e-3)
+    assert math.isinf(last.indentation_depth_after)
+    loaded = at_rest(1.0, adhesion, lambda d, f: f, 0.02, 0.1, 0.6)
+    assert result.max_indentation_depth == pytest.approx(loaded.depth, rel=2e-5)
+    # The work until then is elastic, after the energy of the jump.
+    assert result.dissipated == pytest.approx(0.0, abs=1e-3 * result.radiated)
+    assert result.work - result.stored == pytest.approx(result.radiated, rel=1e-3)
+    assert math.isnan(float(result.sample([1.99]).indentation_depth[0]))
+    assert result.plot().axes
+
+
+@pytest.mark.parametrize("stiffness", [0.05, 0.3, 2.0])
+@pytest.mark.parametrize("stress", [0.157768, 0.4])
+def test_a_spring_snaps_where_the_static_contact_has_no_neighbour(stiffness, stress):
+    adhesion = rs.Adhesion(0.01, stress)
+    result = rs.indent(
+        solid(), TIP, depth=[-0.5, 0.3, -2.0], time=[0.0, 0.8, 3.1], spring_constant=stiffness, adhesion=adhesion,
+        rtol=1e-5,
+    )  # fmt: skip
+
+    def base(d, f):
+        return d + f / stiffness
+
+    # The base moves back until its place in the static contact is least: there dF/dd = -k.
+    def place(a):
+        state = static_contact(TIP, 1.0, adhesion, a)
+        return base(state.depth, state.force)
+
+    least = minimize_scalar(place, bounds=(0.05, 0.5), method="bounded", options={"xatol": 1e-10})
+    out = static_contact(TIP, 1.0, adhesion, least.x)
+    first, last = result.jumps[0], result.jumps[-1]
+    assert last.time == pytest.approx(0.8 + 0.3 - least.fun, abs=2e-4)
+    assert last.zone_radius_after == 0.0
+    assert base(last.indentation_depth_after, 0.0) == pytest.approx(least.fun, abs=2e-4)
+    # At a fold the depth moves like the root of the time.
+    assert last.indentation_depth == pytest.approx(out.depth, abs=0.02)
+    # The attraction begins with the base at -h0 and brings the contact to where it is at rest.
+    assert first.indentation_depth == pytest.approx(-adhesion.range)
+    if place(0.2) > -adhesion.range > least.fun and len(result.jumps) == 2:
+        snapped = at_rest(1.0, adhesion, base, -adhesion.range, least.x, 0.7)
+        assert first.indentation_depth_after == pytest.approx(snapped.depth, abs=1e-4)
+    assert result.work == pytest.approx(result.radiated, rel=1e-4)
+    assert abs(result.dissipated) < 1e-4 * result.radiated
+    assert result.prescribed == "base"
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "values"), [(0.0, [0.0, 0.02, -0.4]), (0.3, [-0.4, 0.3, -2.0]), (3.0, [-0.4, 0.1, -1.0])]
+)
+def test_elements_of_another_program_follow_the_same_forces_and_springs(stiffness, values):
+    material, adhesion, time = solid([4.0], [1.0]), rs.Adhesion(0.01, 0.3), [0.0, 1.0, 3.0]
+    given = {"depth": values, "spring_constant": stiffness} if stiffness else {"force": values}
+    result = rs.indent(material, TIP, time=time, adhesion=adhesion, rtol=1e-4, **given)
+    held = Held((1.0, (4.0,), (1.0,)), 0.01, 0.3, stiffness, width=0.6, elements=300, dt=1.0 / 600)
+    moment, depth, force = adhesive_program(held, values, time, 600)
+    # Its events end between steps, and its elements are cells.
+    assert result.pull_off_force == pytest.approx(-force.min(), rel=1e-2)
+    assert result.contact_end_time == pytest.approx(moment[-1], abs=5e-3)
+    times = np.array([0.95, 1.05, 1.2])
+    found = result.sample(times)
+    scale = np.abs(force).max()
+    assert found.force.values == pytest.approx(np.interp(times, moment, force), abs=1e-2 * scale)
+    assert found.indentation_depth.values == pytest.approx(np.interp(times, moment, depth), abs=2e-3)
+
+
+def test_energy_under_a_spring_and_a_force_is_that_of_the_elements():
+    material, adhesion, time = solid([4.0, 2.0], [1.0, 0.1]), rs.Adhesion(0.02, 0.4), [0.0, 1.0, 3.0]
+    for given in ({"depth": [-0.5, 0.2, -3.0], "spring_constant": 0.5}, {"force": [0.0, 0.05, -1.0]}):
+        result = rs.indent(material, TIP, time=time, adhesion=adhesion, rtol=1e-4, **given)
+        assert result.dissipated > 0.0
+        assert result.dissipated == pytest.approx(float(result._march.motion[-1, 6]), rel=3e-3)
+
+
+def test_a_held_force_lets_the_contact_creep():
+    result = rs.indent(
+        solid([4.0], [1.0]), TIP, force=0.02, time=[0.0, 200.0], adhesion=rs.Adhesion(0.01, 0.3), rtol=1e-3
+    )
+    loaded = at_rest(1.0, rs.Adhesion(0.01, 0.3), lambda d, f: f, 0.02, 0.1, 0.6)
+    assert result.status.name == "IN_CONTACT"
+    # The retardation time is 5. The edge is loaded later than the middle, so that the contact is slower.
+    assert float(result.indentation_depth[-1]) == pytest.approx(loaded.depth, rel=3e-3)
+    assert float(result.sample([2.0]).indentation_depth[0]) < 0.8 * loaded.depth
+
+
+def test_a_curved_depth_is_that_of_its_instants():
+    adhesion = rs.Adhesion(0.01, 0.157768)
+    result = rs.indent(
+        solid(), TIP, depth=lambda t: 0.1 - 0.3 * math.cos(math.pi * t), time=[0.0, 2.0], adhesion=adhesion, rtol=1e-5
+    )
+    for t in (0.7, 1.0, 1.4):
+        depth = 0.1 - 0.3 * math.cos(math.pi * t)
+        state = at_rest(1.0, adhesion, lambda d, f: d, depth, 0.2, 0.8)
+        assert float(result.sample([t]).force[0]) == pytest.approx(state.force, abs=3e-5 * result.max_force)
+    assert result.pull_off_force == pytest.approx(static_pull(1.0, adhesion), abs=2e-5 * result.max_force)
+
+
 def test_what_the_theory_does_not_have_is_refused():
     material, adhesion = solid([4.0], [1.0]), rs.Adhesion(0.01, 0.3)
     line = {"depth": [-0.2, 0.1], "time": [0.0, 1.0]}
@@ -97,8 +215,12 @@ def test_what_the_theory_does_not_have_is_refused():
         ("depth", near),
         ("depth", {"depth": [-0.2, -0.1], "time": [0.0, 1.0]}),
         ("depth", {"depth": rs.sine_arch(0.1, 1.0)}),
-        ("force", {"force": [0.0, 0.1], "time": [0.0, 1.0]}),
-        ("spring_constant, surface", line | {"spring_constant": 1.0}),
+        ("depth", near | {"spring_constant": 1.0}),
+        ("depth", {"depth": [-0.2, -0.1, 0.1, 0.2], "time": [0.0, 0.5, 0.5, 1.0]}),
+        ("force", {"force": [-0.01, 0.1], "time": [0.0, 1.0]}),
+        ("force", {"force": [0.0, 0.1, 0.2, 0.2], "time": [0.0, 1.0, 1.0, 2.0]}),
+        ("force", {"force": [0.0, 0.1], "time": [0.0, 1.0], "spring_constant": 1.0}),
+        ("surface", line | {"surface": object()}),
         ("adhesion", line | {"adhesion": 0.05}),
         ("adhesion", line | {"adhesion": rs.Adhesion([0.01, 0.02])}),
     ):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Discriminator, Field, StrictInt, Tag, model_validator
 
-from restitution.case.impact import AccuracySection, notes_on
+from restitution.case.impact import AccuracySection, AdhesionSection, notes_on
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import LIST, named_columns, nonnegative, positive, read_columns, within
@@ -50,7 +50,7 @@ Depth = Annotated[
 ]
 Force = Annotated[
     Annotated[float, positive(FORCE), Tag("<number>")]
-    | Annotated[list[Annotated[float, nonnegative(FORCE)]], LIST, Tag("<list>")],
+    | Annotated[list[Annotated[float, within(FORCE, *_ANY)]], LIST, Tag("<list>")],
     Discriminator(_number_or_list),
 ]
 
@@ -150,7 +150,17 @@ class IndentationFile(IndenterFile):
     """A whole case file of an indentation."""
 
     indentation: IndentationSection
+    adhesion: AdhesionSection | None = None
     solver: AccuracySection = AccuracySection()
+
+    @model_validator(mode="after")
+    def _pulls_with_adhesion(self) -> IndentationFile:
+        force = self.indentation.force
+        if self.adhesion is None and isinstance(force, list):
+            for n, value in enumerate(force):
+                if value < 0.0:
+                    refuse("must be finite and >= 0 without [adhesion]", f"indentation.force[{n}]", value)
+        return self
 
 
 @dataclass(frozen=True)
@@ -233,4 +243,7 @@ def read_indentation(path: str | Path) -> IndentationCase:
     fastest = max(_SHARE * float(pieces[pieces > 0.0].min()), _EARLIER * window.low)
     window = window._replace(low=min(window.low, fastest))
     options = case.solver.options | section.values(("spring_constant",))
+    if case.adhesion is not None:
+        with in_file(path, "adhesion"):
+            options["adhesion"] = case.adhesion.build()
     return IndentationCase(*bodies_of(case, path, window), name, history, section.n_points, options)

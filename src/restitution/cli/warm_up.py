@@ -98,13 +98,13 @@ def _histories() -> None:
 def _attractions() -> None:
     import numpy as np
 
-    from restitution.indentation.attraction import sticky
+    from restitution.indentation.attraction import Program, sticky
 
     gel, tip = _gel_and_tip()
     attraction = rs.Adhesion(work=1e-4, range=1e-7)
     body = sticky(rs.Impact(gel, tip, mass=1e-12, velocity=1e-3).contact, attraction)
     body.march(3e-6, 1e-2, 8, mass=1e-12, velocity=1e-3)
-    body.follow(3e-6, np.array([0.0, 1.0]), np.array([3e-7]), 8)
+    body.follow(3e-6, Program(np.array([0.0, 1.0]), np.array([0.0, 3e-7])), 8)
 
 
 def _laws() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,10 +54,11 @@ def attraction_numbers(impact: Impact, columns: Mapping[str, Any]) -> dict[str, 
     }  # fmt: skip
 
 
-def problem_of(impact: Impact) -> Problem:
-    """Return the numbers of a single impact; refuse what the theory does not have."""
+def problem_of(impact: Impact, stop: Event) -> Problem:
+    """Return the numbers of a single impact; refuse what the theory does not have. An event stops its marches."""
     assert impact.adhesion is not None
-    return Problem(sticky(impact.contact, impact.adhesion), float(impact.mass), float(impact.velocity))
+    body = sticky(impact.contact, impact.adhesion)._replace(stop=stop)
+    return Problem(body, float(impact.mass), float(impact.velocity))
 
 
 def too_thin(impact: Impact) -> str:
@@ -91,7 +93,7 @@ def marched(
     columns = {name: np.full(count, np.nan) for name in names}
     columns[STATUS] = np.full(count, int(Status.NOT_ACCURATE))
     kept: list[March | None] = []
-    done = 0
+    done, stop = 0, Event()
 
     def run(place: int) -> None:
         nonlocal done
@@ -99,7 +101,7 @@ def marched(
         done += 1
         if too_thin(single):
             return
-        solved = _solved(problem_of(single), rtol)
+        solved = _solved(problem_of(single, stop), rtol)
         columns[STATUS][place] = int(solved.status)
         if not solved.status.failed:
             for name, value in solved.numbers.items():
@@ -117,7 +119,7 @@ def marched(
         run(place)
         report()
     if count > 1:
-        on_threads(run, range(1, count), workers, report)
+        on_threads(run, range(1, count), workers, report, stop)
     return columns, kept[0] if kept else None
 
 

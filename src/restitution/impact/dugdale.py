@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restitution.checks import Array
 from restitution.impact.status import Status
-from restitution.indentation.attraction import FEWEST, FILLED, MOST, ROOM, WIDER, March, Sticky
+from restitution.indentation.attraction import FEWEST, FILLED, MOST, ROOM, WIDER, March, Sticky, peak
 from restitution.numerics.richardson import Richardson
 
 # Elements of the march that finds the scales.
@@ -169,32 +168,17 @@ def _numbers(problem: Problem, march: March) -> dict[str, float]:
     touching = np.flatnonzero(radius > 0.0)
     touch = float(time[touching[-1]] - time[touching[0]]) if touching.size else 0.0
     turn = np.flatnonzero((speed[:-1] > 0.0) & (speed[1:] <= 0.0) & (force[:-1] > 0.0))
-    peak = float(depth.max())
+    deepest = float(depth.max())
     if turn.size:
         n = int(turn[0])
-        peak = max(peak, float(depth[n]) + 0.5 * problem.mass * float(speed[n]) ** 2 / float(force[n]))
+        deepest = max(deepest, float(depth[n]) + 0.5 * problem.mass * float(speed[n]) ** 2 / float(force[n]))
     return {
-        "energy": out / kinetic, "contact_time": float(time[-1]), "max_indentation_depth": peak,
-        "max_force": max(_peak(time, force), 0.0), "max_contact_radius": _peak(time, radius),
+        "energy": out / kinetic, "contact_time": float(time[-1]), "max_indentation_depth": deepest,
+        "max_force": max(peak(time, force), 0.0), "max_contact_radius": peak(time, radius),
         "residual_indentation_depth": float(depth[-1]), "dissipated_energy": float(viscous[-1]),
         "radiated_energy": float(lost[-1]), "stored_energy": march.left - out,
-        "pull_off_force": max(_peak(time, -force), 0.0), "touching_time": touch,
+        "pull_off_force": max(peak(time, -force), 0.0), "touching_time": touch,
     }  # fmt: skip
-
-
-def _peak(time: Array, values: Array) -> float:
-    """Return the largest value, from a parabola where the neighbours lie on a smooth curve."""
-    n = int(np.argmax(values))
-    if not 0 < n < values.size - 1:
-        return float(values[n])
-    before, after = time[n] - time[n - 1], time[n + 1] - time[n]
-    rises, falls = values[n] - values[n - 1], values[n] - values[n + 1]
-    # A jump takes no time, and differs by more than its neighbours do.
-    if before <= 0.0 or after <= 0.0 or max(rises, falls) > 0.05 * abs(values[n]):
-        return float(values[n])
-    bend = (rises / before + falls / after) / (before + after)
-    slope = (rises / before * after - falls / after * before) / (before + after)
-    return float(values[n] + 0.25 * slope * slope / bend) if bend > 0.0 else float(values[n])
 
 
 def sticking(problem: Problem, rtol: float) -> tuple[float, float]:

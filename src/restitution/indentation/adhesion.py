@@ -1,4 +1,4 @@
-"""Adhesive contact under a prescribed depth: snap-in, pull-off, and the force in between."""
+"""Adhesive contact under a prescribed depth, spring or force: snap-in, pull-off, and the force in between."""
 
 from __future__ import annotations
 
@@ -14,7 +14,19 @@ from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import Contact
 from restitution.errors import InputError
-from restitution.indentation.attraction import FEWEST, FILLED, MOST, ROOM, WIDER, Jump, March, Sticky, sticky
+from restitution.indentation.attraction import (
+    FEWEST,
+    FILLED,
+    MOST,
+    ROOM,
+    WIDER,
+    Jump,
+    March,
+    Program,
+    Sticky,
+    peak,
+    sticky,
+)
 from restitution.indentation.history import History
 from restitution.indentation.result import IndentationResult, IndentationStatus
 from restitution.numerics.richardson import Richardson
@@ -24,6 +36,8 @@ LEAST_RTOL = 1e-6
 """Smallest tolerance of the forces with adhesion."""
 
 _TRIALS = 60
+# Points over a curve in search of the first attraction.
+_SAMPLES = 1000
 
 
 class _Units(NamedTuple):
@@ -41,6 +55,7 @@ class AdhesiveSolution:
     units: _Units
     march: March
     pull_off_force: float
+    prescribed: str
 
     @cached_property
     def breaks(self) -> Array:
@@ -72,8 +87,10 @@ class AdhesiveSolution:
 
     @property
     def work(self) -> float:
-        """Work [J] of the indenter."""
-        depth, force = self.march.motion[:, 1], self.march.motion[:, 3]
+        """Work [J] of the indenter, also in jumps, in which a spring gives way along its line."""
+        time, depth, _, force, *_ = self.march.motion.T
+        if self.prescribed == "force":
+            force = np.asarray(self.history(time))
         return float(0.5 * (force[1:] + force[:-1]) @ np.diff(depth))
 
     @property
@@ -82,29 +99,42 @@ class AdhesiveSolution:
         raise InputError("adhesion", rule="must be left out for the surface of an indentation")
 
     def times(self, n_points: int) -> Array:
-        """Return a number of even times of the history [s]."""
-        return np.linspace(self.history.knots[0], self.history.knots[-1], n_points)
+        """Return a number of even times [s] of the history, up to where a force takes the body away."""
+        knots = self.history.knots
+        stop = min(self.end_time, knots[-1]) if self.prescribed == "force" else knots[-1]
+        return np.linspace(knots[0], stop, n_points)
 
     def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, ...]:
-        """Return depth, rate, force and contact radius at times [s]; at a jump the values behind it."""
+        """Return depth, rate, force and contact radius at times [s]; at a jump the values behind it.
+
+        The depth is NaN where a force has taken the body away.
+        """
         t, motion = np.atleast_1d(np.asarray(times, dtype=np.float64)), self.march.motion
         place = np.searchsorted(motion[:, 0], t, side="left" if before else "right")
         high = np.clip(place, 1, len(motion) - 1)
         low = high - 1
         width = motion[high, 0] - motion[low, 0]
         share = np.clip(np.divide(t - motion[low, 0], width, out=np.ones_like(t), where=width > 0.0), 0.0, 1.0)
-        force, radius = (motion[low, n] + share * (motion[high, n] - motion[low, n]) for n in (3, 5))
+        depth, force, radius = (motion[low, n] + share * (motion[high, n] - motion[low, n]) for n in (1, 3, 5))
         ahead = t < motion[0, 0]
-        depth, rate = self.history(t), self.history.rate(t)
-        return np.asarray(depth), np.asarray(rate), np.where(ahead, 0.0, force), np.where(ahead, 0.0, radius)
+        force, radius = np.where(ahead, 0.0, force), np.where(ahead, 0.0, radius)
+        if self.prescribed == "force":
+            force = np.where(t > self.end_time, 0.0, np.asarray(self.history(t)))
+            return np.where(t > self.end_time, np.nan, depth), motion[high, 2], force, radius
+        given, rate = np.asarray(self.history(t)), np.asarray(self.history.rate(t))
+        if self.prescribed == "depth":
+            return given, rate, force, radius
+        return np.where(ahead, given, depth), np.where(ahead, rate, motion[high, 2]), force, radius
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AdhesiveIndentation(IndentationResult):
-    """Indentation with adhesion under a prescribed depth; SI units.
+    """Indentation with adhesion under a prescribed depth, spring or force; SI units.
 
     The columns are those of `IndentationResult` at all steps from the first attraction on, with forces < 0 where the
     body is pulled. A jump has two rows of one time. Contacts begin with the first attraction and end with the last.
+    A spring and a force let the body jump too. A force that takes it away ends the columns, and the energies are those
+    just before.
 
     Attributes
     ----------
@@ -114,7 +144,7 @@ class AdhesiveIndentation(IndentationResult):
         Radius [m] up to which the surfaces attract each other.
     jumps : tuple of Jump
         Jumps of the attraction: time, depth, radii of attraction and of contact before and after, and the energy that
-        goes to waves.
+        goes to waves, also that of the spring or of the work of the force.
 
     Examples
     --------
@@ -160,71 +190,126 @@ class AdhesiveIndentation(IndentationResult):
 
 
 def indent_with_adhesion(
-    contact: Contact, adhesion: Adhesion, history: History, name: str, rtol: float
+    contact: Contact, adhesion: Adhesion, history: History, name: str, stiffness: float | None, rtol: float
 ) -> AdhesiveIndentation:
-    """Return the indentation of an adhesive body under a prescribed depth; see `indent`."""
-    knots, rates, deepest = _program(adhesion, history, name)
+    """Return the indentation of an adhesive body under a prescribed depth, spring or force; see `indent`."""
+    given = "base" if stiffness is not None else name
+    lines = _Lines(adhesion, history, name, 0.0 if name == "force" else stiffness)
     limit = max(rtol, LEAST_RTOL)
-    solution = _solved(sticky(contact, adhesion), history, (knots, rates, deepest), limit)
+    solution = _solved(sticky(contact, adhesion), lines, given, limit)
     time, depth, _, force, zone, radius, *_ = solution.march.motion.T
     end = solution.end_time
     status = IndentationStatus.SEPARATED if math.isfinite(end) else IndentationStatus.IN_CONTACT
     return AdhesiveIndentation(
         time, depth, solution.at(time)[1], force, radius, solution.contact_intervals,
-        np.array([solution.turning_time]), end, solution.turning_time, status, contact, name, history, limit,
+        np.array([solution.turning_time]), end, solution.turning_time, status, contact, given, history, limit,
         solution.units.error, solution, pull_off_force=solution.pull_off_force, zone_radius=zone,
         jumps=solution.march.jumps,
     )  # fmt: skip
 
 
-def _program(adhesion: Adhesion, history: History, name: str) -> tuple[Array, Array, float]:
-    """Return knots [s] from the first attraction on, rates [m/s] between them, and the largest depth [m]."""
-    if adhesion.shape:
-        raise InputError("adhesion", rule="must be a single one for an indentation")
-    reach = float(np.asarray(adhesion.range))
-    widths = np.diff(history.knots)
-    if name != "depth":
-        raise InputError(name, rule="must be a depth with adhesion")
-    if np.any(history.coefficients[:, 2:]) or np.any(widths == 0.0):
-        raise InputError("depth", rule="must be of straight lines without steps with adhesion: an array over time")
-    starts, ends = history.coefficients[:, 0], history.coefficients.sum(axis=1)
-    if starts[0] > -reach:
-        rule = f"must begin outside of the attraction, at {-reach:.4g} m or above"
-        raise InputError("depth", float(starts[0]), rule, "m")
-    near = np.flatnonzero(ends > -reach)
-    if not near.size:
-        raise InputError("depth", rule=f"must come within the range of the attraction, {reach:.4g} m")
-    first = int(near[0])
-    rates = (ends - starts)[first:] / widths[first:]
-    touch = history.knots[first] + (-reach - starts[first]) / rates[0]
-    return np.append(touch, history.knots[first + 1 :]), rates, float(ends.max())
+class _Lines:
+    """Prescribed history from the first attraction on, as straight lines: `touch` [s], and the largest value."""
+
+    def __init__(self, adhesion: Adhesion, history: History, name: str, stiffness: float | None) -> None:
+        if adhesion.shape:
+            raise InputError("adhesion", rule="must be a single one for an indentation")
+        knots = history.knots
+        if name == "force" and knots[1] == knots[0]:
+            # It is borne from the first time on.
+            history = History(knots[1:], history.coefficients[1:])
+            knots = history.knots
+        if np.any(np.diff(knots) == 0.0):
+            raise InputError(name, rule="must have no step with adhesion")
+        self.history, self.stiffness, self._curved = history, stiffness, np.any(history.coefficients[:, 2:], axis=1)
+        points = self._points(_SAMPLES)
+        values = np.asarray(history(points))
+        self.largest = float(values.max())
+        self.touch = float(knots[0])
+        if name == "force":
+            if values[0] < 0.0:
+                raise InputError(name, float(values[0]), "must begin at 0 or above with adhesion", "N")
+            return
+        reach = float(np.asarray(adhesion.range))
+        if values[0] > -reach:
+            rule = f"must begin outside of the attraction, at {-reach:.4g} m or above"
+            raise InputError(name, float(values[0]), rule, "m")
+        near = np.flatnonzero(values > -reach)
+        if not near.size:
+            raise InputError(name, rule=f"must come within the range of the attraction, {reach:.4g} m")
+        n = int(near[0])
+        share = (-reach - values[n - 1]) / (values[n] - values[n - 1])
+        self.touch = float(points[n - 1] + share * (points[n] - points[n - 1]))
+        if np.any(self._curved):
+            from scipy.optimize import brentq
+
+            touch: Any = brentq(lambda t: float(history(t)) + reach, points[n - 1], points[n], xtol=1e-300)
+            self.touch = float(touch)
+
+    def _points(self, count: int) -> Array:
+        """Return the knots [s], with some `count` of points between them over curves."""
+        knots = self.history.knots
+        widths = np.diff(knots) / (knots[-1] - knots[0])
+        parts = np.where(self._curved, np.ceil(count * widths), 1.0).astype(int)
+        lines = [
+            np.linspace(low, high, n, endpoint=False)
+            for low, high, n in zip(knots[:-1], knots[1:], parts, strict=True)
+        ]
+        return np.append(np.concatenate(lines), knots[-1])
+
+    def program(self, count: int) -> Program:
+        """Return the program of a march with `count` elements, whose lines are chords of curves."""
+        points = self._points(count)
+        points = np.append(self.touch, points[points > self.touch])
+        return Program(points, np.asarray(self.history(points)), self.stiffness)
 
 
-def _solved(body: Sticky, history: History, program: tuple[Array, Array, float], rtol: float) -> AdhesiveSolution:
-    """March with more and more elements until the largest force and the largest pull are known to `rtol`."""
+def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolution:
+    """March with more and more elements until largest force, pull and depth are known to `rtol`."""
     from restitution.kernel.adhesion import HELD, NO_ROOM, SEPARATED
 
-    knots, rates, deepest = program
-    profile = body.profile
-    width = float(profile.contact_radius(max(deepest, float(np.asarray(body.adhesion.range)))))
+    profile, history = body.profile, lines.history
+    width = _first_width(body, lines, name)
     count, trials, series = FEWEST, 0, Richardson()
     while count <= MOST and trials < _TRIALS:
-        march = body.follow(width, knots, rates, count)
+        march = body.follow(width, lines.program(count), count)
         ended = march.end in (HELD, SEPARATED)
         if march.end == NO_ROOM or (ended and march.widest < FILLED * width and count == FEWEST):
             width = WIDER * width if march.end == NO_ROOM else 1.02 * march.widest
             trials += 1
             if not ROOM * width < float(np.asarray(profile.max_contact_radius)):
-                raise InputError("depth", rule=f"must not bring the attraction beyond the profile, {profile.end}")
+                given = "force" if name == "force" else "depth"
+                raise InputError(given, rule=f"must not bring the attraction beyond the profile, {profile.end}")
             count, series = FEWEST, Richardson()
             continue
         if not ended:
             break
-        forces = march.motion[:, 3]
-        (largest, pull), errors = series.add([forces.max(initial=0.0), -forces.min(initial=0.0)])
-        error = float(errors.max()) / max(largest, pull)
+        time, depth, _, force, *_ = march.motion.T
+        numbers = [max(peak(time, force, history.knots), 0.0), max(peak(time, -force, history.knots), 0.0)]
+        if name != "depth":
+            numbers.append(peak(time, depth, history.knots))
+        values, errors = series.add(numbers)
+        error = float(errors[:2].max()) / max(float(values[:2].max()), 1e-300)
+        if name != "depth":
+            error = max(error, float(errors[2]) / float(np.abs(depth).max()))
         if error <= rtol:
-            return AdhesiveSolution(history, _Units(float(knots[0]), error), march, float(pull))
+            if name == "force" and march.end == SEPARATED:
+                gone = march.motion[-1].copy()
+                gone[3:6] = 0.0
+                march = march._replace(motion=np.vstack([march.motion, gone]))
+            return AdhesiveSolution(history, _Units(lines.touch, error), march, float(values[1]), name)
         count *= 2
     rule = f"has no solution within rtol = {rtol:g}; loosen it, or take a lower stress if the attracted ring is thin"
     raise InputError("adhesion", rule=rule)
+
+
+def _first_width(body: Sticky, lines: _Lines, name: str) -> float:
+    """Return a first radius [m] of the zone: that of the largest depth, or of the largest force without adhesion."""
+    profile, reach = body.profile, float(np.asarray(body.adhesion.range))
+    if name != "force":
+        return float(profile.contact_radius(max(lines.largest, reach)))
+    width = float(profile.contact_radius(reach))
+    stiff = float(body.modulus.instantaneous_modulus)
+    while stiff * float(profile.transform(width)) * width < lines.largest:
+        width *= WIDER
+    return width

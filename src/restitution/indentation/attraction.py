@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from threading import Event
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion, require_smooth
@@ -19,12 +22,18 @@ from restitution.material.prony import PronySeries
 FEWEST, MOST = 100, 6400
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
+# Changes of elements in one call of the kernel: some tenths of a second.
+_PIECE = 10_000_000
 # Share of the room that the largest zone takes at least, and factor of a zone that was too small.
 FILLED, WIDER = 0.6, 1.6
 
 
 class Jump(NamedTuple):
-    """Jump of the attraction at a fixed depth [m] and time [s]: radii [m] before and after, and its energy [J]."""
+    """Jump of the attraction at a time [s]: depth and radii [m] before and after, and its energy [J].
+
+    The depth stays, unless the body is held by a spring or a force. A force that takes the body away has a depth of
+    -inf and an energy of NaN behind it.
+    """
 
     time: float
     indentation_depth: float
@@ -33,6 +42,7 @@ class Jump(NamedTuple):
     zone_radius_after: float
     contact_radius_after: float
     energy: float
+    indentation_depth_after: float
 
     @property
     def inward(self) -> bool:
@@ -64,12 +74,25 @@ class March(NamedTuple):
         return float(self.motion[-1, 0]) if self.motion.size else 0.0
 
 
+class Program(NamedTuple):
+    """Straight lines between knots [s]: depths [m], depths of the base of a spring [m], or forces [N].
+
+    The stiffness [N/m] is that of the spring, 0 for a force, None for a depth.
+    """
+
+    knots: Array
+    values: Array
+    stiffness: float | None = None
+
+
 class Sticky(NamedTuple):
     """Contact of one adhesive body in SI."""
 
     profile: Profile
     modulus: PronySeries
     adhesion: Adhesion
+    stop: Event | None = None
+    """Set where marches on other threads have to end."""
 
     def march(self, width: float, time: float, count: int, *, mass: float, velocity: float) -> March:
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
@@ -80,20 +103,40 @@ class Sticky(NamedTuple):
 
         scaled = _Scaled(self, width, time)
         bodies, room = scaled.begin(count, mass, 24 * count)
-        end = kernel.march(scaled.solid, bodies, velocity * time / width, room)
-        return scaled.result(end, room)
+        speed = velocity * time / width
+        return scaled.result(
+            self._whole(room, lambda most: kernel.march(scaled.solid, bodies, speed, most, room)), room
+        )
 
-    def follow(self, width: float, knots: Array, rates: Array, count: int) -> March:
-        """March with constant rates [m/s] between knots [s], the first of them that of the first attraction."""
+    def follow(self, width: float, program: Program, count: int) -> March:
+        """March along a program of straight lines, from the first attraction on."""
         from restitution.kernel import adhesion as kernel
 
+        knots, values, stiffness = program
         start, time = float(knots[0]), float(knots[-1] - knots[0])
         scaled = _Scaled(self, width, time)
-        bodies, room = scaled.begin(count, math.inf, 12 * count * (1 + rates.size))
-        end = kernel.follow(scaled.solid, bodies, (knots - start) / time, rates * (time / width), room)
+        bodies, room = scaled.begin(count, math.inf, 12 * count * (1 + values.size))
+        scaled_values = values / width
+        if stiffness is not None:
+            soft = stiffness / (scaled.modulus * width)
+            scaled_values = scaled_values * soft if stiffness else values / (scaled.modulus * width**2)
+            bodies = bodies._replace(sprung=True, stiffness=soft)
+        times = (knots - start) / time
+        end = self._whole(room, lambda most: kernel.follow(scaled.solid, bodies, times, scaled_values, most, room))
         march = scaled.result(end, room)
         march.motion[:, 0] += start
         return march._replace(jumps=tuple(jump._replace(time=jump.time + start) for jump in march.jumps))
+
+    def _whole(self, room: Any, march: Callable[[int], int]) -> int:
+        """March in pieces of less than a second, between which an interrupt or the end of the work is seen."""
+        from restitution.kernel.adhesion import PAUSED
+
+        modes, elements = room.memory.shape
+        most = max(_PIECE // (elements * (modes + 2)), 1)
+        while (end := march(most)) == PAUSED:
+            if self.stop is not None and self.stop.is_set():
+                raise KeyboardInterrupt
+        return end
 
 
 def sticky(contact: Contact, adhesion: Adhesion) -> Sticky:
@@ -104,6 +147,21 @@ def sticky(contact: Contact, adhesion: Adhesion) -> Sticky:
     if float(modulus.parallel_viscosity) > 0.0:
         raise InputError("material", rule="must have no parallel dashpot with adhesion, as jumps would take time")
     return Sticky(profile, modulus, adhesion)
+
+
+def peak(time: Array, values: Array, kinks: ArrayLike = ()) -> float:
+    """Return the largest value, from a parabola where the neighbours lie on a smooth curve without kinks."""
+    n = int(np.argmax(values))
+    if not 0 < n < values.size - 1 or np.any(np.abs(time[n] - kinks) <= 1e-9 * abs(time[-1])):
+        return float(values[n])
+    before, after = time[n] - time[n - 1], time[n + 1] - time[n]
+    rises, falls = values[n] - values[n - 1], values[n] - values[n + 1]
+    # A jump takes no time, and differs by more than its neighbours do.
+    if before <= 0.0 or after <= 0.0 or max(rises, falls) > 0.05 * abs(values[n]):
+        return float(values[n])
+    bend = (rises / before + falls / after) / (before + after)
+    slope = (rises / before * after - falls / after * before) / (before + after)
+    return float(values[n] + 0.25 * slope * slope / bend) if bend > 0.0 else float(values[n])
 
 
 class _Scaled:
@@ -127,7 +185,7 @@ class _Scaled:
         room.nodes[G_] = np.asarray(self.body.profile.transform(places * self.length)) / self.length
         stress, reach = (float(np.asarray(value)) for value in (self.body.adhesion.stress, self.body.adhesion.range))
         inertia = mass / (self.modulus * self.length * self.time**2)
-        return Bodies(stress / self.modulus, reach / self.length, inertia, cell, cell), room
+        return Bodies(stress / self.modulus, reach / self.length, inertia, cell, cell, False, 0.0, 0.0, 0.0), room
 
     def result(self, end: int, room: Any) -> March:
         """Return the result of a march in SI."""
@@ -139,6 +197,6 @@ class _Scaled:
         motion = room.motion[: room.counts[STEPS_]] * [
             time, length, length / time, force, length, length, energy, energy
         ]  # fmt: skip
-        jumps = room.jumps[: room.counts[JUMPED_]] * [time, *[length] * 5, energy]
+        jumps = room.jumps[: room.counts[JUMPED_]] * [time, *[length] * 5, energy, length]
         left = float(room.ends[LEFT_]) * energy
         return March(int(end), motion, tuple(Jump(*row) for row in jumps.tolist()), left)

@@ -280,8 +280,9 @@ def indent(
     counter_material : Material, optional
         Material of the indenter; rigid by default.
     adhesion : Adhesion, optional
-        Attraction of the surfaces, under a depth of straight lines that begins outside of it: the result is then an
-        `AdhesiveIndentation`, whose largest force and pull are known to `rtol`, or 1e-6.
+        Attraction of the surfaces, under a depth that begins outside of it, or a force that begins at 0 or above and
+        may be < 0 later: the result is then an `AdhesiveIndentation`, whose largest force and pull (of a spring or a
+        force also the largest depth) are known to `rtol`, or 1e-6.
     rtol : float
         Error of force, depth and contact radius over their largest value, and of times over the duration; in
         [1e-11, 1e-2].
@@ -324,19 +325,19 @@ def indent(
     rtol = single("rtol", within("rtol", rtol, 1e-11, 1e-2))
     name = "force" if depth is None else "depth"
     prescribed = _history(name, force if depth is None else depth, time)
-    if adhesion is not None:
-        of_type("adhesion", adhesion, Adhesion)
-        if spring_constant is not None or surface is not None:
-            raise InputError("spring_constant, surface", rule="must be left out with adhesion")
-        from restitution.indentation.adhesion import indent_with_adhesion
-
-        return indent_with_adhesion(contact, adhesion, prescribed, name, rtol)
     stiffness = None
     if spring_constant is not None:
         stiffness = single_positive("spring_constant", spring_constant, "N/m")
         if name == "force":
             rule = "does not go with spring_constant; give the depth of the base of the spring"
             raise InputError("force", rule=rule)
+    if adhesion is not None:
+        of_type("adhesion", adhesion, Adhesion)
+        if surface is not None:
+            raise InputError("surface", rule="must be left out with adhesion")
+        from restitution.indentation.adhesion import indent_with_adhesion
+
+        return indent_with_adhesion(contact, adhesion, prescribed, name, stiffness, rtol)
     if surface is not None:
         check_surface(surface, contact)
     solution = _solved(contact, None, prescribed, name, rtol, stiffness, surface)
