@@ -292,20 +292,6 @@ def refused(field, call, value=None):
         assert caught.value.value == value
 
 
-@pytest.mark.parametrize(
-    ("force", "time", "zero"),
-    [
-        ([0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 2.0, 3.0], 2),
-        ([-0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0], [0.0, 0.5, 1.0, 2.0, 2.5, 3.0, 4.0], 2),
-        ([0.0, 1.0, 0.0, 0.0, 0.5, 0.5], [0.0, 1.0, 1.0, 2.0, 2.0, 3.0], 1),
-    ],
-)
-def test_a_force_that_returns_from_zero_is_refused(force, time, zero):
-    refused("force", lambda: indent(SOLID, TIP, force=force, time=time))
-    with pytest.raises(InputError, match=f"zero at time = {zero} s"):
-        indent(SOLID, TIP, force=force, time=time)
-
-
 def test_bad_springs_are_refused():
     for bad in (0.0, -1.0, math.nan):
         refused("spring_constant", lambda bad=bad: indent(SOLID, TIP, spring_constant=bad, **D1))
@@ -327,7 +313,6 @@ def test_surfaces_that_do_not_fit_are_refused():
     refused("depth", lambda: indent(SOLID, TIP, surface=surface, **deep), surface.depth + 0.1)
     shallow = {"depth": [0.0, 0.5 * surface.depth], "time": [0.0, 1.0]}
     refused("depth", lambda: indent(SOLID, TIP, surface=surface, **shallow))
-    refused("force", lambda: indent(SOLID, TIP, surface=surface, force=[0.0, 1.0], time=[0.0, 1.0]))
     refused("after", lambda: first.surface(after=-1.0), -1.0)
 
 

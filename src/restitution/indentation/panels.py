@@ -35,6 +35,7 @@ from restitution.kernel.driver import (
     FOLLOWING,
     FREE,
     FREE_PANELS,
+    GROWS,
     NEVER,
     NO_ROOM,
     PHASE,
@@ -191,7 +192,10 @@ class PanelSolution:
         if outcome not in (DONE, APART):
             moment = self.units.touch + self.units.time * float(work.state[0])
             rule = "leads to a contact that could not be solved there"
-            if outcome == TOO_STEEP:
+            if self._problem.driver.backward.size and work.places[FREE_PANELS] > 0 and work.places[PHASE] == GROWS:
+                rule = "leads to a contact on an imprint that could not be solved there; "
+                rule += "prescribe a depth, or the base of a spring"
+            elif outcome == TOO_STEEP:
                 rule = "rises too steeply there for the digits of its times; smooth it"
             raise InputError("time", moment, rule, "s")
         return work
@@ -455,10 +459,11 @@ def solve_by_panels(
     peak, field = float(history.coefficients.sum(axis=1).max()), name
     level = 0.0 if surface is None else surface.depth
     if name == "force":
-        contact_part(history, name)
-        _check_force(history, surface)
+        part = contact_part(history, name)
+        if series.parallel_viscosity > 0.0:
+            _check_rests(part)
         bound = largest_depth(series, profile, peak, history.stop - history.start) + level
-        drive = Drive(history, False, bound, touch=path_power(profile, bound)[0] + 2.0)
+        drive = Drive(history, False, bound, touch=path_power(profile, bound)[0] + 2.0, depth=level)
     else:
         first = float(history.coefficients[0, 0])
         if first - level > NO_FORCE * peak:
@@ -482,19 +487,16 @@ def solve_by_panels(
     return solution
 
 
-def _check_force(history: History, surface: Surface | None) -> None:
-    """Refuse a force on an imprint, or one that returns from zero: a tip without load and inertia has no depth."""
-    advice = "prescribe a depth, or the base of a spring"
-    if surface is not None:
-        raise InputError("force", rule=f"does not begin on a surface with an imprint; {advice}")
+def _check_rests(history: History) -> None:
+    """Refuse a force that returns from zero at once, where a dashpot has left the imprint flat at the axis."""
     most = NO_FORCE * float(history.coefficients.sum(axis=1).max())
-    values = np.column_stack([history.coefficients[:, 0], history.coefficients.sum(axis=1)]).ravel()
-    loaded = values > most
-    # A zero between two loads; the first values are those before the touch.
-    places = np.flatnonzero(~loaded & (np.cumsum(loaded) > 0))
-    if places.size and loaded[places[0] :].any():
-        time = float(np.repeat(history.knots, 2)[1:-1][places[0]])
-        raise InputError("force", rule=f"is zero at time = {time:g} s and must not return from there; {advice}")
+    values = np.column_stack([history.coefficients[:, 0], history.coefficients.sum(axis=1)])
+    before, behind = values[:-1].max(axis=1), values[1:].max(axis=1)
+    at_zero = (values[:-1, 1] <= most) & (values[1:, 0] <= most) & (before > most) & (behind > most)
+    if np.any(at_zero):
+        time = history.knots[int(np.argmax(at_zero)) + 1]
+        rule = f"is zero for a moment at time = {time:g} s; with a dashpot in parallel it must rest there for a while"
+        raise InputError("force", rule=rule)
 
 
 def check_depth(part: History, profile: Geometry, dashpot: float) -> None:

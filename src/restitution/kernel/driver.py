@@ -119,6 +119,7 @@ class Room(NamedTuple):
     L: Any  # (K, N)
     loads: Any  # (K, N): l_k at the front
     displacements: Any  # (J, N): w_j at the front
+    swept: Any  # (J, N): int w_j da at the front since the start of the step
     at: Any  # (N,): panel of the front
     z: Any  # (N,)
     inverse: Any  # (K, S, S): of I + rho_k A diag(weights)
@@ -146,8 +147,8 @@ def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
     return Room(
         stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(5, dtype=whole), np.zeros(K),
         np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((11, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
-        np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)), np.zeros((S, S)),
-        np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
+        np.zeros((J, N)), np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)),
+        np.zeros((S, S)), np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
         np.zeros((S, 2 * S + 1)), np.zeros((S, S)), np.zeros(S), np.zeros((M, S, S)), np.zeros((M, 2)),
         np.zeros((M, 2, N)),
     )  # fmt: skip

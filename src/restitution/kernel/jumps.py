@@ -94,6 +94,24 @@ def push(problem: Problem, room: Room, phase: int, length: float, kind: int, joi
         to_coefficients(rule, room.displacements[j], row[1 + j])
 
 
+@inlined
+def level_axis(solid: Solid, room: Room) -> None:
+    """Remove the slopes over z of the displacements at the axis, where a contact has ended like a root of the time.
+
+    There depths, and so displacements, are even functions of y. What errors of the step leave of a slope would let the
+    next contact, which begins there, jump to where the gap is as they are.
+    """
+    rows, degree = room.free.coefficients[room.places[FREE_PANELS] - 1], NODES - 1
+    for j in range(solid.recoveries.shape[0]):
+        slope = 0.0
+        for n in range(NODES):
+            slope += 2.0 * n * n * rows[1 + j, n]
+        # The polynomial with this slope, zero there, that is smallest elsewhere.
+        slope /= 2.0 * degree * degree
+        rows[1 + j, degree] -= slope
+        rows[1 + j, 0] += slope
+
+
 @compiled
 def write_jump(problem: Problem, room: Room, phase: int, z: float) -> None:
     """Write the elements between the front and z of the top panel of the stack before it to the nodes."""

@@ -70,6 +70,7 @@ from restitution.kernel.jumps import (
     jump,
     jump_ahead,
     jump_load,
+    level_axis,
     note,
     push,
     sweep,
@@ -217,6 +218,8 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         nodes[Y, last] = 0.0
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
+        if event == ENDS and kind < 0:
+            level_axis(problem.solid, room)
         panels, place = ahead(room, phase)
         if event == JOINT:
             room.places[place] = end_of_way(room, phase)[1]
@@ -595,6 +598,7 @@ def run(problem: Problem, room: Room, start: Any, most: int) -> int:
             # The force leaves zero at a knot.
             if places[RECORDS] >= room.records.start.shape[0]:
                 return NO_ROOM
+            state[DEPTH] = surface_at_axis(problem.solid, room, state[TIME])
             begin_contact(problem, room)
             note(room, FREE, TOUCHES)
             places[PHASE], start[0], start[1], start[2] = GROWS, kind_of_touch(problem, piece), KINK, math.inf

@@ -1,0 +1,175 @@
+"""Forces that vanish and return, and forces on an imprint: equal elements with complementarity, and cut histories.
+
+Where the force is zero there is no contact, and the tip lies on the recovering surface.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+import restitution as rs
+from refusals import in_one_line
+from restitution import PronySeries, indent
+
+STANDARD, LIQUID = PronySeries(1.0, [4.0], [1.0]), PronySeries(0.0, [4.0, 1.0], [1.0, 0.2])
+THREE = PronySeries(0.5, [1.0, 2.0, 4.0], [0.05, 0.5, 5.0])
+DAMPED = PronySeries(1.0, [4.0], [1.0], parallel_viscosity=0.3)
+TIP, CONE = rs.Parabola(1.0), rs.Cone(1.1)
+TIME, FORCE = np.array([0.0, 1.0, 1.5, 2.5, 3.0, 3.3, 4.0]), np.array([0.0, 1.0, 0.0, 0.7, 0.0, 0.0, 0.9])
+# Contact radius over the root y of the depth of an elastic contact.
+RADII = {TIP: lambda y: y, CONE: lambda y: 2.0 / math.pi * math.tan(1.1) * y * y}
+
+
+def half_space(series):
+    """Incompressible half-space whose reduced modulus E* = 4 G is this series."""
+    return rs.Material(series.scaled(0.25), math.inf)
+
+
+def pressed_elements(series, radius_of, times, forces, widest, count):
+    """Return the depths of a tip under a force >= 0: elements equal in y, with one step between two times.
+
+    Each element has W = max(d - y^2, W0) with the displacement W0 at which it has no load, and W is linear in a step;
+    so `F = 2 sum K da max(d - y^2 - W0, 0)` is convex in d. Shares no code with the package.
+    """
+    edges = np.linspace(0.0, widest, count + 1)
+    s, weights = (0.5 * (edges[1:] + edges[:-1])) ** 2, np.diff(radius_of(edges))
+    rates, moduli = 1.0 / series.relaxation_times, series.branch_moduli
+    surface, loads, found = np.zeros(count), np.zeros((rates.size, count)), [0.0]
+    for n in range(times.size - 1):
+        x = rates * (times[n + 1] - times[n])
+        decay, gain = np.exp(-x), moduli * -np.expm1(-x) / x
+        damping = series.parallel_viscosity / (times[n + 1] - times[n])
+        stiffness = series.equilibrium_modulus + damping + gain.sum()
+        free = ((damping + gain.sum()) * surface - decay @ loads) / stiffness
+        # The lowest elements bear the force.
+        order = np.argsort(s + free)
+        levels, areas = (s + free)[order], np.cumsum(weights[order])
+        sums = np.cumsum(weights[order] * levels)
+        wanted = forces[n + 1] / (2.0 * stiffness)
+        k = int(np.searchsorted(areas * levels - sums, wanted, side="right")) - 1
+        found.append(levels[0] if wanted <= 0.0 else (wanted + sums[k]) / areas[k])
+        after = np.maximum(found[-1] - s, free)
+        loads, surface = decay[:, None] * loads + gain[:, None] * (after - surface), after
+    return np.array(found)
+
+
+def check_against_elements(series, profile, time, force, count=150, steps=40):
+    """Compare depths; the load of a dashpot by elements is that of the middle of a step."""
+    result = indent(half_space(series), profile, time=time, force=force)
+    graded = 0.5 - 0.5 * np.cos(math.pi * np.linspace(0.0, 1.0, 2 * steps + 1))
+    low, high = time[:-1, None], time[1:, None]
+    moments = np.append(time[:1], low + (high - low) * graded[1:])
+    forces, widest = np.interp(moments, time, force), 1.05 * math.sqrt(result.max_indentation_depth)
+    fine = pressed_elements(series, RADII[profile], moments, forces, widest, 2 * count)[::2]
+    coarse = pressed_elements(series, RADII[profile], moments[::2], forces[::2], widest, count)
+    depths, change = result.sample(moments[::2]).indentation_depth.values, np.abs(fine - coarse)
+    # Of an error of first order all of the change is left, of one of second order a third, and more where steps are
+    # long for fast terms.
+    left, size = (1.3, 2e-2) if series.parallel_viscosity > 0.0 else (0.6, 3e-3)
+    assert change.max() <= size * depths.max()
+    assert np.abs(depths - fine).max() <= left * change.max()
+
+
+@pytest.mark.parametrize("profile", [TIP, CONE], ids=lambda tip: type(tip).__name__)
+@pytest.mark.parametrize("series", [STANDARD, THREE, LIQUID], ids=["one term", "three terms", "liquid"])
+def test_a_force_that_returns_at_once_and_after_a_rest(series, profile):
+    check_against_elements(series, profile, TIME, FORCE)
+
+
+def test_a_force_that_returns_after_a_rest_on_a_dashpot():
+    """It is solved, or refused."""
+    solved, time = 0, np.array([0.0, 1.0, 1.5, 1.8, 2.5, 3.0])
+    for viscosity in (0.003, 0.01, 0.03, 0.1):
+        series = PronySeries(1.0, [4.0], [1.0], parallel_viscosity=viscosity)
+        try:
+            check_against_elements(series, TIP, time, np.array([0.0, 1.0, 0.0, 0.0, 0.7, 0.4]))
+        except rs.InputError as error:
+            assert error.field == "time"
+            assert error.value == pytest.approx(1.8)
+        else:
+            solved += 1
+    assert solved >= 2
+
+
+def random_force(rng, size):
+    """Straight lines from zero on that vanish some times, for a moment or for a while."""
+    time, force = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.0, size))]), rng.uniform(0.2, 1.0, size + 1)
+    force[0] = 0.0
+    for n in rng.choice(np.arange(2, size), 2, replace=False):
+        force[n : n + int(rng.integers(1, 3))] = 0.0
+    return time, force
+
+
+def check_random_force(seed):
+    rng = np.random.default_rng([seed, 8])
+    terms = int(rng.integers(1, 4))
+    series = PronySeries(
+        float(rng.random() < 0.8), 10.0 ** rng.uniform(-1.0, 1.0, terms), 10.0 ** rng.uniform(-1.0, 1.0, terms)
+    )
+    check_against_elements(series, (TIP, CONE)[seed % 2], *random_force(rng, int(rng.integers(4, 9))))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_forces_against_elements(seed):
+    check_random_force(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4, 40))
+def test_more_random_forces_against_elements(seed):
+    check_random_force(seed)
+
+
+@pytest.mark.parametrize("profile", [TIP, CONE, rs.Sphere(2.0)], ids=lambda tip: type(tip).__name__)
+@pytest.mark.parametrize("series", [STANDARD, THREE, LIQUID], ids=["one term", "three terms", "liquid"])
+def test_a_force_on_an_imprint_is_the_second_part_of_one_history(series, profile):
+    material = half_space(series)
+    whole = indent(material, profile, time=TIME, force=FORCE)
+    for cut, wait in ((1.5, 0.0), (3.1, 0.15)):
+        early, late = cut > TIME, cut + wait < TIME
+        first = indent(material, profile, time=np.append(TIME[early], cut), force=np.append(FORCE[early], 0.0))
+        second = indent(
+            material, profile, time=np.append(cut + wait, TIME[late]), force=np.append(0.0, FORCE[late]),
+            surface=first.surface(after=wait),
+        )  # fmt: skip
+        moments = np.linspace(cut + wait, TIME[-1], 61)
+        depths, expected = (each.sample(moments).indentation_depth.values for each in (second, whole))
+        assert depths == pytest.approx(expected, abs=2e-8 * whole.max_indentation_depth)
+        assert second.sample([moments[0]]).indentation_depth[0] == pytest.approx(first.surface(after=wait).depth)
+        assert first.work + second.work == pytest.approx(whole.work, rel=1e-7)
+        assert second.contact_intervals[-1, 0] == TIME[-2]
+
+
+def test_an_elastic_body_keeps_no_imprint_of_a_force():
+    """The depth of Hertz."""
+    result = indent(half_space(PronySeries(1.5)), TIP, time=TIME, force=FORCE)
+    moments = np.linspace(0.0, TIME[-1], 201)
+    hertz = (0.75 * np.interp(moments, TIME, FORCE) / 1.5) ** (2.0 / 3.0)
+    assert result.sample(moments).indentation_depth.values == pytest.approx(hertz, abs=1e-8 * hertz.max())
+    assert result.contact_intervals == pytest.approx(np.array([[0.0, 1.5], [1.5, 3.0], [3.3, math.inf]]))
+    assert result.dissipated == pytest.approx(0.0, abs=1e-8 * result.work)
+
+
+def test_without_a_force_the_tip_lies_on_the_recovering_surface():
+    """E*(t) = 1 + 4 exp(-t) has one retardation time, 5."""
+    result = indent(half_space(STANDARD), TIP, time=TIME, force=FORCE)
+    resting = result.sample([3.0, 3.1, 3.29])
+    assert np.all(resting.force.values == 0.0)
+    assert np.all(resting.contact_radius.values == 0.0)
+    decay = np.exp(-np.array([0.0, 0.1, 0.29]) / 5.0)
+    depth = resting.indentation_depth.values
+    assert depth == pytest.approx(depth[0] * decay, rel=1e-8)
+
+
+def test_a_dashpot_needs_a_rest():
+    error = in_one_line(lambda: indent(half_space(DAMPED), TIP, time=TIME, force=FORCE))
+    assert error.field == "force"
+    assert "1.5 s" in str(error)
+
+
+def test_a_liquid_that_lies_in_its_own_imprint_is_refused():
+    """After a long time without a load the tip fits the imprint: no front is known."""
+    maxwell = half_space(PronySeries(0.0, [4.0], [0.01]))
+    error = in_one_line(lambda: indent(maxwell, TIP, time=[0.0, 1.0, 2.0, 3.0], force=[0.0, 1.0, 0.0, 1.0]))
+    assert error.field in ("time", "force")
