@@ -7,7 +7,7 @@ from typing import Any
 
 from restitution.explorer.inputs import MOST_TERMS, inputs
 
-KINDS = ("impact", "velocity", "surface", "bounces", "indentation", "file", "download")
+KINDS = ("impact", "velocity", "surface", "bounces", "indentation", "tapping", "file", "download")
 ODD: tuple[Any, ...] = (
     None, True, "", "x" * 300, -1, 0, 1e-300, 1e300, 1e309, 10**400, [], [1, None], {}, {"a": [{}]}, "\ud800", "NaN",
     "../../etc/passwd", [1e6] * 60, [[1.0]], "standard_solid",
@@ -69,7 +69,7 @@ def request(rng: random.Random, number: int) -> dict[str, Any]:
         if rng.random() < 0.5:
             result["answers"] = {"deformation": rng.choice(("shear", "tension", "torsion", ""))}
     if kind == "download":
-        result["what"] = rng.choice(("case", "indentation", "python", "else", None))
+        result["what"] = rng.choice(("case", "indentation", "tapping", "python", "tapping python", "else", None))
     return result
 
 

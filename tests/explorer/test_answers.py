@@ -190,6 +190,44 @@ def test_indentations_of_too_many_elements_are_refused(monkeypatch):
         answers.indentation({})
 
 
+def test_tapping_is_that_of_the_package(tmp_path):
+    from restitution.case.oscillation import read_tapping
+
+    state = PRESETS["tapping"][1] | {"tapping.nearest": 0.6}
+    answer = answers.tapping(state)
+    # The free amplitude is 20 nm.
+    distances = 20e-9 * np.linspace(1.0, 0.6, 21)
+    material = rs.standard_solid(1e6, 4e6, 40.0, poisson_ratio=0.5)
+    cantilever = {"spring_constant": 1.0, "quality_factor": 50.0, "frequency": 5e4, "free_amplitude": 20e-9}
+    expected = rs.tap(material, rs.Parabola(10e-9), distances, **cantilever)
+    curve = answer["curves"]["tapping"]
+    assert curve["distance"] == pytest.approx(distances, rel=1e-12)
+    steady = np.isfinite(curve["amplitude"])
+    assert steady.sum() >= 19
+    assert bool(answer["warnings"]) == (not steady.all())
+    for name, scale in (("amplitude", 20e-9), ("phase", 1.0), ("max_force", expected.max_force.max())):
+        # The page has a tolerance of 1e-5.
+        np.testing.assert_allclose(curve[name][steady], getattr(expected, name)[steady], rtol=0, atol=1e-3 * scale)
+    assert answer["numbers"]["phase"] == curve["phase"][-1]
+    path = case_file(state, tmp_path, "tapping")
+    assert read_tapping(path).options["distance"] == pytest.approx(distances, rel=1e-12)
+    again, _ = of_file(path)
+    assert {key: settled(again)[key] for key in settled(state) if key.startswith("tapping.")} == pytest.approx(
+        {key: value for key, value in settled(state).items() if key.startswith("tapping.")}, rel=1e-12
+    )
+    names: dict[str, Any] = {}
+    exec(download({"what": "tapping python", "state": state})["text"], names)
+    assert names["result"].phase == pytest.approx(expected.phase, abs=1e-9)
+
+
+def test_tapping_that_takes_long_is_refused(monkeypatch):
+    # One look at the clock at the start, and one after each distance.
+    ticking(monkeypatch, 0.5)
+    refused = in_one_line(lambda: answers.tapping(PRESETS["tapping"][1]))
+    assert refused.field == "tapping"
+    assert "11 of 21 distances after 5 s" in str(refused)
+
+
 def test_the_surface_is_that_of_the_result():
     curve = answers.surface({})["curves"]["surface"]
     result: Any = rs.solve(answers.case_of({}).impact)

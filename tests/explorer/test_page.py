@@ -15,7 +15,7 @@ pytest.importorskip("playwright", reason="the browser tests need the package pla
 pytest.importorskip("uvicorn", reason="the browser tests need restitution[web]")
 pytestmark = MARKS
 
-TABS = ("impact", "paper", "bounce", "indentation")
+TABS = ("impact", "paper", "bounce", "indentation", "tapping")
 
 
 class QuietHandler(SimpleHTTPRequestHandler):

@@ -21,15 +21,17 @@ import restitution as rs
 from restitution import validity
 from restitution.case.impact import Case, CaseFile, notes_on
 from restitution.case.indentation import IndentationCase, IndentationFile
+from restitution.case.oscillation import TappingCase, TappingFile
 from restitution.case.section import read_sections
 from restitution.checks import Array
 from restitution.contact.profiles import Cone, Parabola, Profile
 from restitution.errors import InputError, RestitutionWarning
-from restitution.explorer.inputs import State, case_content, indentation_content, inputs
+from restitution.explorer.inputs import State, case_content, indentation_content, inputs, tapping_content
 from restitution.impact.batch import solve_columns
 from restitution.impact.bounces import Ending
 from restitution.impact.window import compared, window_around
 from restitution.indentation.solve import MOST_ELEMENTS, indent
+from restitution.indentation.tapping import COLUMNS, TappingStatus, tap
 from restitution.material.fractional import Window
 from restitution.paper import figures
 from restitution.quantities import BUDGET, DEFAULT_OUTPUTS, INDENTATION
@@ -65,6 +67,8 @@ _MORE = f"a series ends after {_MOST_BOUNCES} bounces or {0.5 * TIME_LIMIT:g} s 
 _FLIGHT_POINTS, _LEAST_POINTS = 400, 17
 # Most elements of an indentation times terms of its material; with many terms it has a coarser tolerance.
 _ELEMENTS, _MANY_TERMS, _COARSE_RTOL = 12_000, 20, 1e-4
+# Tolerance of taps, time [s] for all of them, and most taps at a distance times terms of the material.
+_TAPPING_RTOL, _TAPPING_LIMIT, _TAPS, _FEWEST_TAPS = 1e-5, 5.0, 400, 30
 
 _OUTPUTS = (
     "restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
@@ -311,6 +315,42 @@ def indentation(state: Mapping[str, Any]) -> Answer:
     }
 
 
+def tapping_case(state: Mapping[str, Any]) -> TappingCase:
+    """Return the case of the tapping of a state."""
+    sections = read_sections(TappingFile, Path(), tapping_content(state))
+    window = window_around(1.0 / sections.tapping.frequency)._replace(rtol=_FRACTIONAL)
+    material, profile = sections.material.build(window), cast("Any", sections.profile.build(None))
+    return TappingCase(Path(), None, material, profile, None, sections.tapping.options)
+
+
+def tapping(state: Mapping[str, Any]) -> Answer:
+    """Return amplitude, phase, forces and loss of a tapping cantilever over the distance."""
+    case = tapping_case(state)
+    # Each tap takes the longer the more terms there are.
+    most = max(_TAPS // max(case.material.shear.n_branches, 1), _FEWEST_TAPS)
+    end = time.thread_time() + _TAPPING_LIMIT
+
+    def look(done: int, distances: int) -> None:
+        if done < distances and time.thread_time() > end:
+            rule = f"has {done} of {distances} distances after {_TAPPING_LIMIT:g} s; `restitution tap` has no limit"
+            raise InputError("tapping", rule=rule)
+
+    options: dict[str, Any] = case.options | {"max_taps": most, "rtol": _TAPPING_RTOL}
+    result = tap(case.material, case.profile, progress=look, **options)
+    # Numbers of taps that are not steady are no part of a curve.
+    steady = result.status <= TappingStatus.FREE
+    columns = {name: np.where(steady, getattr(result, name), np.nan) for name in COLUMNS}
+    columns["distance"], columns["loss_per_tap"] = result.distance, columns.pop("dissipated")
+    count = int(np.sum(~steady))
+    return {
+        "numbers": numbers_of({name: values[-1] for name, values in columns.items()})
+        | {"free_amplitude": result.free_amplitude},
+        "warnings": [f"{count} of {steady.size} distances have no steady taps after {most}"] * (count > 0),
+        "notes": ["the numbers are those at the smallest distance"],
+        "curves": {"tapping": columns},
+    }
+
+
 def body_section(result: Any) -> dict[str, Any] | None:
     """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known.
 
@@ -362,7 +402,7 @@ def surface_section(result: Any) -> tuple[Array, Callable[[float], Array]] | Non
 
 
 KINDS: dict[str, Callable[[Mapping[str, Any]], Answer]] = {
-    answer.__name__: answer for answer in (impact, velocity, surface, bounces, indentation)
+    answer.__name__: answer for answer in (impact, velocity, surface, bounces, indentation, tapping)
 }
 """Answers that follow from the state alone."""
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from typing import Any, cast
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from restitution.case.material import is_fractional
 from restitution.checks import one_of
 from restitution.contact.geometry import BALL_ON_TARGET
 from restitution.contact.layer.layer import Layer
-from restitution.explorer.answers import case_of, indentation_case
-from restitution.explorer.inputs import case_content, indentation_content
+from restitution.explorer.answers import case_of, indentation_case, tapping_case
+from restitution.explorer.inputs import case_content, indentation_content, tapping_content
 from restitution.material import fractional
 from restitution.material.models import constants_of
 from restitution.material.prony import PronySeries
@@ -20,16 +20,25 @@ from restitution.material.prony import PronySeries
 
 def download(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the name, type and text of a file that states the case of a request."""
-    what = one_of("what", content.get("what"), ("case", "indentation", "python", "indentation python"))
+    what = one_of("what", content.get("what"), _FILES)
     state = content.get("state", {})
     if what == "python":
         return {"name": "impact.py", "type": "text/x-python", "text": python(state)}
     if what == "indentation python":
         return {"name": "indentation.py", "type": "text/x-python", "text": indentation_python(state)}
+    if what == "tapping python":
+        return {"name": "tapping.py", "type": "text/x-python", "text": tapping_python(state)}
     # What the page shows can be read again.
-    _ = case_of(state) if what == "case" else indentation_case(state)
-    table = case_content(state) if what == "case" else indentation_content(state)
+    built, content_of = _BUILDERS[what]
+    _, table = built(state), content_of(state)
     return {"name": f"{what}.toml", "type": "application/toml", "text": toml(table)}
+
+
+_BUILDERS: dict[str, tuple[Callable[[Mapping[str, Any]], Any], Callable[[Mapping[str, Any]], dict[str, Any]]]] = {
+    "case": (case_of, case_content), "indentation": (indentation_case, indentation_content),
+    "tapping": (tapping_case, tapping_content),
+}  # fmt: skip
+_FILES = (*_BUILDERS, "python", "indentation python", "tapping python")
 
 
 def toml(content: Mapping[str, Any]) -> str:
@@ -87,10 +96,7 @@ def indentation_python(state: Mapping[str, Any]) -> str:
     case, content = indentation_case(state), indentation_content(state)
     course = dict(content["indentation"])
     shape, largest = course.pop("shape"), course.pop(case.prescribed)
-    needs_window = is_fractional(content["material"])
-    material = _material(content["material"], case.material, needs_window)
-    if needs_window:
-        material += f".within({tuple(cast('Any', case.material.window))!r})"
+    material = _windowed(content["material"], case.material)
     arguments = ", ".join([repr(largest), _keywords(course)])
     lines = [
         "import restitution as rs", "", f"material = {material}",
@@ -98,6 +104,24 @@ def indentation_python(state: Mapping[str, Any]) -> str:
         f"result = rs.indent(material, profile, {case.prescribed}={case.prescribed})", "print(result)", "",
     ]  # fmt: skip
     return "\n".join(lines)
+
+
+def tapping_python(state: Mapping[str, Any]) -> str:
+    """Return the text of a program that solves the tapping of a state."""
+    case = tapping_case(state)
+    lines = [
+        "import restitution as rs", "", f"material = {_windowed(tapping_content(state)['material'], case.material)}",
+        f"profile = rs.{case.profile!r}",
+        f"result = rs.tap(material, profile, {_keywords(tapping_content(state)['tapping'])})", "print(result)", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _windowed(section: Mapping[str, Any], material: Any) -> str:
+    """Return the text of a material, within its window of time if it is fractional."""
+    needs_window = is_fractional(section)
+    text = _material(section, material, needs_window)
+    return f"{text}.within({tuple(material.window)!r})" if needs_window else text
 
 
 def _material(section: Mapping[str, Any], material: Any, needs_window: bool) -> str:

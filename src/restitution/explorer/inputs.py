@@ -22,6 +22,7 @@ import restitution as rs
 from restitution import units
 from restitution.case.impact import CaseFile
 from restitution.case.indentation import IndentationCase, IndentationFile, read_indentation
+from restitution.case.oscillation import TappingCase, TappingFile, read_tapping
 from restitution.case.profile import sections as profile_sections
 from restitution.case.section import CaseError, read_sections, read_toml
 from restitution.contact.geometry import BALL_ON_TARGET, Geometry
@@ -46,20 +47,21 @@ State = dict[str, Any]
 _ALWAYS: Mapping[str, Any] = MappingProxyType({})
 _STRAIGHT, _OBLIQUE = "straight", "oblique"
 _CYCLES, _SPOT, _SAME = "indentation.count", "bounces.spot", "same"
+_NEAREST, _DISTANCES = "tapping.nearest", 21
 _HALF_SPACE, _LAYER, _PLATE, _BALL, _RIGID = "half_space", "layer", "plate", "ball", "rigid"
 _MOST_CYCLES = 50.0
 
-_OF_IMPACTS = ("impact", "paper", "bounce")
+_OF_IMPACTS, _OF_TIPS = ("impact", "paper", "bounce"), ("indentation", "tapping")
 _TABS_OF = {
-    "material": (*_OF_IMPACTS, "indentation"), "body": _OF_IMPACTS, "target": _OF_IMPACTS, "impact": _OF_IMPACTS,
-    "bounces": ("bounce",), "indentation": ("indentation",),
+    "material": (*_OF_IMPACTS, *_OF_TIPS), "body": _OF_IMPACTS, "target": _OF_IMPACTS, "impact": _OF_IMPACTS,
+    "bounces": ("bounce",), "indentation": ("indentation",), "tapping": ("tapping",),
 }  # fmt: skip
 # The group of an input is the section of its key, but for these keys and sections.
 _GROUPS = {
     "entry": "material", "groups": "material", "bulk": "material", "profile": "body", "mass_from": "body",
     "counter_body": "target", "partner": "target", "profile.thickness": "target", "profile.base": "target",
     "impact.impedance": "target", "motion": "impact", "impact.gravity": "bounces", "drop_height": "bounces",
-    "prescribed": "indentation",
+    "prescribed": "indentation", "indentation.radius": "body",
 }  # fmt: skip
 
 
@@ -109,8 +111,9 @@ class Input(NamedTuple):
     @property
     def tabs(self) -> tuple[str, ...]:
         """Tabs of the page that have it."""
-        further = ("indentation",) if self.key.startswith("profile.") and self.group == "body" else ()
-        return _TABS_OF[self.group] + further
+        if self.key == "indentation.radius":
+            return _OF_TIPS
+        return _TABS_OF[self.group] + (_OF_TIPS if self.key.startswith("profile.") and self.group == "body" else ())
 
     @property
     def default(self) -> Any:
@@ -173,7 +176,7 @@ class Input(NamedTuple):
 
 
 _LETTERS = {
-    "alpha": "α", "nu": "ν", "eta": "η", "tau": "τ", "theta": "θ", "rho": "ρ", "zeta": "ζ", "omega": "ω",
+    "alpha": "α", "nu": "ν", "phi": "φ", "eta": "η", "tau": "τ", "theta": "θ", "rho": "ρ", "zeta": "ζ", "omega": "ω",
     "delta": "δ", "infty": "∞", "tan": "tan ", "bar": "", "dot": "", "mathrm": "",
 }  # fmt: skip
 
@@ -354,7 +357,7 @@ def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
 
 
 def _indentation_inputs(of_round: When) -> Iterator[Input]:
-    yield _number("indentation.radius", INPUTS["radius"], of_round, "radius of the indenter")
+    yield _number("indentation.radius", INPUTS["radius"], of_round, "radius of the tip")
     shapes = ("triangle", "cycles", "hold", "ramp", "sine_arch")
     yield _choice("prescribed", "prescribed", {"depth": "depth", "force": "force"})
     words = {shape: _readable(shape) for shape in shapes}
@@ -375,6 +378,20 @@ def _indentation_inputs(of_round: When) -> Iterator[Input]:
     yield _number("indentation.valley", valley, cyclic)
     yield number("duration", units.TIME, "duration", lasting)
     yield number("rise_time", units.TIME, "time of the rise", {"indentation.shape": ["hold"]}, positive=False)
+    yield from _tapping_inputs()
+
+
+def _tapping_inputs() -> Iterator[Input]:
+    for name, dimension, words in (
+        ("spring_constant", units.STIFFNESS, "spring constant of the cantilever"),
+        ("quality_factor", units.NUMBER, "quality factor"),
+        ("frequency", units.FREQUENCY, "frequency of the drive, that of the resonance"),
+        ("free_amplitude", units.LENGTH, "amplitude without a surface"),
+    ):
+        low = 0.5 if name == "quality_factor" else 0.0
+        yield _number(f"tapping.{name}", Quantity(name, dimension, words, low=low, open=True))
+    words = "smallest distance over that amplitude"
+    yield _number(_NEAREST, Quantity("nearest", units.NUMBER, words, low=-1.0, high=0.99))
 
 
 def drop_height() -> Input:
@@ -491,6 +508,15 @@ def indentation_content(state: Mapping[str, Any]) -> dict[str, Any]:
     return {"profile": profile, "material": _material(values), "indentation": indentation}
 
 
+def tapping_content(state: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of the case file of tapping, over distances from the free amplitude down."""
+    content = indentation_content(state)
+    tapping = nested(settled(state))["tapping"]
+    shares = np.linspace(1.0, tapping.pop("nearest"), _DISTANCES)
+    tapping["distance"] = (tapping["free_amplitude"] * shares).tolist()
+    return {"profile": content["profile"], "material": content["material"], "tapping": tapping}
+
+
 def _material(values: State) -> dict[str, Any]:
     """Return the section of the material."""
     section: dict[str, Any] = nested(values)["material"]
@@ -517,8 +543,11 @@ def _from_groups(values: State) -> dict[str, float]:
 
 
 def of_file(path: Path) -> tuple[State, str | None]:
-    """Return the state and the title of a case file of an impact or of an indentation."""
+    """Return the state and the title of a case file of an impact, an indentation or tapping."""
     content = read_toml(path)
+    if "tapping" in content:
+        case = read_tapping(path)
+        return _of_tapping(case, read_sections(TappingFile, path, content)), case.title
     if "indentation" in content:
         sections = read_sections(IndentationFile, path, content)
         return of_indentation(read_indentation(path), sections), sections.title
@@ -591,9 +620,7 @@ def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
     written: dict[str, Any] = sections.model_dump(include={"profile", "material", "indentation"}, exclude_none=True)
     profile, course = written["profile"], written["indentation"]
     course.pop("n_points", None)
-    values = flat({"profile": profile, "indentation": course})
-    if "profile.radius" in values and Geometry.registered[profile["type"]].body_radius:
-        values["indentation.radius"] = values.pop("profile.radius")
+    values = _of_tip(profile) | flat({"indentation": course})
     if indentation.shape == "triangle":
         values = {"indentation.unloading_time": course["loading_time"], "indentation.hold_time": 0.0} | values
     if indentation.shape == "cycles":
@@ -602,6 +629,29 @@ def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
         values.setdefault("indentation.rise_time", 0.0)
     values["prescribed"] = case.prescribed
     return values | _of_section(written["material"], lambda: case.material) | {"page.tab": "indentation"}
+
+
+def _of_tip(profile: dict[str, Any]) -> State:
+    """Return the state of the tip in a section of the profile."""
+    values = flat({"profile": profile})
+    if "profile.radius" in values and Geometry.registered[profile["type"]].body_radius:
+        values["indentation.radius"] = values.pop("profile.radius")
+    return values
+
+
+def _of_tapping(case: TappingCase, sections: TappingFile) -> State:
+    """Return the state of the case file of tapping; refuse one that the page cannot show."""
+    tapping, options = sections.tapping, case.options
+    _refuse({
+        "counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer,
+        **{f"tapping.{name}": name in options for name in ("drive", "hamaker", "modes")},
+        "tapping.resonance_frequency": options.get("resonance_frequency", tapping.frequency) != tapping.frequency,
+    })  # fmt: skip
+    written: dict[str, Any] = sections.model_dump(include={"profile", "material"}, exclude_none=True)
+    names = ("spring_constant", "quality_factor", "frequency", "free_amplitude")
+    values = _of_tip(written["profile"]) | {f"tapping.{name}": options[name] for name in names}
+    values[_NEAREST] = min(options["distance"]) / options["free_amplitude"]
+    return values | _of_section(written["material"], lambda: case.material) | {"page.tab": "tapping"}
 
 
 def _of_section(section: Mapping[str, Any], built: Callable[[], rs.Material]) -> State:

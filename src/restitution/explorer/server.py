@@ -25,6 +25,7 @@ from restitution.errors import InputError
 from restitution.explorer import answers, downloads, dropped_files
 from restitution.explorer.inputs import PRESETS, State, describe, drop_height, inputs, one_line
 from restitution.impact.status import SolverError
+from restitution.indentation.tapping import COLUMNS
 from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI, OBLIQUE, OUTPUTS, VALIDITY, Quantity
 from restitution.units import LENGTH, MODULUS, NUMBER, TIME, display_systems
 
@@ -44,7 +45,7 @@ BUG = "this is a mistake in the program; please report it"
 _LONGEST_ID = 64
 _GROUPS = {
     "material": "Material", "body": "Body", "target": "Target", "impact": "Impact", "bounces": "Bounces",
-    "indentation": "Indentation",
+    "indentation": "Indentation", "tapping": "Tapping",
 }  # fmt: skip
 
 
@@ -151,6 +152,8 @@ _FURTHER = (
     Quantity("turning_time", TIME, "time of the largest depth", "t_m"),
     Quantity("contact_end_time", TIME, "end of the contact", "t_end"),
     *(INDENTATION[name] for name in ("work", "dissipated", "stored")),
+    Quantity("free_amplitude", LENGTH, "amplitude without a surface", "A_0"),
+    COLUMNS["dissipated"]._replace(name="loss_per_tap"),
     Quantity("relaxation_modulus", MODULUS, "reduced relaxation modulus", "E*(t)"),
     Quantity("shear_modulus", MODULUS, "relaxation modulus in shear", "G(t)"),
     INPUTS["poisson_ratio"]._replace(name="nu"),
@@ -165,7 +168,7 @@ _FURTHER = (
 @cache
 def _about() -> dict[str, Any]:
     height = drop_height()
-    registries = INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OBLIQUE | OUTPUTS
+    registries = COLUMNS | INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OBLIQUE | OUTPUTS
     registries |= {quantity.name: quantity for quantity in (*_FURTHER, height.quantity) if quantity is not None}
     quantities = [*(control.quantity for control in inputs().values()), *registries.values()]
     return {

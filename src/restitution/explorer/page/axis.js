@@ -82,7 +82,7 @@ function tickLabels(marks, log) {
   if (log) return marks.map(logLabel);
   const step = marks.length > 1 ? marks[1] - marks[0] : Math.abs(marks[0]) || 1;
   const largest = Math.max(...marks.map(Math.abs));
-  if (largest >= 1e5 || (largest < 1e-3 && largest > 0)) return marks.map((mark) => plain(Number(mark.toPrecision(6)).toExponential()));
+  if (largest >= 1e5 || (largest < 1e-3 && largest > 0)) return marks.map((mark) => (Math.abs(mark) < 1e-9 * step ? "0" : plain(Number(mark.toPrecision(6)).toExponential())));
   const digits = Math.min(Math.max(0, Math.ceil(-Math.log10(step) + (isRound(step) ? 0 : 1) - 1e-9)), 8);
   return marks.map((mark) => plain((Math.abs(mark) < 1e-9 * step ? 0 : mark).toFixed(digits)));
 }

@@ -85,12 +85,13 @@ function bindFiles(app) {
     };
     app.backend.ask("download", { what, state: state.case() });
   };
+  const ofTip = () => ["indentation", "tapping"].includes(app.tab);
   on("copy-python", "click", () => {
     const further = app.tab === "bounce" ? `print(rs.bounces(impact, gravity=${state.get("impact.gravity")}${state.get("bounces.spot") === "same" ? ", same_spot=True" : ""}))\n` : "";
-    fetched(app.tab === "indentation" ? "indentation python" : "python", ({ text }) => copy("copy-python", text + further));
+    fetched(ofTip() ? `${app.tab} python` : "python", ({ text }) => copy("copy-python", text + further));
   });
   on("download-case", "click", () =>
-    fetched(app.tab === "indentation" ? "indentation" : "case", ({ name, type, text }) => download(name, type, text)));
+    fetched(ofTip() ? app.tab : "case", ({ name, type, text }) => download(name, type, text)));
   closing($("save-menu"));
 }
 

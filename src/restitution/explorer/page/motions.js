@@ -1,4 +1,4 @@
-// The tabs of a ball that bounces to rest, and of a prescribed indentation.
+// The tabs of a ball that bounces to rest, of a prescribed indentation, and of a cantilever that taps.
 import { element } from "./elements.js";
 import { Notes, Numbers } from "./numbers.js";
 import { Panel, picture } from "./panel.js";
@@ -71,5 +71,30 @@ export class IndentationTab extends MotionTab {
     show("depth-time", "time", "indentation_depth", `The depth at separation is ${words("residual_indentation_depth")}.`);
     show("radius-time", "time", "contact_radius", "");
     this.panels["radius-time"].root.hidden = curves.history.contact_radius.every((radius) => radius === null);
+  }
+}
+
+const FORCES = [
+  { name: "max_force", label: "largest", colour: "accent" },
+  { name: "mean_force", label: "mean", colour: "second", dash: "dashed" },
+];
+
+// A cantilever over the distance of its rest from the surface, in steady taps.
+export class TappingTab extends MotionTab {
+  constructor(root, app) {
+    super(root, app, ["amplitude", "phase", "max_force", "loss_per_tap", "contact_share", "max_indentation_depth"],
+      { amplitude: "Amplitude over distance", phase: "Phase over distance", forces: "Force over distance", loss: "Loss per tap over distance" });
+  }
+
+  draw({ numbers }, sets, outputs) {
+    this.numbers.show(numbers);
+    const show = (panel, ys, words) => this.panels[panel].show({
+      ...picture(sets("tapping"), "distance", ys, outputs, { xRoom: true, words }),
+      summary: `At the smallest distance: ${ys.map(({ name }) => phrase(numbers[name], outputs[name])).join(", ")}.`,
+    });
+    show("amplitude", [{ name: "amplitude" }]);
+    show("phase", [{ name: "phase" }]);
+    show("forces", FORCES, "force");
+    show("loss", [{ name: "loss_per_tap" }]);
   }
 }

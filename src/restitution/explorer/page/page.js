@@ -6,7 +6,7 @@ import { describe } from "./description.js";
 import { bindHeader } from "./header.js";
 import { ImpactTab } from "./impact.js";
 import { load } from "./interpolant.js";
-import { BounceTab, IndentationTab } from "./motions.js";
+import { BounceTab, IndentationTab, TappingTab } from "./motions.js";
 import { PaperTab } from "./paper.js";
 import { Pins } from "./pins.js";
 import { State } from "./state.js";
@@ -18,13 +18,14 @@ const $ = (id) => document.getElementById(id);
 const LIVE = document.querySelector('meta[name="restitution"]').content === "live";
 // What each tab asks for, what it draws, the tab of each answer, and the numbers of the line at the top of a narrow
 // screen.
-const NEEDED = { impact: ["impact"], paper: ["impact", "paper"], bounce: ["bounces"], indentation: ["indentation"] };
+const NEEDED = { impact: ["impact"], paper: ["impact", "paper"], bounce: ["bounces"], indentation: ["indentation"], tapping: ["tapping"] };
 const DRAWN = { ...NEEDED, impact: ["impact", "velocity", "surface"], paper: ["impact"] };
-const TAB_OF = { impact: "impact", velocity: "impact", surface: "impact", paper: "paper", bounces: "bounce", indentation: "indentation" };
+const TAB_OF = { impact: "impact", velocity: "impact", surface: "impact", paper: "paper", bounces: "bounce", indentation: "indentation", tapping: "tapping" };
 const STRIP = {
   impact: ["restitution_coefficient", "contact_time", "max_force"],
   bounces: ["n_bounces", "drop_height", "total_time"],
   indentation: ["max_force", "max_indentation_depth", "work"],
+  tapping: ["amplitude", "phase", "max_force"],
 };
 const CONNECTION = {
   open: "",
@@ -32,6 +33,8 @@ const CONNECTION = {
   refused: "The server does not answer this page. If it was started anew, open the address that the terminal shows: this page then goes on if its name and port are the same.",
 };
 const REST = 140;
+// Answers that take so long that they wait until the sliders rest.
+const SLOW = new Set(["tapping"]);
 
 class App {
   constructor() {
@@ -57,7 +60,7 @@ class App {
     this.pins = new Pins($("compare"), this.state, schema.outputs, (kind, values, channel) =>
       this.backend.ask(kind, { state: this.state.case(values) }, channel));
     $("pin-place").replaceWith(this.pins.button);
-    const tabs = { impact: ImpactTab, paper: PaperTab, ...(LIVE && { bounce: BounceTab, indentation: IndentationTab }) };
+    const tabs = { impact: ImpactTab, paper: PaperTab, ...(LIVE && { bounce: BounceTab, indentation: IndentationTab, tapping: TappingTab }) };
     this.tabs = Object.fromEntries(Object.entries(tabs).map(([name, Tab]) => [name, new Tab($(`view-${name}`), this)]));
     // The request goes out before the page changes.
     this.state.onChange(() => this.changed());
@@ -92,7 +95,10 @@ class App {
     for (const kind of NEEDED[this.tab]) {
       if (kind === "paper" ? this.last.paper : this.asked[kind] === text) continue;
       this.asked[kind] = text;
-      this.backend.ask(kind, { state: values });
+      clearTimeout(this.waiting);
+      const ask = () => this.backend.ask(kind, { state: values });
+      if (SLOW.has(kind)) this.waiting = setTimeout(ask, REST);
+      else ask();
     }
     if (look !== this.look) {
       this.look = look;

@@ -8,6 +8,7 @@ const COMPARED = {
   impact: ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius", "instantaneous_poisson_ratio"],
   bounces: ["n_bounces", "drop_height", "total_time"],
   indentation: ["max_force", "max_indentation_depth", "max_contact_radius", "contact_end_time", "work"],
+  tapping: ["amplitude", "phase", "max_force", "loss_per_tap"],
 };
 
 export class Pins {
