@@ -11,13 +11,16 @@ from numpy.polynomial.chebyshev import chebpts1, chebpts2, chebvander
 from restitution import validity
 from restitution.checks import Array, function, single, within
 from restitution.errors import InputError, InputTypeError
+from restitution.impact.adhesion import sticking_velocity
+from restitution.impact.adhesive import LEAST_RTOL
 from restitution.impact.batch import solve_columns
 from restitution.impact.problem import Impact
 from restitution.impact.solution import Progress
 from restitution.impact.status import SolverError, Status
 from restitution.impact.window import compared, require_known, require_separation
+from restitution.quantities import VELOCITY
 from restitution.result import plain
-from restitution.surrogates.velocity import DEEPEST, OUTPUTS, Pieces, Surrogate, velocity_range
+from restitution.surrogates.velocity import DEEPEST, NEAR, OUTPUTS, Pieces, Surrogate, velocity_range
 from restitution.variation import vary
 
 Piece = tuple[int, int]
@@ -31,6 +34,9 @@ _SMALL = 1e-3
 # The solves are more accurate than `rtol` by this factor, down to the smallest tolerance.
 _FINER = 1e-4
 _FINEST = 1e-12
+# With adhesion: the smallest tolerance, how much more accurate the solves are, the tolerance of the sticking velocity,
+# and the e below which errors are those of e^2.
+_LEAST_ADHESIVE, _FINER_ADHESIVE, _STICKING_RTOL, _SLOW = 1e-4, 1e-2, 1e-4, 0.1
 # The tolerance of a solve is that of e. The error of the largest force has narrow peaks of up to 14 tolerances over
 # the velocity, which few points would find (validation/surrogate_error.md).
 _SOLVER_SHARE = 20.0
@@ -63,7 +69,8 @@ def surrogate(
     velocity : tuple of float
         Lowest and highest impact velocity v0 [m/s], > 0.
     rtol : float
-        Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2.
+        Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2. With adhesion at
+        least 1e-4, see `Surrogate`.
     extrapolate : bool
         Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     workers : int, optional
@@ -102,31 +109,38 @@ def surrogate(
         raise InputTypeError("impact", impact, "must be an Impact")
     low, high = velocity_range(velocity)
     tolerance = single("rtol", within("rtol", rtol, 1e-10, 1e-2))
+    adhesive = impact.adhesion is not None
+    if adhesive:
+        tolerance = max(tolerance, _LEAST_ADHESIVE)
     if progress is not None:
         function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
     impact = vary(impact, {"velocity": 1.0})
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape} beside its velocity")
-    require_known(impact, (low, high), extrapolate=extrapolate)
-    accuracy = max(_FINER * tolerance, _FINEST)
+    sticking = _sticking(impact, low, high, workers) if adhesive else 0.0
+    start = max(low, sticking * (1.0 + NEAR))
+    require_known(impact, (start, high), extrapolate=extrapolate)
+    accuracy = max(_FINER_ADHESIVE * tolerance, LEAST_RTOL) if adhesive else max(_FINER * tolerance, _FINEST)
     share = _SOLVER_SHARE * accuracy
     reports: list[validity.Validity] = []
 
     def sample(log_velocity: Array) -> Array:
-        speeds = np.clip(np.exp(log_velocity), low, high)
+        speeds = np.clip(sticking + np.exp(log_velocity), start, high)
         impacts = vary(impact, {"velocity": speeds})
         columns = _solved(impacts, speeds, accuracy, workers)
-        require_separation(columns["status"], speeds, (low, high))
+        require_separation(columns["status"], speeds, (start, high))
         if not reports:
             # The first round covers the whole range.
             reports.append(validity.report(compared(impacts, columns)))
         return np.log([columns[name] for name in OUTPUTS])
 
     try:
-        pieces, error = build_pieces(sample, _deviation, np.log(low), np.log(high), tolerance - share, progress)
+        deviation = _deviation_of_adhesive if adhesive else _deviation
+        first, last = np.log([NEAR * sticking if sticking else low, high - sticking]).tolist()
+        pieces, error = build_pieces(sample, deviation, first, last, tolerance - share, progress)
     except NotMet as failure:
         name = list(OUTPUTS)[failure.function]
-        where = f"surrogate: {name} at velocity = {np.exp(failure.place):.6g} m/s"
+        where = f"surrogate: {name} at velocity = {sticking + np.exp(failure.place):.6g} m/s"
         what = f"{where} is off by {failure.error:.2g}, rtol = {tolerance:g}"
         raise SolverError(Status.NOT_ACCURATE, what) from None
     from restitution.sweeps.plan import describe
@@ -134,12 +148,26 @@ def surrogate(
     problem = plain(describe(impact), _text_of_infinity)
     del problem["velocity"]
     errors = {name: float(largest) + share for name, largest in zip(OUTPUTS, error, strict=True)}
-    return Surrogate((low, high), tolerance, errors, reports[0], problem, pieces)
+    return Surrogate((low, high), tolerance, errors, reports[0], problem, pieces, sticking)
+
+
+def _sticking(impact: Impact, low: float, high: float, workers: int | None) -> float:
+    """Return the velocity [m/s] up to which bodies stick in a range of velocities, 0 if none does."""
+    ends = vary(impact, {"velocity": [low, high]})
+    statuses = solve_columns(ends, _STICKING_RTOL, workers=workers)["status"]
+    if statuses[0] != Status.CAPTURED:
+        return 0.0
+    require_separation(statuses[1:], np.array([high]), (low, high))
+    found = float(sticking_velocity(vary(impact, {"velocity": high}), rtol=_STICKING_RTOL))
+    if not low <= found < high / (1.0 + 2.0 * NEAR):
+        rule = f"must reach further above the sticking velocity, {found:.5g} m/s"
+        raise InputError("velocity", [low, high], rule, VELOCITY.unit)
+    return found
 
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:
     """Return the outputs of impacts at an array of speeds [m/s]."""
-    if impacts.profile.path_exponent is not None:
+    if impacts.profile.path_exponent is not None or impacts.adhesion is not None:
         return solve_columns(impacts, accuracy, workers=workers)
     # The error of the table of a profile is relative to the deepest impact and could be 1e-7 for a shallow one.
     place = np.floor(np.log(speeds / speeds.min()) / np.log(_TABLE_RATIO))
@@ -162,6 +190,14 @@ def _deviation(approximate: Array, exact: Array) -> Array:
     e = np.exp(exact[0])
     error[0] *= e / np.maximum(e, _SMALL)
     return error
+
+
+def _deviation_of_adhesive(approximate: Array, exact: Array) -> Array:
+    """Return the error of logarithms of the outputs, as the tolerance of an adhesive impact counts it."""
+    e = np.exp(exact[0])
+    error = np.abs(np.expm1(approximate - exact))
+    error[0] *= e
+    return error * np.minimum(1.0, e / _SLOW)
 
 
 class NotMet(Exception):

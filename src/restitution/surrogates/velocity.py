@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Array, finite, one_of, positive, within
+from restitution.checks import Array, finite, nonnegative, one_of, positive, within
 from restitution.errors import InputError
 from restitution.files import path_of, write_text
 from restitution.quantities import INPUTS, VELOCITY, check, dataset
@@ -38,12 +38,18 @@ DEEPEST = 12
 """Halvings of a piece, at most."""
 
 _FORMAT = "restitution surrogate over velocity"
-_FORMAT_VERSION = 2
+# A file with a sticking velocity has the second version.
+_VERSIONS = (2, 3)
 _LARGEST = 20_000_000  # characters of a file
 _SERIES = "chebyshev_coefficients_of_log"
 _HEADS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
 # Velocities of the table that is shown.
 _ROWS = 5
+NEAR = 1e-3
+"""Share of the sticking velocity above it where the series begin; in between e is a square root."""
+
+# What a body that sticks has, and the power with which outputs begin above the sticking velocity.
+_OF_STICKING = {"restitution_coefficient": (0.0, 0.5), "contact_time": (math.inf, 0.0), "max_force": (math.nan, 0.0)}
 # The logarithm of another mathematical library may differ in the last bits.
 _ROUNDING = 1e-12
 
@@ -60,11 +66,12 @@ class Pieces(NamedTuple):
 
 
 class LookupTable(NamedTuple):
-    """Pieces of one function of v > 0, whose logarithm is a Chebyshev series in log v on each piece.
+    """Pieces of one function of v > s, whose logarithm is a Chebyshev series in log(v - s) on each piece.
 
-    `cells` of equal width in log v, `per_cell` for one unit, begin at `origin` and contain the piece of each cell. A
-    piece has the `middle`, and `inverse` is that of half its width. The function cannot exceed `most`. Compiled
-    functions take it as a plain tuple, whose types numba finds three times faster.
+    `cells` of equal width in log(v - s), `per_cell` for one unit, begin at `origin` and contain the piece of each
+    cell. A piece has the `middle`, and `inverse` is that of half its width. The function cannot exceed `most`. At the
+    velocity s and below it is `below`, and between s and the first piece a power of v - s; s = 0 if no body sticks.
+    Compiled functions take it as a plain tuple, whose types numba finds three times faster.
     """
 
     low: float
@@ -76,9 +83,15 @@ class LookupTable(NamedTuple):
     inverse: Array
     coefficients: Array
     most: float
+    sticking: float
+    below: float
+    power: float
 
 
-def lookup_table(pieces: Pieces, function: int, low: float, high: float, most: float) -> tuple[Any, ...]:
+def lookup_table(
+    pieces: Pieces, function: int, low: float, high: float, most: float, *, sticking: float = 0.0,
+    below: float = 0.0, power: float = 0.0,
+) -> tuple[Any, ...]:  # fmt: skip
     """Prepare one function for look-up: a `LookupTable` as a plain tuple."""
     edges = pieces.edges
     whole = edges[-1] - edges[0]
@@ -88,22 +101,30 @@ def lookup_table(pieces: Pieces, function: int, low: float, high: float, most: f
     coefficients = np.ascontiguousarray(pieces.coefficients[function])
     middle, inverse = 0.5 * (edges[1:] + edges[:-1]), 2.0 / np.diff(edges)
     origin, per_cell = float(edges[0]), float(n_cell / whole)
-    return tuple(LookupTable(low, high, origin, per_cell, cells, middle, inverse, coefficients, most))
+    numbers = LookupTable(
+        low, high, origin, per_cell, cells, middle, inverse, coefficients, most, sticking, below, power
+    )
+    return tuple(numbers)
 
 
 @compiled
 def value(v: float, table: Any) -> float:
     """Return the value of a table at v; NaN outside its range."""
-    low, high, origin, per_cell, cells, middle, inverse, coefficients, most = table
+    low, high, origin, per_cell, cells, middle, inverse, coefficients, most, sticking, below, power = table
     if not (low <= v <= high):
         return math.nan
-    x = math.log(v)
+    if v <= sticking:
+        return below
+    x = math.log(v - sticking)
+    start = 1.0
+    if sticking > 0.0 and x < origin:
+        start, x = math.exp(power * (x - origin)), origin
     piece = cells[min(max(int((x - origin) * per_cell), 0), cells.size - 1)]
     t = (x - middle[piece]) * inverse[piece]
     last, before = 0.0, 0.0
     for k in range(coefficients.shape[1] - 1, 0, -1):
         last, before = (coefficients[piece, k] - before) + 2.0 * t * last, last
-    return min(math.exp((coefficients[piece, 0] - before) + t * last), most)
+    return min(start * math.exp((coefficients[piece, 0] - before) + t * last), most)
 
 
 @compiled
@@ -136,13 +157,18 @@ class Surrogate(Result):
     rtol : float
         Requested tolerance.
     error : dict of str to float
-        Error of each output, relative to max(e, 1e-3) for e and relative for the others.
+        Error of each output, relative to max(e, 1e-3) for e and relative for the others. With adhesion that of e is
+        absolute, and below e = 0.1 all are 0.1/e times as large.
     validity : Validity
         The assumptions of the theory beside their limits, at the worst velocity of the range.
     problem : dict
         The impact, as plain numbers and text.
     pieces : Pieces
-        Logarithms of the outputs as Chebyshev series over the logarithm of the velocity, piece by piece.
+        Logarithms of the outputs as Chebyshev series over the logarithm of the velocity, or of its excess over the
+        sticking velocity, piece by piece.
+    sticking_velocity : float
+        Velocity [m/s] up to which the body sticks, 0 if it rebounds in the whole range. There e is 0, the contact time
+        infinite, and the force not known (NaN).
 
     Notes
     -----
@@ -151,7 +177,7 @@ class Surrogate(Result):
     `validation/surrogate_error.md`).
     """
 
-    _numbers = ("velocity", "rtol", "error", "problem", "warnings", "validity")
+    _numbers = ("velocity", "sticking_velocity", "rtol", "error", "problem", "warnings", "validity")
 
     velocity: tuple[float, float]
     rtol: float
@@ -159,12 +185,16 @@ class Surrogate(Result):
     validity: Validity = field(repr=False)
     problem: dict[str, Any] = field(repr=False)
     pieces: Pieces = field(repr=False)
+    sticking_velocity: float = 0.0
 
     def __post_init__(self) -> None:
         low, high = velocity_range(self.velocity)
         _check_pieces(self.pieces)
-        ends = self.pieces.edges[[0, -1]]
-        if np.abs(ends - np.log([low, high])).max() > _ROUNDING * max(1.0, np.abs(ends).max()):
+        ends, slow = self.pieces.edges[[0, -1]], self.sticking_velocity
+        if slow and not low <= slow < high / (1.0 + NEAR):
+            raise InputError("sticking_velocity", slow, "must lie in the range of velocities", VELOCITY.unit)
+        expected = np.log([NEAR * slow, high - slow] if slow else [low, high])
+        if np.abs(ends - expected).max() > _ROUNDING * max(1.0, np.abs(ends).max()):
             with np.errstate(over="ignore", under="ignore"):
                 rule = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
             raise InputError("velocity", list(self.velocity), rule, VELOCITY.unit)
@@ -182,6 +212,7 @@ class Surrogate(Result):
         rows = [tuple(f"{number:.8g}" for number in row) for row in zip(speeds, *columns, strict=True)]
         pieces = self.pieces.edges.size - 1
         span = f"{low:g} to {high:g} m/s in {pieces} piece{'s' * (pieces > 1)}, rtol {self.rtol:g}"
+        span += f", sticks up to {self.sticking_velocity:.5g} m/s" if self.sticking_velocity else ""
         errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in self.error.items())
         heading = f"{title or 'Surrogate'}: {span}"
         table = Table(_HEADS, rows) if rows else None
@@ -246,7 +277,7 @@ class Surrogate(Result):
         units = {"velocity": INPUTS["velocity"], **{name: QUANTITIES[name] for name in OUTPUTS}}
         content = {
             "format": _FORMAT,
-            "format_version": _FORMAT_VERSION,
+            "format_version": _VERSIONS[bool(self.sticking_velocity)],
             "version": version("restitution"),
             "rtol": self.rtol,
             "velocity": list(self.velocity),
@@ -257,6 +288,8 @@ class Surrogate(Result):
             "log_velocity_edges": self.pieces.edges.tolist(),
             _SERIES: {name: part.tolist() for name, part in zip(OUTPUTS, self.pieces.coefficients, strict=True)},
         }
+        if self.sticking_velocity:
+            content["sticking_velocity"] = self.sticking_velocity
         content["sha256"] = content_hash(content)
         return write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
@@ -277,8 +310,9 @@ class Surrogate(Result):
         if not isinstance(content, dict) or content.get("format") != _FORMAT:
             raise InputError("", rule=f"is not a {_FORMAT}", where=str(path))
         stated = content.get("format_version")
-        if stated is True or stated != _FORMAT_VERSION:
-            rule = f"must be {_FORMAT_VERSION}; version {content.get('version')} of restitution wrote the file"
+        if stated is True or stated not in _VERSIONS:
+            known = " or ".join(map(str, _VERSIONS))
+            rule = f"must be {known}; version {content.get('version')} of restitution wrote the file"
             raise InputError("format_version", stated, rule, where=str(path))
         try:
             return cls._from_content(content)
@@ -299,15 +333,18 @@ class Surrogate(Result):
         error = {name: float(positive(f"error.{name}", content["error"][name])) for name in OUTPUTS}
         velocity = velocity_range(content["velocity"])
         rtol = float(positive("rtol", content["rtol"]))
-        return cls(velocity, rtol, error, Validity.from_dict(content["validity"]), dict(content["problem"]), pieces)
+        report, problem = Validity.from_dict(content["validity"]), dict(content["problem"])
+        slow = float(nonnegative("sticking_velocity", content.get("sticking_velocity", 0.0)))
+        return cls(velocity, rtol, error, report, problem, pieces, slow)
 
     @cached_property
     def _tables(self) -> dict[str, tuple[Any, ...]]:
-        most = {"restitution_coefficient": 1.0}
-        return {
-            name: lookup_table(self.pieces, n, *self.velocity, most.get(name, np.inf))
-            for n, name in enumerate(OUTPUTS)
-        }
+        tables: dict[str, tuple[Any, ...]] = {}
+        for n, name in enumerate(OUTPUTS):
+            most, (below, power) = 1.0 if name == "restitution_coefficient" else np.inf, _OF_STICKING[name]
+            options = {"sticking": self.sticking_velocity, "below": below, "power": power}
+            tables[name] = lookup_table(self.pieces, n, *self.velocity, most, **options)
+        return tables
 
     def _evaluate(self, output: str, velocity: Any) -> Any:
         checked = within("velocity", velocity, *self.velocity, VELOCITY.unit)
