@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion, maugis_number
@@ -30,6 +31,8 @@ THICK = 4.0
 _FEWEST, _MOST = 50, 400
 # Error of e with 100 elements, and the share of the noise that it may be.
 _ERROR, _SHARE = 2.5e-4, 0.1
+# Error of few elements over the noise that is reported.
+_DOUBTFUL = 0.3
 # Radius of the attraction over that of the Hertzian contact at the largest depth, and its growth where it is larger.
 _WIDE, _WIDER, _LONGER, _TRIALS = 1.2, 1.3, 4.0, 8
 # Relative width of the bracket of the sticking velocity, factor of its search, and how often it is applied.
@@ -65,6 +68,25 @@ def thick_stress(profile: Profile, modulus: PronySeries, work: float, stress: fl
         return stress
     radius = float(np.asarray(profile.path_coefficient)) ** 2
     return min(stress, THICK / float(maugis_number(work, 1.0, float(modulus.instantaneous_modulus), radius)))
+
+
+def adhesion_doubts(
+    error: float, groups: Sequence[Bodies], reduced: PronySeries, materials: StickyMaterial
+) -> list[str]:
+    """Return doubts about a fit, in words: the error of few elements over the noise, and zones that are too thin."""
+    lines = list[str]()
+    if error > _DOUBTFUL:
+        lines.append(
+            f"few elements of the attraction change results by {error:.2g} times their noise: state it larger"
+        )
+    work, stress = float(materials.work[0, 0]), float(materials.stress[0, 0])
+    taken = [thick_stress(bodies.profile, reduced.row(0, int(bodies.places[0])), work, stress) for bodies in groups]
+    if min(taken) < stress:
+        lines.append(
+            f"the attraction is nearly that of Johnson, Kendall and Roberts: Maugis' lambda is above {THICK:g} at the "
+            f"instantaneous modulus, and results are those of {THICK:g}"
+        )
+    return lines
 
 
 class _Number(NamedTuple):
@@ -111,14 +133,12 @@ class Collision:
 
         width, time = self._scales(velocity)
         problem = Problem(self.body, self.mass, velocity)
+        march = problem.march(width, time, self.count)
         for _ in range(_TRIALS):
-            march = problem.march(width, time, self.count)
-            if march.end == NO_ROOM:
-                width *= _WIDER
-            elif march.end == TOO_LONG:
-                time *= _LONGER
-            else:
+            if march.end not in (NO_ROOM, TOO_LONG):
                 break
+            width, time = (_WIDER * width, time) if march.end == NO_ROOM else (width, _LONGER * time)
+            march = problem.march(width, time, self.count)
         if march.end == SEPARATED:
             return _Number(True, _values(march, velocity))
         nothing = 0.0 if march.end == HELD else math.nan
@@ -158,10 +178,10 @@ class Bodies(NamedTuple):
 
     profile: Profile
     mass: float
-    places: Array  # of the impacts among all
+    places: NDArray[np.intp]  # of the impacts among all
     velocities: Array
     deviations: Array  # of the velocities
-    stuck: Array  # whether they stuck
+    stuck: NDArray[np.bool_]  # whether they stuck
 
     def agree(self, low: float, high: float) -> bool:
         """Return whether a sticking velocity between these is too far from all velocities to matter, as measured."""
@@ -179,7 +199,7 @@ class Outcomes(NamedTuple):
     """
 
     values: Array
-    sticks: Array
+    sticks: NDArray[np.bool_]
     thresholds: Array
 
 
@@ -218,7 +238,7 @@ def collide(groups: Sequence[Bodies], reduced: PronySeries, adhesion: StickyMate
 
 def _threshold(collision: Collision, bodies: Bodies, numbers: list[_Number]) -> tuple[float, _Number]:
     """Return the sticking velocity [m/s], 0 if it is too low and NaN if too high, and the numbers just above it."""
-    nothing = _Number(False, (math.nan,) * 3)
+    nothing = _Number(False, (math.nan, math.nan, math.nan))
     held = bodies.velocities[[not number.escapes for number in numbers]]
     free = bodies.velocities[[number.escapes for number in numbers]]
     low = float(held.max()) if held.size else 0.0
@@ -261,8 +281,8 @@ def surprise(groups: Sequence[Bodies], thresholds: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def slopes_over(bodies: Bodies, e: Array) -> Array:
-    """Return slopes of measured e over the logarithm of the velocity, from lines through the neighbours; 0 if stuck.
+def slopes_over(bodies: Bodies, values: Array) -> Array:
+    """Return slopes of measured values over the logarithm of the velocity, by lines through neighbours; 0 if stuck.
 
     The noise of the velocity enters the deviations of the residuals by them. Those of a trial would let a fit choose
     them.
@@ -270,9 +290,9 @@ def slopes_over(bodies: Bodies, e: Array) -> Array:
     x, free = np.log(bodies.velocities), ~bodies.stuck
     weights = np.exp(-0.5 * ((x[:, None] - x) / _NEAR) ** 2) * free
     total = np.maximum(weights.sum(axis=1), 1e-300)
-    x_mean, e_mean = weights @ x / total, weights @ e / total
+    x_mean, mean = weights @ x / total, weights @ values / total
     spread = weights @ (x * x) / total - x_mean**2
-    slopes = (weights @ (x * e) / total - x_mean * e_mean) / np.maximum(spread, _ALONE**2)
+    slopes = (weights @ (x * values) / total - x_mean * mean) / np.maximum(spread, _ALONE**2)
     return np.where(free, slopes, 0.0)
 
 

@@ -405,6 +405,10 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         # Rows of a refused material are NaN, which hides the reason.
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
         raise InputError("data", rule=_without_result(problem, points))
+    if space.adhesion:
+        material = problem.materials(fits[0].coordinates[None])
+        problem = replace(problem, data=tuple(record.reweighted(material) for record in data))
+        fits = _deeper(problem, fits, loss)
     # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):
         rescaled = _rescaled(problem, fits[0], loss)
