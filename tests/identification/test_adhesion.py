@@ -10,6 +10,8 @@ import restitution as rs
 from refusals import named
 from restitution.identification.adhesion import Bodies, surprise
 from restitution.identification.parameters import OfData, parameters
+from restitution.identification.pull_off import _means, lines_of
+from restitution.indentation.attraction import March
 
 RADIUS, STRESS, WORK = 5e-6, 1e7, 0.05
 MASS = 1200.0 * 4.0 / 3.0 * math.pi * RADIUS**3
@@ -125,6 +127,98 @@ def test_what_has_no_theory_is_refused(exact):
     assert named(lambda: rs.identify(rebounds, rs.kelvin_voigt, fixed=damped))[0] == "model"
     plain = rs.Rebounds([0.5, 1.0], [0.8, 0.8], **body)
     assert named(lambda: rs.identify(plain, rs.elastic, fixed={"work": 0.05}))[0] == "work"
+
+
+# Indentation curves with a pull-off.
+
+TIP = rs.Parabola(1e-6)
+GEL = {"equilibrium_modulus": 2e5, "branch_modulus": 6e5, "viscosity": 3e4}
+TOUCH, PULL = 1e-7, 0.01
+KNOTS, DEPTHS = [0.0, 0.4, 0.5, 1.0], [-5e-8, 4e-7, 4e-7, -4e-7]
+TIMES = np.linspace(0.0, 1.0, 240)
+
+
+def pulled(stress, rng=None):
+    """Time, depth and force of a tip that comes, rests and goes, with 1 % of noise; a force is a mean over a sample."""
+    solid = rs.standard_solid(**GEL, poisson_ratio=0.5)
+    adhesion = rs.Adhesion(PULL, stress=stress)
+    result = rs.indent(solid, TIP, depth=np.array(DEPTHS) - TOUCH, time=KNOTS, adhesion=adhesion, rtol=3e-3)
+    share = (np.arange(50) + 0.5) / 50 - 0.5
+    fine = TIMES[:, None] + share * TIMES[1]
+    force = np.interp(fine, result.time, result.force, left=0.0).mean(axis=1)
+    deviation = 0.01 * np.ptp(force)
+    noise = 0.0 if rng is None else rng.normal(0.0, deviation, force.size)
+    return TIMES, np.interp(TIMES, KNOTS, DEPTHS), force + 2e-9 + noise, deviation
+
+
+def test_work_and_stress_from_a_curve_with_a_pull_off():
+    time, depth, force, deviation = pulled(5e5, np.random.default_rng(0))
+    noise = rs.Noise(force=deviation)
+    # The pull is refused without adhesion, in a line that names the way.
+    with pytest.raises(rs.InputError, match="adhesion=True"):
+        rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise)
+    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, adhesion=True)
+    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    for name, value in (GEL | {"work": PULL, "stress": 5e5}).items():
+        estimate = found.parameters[name]
+        assert estimate.determined
+        assert abs(estimate.value - value) < 4.0 * estimate.standard_error < 0.3 * value, name
+    assert abs(found.nuisances["contact_point"].value - TOUCH) < 4.0 * found.nuisances["contact_point"].standard_error
+    assert found.chi2 < found.degrees_of_freedom + 5.0 * math.sqrt(2.0 * found.degrees_of_freedom)
+    assert not found.warnings
+
+
+@pytest.mark.parametrize("name", ["stress", "range"])
+def test_a_thin_zone_leaves_stress_and_range_open(name):
+    """Near the limit of Johnson, Kendall and Roberts a curve shows the work alone, and one end of the other."""
+    time, depth, force, deviation = pulled(3e6, np.random.default_rng(3))
+    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)
+    known = {**GEL, "poisson_ratio": 0.5}
+    start = None if name == "stress" else {"range": PULL / 1e6}
+    found = rs.identify(curve, rs.standard_solid, fixed=known, start=start)
+    work, other = found.parameters["work"], found.parameters[name]
+    assert abs(work.value - PULL) < 4.0 * work.standard_error + 0.02 * PULL
+    assert other.value is None
+    assert not other.determined
+    assert other.open_ends == ((False, True) if name == "stress" else (True, False))
+    assert name in found.undetermined
+    assert any("Kendall" in line for line in found.warnings)
+
+
+def test_samples_are_means_of_the_force():
+    """Means of a march over the times of samples, against sums over fine points."""
+    motion = np.zeros((4, 8))
+    motion[:, 0], motion[:, 3] = [0.0, 1.0, 1.0, 3.0], [0.0, 2.0, -1.0, 1.0]
+    march = March(0, motion, (), 0.0)
+    rng = np.random.default_rng(2)
+    starts = rng.uniform(-0.5, 2.0, 20)
+    ends = starts + rng.uniform(0.1, 1.0, 20)
+    for start, end, mean in zip(starts, ends, _means(march, starts, ends), strict=True):
+        t = start + (end - start) * (np.arange(200_000) + 0.5) / 200_000
+        force = np.where(t < 0.0, 0.0, np.where(t < 1.0, 2.0 * t, np.where(t < 3.0, t - 2.0, 0.0)))
+        # The error of a sum at the jump of 3.
+        assert mean == pytest.approx(force.mean(), abs=3.0 / 200_000)
+
+
+def test_lines_of_a_noisy_depth():
+    """Few lines, closer to the true depth than the noise."""
+    rng = np.random.default_rng(1)
+    time = np.sort(rng.uniform(0.0, 1.0, 400))
+    depth = np.interp(time, [0.0, 0.3, 0.5, 1.0], [0.0, 1.0, 1.0, -0.5])
+    lines = lines_of(time, depth + rng.normal(0.0, 5e-3, time.size), 5e-3)
+    assert lines.time.size < 10
+    off = np.interp(time, lines.time, lines.depth) - depth
+    assert np.sqrt(np.mean(off**2)) < 3e-3
+
+
+def test_a_map_refuses_adhesion():
+    time, depth, force, deviation = pulled(5e5)
+    plain = np.maximum(force, 0.0)
+    curves = [rs.IndentationCurve(time, depth, plain, profile=TIP, noise=rs.Noise(force=deviation), adhesion=sticky)
+              for sticky in (False, True)]  # fmt: skip
+    found = rs.identify_map(curves, rs.elastic, fixed={"poisson_ratio": 0.5}, progress=False)
+    assert found["status"].values[1] == 3
+    assert "adhesion" in str(found["message"].values[1])
 
 
 @pytest.mark.slow

@@ -26,13 +26,17 @@ from restitution.parallel import on_threads
 STEP = 1e-2
 """Step of the logarithms for differences: marches have kinks of some 1e-5 where an element is reached or not."""
 
-# Largest lambda at the instantaneous modulus that few elements resolve: beyond it results hardly change.
-THICK = 4.0
-_FEWEST, _MOST = 50, 400
+ERROR = 0.2
+"""Share of the noise below which an error by few elements does not count."""
+
+MOST = 400
+"""Most elements of a fit."""
+
+# Largest lambda at the instantaneous modulus over the root of the number of elements, some seven of which are then in
+# the zone. Beyond it results hardly change.
+_THINNEST, _FEWEST = 0.38, 50
 # Error of e with 100 elements, and the share of the noise that it may be.
 _ERROR, _SHARE = 2.5e-4, 0.1
-# Error of few elements over the noise that is reported.
-_DOUBTFUL = 0.3
 # Radius of the attraction over that of the Hertzian contact at the largest depth, and its growth where it is larger.
 _WIDE, _WIDER, _LONGER, _TRIALS = 1.2, 1.3, 4.0, 8
 # Relative width of the bracket of the sticking velocity, factor of its search, and how often it is applied.
@@ -59,32 +63,37 @@ class StickyMaterial(Material):
 
 def elements_for(deviation: float) -> int:
     """Return the number of elements whose error of e is small beside its noise."""
-    return int(np.clip(100.0 * math.sqrt(_ERROR / (_SHARE * deviation)), _FEWEST, _MOST))
+    return int(np.clip(100.0 * math.sqrt(_ERROR / (_SHARE * deviation)), _FEWEST, MOST))
 
 
-def thick_stress(profile: Profile, modulus: PronySeries, work: float, stress: float) -> float:
-    """Return the stress [Pa], or that of the thinnest zone which few elements resolve; of a parabola."""
+def thick_stress(profile: Profile, modulus: PronySeries, adhesion: tuple[float, float], count: int) -> float:
+    """Return the stress [Pa] of an adhesion, or that of the thinnest zone which so many elements resolve.
+
+    `adhesion` has the work [J/m2] and the stress. Only a parabola has such a limit.
+    """
+    work, stress = adhesion
     if profile.path_exponent != 1.0:
         return stress
     radius = float(np.asarray(profile.path_coefficient)) ** 2
-    return min(stress, THICK / float(maugis_number(work, 1.0, float(modulus.instantaneous_modulus), radius)))
+    thinnest = _THINNEST * math.sqrt(count)
+    return min(stress, thinnest / float(maugis_number(work, 1.0, float(modulus.instantaneous_modulus), radius)))
 
 
-def adhesion_doubts(
-    error: float, groups: Sequence[Bodies], reduced: PronySeries, materials: StickyMaterial
-) -> list[str]:
-    """Return doubts about a fit, in words: the error of few elements over the noise, and zones that are too thin."""
+def doubts_of(share: float, profiles: Sequence[Profile], reduced: PronySeries, materials: StickyMaterial,
+              count: int) -> list[str]:  # fmt: skip
+    """Return doubts about a fit, in words: the error of few elements over the noise, and zones that are too thin.
+
+    The reduced moduli are those of the profiles, shape (1, n).
+    """
     lines = list[str]()
-    if error > _DOUBTFUL:
+    if share > ERROR:
+        lines.append(f"few elements of the attraction have an error of {share:.2g} of the noise: state a larger noise")
+    adhesion = float(materials.work[0, 0]), float(materials.stress[0, 0])
+    taken = [thick_stress(profile, reduced.row(0, n), adhesion, count) for n, profile in enumerate(profiles)]
+    if min(taken) < adhesion[1]:
         lines.append(
-            f"few elements of the attraction change results by {error:.2g} times their noise: state it larger"
-        )
-    work, stress = float(materials.work[0, 0]), float(materials.stress[0, 0])
-    taken = [thick_stress(bodies.profile, reduced.row(0, int(bodies.places[0])), work, stress) for bodies in groups]
-    if min(taken) < stress:
-        lines.append(
-            f"the attraction is nearly that of Johnson, Kendall and Roberts: Maugis' lambda is above {THICK:g} at the "
-            f"instantaneous modulus, and results are those of {THICK:g}"
+            f"the attraction is nearly that of Johnson, Kendall and Roberts: a stress above {min(taken):.2g} Pa is "
+            "taken as this one, for which Maugis' lambda is as large as the elements permit"
         )
     return lines
 
@@ -218,7 +227,7 @@ def collide(groups: Sequence[Bodies], reduced: PronySeries, adhesion: StickyMate
         work, stress = float(adhesion.work[row, 0]), float(adhesion.stress[row, 0])
         if not (math.isfinite(work) and math.isfinite(stress) and math.isfinite(modulus.instantaneous_modulus)):
             return
-        taken = Adhesion(work, thick_stress(bodies.profile, modulus, work, stress))
+        taken = Adhesion(work, thick_stress(bodies.profile, modulus, (work, stress), count))
         collision = Collision(Sticky(bodies.profile, modulus, taken), bodies.mass, count)
         numbers = [collision.at(float(v)) for v in bodies.velocities]
         threshold, end = _threshold(collision, bodies, numbers)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
@@ -15,7 +16,7 @@ from restitution.contact.adhesion import require_smooth
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import as_profile
 from restitution.errors import InputError, InputTypeError
-from restitution.identification.adhesion import StickyMaterial, elements_for
+from restitution.identification.adhesion import ERROR, MOST, StickyMaterial, doubts_of, elements_for
 from restitution.identification.observations import (
     ForceRecord,
     Noise,
@@ -387,14 +388,27 @@ class IndentationCurve(ForceRecord):
             finer, _ = self.block.refined().forces(reduced, touches)
         return 4.0 / 3.0 * np.abs(self.forces(materials, nuisances) - finer)
 
+    def refined(self, materials: Material, nuisances: Array) -> IndentationCurve:
+        """Return the same data with so many elements of the attraction as the noise needs near a fit."""
+        curve = self
+        while self.adhesion and curve._doubt(materials, nuisances) > ERROR and 2 * curve._pull_off.count <= MOST:
+            curve = copy(curve)
+            curve._pull_off = curve._pull_off.with_elements(2)
+        return curve
+
+    def _doubt(self, materials: Material, nuisances: Array) -> float:
+        """Return the root mean square of the errors of the first row over their noise."""
+        error = self.discretisation_error(materials, nuisances)[0]
+        return float(np.sqrt(np.mean((error / self.deviations) ** 2)))
+
     def doubts(self, materials: Material, nuisances: Array) -> list[str]:
         """Return doubt about forces that are not computed well enough for their noise."""
-        error = self.discretisation_error(materials, nuisances)[0]
-        share = float(np.sqrt(np.mean((error / self.deviations) ** 2)))
+        share = self._doubt(materials, nuisances)
+        if self.adhesion and isinstance(materials, StickyMaterial):
+            profile, reduced = as_profile(self.profile, "adhesion"), modulus(materials, self.temperature)
+            return doubts_of(share, [profile], reduced, materials, self._pull_off.count)
         if not share > _ERROR:
             return []
-        if self.adhesion:
-            return [f"the computed force has an error of {share:.2g} of its noise: state a larger noise"]
         return [f"the computed force has an error of {share:.2g} of its noise: the samples are too far apart"]
 
     def window(self) -> tuple[float, float]:

@@ -406,8 +406,9 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
         raise InputError("data", rule=_without_result(problem, points))
     if space.adhesion:
-        material = problem.materials(fits[0].coordinates[None])
-        problem = replace(problem, data=tuple(record.reweighted(material) for record in data))
+        here = fits[0].coordinates[None]
+        each = zip(data, problem.nuisances(here), strict=True)
+        problem = replace(problem, data=tuple(record.refined(problem.materials(here), at) for record, at in each))
         fits = _deeper(problem, fits, loss)
     # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):

@@ -18,12 +18,14 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import as_profile
 from restitution.errors import InputError
 from restitution.identification.adhesion import (
+    ERROR,
+    MOST,
     Bodies,
     Outcomes,
     StickyMaterial,
-    adhesion_doubts,
     collide,
     count_of_surprises,
+    doubts_of,
     elements_for,
     slopes_over,
     surprise,
@@ -498,26 +500,32 @@ class Rebounds(Observations):
         blur = (slopes + 2.0 * e * e) * np.asarray(self._blur)
         return self.restitution_coefficient**2 - own**2, np.hypot(2.0 * np.maximum(e, own) * own, blur)
 
-    def reweighted(self, materials: Material) -> Rebounds:
-        """Return the same data with the noise of the velocity by the slopes of a fit, that of the first row."""
+    def refined(self, materials: Material, nuisances: Array) -> Rebounds:
+        """Return the same data with elements, and the noise of the velocity by slopes, for a fit, the first row."""
         if not (self.adhesion and isinstance(materials, StickyMaterial)):
             return self
+        better = copy(self)
+        while better._doubt(materials) > ERROR and 2 * better._count <= MOST:
+            better._count *= 2
         share = np.asarray(self._blur)
-        ahead, here, behind = (self._collisions(materials, 1.0 + n * share).values[0, 0] ** 2 for n in (1, 0, -1))
-        weighted = copy(self)
+        ahead, here, behind = (better._collisions(materials, 1.0 + n * share).values[0, 0] ** 2 for n in (1, 0, -1))
         # What sticks has the e of the sticking velocity, below which a measured one is no rebound.
-        weighted.__dict__["_squares"] = self._squares_by(np.sqrt(here), (ahead - behind) / (2.0 * share))
-        return weighted
+        better._squares = self._squares_by(np.sqrt(here), (ahead - behind) / (2.0 * share))
+        return better
 
     def _collisions(self, materials: StickyMaterial, factors: Any = 1.0, finer: int = 1) -> Outcomes:
-        """Return the impacts with adhesion, perhaps at velocities times factors, or with so many times the elements."""
+        """Return the impacts with adhesion, perhaps at velocities times factors or with so many times the elements."""
         shape = materials.shape[0], self.velocity.size
         reduced = self._moduli_at(materials, self.temperature).broadcast_to(shape)
-        sizes = self._deviations[0] * np.where(self._relative[0], self.restitution_coefficient, 1.0)
-        least = float(sizes[self._there[0]].min(initial=1.0))
         each = np.broadcast_to(factors, self.velocity.shape)
         groups = [group._replace(velocities=group.velocities * each[group.places]) for group in self._groups]
-        return collide(groups, reduced, materials, finer * elements_for(least))
+        return collide(groups, reduced, materials, finer * self._count)
+
+    @cached_property
+    def _count(self) -> int:
+        """Number of elements for the smallest noise of e."""
+        sizes = self._deviations[0] * np.where(self._relative[0], self.restitution_coefficient, 1.0)
+        return elements_for(float(sizes[self._there[0]].min(initial=1.0)))
 
     @cached_property
     def _nodes(self) -> ImpactNodes | None:
@@ -682,15 +690,20 @@ class Rebounds(Observations):
         outcomes = self.predicted(material, external_force=np.zeros(1))
         return outcomes["contact_time"][0], outcomes["max_force"][0]
 
+    def _doubt(self, materials: StickyMaterial) -> float:
+        """Return the largest error of e of the first row by few elements, over its noise."""
+        found, finer = (self._collisions(materials, finer=n).values[0, 0] for n in (1, 2))
+        sizes = np.abs(self._deviations[0] * np.where(self._relative[0], found, 1.0))
+        return float(np.where(self._there[0], np.abs(finer - found) / sizes, 0.0).max())
+
     def doubts(self, materials: Material, nuisances: Array) -> list[str]:
         """Return doubts about the elements and the zone of the adhesion, in words."""
         if not (self.adhesion and isinstance(materials, StickyMaterial)):
             return []
-        modulus = self._moduli_at(materials, self.temperature).broadcast_to((1, self.velocity.size))
-        found, finer = (self._collisions(materials, finer=n).values[0, 0] for n in (1, 2))
-        sizes = np.abs(self._deviations[0] * np.where(self._relative[0], found, 1.0))
-        error = np.where(self._there[0], np.abs(finer - found) / sizes, 0.0).max()
-        return adhesion_doubts(error, self._groups, modulus, materials)
+        profiles = [bodies.profile for bodies in self._groups]
+        reduced = self._moduli_at(materials, self.temperature).broadcast_to((1, self.velocity.size))
+        reduced = reduced.take((slice(None), np.array([bodies.places[0] for bodies in self._groups])))
+        return doubts_of(self._doubt(materials), profiles, reduced, materials, self._count)
 
     def __repr__(self) -> str:
         return f"Rebounds({self.velocity.size} impacts, {', '.join(self.measured)})"

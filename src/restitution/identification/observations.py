@@ -305,8 +305,8 @@ class Observations(ABC):
         table = self.effective_moduli()
         return [] if table is None else [replace(table, temperature=getattr(self, "temperature", table.temperature))]
 
-    def reweighted(self, materials: Material) -> Observations:
-        """Return the data with deviations by the fit of the first row, for noise that its slopes turn into others."""
+    def refined(self, materials: Material, nuisances: Array) -> Observations:
+        """Return the data with deviations and elements for residuals near the fit of the first row."""
         return self
 
     def assumed_contact(self, modulus: float) -> tuple[float, float] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -74,6 +75,12 @@ class PullOff:
         self._starts = time - 0.5 * np.append(steps[0], steps)
         self._ends = time + 0.5 * np.append(steps, steps[-1])
 
+    def with_elements(self, factor: int) -> PullOff:
+        """Return the same contacts with so many times the elements."""
+        finer = copy(self)
+        finer.count = factor * self.count
+        return finer
+
     def forces(self, reduced: PronySeries, touches: Array, materials: StickyMaterial, finer: int = 1) -> Array:
         """Return forces [N] of materials of shape (m, 1) with first touch at depths [m], shape (m, n)."""
         if np.any(reduced.parallel_viscosity > 0.0):
@@ -84,9 +91,9 @@ class PullOff:
         def run(row: int) -> None:
             modulus, work, stress = reduced.row(row, 0), float(materials.work[row, 0]), float(materials.stress[row, 0])
             if math.isfinite(work) and math.isfinite(stress) and math.isfinite(modulus.instantaneous_modulus):
-                adhesion = Adhesion(work, thick_stress(self.profile, modulus, work, stress))
-                body = Sticky(self.profile, modulus, adhesion)
-                found[row] = self._force(body, float(touches[row]), finer * self.count)
+                count = finer * self.count
+                adhesion = Adhesion(work, thick_stress(self.profile, modulus, (work, stress), count))
+                found[row] = self._force(Sticky(self.profile, modulus, adhesion), float(touches[row]), count)
 
         if m == 1:
             run(0)
