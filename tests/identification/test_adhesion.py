@@ -235,3 +235,20 @@ def test_coverage_of_the_work(exact):
     # The mean of 40 pulls has a deviation of 0.16.
     assert abs(np.mean(pulls)) < 0.6
     assert 0.6 < np.std(pulls) < 1.5
+
+
+@pytest.mark.slow
+def test_errors_of_a_curve_with_a_pull_off():
+    """Of twelve records the distances from the truth are as large as the stated errors."""
+    time, depth, force, deviation = pulled(5e5)
+    distances = []
+    for seed in range(12):
+        noisy = force + np.random.default_rng(seed).normal(0.0, deviation, force.size)
+        curve = rs.IndentationCurve(time, depth, noisy, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)
+        found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False).parameters
+        distances.append([(found[name].value - value) / found[name].standard_error
+                          for name, value in (GEL | {"work": PULL, "stress": 5e5}).items()])  # fmt: skip
+    # The root mean square of twelve is within 0.4 and 1.6 in all but one of some thousand cases.
+    size = np.sqrt(np.mean(np.square(distances), axis=0))
+    assert np.all(size < 1.6)
+    assert np.all(size > 0.4)

@@ -57,7 +57,7 @@ _BEGINNING = 14.0
 
 
 def write_material(result: Identification, path: str | Path) -> Path:
-    """Write the best material with its errors as comments, and the first ball of the data, if any."""
+    """Write the best material with its errors as comments, its adhesion, and the first ball that rebounds, if any."""
     low, high = result.window
     comments = [
         f"Identified from {', '.join(record.label or repr(record) for record in result.data)}",
@@ -82,7 +82,8 @@ def write_material(result: Identification, path: str | Path) -> Path:
         lines += ["", "[adhesion]", *(f"{name} = {value!r}" for name, value in numbers.items())]
     balls = next((record for record in result.data if isinstance(record, Rebounds)), None)
     if balls is not None and balls.radius is not None and balls.counter_material is None:
-        radius, mass, velocity = (float(column[0]) for column in (balls.radius, balls.mass, balls.velocity))
+        place = int(np.argmax(balls.restitution_coefficient > 0.0))  # the first that does not stick
+        radius, mass, velocity = (float(column[place]) for column in (balls.radius, balls.mass, balls.velocity))
         lines += ["", "[body]", f"radius = {radius!r}", f"mass = {mass!r}"]
         lines += ["", "[profile]", 'type = "parabola"', "", "[impact]", f"velocity = {velocity!r}"]
     with whole_file(path) as partial:
