@@ -10,6 +10,9 @@ import restitution as rs
 RUBBER = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e4}  # Pa, Pa, Pa s; incompressible
 FOAM = {"shear_modulus": 2e5, "viscosity": 20.0}  # Pa, Pa s; incompressible
 GEL = {"equilibrium_modulus": 200.0 / 3.0, "branch_modulus": 800.0 / 3.0, "viscosity": 80.0}  # Pa, Pa, Pa s
+POLYMER = {"equilibrium_modulus": 1e8, "branch_modulus": 3e8, "viscosity": 60.0}  # Pa, Pa, Pa s; Poisson ratio 0.4
+GRAINS = {"work": 0.05}  # J/m^2, with a stress of 10 MPa
+STICKY_GEL = {"equilibrium_modulus": 2e5, "branch_modulus": 6e5, "viscosity": 3e4, "work": 0.01, "stress": 5e5}
 STEEL = 7800.0  # kg/m^3
 CONTACT = 4e-7  # m, position of the contact point of the AFM curve
 
@@ -79,6 +82,35 @@ def oscillations(rng: np.random.Generator) -> None:
           1e12 * force[:, 0].real * noise[1])  # fmt: skip
 
 
+def grains(rng: np.random.Generator) -> None:
+    """Polymer beads of 5 um, of which those below 0.2 m/s stick: e = 0; otherwise e to 0.01, velocities to 1 %."""
+    velocity, radius = np.geomspace(0.1, 2.0, 14), 5e-6
+    polymer = rs.standard_solid(**POLYMER, poisson_ratio=0.4)
+    impact = rs.Impact(
+        polymer, rs.Parabola(radius), 4.0 / 3.0 * np.pi * radius**3 * 1200.0, velocity,
+        adhesion=rs.Adhesion(**GRAINS, stress=1e7),
+    )  # fmt: skip
+    exact = rs.solve(impact, rtol=1e-4).restitution_coefficient
+    measured = velocity * np.exp(0.01 * rng.standard_normal(velocity.size))
+    e = exact * velocity / measured + 0.01 * rng.standard_normal(velocity.size)
+    write("grains.csv", "velocity [m/s],restitution_coefficient", measured, np.where(exact > 0.0, e, 0.0))
+
+
+def pull_off(rng: np.random.Generator) -> None:
+    """A tip of 1 um on a gel that holds it: a force is the mean over the time of a sample, to 1 % of its range."""
+    constants = {name: value for name, value in STICKY_GEL.items() if name not in ("work", "stress")}
+    gel, sticky = rs.standard_solid(**constants, poisson_ratio=0.5), {"work": 0.01, "stress": 5e5}
+    knots, depths = [0.0, 0.4, 0.5, 1.0], np.array([-5e-8, 4e-7, 4e-7, -4e-7])
+    result = rs.indent(
+        gel, rs.Parabola(1e-6), depth=depths - 1e-7, time=knots, adhesion=rs.Adhesion(**sticky), rtol=1e-3
+    )
+    time = np.linspace(0.0, 1.0, 241)
+    fine = time[:, None] + ((np.arange(50) + 0.5) / 50 - 0.5) * time[1]
+    force = np.interp(fine, result.time, result.force, left=0.0).mean(axis=1)
+    write("pull_off.csv", "time [s],depth [nm],force [nN]", time, 1e9 * np.interp(time, knots, depths),
+          1e9 * (force + 0.01 * np.ptp(force) * rng.standard_normal(time.size)))  # fmt: skip
+
+
 if __name__ == "__main__":
-    for make in (balls, sound, recording, afm, oscillations):
+    for make in (balls, sound, recording, afm, oscillations, grains, pull_off):
         make(np.random.default_rng(2026))

@@ -99,7 +99,15 @@ def test_the_python_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "truth"), [("balls", "RUBBER"), ("sound", "FOAM"), ("afm_curve", "GEL"), ("oscillations", "GEL")]
+    ("name", "truth"),
+    [
+        ("balls", "RUBBER"),
+        ("sound", "FOAM"),
+        ("afm_curve", "GEL"),
+        ("oscillations", "GEL"),
+        ("grains", "GRAINS"),
+        ("pull_off", "STICKY_GEL"),
+    ],
 )
 @pytest.mark.filterwarnings("ignore:drag", "ignore:straight lines replace the depth")
 def test_identified_materials_are_those_of_the_data(name: str, truth: str) -> None:

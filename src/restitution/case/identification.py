@@ -15,6 +15,7 @@ from pydantic import (
     BeforeValidator,
     Field,
     SerializeAsAny,
+    StrictBool,
     StrictInt,
     TypeAdapter,
     ValidationInfo,
@@ -78,6 +79,7 @@ _NUMBERS: dict[str, Any] = {
     "spring_constant": Annotated[float, positive(STIFFNESS, "stiffness of the cantilever")],
     "deformation": Literal["tension", "shear"],
     "segment": Literal["approach"],
+    "adhesion": Annotated[StrictBool, Field(description="whether the surfaces adhere")],
     "profile": AnyProfile,
     "counter_material": Annotated[Any, BeforeValidator(_counter)],
 }

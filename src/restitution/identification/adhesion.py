@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion, maugis_number
@@ -25,9 +26,15 @@ from restitution.parallel import on_threads
 STEP = 1e-2
 """Step of the logarithms for differences: marches have kinks of some 1e-5 where an element is reached or not."""
 
-# Largest lambda at the instantaneous modulus that few elements resolve: beyond it results hardly change.
-THICK = 4.0
-_FEWEST, _MOST = 50, 400
+ERROR = 0.2
+"""Share of the noise below which an error by few elements does not count."""
+
+MOST = 400
+"""Most elements of a fit."""
+
+# Largest lambda at the instantaneous modulus over the root of the number of elements, some seven of which are then in
+# the zone. Beyond it results hardly change.
+_THINNEST, _FEWEST = 0.38, 50
 # Error of e with 100 elements, and the share of the noise that it may be.
 _ERROR, _SHARE = 2.5e-4, 0.1
 # Radius of the attraction over that of the Hertzian contact at the largest depth, and its growth where it is larger.
@@ -56,15 +63,39 @@ class StickyMaterial(Material):
 
 def elements_for(deviation: float) -> int:
     """Return the number of elements whose error of e is small beside its noise."""
-    return int(np.clip(100.0 * math.sqrt(_ERROR / (_SHARE * deviation)), _FEWEST, _MOST))
+    return int(np.clip(100.0 * math.sqrt(_ERROR / (_SHARE * deviation)), _FEWEST, MOST))
 
 
-def thick_stress(profile: Profile, modulus: PronySeries, work: float, stress: float) -> float:
-    """Return the stress [Pa], or that of the thinnest zone which few elements resolve; of a parabola."""
+def thick_stress(profile: Profile, modulus: PronySeries, adhesion: tuple[float, float], count: int) -> float:
+    """Return the stress [Pa] of an adhesion, or that of the thinnest zone which so many elements resolve.
+
+    `adhesion` has the work [J/m2] and the stress. Only a parabola has such a limit.
+    """
+    work, stress = adhesion
     if profile.path_exponent != 1.0:
         return stress
     radius = float(np.asarray(profile.path_coefficient)) ** 2
-    return min(stress, THICK / float(maugis_number(work, 1.0, float(modulus.instantaneous_modulus), radius)))
+    thinnest = _THINNEST * math.sqrt(count)
+    return min(stress, thinnest / float(maugis_number(work, 1.0, float(modulus.instantaneous_modulus), radius)))
+
+
+def doubts_of(share: float, profiles: Sequence[Profile], reduced: PronySeries, materials: StickyMaterial,
+              count: int) -> list[str]:  # fmt: skip
+    """Return doubts about a fit, in words: the error of few elements over the noise, and zones that are too thin.
+
+    The reduced moduli are those of the profiles, shape (1, n).
+    """
+    lines = list[str]()
+    if share > ERROR:
+        lines.append(f"few elements of the attraction have an error of {share:.2g} of the noise: state a larger noise")
+    adhesion = float(materials.work[0, 0]), float(materials.stress[0, 0])
+    taken = [thick_stress(profile, reduced.row(0, n), adhesion, count) for n, profile in enumerate(profiles)]
+    if min(taken) < adhesion[1]:
+        lines.append(
+            f"the attraction is nearly that of Johnson, Kendall and Roberts: a stress above {min(taken):.2g} Pa is "
+            "taken as this one, for which Maugis' lambda is as large as the elements permit"
+        )
+    return lines
 
 
 class _Number(NamedTuple):
@@ -111,14 +142,12 @@ class Collision:
 
         width, time = self._scales(velocity)
         problem = Problem(self.body, self.mass, velocity)
+        march = problem.march(width, time, self.count)
         for _ in range(_TRIALS):
-            march = problem.march(width, time, self.count)
-            if march.end == NO_ROOM:
-                width *= _WIDER
-            elif march.end == TOO_LONG:
-                time *= _LONGER
-            else:
+            if march.end not in (NO_ROOM, TOO_LONG):
                 break
+            width, time = (_WIDER * width, time) if march.end == NO_ROOM else (width, _LONGER * time)
+            march = problem.march(width, time, self.count)
         if march.end == SEPARATED:
             return _Number(True, _values(march, velocity))
         nothing = 0.0 if march.end == HELD else math.nan
@@ -158,10 +187,10 @@ class Bodies(NamedTuple):
 
     profile: Profile
     mass: float
-    places: Array  # of the impacts among all
+    places: NDArray[np.intp]  # of the impacts among all
     velocities: Array
     deviations: Array  # of the velocities
-    stuck: Array  # whether they stuck
+    stuck: NDArray[np.bool_]  # whether they stuck
 
     def agree(self, low: float, high: float) -> bool:
         """Return whether a sticking velocity between these is too far from all velocities to matter, as measured."""
@@ -179,7 +208,7 @@ class Outcomes(NamedTuple):
     """
 
     values: Array
-    sticks: Array
+    sticks: NDArray[np.bool_]
     thresholds: Array
 
 
@@ -198,7 +227,7 @@ def collide(groups: Sequence[Bodies], reduced: PronySeries, adhesion: StickyMate
         work, stress = float(adhesion.work[row, 0]), float(adhesion.stress[row, 0])
         if not (math.isfinite(work) and math.isfinite(stress) and math.isfinite(modulus.instantaneous_modulus)):
             return
-        taken = Adhesion(work, thick_stress(bodies.profile, modulus, work, stress))
+        taken = Adhesion(work, thick_stress(bodies.profile, modulus, (work, stress), count))
         collision = Collision(Sticky(bodies.profile, modulus, taken), bodies.mass, count)
         numbers = [collision.at(float(v)) for v in bodies.velocities]
         threshold, end = _threshold(collision, bodies, numbers)
@@ -218,7 +247,7 @@ def collide(groups: Sequence[Bodies], reduced: PronySeries, adhesion: StickyMate
 
 def _threshold(collision: Collision, bodies: Bodies, numbers: list[_Number]) -> tuple[float, _Number]:
     """Return the sticking velocity [m/s], 0 if it is too low and NaN if too high, and the numbers just above it."""
-    nothing = _Number(False, (math.nan,) * 3)
+    nothing = _Number(False, (math.nan, math.nan, math.nan))
     held = bodies.velocities[[not number.escapes for number in numbers]]
     free = bodies.velocities[[number.escapes for number in numbers]]
     low = float(held.max()) if held.size else 0.0
@@ -261,8 +290,8 @@ def surprise(groups: Sequence[Bodies], thresholds: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def slopes_over(bodies: Bodies, e: Array) -> Array:
-    """Return slopes of measured e over the logarithm of the velocity, from lines through the neighbours; 0 if stuck.
+def slopes_over(bodies: Bodies, values: Array) -> Array:
+    """Return slopes of measured values over the logarithm of the velocity, by lines through neighbours; 0 if stuck.
 
     The noise of the velocity enters the deviations of the residuals by them. Those of a trial would let a fit choose
     them.
@@ -270,9 +299,9 @@ def slopes_over(bodies: Bodies, e: Array) -> Array:
     x, free = np.log(bodies.velocities), ~bodies.stuck
     weights = np.exp(-0.5 * ((x[:, None] - x) / _NEAR) ** 2) * free
     total = np.maximum(weights.sum(axis=1), 1e-300)
-    x_mean, e_mean = weights @ x / total, weights @ e / total
+    x_mean, mean = weights @ x / total, weights @ values / total
     spread = weights @ (x * x) / total - x_mean**2
-    slopes = (weights @ (x * e) / total - x_mean * e_mean) / np.maximum(spread, _ALONE**2)
+    slopes = (weights @ (x * values) / total - x_mean * mean) / np.maximum(spread, _ALONE**2)
     return np.where(free, slopes, 0.0)
 
 

@@ -116,7 +116,7 @@ def read_curves(
 class CurveFile(list["CurveReader"]):
     """Curves of a file, as functions that each read one curve."""
 
-    def read(self, segment: Literal["approach"] | None = None) -> list[IndentationCurve]:
+    def read(self, segment: Literal["approach"] | None = None, *, adhesion: bool = False) -> list[IndentationCurve]:
         """Return the curves that can be read, or their first approaches, and warn of each of the others in one line.
 
         If there are only others, the first of their errors is raised.
@@ -124,7 +124,7 @@ class CurveFile(list["CurveReader"]):
         curves, refused = list[IndentationCurve](), list[InputError]()
         for reader in self:
             try:
-                curves.append(reader(segment))
+                curves.append(reader(segment, adhesion=adhesion))
             except InputError as error:
                 refused.append(error)
         if refused and not curves:
@@ -153,15 +153,15 @@ class CurveReader:
             _check_lengths(record.columns)
             return record
 
-    def __call__(self, segment: Literal["approach"] | None = None) -> FileCurve:
-        """Return the curve, or its first approach; see `IndentationCurve`."""
+    def __call__(self, segment: Literal["approach"] | None = None, *, adhesion: bool = False) -> FileCurve:
+        """Return the curve, or its first approach, perhaps with adhesion; see `IndentationCurve`."""
         record, given = self.record(), self._given
         try:
             _check_complete(record, given)
             (time, of_time), (depth, force, spring, of_depth) = _times(record, given), _depth_and_force(record, given)
             curve = FileCurve(
                 time, depth, force, profile=given.profile, spring_constant=spring, noise=given.noise, segment=segment,
-                label=self.label,
+                adhesion=adhesion, label=self.label,
             )  # fmt: skip
         except InputError as error:
             raise error.within(where=self.label) from None

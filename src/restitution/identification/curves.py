@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
@@ -11,8 +12,11 @@ from numpy.typing import NDArray
 
 from restitution import checks
 from restitution.checks import Array
+from restitution.contact.adhesion import require_smooth
 from restitution.contact.geometry import Geometry
+from restitution.contact.profiles import as_profile
 from restitution.errors import InputError, InputTypeError
+from restitution.identification.adhesion import ERROR, MOST, StickyMaterial, doubts_of, elements_for
 from restitution.identification.observations import (
     ForceRecord,
     Noise,
@@ -22,6 +26,7 @@ from restitution.identification.observations import (
     noise_of,
     number_or_none,
 )
+from restitution.identification.pull_off import PullOff, deviations_at_jumps, work_of_pull
 from restitution.indentation.records import Record, RecordBlock
 from restitution.material.fit import DynamicTable
 from restitution.material.prony import PronySeries
@@ -175,7 +180,10 @@ class IndentationCurve(ForceRecord):
         Standard deviations of `force` and `depth`; a relative one refers to the range. By default that of the force is
         estimated with the fit, and that of the depth from the scatter of neighbouring points.
     segment : {"approach"}, optional
-        Use the first approach alone, with its hold; for curves with adhesion.
+        Use the first approach alone, with its hold.
+    adhesion : bool
+        Whether the surfaces adhere, as a pull on the way out shows. The fit then has the unknowns `work` and
+        `stress`, or `range` where one of its arguments names that, of `rs.Adhesion`.
     label : str
         Name of the data in messages.
 
@@ -183,7 +191,7 @@ class IndentationCurve(ForceRecord):
     ------
     InputError
         If a number is out of range, the times are not ascending, there are fewer than 10 points before first touch,
-        the force is saturated or jumps, or is a pull on the way out (adhesion).
+        the force is saturated, or it jumps or is a pull on the way out without `adhesion`.
 
     Notes
     -----
@@ -195,6 +203,9 @@ class IndentationCurve(ForceRecord):
     sum of the squares of the noise of the force and of S e, with S of the trial material: without it the modulus
     would be too small, as in Deming's regression. With `spring_constant` the spring is part of the model, so that the
     noise of the force does not move the tip.
+
+    With adhesion the depth of the tip is smoothed to few straight lines, and that of a cantilever is ``z - F/k`` with
+    the measured force. A force is the mean over the time of its sample, and beside a jump its deviation is larger.
 
     Examples
     --------
@@ -219,9 +230,10 @@ class IndentationCurve(ForceRecord):
         temperature: Any = None,
         noise: Noise | None = None,
         segment: Literal["approach"] | None = None,
+        adhesion: bool = False,
         label: str = "",
     ) -> None:
-        self.label = label
+        self.label, self.adhesion = label, checks.truth("adhesion", adhesion)
         if not isinstance(profile, Geometry):
             raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
         # The layer of a contact with an incompressible material; itself if its base is frictionless.
@@ -231,15 +243,19 @@ class IndentationCurve(ForceRecord):
         if spring_constant is not None:
             self.spring_constant = checks.single_positive("spring_constant", spring_constant, "N/m")
         self.temperature = number_or_none("temperature", temperature)
+        if self.adhesion:
+            require_smooth(as_profile(profile, "adhesion"))
         self.time, self.depth, self.force = _columns(time, depth, force)
         if segment is not None:
             checks.one_of("segment", segment, ("approach",))
             self._keep_approach()
-        _check_force(self.depth, self.force, segment)
+        _check_force(self.depth, self.force, jumps=self.adhesion, whole=segment is None)
         touch = self._touch()
         self._set_nuisance(touch.depth, touch.noise)
         self._set_noise(noise, touch)
-        if segment is None:
+        if self.adhesion:
+            self._set_adhesion()
+        elif segment is None:
             self._refuse_pull(touch)
 
     def _keep_approach(self) -> None:
@@ -300,17 +316,33 @@ class IndentationCurve(ForceRecord):
         constant = np.ones(self.time.size), "N"
         self._set_record(self.time, self.force, deviations, baseline=constant, baseline_slope=slope)
 
+    def _set_adhesion(self) -> None:
+        """Set the contacts with adhesion; the deviations beside jumps are larger."""
+        noise = float(np.mean(self.depth_deviations))
+        if self.spring_constant is not None:
+            noise = math.hypot(noise, float(np.mean(self.deviations)) / self.spring_constant)
+        count = 2 * elements_for(float(np.mean(self.deviations)) / float(np.ptp(self.force)))
+        self._pull_off = PullOff(as_profile(self.profile, "adhesion"), self.time, self.tip, noise, count)
+        names = zip(self._units, self._columns, strict=True)
+        columns: dict[str, Any] = {name: (column, self._units[name]) for name, column in names}
+        self._set_record(self.time, self.force, deviations_at_jumps(self.force, self.deviations), **columns)
+
+    def _retraction(self, touch: float) -> Array:
+        """Return the forces [N] from the largest depth on, less the baseline."""
+        free = self.depth < touch - 0.3 * (touch - self.depth.min())
+        return (self.force - baseline(self.time, self.force, free))[int(np.argmax(self.depth)) :]
+
     def _refuse_pull(self, touch: Touch) -> None:
         """Refuse a force that is negative on the way out."""
+        force = self._retraction(touch.depth)
         free = self.depth < touch.depth - 0.3 * (touch.depth - self.depth.min())
-        force = (self.force - baseline(self.time, self.force, free))[int(np.argmax(self.depth)) :]
         if force.size < _PULLED:
             return
         means = np.convolve(force, np.full(_PULLED, 1.0 / _PULLED), mode="valid")
         noise = white_noise(self.time[free], self.force[free]) / math.sqrt(_PULLED)
         lowest = float(means.min())
         if -lowest > max(_PULL * noise, _LEAST_PULL * float(np.ptp(self.force))):
-            rule = 'is a pull on the way out: adhesion is not modelled; segment="approach" fits the approach alone'
+            rule = 'is a pull on the way out: give adhesion=True; or segment="approach", for the approach alone'
             raise InputError("force", lowest, rule, "N")
 
     @cached_property
@@ -323,6 +355,9 @@ class IndentationCurve(ForceRecord):
         if self._incompressible and not np.all(materials.is_incompressible):
             rule = 'is a bonded layer, which depends on the Poisson ratio: give fixed={"poisson_ratio": 0.5}'
             raise InputError("profile", rule=rule)
+        if self.adhesion and isinstance(materials, StickyMaterial):
+            forces = self._pull_off.forces(modulus(materials, self.temperature), nuisances[:, 0], materials)
+            return forces, np.zeros(forces.shape)  # the lines of the depth have hardly any noise
         return self.block.forces(modulus(materials, self.temperature), nuisances[:, 0])
 
     def forces(self, materials: Material, nuisances: Array) -> Array:
@@ -346,13 +381,32 @@ class IndentationCurve(ForceRecord):
 
     def discretisation_error(self, materials: Material, nuisances: Array) -> Array:
         """Return errors of the forces [N] as computed, shape (m, n): four thirds of the change with half the steps."""
-        finer, _ = self.block.refined().forces(modulus(materials, self.temperature), nuisances[:, 0])
+        reduced, touches = modulus(materials, self.temperature), nuisances[:, 0]
+        if self.adhesion and isinstance(materials, StickyMaterial):
+            finer = self._pull_off.forces(reduced, touches, materials, finer=2)
+        else:
+            finer, _ = self.block.refined().forces(reduced, touches)
         return 4.0 / 3.0 * np.abs(self.forces(materials, nuisances) - finer)
+
+    def refined(self, materials: Material, nuisances: Array) -> IndentationCurve:
+        """Return the same data with so many elements of the attraction as the noise needs near a fit."""
+        curve = self
+        while self.adhesion and curve._doubt(materials, nuisances) > ERROR and 2 * curve._pull_off.count <= MOST:
+            curve = copy(curve)
+            curve._pull_off = curve._pull_off.with_elements(2)
+        return curve
+
+    def _doubt(self, materials: Material, nuisances: Array) -> float:
+        """Return the root mean square of the errors of the first row over their noise."""
+        error = self.discretisation_error(materials, nuisances)[0]
+        return float(np.sqrt(np.mean((error / self.deviations) ** 2)))
 
     def doubts(self, materials: Material, nuisances: Array) -> list[str]:
         """Return doubt about forces that are not computed well enough for their noise."""
-        error = self.discretisation_error(materials, nuisances)[0]
-        share = float(np.sqrt(np.mean((error / self.deviations) ** 2)))
+        share = self._doubt(materials, nuisances)
+        if self.adhesion and isinstance(materials, StickyMaterial):
+            profile, reduced = as_profile(self.profile, "adhesion"), modulus(materials, self.temperature)
+            return doubts_of(share, [profile], reduced, materials, self._pull_off.count)
         if not share > _ERROR:
             return []
         return [f"the computed force has an error of {share:.2g} of its noise: the samples are too far apart"]
@@ -368,8 +422,24 @@ class IndentationCurve(ForceRecord):
         inside = self.time[self.depth > self.nuisances[0].start]
         return float(inside[-1] - inside[0])
 
+    def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
+        """Return the work of adhesion [J/m2] that the largest pull shows, and the radius [m] of the tip."""
+        if not self.adhesion:
+            return None
+        touch = self.nuisances[0].start
+        depth = max(float(self.tip.max()) - touch, _TOP * float(np.ptp(self.depth)))
+        radius = float(np.asarray(self.profile.stiffness_radius(depth))) ** 2 / depth
+        pull = max(-float(self._retraction(touch).min()), float(np.mean(self.deviations)))
+        return work_of_pull(radius, pull), radius
+
     def effective_moduli(self) -> DynamicTable:
-        """Return moduli of the best of a few standard solids, each times the best factor."""
+        """Return moduli of the best of a few standard solids, each times the best factor; with adhesion of a push."""
+        if self.adhesion:
+            loading = IndentationCurve(
+                self.time, self.depth, np.maximum(self.force, float(np.median(self.force[:_FEWEST]))),
+                profile=self.profile, spring_constant=self.spring_constant, segment="approach",
+            )  # fmt: skip
+            return loading.effective_moduli()
         shares, times = (grid.ravel() for grid in np.meshgrid(_SHARES, np.array(_TIMES) * self._contact_duration))
         series = PronySeries.from_checked(1.0 - shares, shares[:, None], times[:, None])
         block = self.block
@@ -441,8 +511,8 @@ def _columns(time: Any, depth: Any, force: Any) -> tuple[Array, Array, Array]:
     return t, d, f
 
 
-def _check_force(depth: Array, force: Array, segment: str | None) -> None:
-    """Refuse a depth or a force of the wrong sign, a force that jumps at rest, and one that is saturated."""
+def _check_force(depth: Array, force: Array, *, jumps: bool, whole: bool) -> None:
+    """Refuse a depth or a force of the wrong sign, a force that jumps at rest unless it may, and a saturated one."""
     lowest, highest = np.argmin(depth), np.argmax(depth)
     # The record begins without contact, far from its largest depth, and the push is largest there.
     far = np.median(depth[:_FEWEST]) > 0.5 * (depth[lowest] + depth[highest])
@@ -451,11 +521,11 @@ def _check_force(depth: Array, force: Array, segment: str | None) -> None:
     if force[highest] <= np.median(force[:_FEWEST]):
         raise InputError("force", rule="must be larger at the largest depth than at the start; is a push positive?")
     steps, moves = np.abs(np.diff(force)) / np.ptp(force), np.abs(np.diff(depth)) / np.ptp(depth)
-    jumps = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
-    if jumps.size:
-        n = int(jumps[0]) + 1
-        rule = "jumps from the point before, as with adhesion"
-        rule += '; segment="approach" fits the approach alone' * (segment is None)
+    places = np.flatnonzero((steps > _JUMP) & (moves < 0.2 * _JUMP))
+    if places.size and not jumps:
+        n = int(places[0]) + 1
+        rule = "jumps from the point before, as with adhesion: give adhesion=True"
+        rule += '; or segment="approach", for the approach alone' * whole
         raise InputError("force", float(force[n]), rule, "N", index=(n,))
     largest = np.flatnonzero(force == force.max())
     if largest.size >= _EQUAL and np.ptp(depth[largest]) > _MOVED * np.ptp(depth):

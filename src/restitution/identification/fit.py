@@ -149,6 +149,8 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 _STEP, _NUISANCE_STEP = 1e-4, 1e-2
 # Values of hidden coordinates that are tried, and descents from the best of them; fewer where a trial is costly.
 _TRIALS, _RESCUES, _COSTLY_TRIALS = 64, 3, 8
+# Changes of the logarithms of an adhesion in search of better minima.
+_AROUND = (-0.3, -0.1, 0.1, 0.3)
 # Least tolerance where marches with few elements have kinks.
 _ROUGH = 1e-4
 # Further points; the best one is followed too.
@@ -405,6 +407,12 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         # Rows of a refused material are NaN, which hides the reason.
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
         raise InputError("data", rule=_without_result(problem, points))
+    if space.adhesion:
+        here = fits[0].coordinates[None]
+        each = zip(data, problem.nuisances(here), strict=True)
+        problem = replace(problem, data=tuple(record.refined(problem.materials(here), at) for record, at in each))
+        fits = _deeper(problem, fits, loss)
+        fits = _deeper(problem, [*fits, *_minima(problem, _around(problem, fits[0]), loss, _COARSE)], loss)
     # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):
         rescaled = _rescaled(problem, fits[0], loss)
@@ -417,6 +425,14 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         fits = _deeper(problem, fits, loss)
     fits = [fits[k] for k in np.argsort(ranks(problem, fits), kind="stable")]
     return moved(problem, loss, fits[0], fits)
+
+
+def _around(problem: EstimationProblem, fit: Fit) -> Array:
+    """Return points around a fit with another adhesion: a jump that is a sample away makes a minimum of its own."""
+    space = problem.space
+    moves = [move * np.eye(fit.coordinates.size)[k] for k, name in enumerate(space.names) if name in space.adhesion
+             for move in _AROUND]  # fmt: skip
+    return fit.coordinates + np.array(moves).reshape(-1, fit.coordinates.size)
 
 
 def _without_result(problem: EstimationProblem, points: Array) -> str:

@@ -16,7 +16,7 @@ from restitution.checks import Array, function, one_of, truth, whole
 from restitution.errors import InputError
 from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
 from restitution.identification.observations import Moduli, Observations, as_observations, hollow_balls
-from restitution.identification.parameters import MOST_TERMS, SPECTRUM, parameter_names, parameters
+from restitution.identification.parameters import MOST_TERMS, SPECTRUM, OfData, parameter_names, parameters
 from restitution.identification.result import Identification
 from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded, nuisance_estimates
 from restitution.material.master_curve import Isotherms
@@ -126,11 +126,13 @@ def identify(
         for name in fixed or {}:
             if name != "poisson_ratio":
                 raise InputError("fixed", name, "is no argument of a spectrum; only poisson_ratio is")
+        if any(record.adhesion for record in sets):
+            raise InputError("adhesion", rule="must be left out for a spectrum; take a model with constants")
         return spectrum(sets, **dict(fixed or {}))
     space = parameters(
         model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=shift,
-        terms=whole("terms", terms, 1, MOST_TERMS), temperature=_middle_temperature(sets),
-        adhesion=any(record.adhesion for record in sets),
+        terms=whole("terms", terms, 1, MOST_TERMS),
+        of_data=OfData(_middle_temperature(sets), any(record.adhesion for record in sets)),
     )  # fmt: skip
     if not any(record.fixes_time for record in sets):
         bulk = [parameter.name for parameter in space.free if parameter.name in ("bulk_modulus", "poisson_ratio")]

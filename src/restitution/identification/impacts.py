@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
@@ -17,11 +18,14 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import as_profile
 from restitution.errors import InputError
 from restitution.identification.adhesion import (
+    ERROR,
+    MOST,
     Bodies,
     Outcomes,
     StickyMaterial,
     collide,
     count_of_surprises,
+    doubts_of,
     elements_for,
     slopes_over,
     surprise,
@@ -183,6 +187,9 @@ def moduli_of_rebounds(rebounds: Rebounds) -> EffectiveModuli:
     if rebounds.counter_material is not None:
         rule = "must be rigid: the formulas give the modulus of the contact of both bodies; use identify"
         raise InputError("counter_material", rule=rule)
+    if rebounds.adhesion:
+        rule = "must be left out: the formulas take all losses for those of the material; use identify"
+        raise InputError("adhesion", rule=rule)
     if rebounds.profile.path_exponent != 1.0:
         raise InputError("profile", rule="must be a parabola: the formulas of one bounce are valid only for it")
     v, mass, radius = rebounds.velocity, rebounds.mass, np.asarray(rebounds.profile.path_coefficient) ** 2
@@ -335,7 +342,13 @@ class Rebounds(Observations):
     Single numbers hold for all n impacts. For balls on a material at one temperature, without weight, e stays the
     same if all moduli grow by L^(5/2) and all times shrink by L: e alone determines no modulus and no time. A known
     elastic `counter_material` does not change this for models with an instantaneous modulus: with a spring in series
-    they are models of the same kind.
+    they are models of the same kind. With adhesion the work grows by L besides, the stress by L^2, and the range
+    shrinks by L.
+
+    With adhesion each impact is one march of few elements (`rs.solve` extrapolates several). Residuals are those of
+    e^2, which hardly bends just above the sticking velocity v_s; the noise of the velocity enters by the slopes of a
+    first fit. What sticks is compared with v_s: a velocity v that is known to s sticks with the probability
+    Phi((v_s - v)/s).
 
     Examples
     --------
@@ -472,22 +485,47 @@ class Rebounds(Observations):
         return groups
 
     @cached_property
-    def _slopes(self) -> Array:
-        """Slopes of the measured values over the logarithm of the velocity, shape (n_measured, n)."""
-        slopes = np.zeros(self._data.shape)
+    def _squares(self) -> tuple[Array, Array]:
+        """Measured e^2 without the bias by noise, and its standard deviations by noise of e and of the velocity."""
+        e = self.restitution_coefficient
+        slopes = np.empty(e.size)
         for bodies in self._groups:
-            slopes[0, bodies.places] = slopes_over(bodies, self.restitution_coefficient[bodies.places])
-        if self._relative[0]:
-            slopes[0] /= np.where(self._there[0], self.restitution_coefficient, 1.0)
-        return slopes
+            slopes[bodies.places] = slopes_over(bodies, e[bodies.places] ** 2)
+        return self._squares_by(e, slopes)
 
-    def _collisions(self, materials: StickyMaterial) -> Outcomes:
-        """Return the impacts with adhesion."""
+    def _squares_by(self, e: Array, slopes: Array) -> tuple[Array, Array]:
+        """Return the same with the noise at these e, and by slopes of e^2 over the logarithm of the velocity."""
+        own = self._deviations[0] * np.where(self._relative[0], e, 1.0)
+        # If the velocity is too high by a share x, (v'/v)^2 is too low by twice this share.
+        blur = (slopes + 2.0 * e * e) * np.asarray(self._blur)
+        return self.restitution_coefficient**2 - own**2, np.hypot(2.0 * np.maximum(e, own) * own, blur)
+
+    def refined(self, materials: Material, nuisances: Array) -> Rebounds:
+        """Return the same data with elements, and the noise of the velocity by slopes, for a fit, the first row."""
+        if not (self.adhesion and isinstance(materials, StickyMaterial)):
+            return self
+        better = copy(self)
+        while better._doubt(materials) > ERROR and 2 * better._count <= MOST:
+            better._count *= 2
+        share = np.asarray(self._blur)
+        ahead, here, behind = (better._collisions(materials, 1.0 + n * share).values[0, 0] ** 2 for n in (1, 0, -1))
+        # What sticks has the e of the sticking velocity, below which a measured one is no rebound.
+        better._squares = self._squares_by(np.sqrt(here), (ahead - behind) / (2.0 * share))
+        return better
+
+    def _collisions(self, materials: StickyMaterial, factors: Any = 1.0, finer: int = 1) -> Outcomes:
+        """Return the impacts with adhesion, perhaps at velocities times factors or with so many times the elements."""
         shape = materials.shape[0], self.velocity.size
         reduced = self._moduli_at(materials, self.temperature).broadcast_to(shape)
+        each = np.broadcast_to(factors, self.velocity.shape)
+        groups = [group._replace(velocities=group.velocities * each[group.places]) for group in self._groups]
+        return collide(groups, reduced, materials, finer * self._count)
+
+    @cached_property
+    def _count(self) -> int:
+        """Number of elements for the smallest noise of e."""
         sizes = self._deviations[0] * np.where(self._relative[0], self.restitution_coefficient, 1.0)
-        least = float(sizes[self._there[0]].min(initial=1.0))
-        return collide(self._groups, reduced, materials, elements_for(least))
+        return elements_for(float(sizes[self._there[0]].min(initial=1.0)))
 
     @cached_property
     def _nodes(self) -> ImpactNodes | None:
@@ -507,19 +545,17 @@ class Rebounds(Observations):
         """Return residuals of e, then of the contact times, then of the peak forces, then of what stuck."""
         if self.adhesion and isinstance(materials, StickyMaterial):
             found = self._collisions(materials)
-            predicted = self._in_metric(dict(zip(_NAMES, found.values, strict=True)))
-            residuals = self._blurred(predicted, np.broadcast_to(self._slopes, predicted.shape).copy())
-            return np.hstack([residuals, surprise(self._groups, found.thresholds)])
+            residuals = self._in_metric(dict(zip(_NAMES, found.values, strict=True))) - self._data
+            residuals /= self._deviations
+            # Just above the sticking velocity e^2 is nearly linear in the velocity, and e has a steep slope.
+            square, deviation = self._squares
+            residuals[:, 0] = (found.values[0] ** 2 - square) / deviation
+            return np.hstack([residuals[:, self._there], surprise(self._groups, found.thresholds)])
         predicted = self._in_metric(self.predicted(materials))
-        if self._blur is None:
-            return self._blurred(predicted, None)
-        shifted = self._in_metric(self.predicted(materials, 1.0 + _STEP))
-        return self._blurred(predicted, (shifted - predicted) / _STEP)
-
-    def _blurred(self, predicted: Array, slopes: Array | None) -> Array:
-        """Return residuals with the noise of the velocity, by slopes over its logarithm."""
         residuals = (predicted - self._data) / self._deviations
-        if self._blur is not None and slopes is not None:
+        if self._blur is not None:
+            shifted = self._in_metric(self.predicted(materials, 1.0 + _STEP))
+            slopes = (shifted - predicted) / _STEP
             # If the velocity is too high by a share x, e = v'/v is too low by the same share.
             slopes[:, 0] += 1.0 if self._relative[0] else self.measured["restitution_coefficient"]
             shares = np.where(self._there, slopes * self._blur / self._deviations, 0.0)
@@ -632,7 +668,7 @@ class Rebounds(Observations):
         return DynamicTable(omega, storage, loss, source=self.label)
 
     def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
-        """Return the work of adhesion [J/m2] of an elastic body that begins to stick where these do, and its radius."""
+        """Return the work of adhesion [J/m2] of an elastic body that sticks like these, and its radius [m]."""
         if not self.adhesion:
             return None
         stuck = self.restitution_coefficient == 0.0
@@ -653,6 +689,21 @@ class Rebounds(Observations):
         material = Material(shear, math.inf, shift=Arrhenius(300.0, 1.0))
         outcomes = self.predicted(material, external_force=np.zeros(1))
         return outcomes["contact_time"][0], outcomes["max_force"][0]
+
+    def _doubt(self, materials: StickyMaterial) -> float:
+        """Return the largest error of e of the first row by few elements, over its noise."""
+        found, finer = (self._collisions(materials, finer=n).values[0, 0] for n in (1, 2))
+        sizes = np.abs(self._deviations[0] * np.where(self._relative[0], found, 1.0))
+        return float(np.where(self._there[0], np.abs(finer - found) / sizes, 0.0).max())
+
+    def doubts(self, materials: Material, nuisances: Array) -> list[str]:
+        """Return doubts about the elements and the zone of the adhesion, in words."""
+        if not (self.adhesion and isinstance(materials, StickyMaterial)):
+            return []
+        profiles = [bodies.profile for bodies in self._groups]
+        reduced = self._moduli_at(materials, self.temperature).broadcast_to((1, self.velocity.size))
+        reduced = reduced.take((slice(None), np.array([bodies.places[0] for bodies in self._groups])))
+        return doubts_of(self._doubt(materials), profiles, reduced, materials, self._count)
 
     def __repr__(self) -> str:
         return f"Rebounds({self.velocity.size} impacts, {', '.join(self.measured)})"

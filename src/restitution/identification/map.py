@@ -251,7 +251,7 @@ def identify_map(
         raise InputError("shape", dimensions, f"must be that of {len(items)} curves")
     space = parameters(
         model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=None,
-        terms=whole("terms", terms, 1, MOST_TERMS), temperature=None,
+        terms=whole("terms", terms, 1, MOST_TERMS),
     )  # fmt: skip
     table = _Table(space, len(items))
     seed = _seed(items, space)
@@ -364,6 +364,8 @@ def _curve(item: IndentationCurve | Callable[[], IndentationCurve]) -> Indentati
     curve = item() if callable(item) else item
     if not isinstance(curve, IndentationCurve):
         raise InputTypeError("curves", curve, "must be an IndentationCurve, or a function that returns one")
+    if curve.adhesion:
+        raise InputError("adhesion", rule="must be left out in a map; identify takes such curves one by one")
     return curve
 
 

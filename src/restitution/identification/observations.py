@@ -305,6 +305,10 @@ class Observations(ABC):
         table = self.effective_moduli()
         return [] if table is None else [replace(table, temperature=getattr(self, "temperature", table.temperature))]
 
+    def refined(self, materials: Material, nuisances: Array) -> Observations:
+        """Return the data with deviations and elements for residuals near the fit of the first row."""
+        return self
+
     def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
         """Return a work of adhesion [J/m2] and a radius [m] of the surface for a start; None without adhesion.
 

@@ -383,6 +383,13 @@ class _Argument(NamedTuple):
     default: Any = None
 
 
+class OfData(NamedTuple):
+    """What data say about the unknowns."""
+
+    temperature: float | None = None  # [K], the reference of a shift with unknown constants, if `fixed` has none
+    adhesion: bool = False  # whether surfaces adhere
+
+
 def parameters(
     model: Any,
     *,
@@ -392,8 +399,7 @@ def parameters(
     prior: Mapping[str, Any] | None = None,
     shift: Any = None,
     terms: int = 2,
-    temperature: float | None = None,
-    adhesion: bool = False,
+    of_data: OfData | None = None,
 ) -> Parameters:
     """Return parameters of a model.
 
@@ -407,11 +413,10 @@ def parameters(
         `WLF` or `Arrhenius` with unknown constants, or a shift.
     terms : int
         Length of an argument that is a list.
-    temperature : float
-        Reference temperature [K] of a shift with unknown constants, if `fixed` has none.
-    adhesion : bool
-        Whether surfaces adhere.
+    of_data : OfData, optional
+        What the data say about the unknowns.
     """
+    of_data = of_data or OfData()
     rule = "must be a dict with names of parameters as keys"
     named = {"fixed": fixed, "bounds": bounds, "start": start, "prior": prior}
     fixed, bounds, start, prior = (checks.mapping(key, values, rule) for key, values in named.items())
@@ -422,15 +427,15 @@ def parameters(
     laws = {name: _Argument(SHIFTS.get(name, INPUTS["temperature"])) for name in _law_arguments(shift)}
     arguments |= laws
     stated = {name.partition("[")[0]: name for part in (fixed, bounds, start, prior) for name in part}
-    sticky = _of_adhesion(stated) if adhesion else ()
+    sticky = _of_adhesion(stated) if of_data.adhesion else ()
     arguments |= {name: _Argument(ADHESION_INPUTS[name]) for name in sticky}
     for name, place in stated.items():
         if name not in arguments:
             raise InputError(place, rule=f"is no parameter of {build.__name__}; {advice(place, [*arguments])}")
     if laws and "reference_temperature" not in fixed:
-        if temperature is None:
+        if of_data.temperature is None:
             raise InputError("shift", rule="needs data with a temperature")
-        fixed["reference_temperature"] = temperature
+        fixed["reference_temperature"] = of_data.temperature
     for name in (name for name, argument in arguments.items() if argument.is_list and name in fixed):
         fixed[name] = np.atleast_1d(np.asarray(arguments[name].quantity.check(fixed[name], f"fixed.{name}")))
     parts = {"fixed": fixed, "bounds": bounds, "start": start, "prior": prior}
@@ -487,7 +492,7 @@ def _chosen(
 
 
 def parameter_names(model: Any, shift: Any = None, *, adhesion: bool = False) -> tuple[str, ...]:
-    """Return names of all arguments of a model that may be unknown, and those of a law of the shift and of adhesion."""
+    """Return names of all arguments of a model that may be unknown, of a law of the shift, and of adhesion."""
     if model == "spectrum":
         return ("poisson_ratio",)
     return *_constants(*_built(model)), *_law_arguments(shift), *(ADHESION_INPUTS if adhesion else ())

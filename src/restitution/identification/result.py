@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from restitution import checks
 from restitution.checks import Array
+from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError, RestitutionWarning
 from restitution.files import whole_file
 from restitution.identification.fit import Estimation, EstimationProblem
@@ -56,7 +57,7 @@ _BEGINNING = 14.0
 
 
 def write_material(result: Identification, path: str | Path) -> Path:
-    """Write the best material with its errors as comments, and the first ball of the data, if any."""
+    """Write the best material with its errors as comments, its adhesion, and the first ball that rebounds, if any."""
     low, high = result.window
     comments = [
         f"Identified from {', '.join(record.label or repr(record) for record in result.data)}",
@@ -76,9 +77,13 @@ def write_material(result: Identification, path: str | Path) -> Path:
         # Results warn of them.
         lines.append(f"undetermined = {json.dumps(list(result.undetermined))}")
     lines += [f"{key} = {_value(value)}" for key, value in _section(result).items()]
+    if (adhesion := result.adhesion) is not None:
+        numbers = {name: getattr(adhesion, name) for name in result.problem.space.adhesion}
+        lines += ["", "[adhesion]", *(f"{name} = {value!r}" for name, value in numbers.items())]
     balls = next((record for record in result.data if isinstance(record, Rebounds)), None)
     if balls is not None and balls.radius is not None and balls.counter_material is None:
-        radius, mass, velocity = (float(column[0]) for column in (balls.radius, balls.mass, balls.velocity))
+        place = int(np.argmax(balls.restitution_coefficient > 0.0))  # the first that does not stick
+        radius, mass, velocity = (float(column[place]) for column in (balls.radius, balls.mass, balls.velocity))
         lines += ["", "[body]", f"radius = {radius!r}", f"mass = {mass!r}"]
         lines += ["", "[profile]", 'type = "parabola"', "", "[impact]", f"velocity = {velocity!r}"]
     with whole_file(path) as partial:
@@ -259,6 +264,11 @@ class Identification(FittedResult):
             return replace(material, window=known_times(self), assumptions="identified from measured data")
         return material
 
+    @cached_property
+    def adhesion(self) -> Adhesion | None:
+        """Adhesion of the best fit; None if no surfaces of the data adhere."""
+        return self.problem.space.surfaces(self.coordinates[: self.problem.n_parameters])
+
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Names of the parameters that the data do not determine within a factor of 3."""
@@ -379,6 +389,9 @@ class Identification(FittedResult):
         """
         if not isinstance(impact, Impact):
             raise InputError("impact", impact, "must be an Impact")
+        if self.adhesion is not None or impact.adhesion is not None:
+            rule = "must be left out for bands; solve an Impact on the material and the adhesion of the result"
+            raise InputError("adhesion", rule=rule)
 
         velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
         # A row for each impact, beside which the materials have an axis of their own.

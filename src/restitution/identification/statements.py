@@ -21,6 +21,7 @@ from restitution.identification.uncertainty import (
     without,
 )
 from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution.quantities import ADHESION_INPUTS
 
 Materials = Callable[[Array], Material]
 
@@ -132,7 +133,7 @@ def knowledge(
 
     space = rows[exact]
     # Invariances that the theory knows come first, with their words; then what is left of the space.
-    for vector, words in _invariances(materials, theta, window, exponent):
+    for vector, words in _invariances(parameters, materials, theta, window, exponent):
         if np.linalg.norm(vector - space.T @ (space @ vector)) < _SAME * np.linalg.norm(vector):
             add(vector, True, words)
             space = _complement(space, vector)
@@ -158,11 +159,14 @@ def _settles(jacobian: Array, p: int, n: int, vector: Array) -> bool:
 
 
 def _invariances(
-    materials: Materials, theta: Array, window: tuple[float, float], exponent: float | None
+    parameters: Sequence[str], materials: Materials, theta: Array, window: tuple[float, float], exponent: float | None
 ) -> list[tuple[Array, str]]:
     """Return changes of the parameters without effect on the data by theory, if the model has them."""
     omega = np.geomspace(1e-3 * window[0], 1e3 * window[1], 41)
     matrix = slope(_logarithms(reduced_modulus(materials(stencil(theta))).complex_modulus(omega)))
+    # Those of an adhesion change no modulus, but the contact.
+    sticky = [n for n, name in enumerate(parameters) if name in ADHESION_INPUTS]
+    matrix = np.vstack([matrix, np.eye(theta.size)[sticky]])
     if not np.all(np.isfinite(matrix)):  # moduli beyond the range of numbers
         return []
     sizes, rows = principal_directions(matrix)
@@ -174,6 +178,9 @@ def _invariances(
         step, series = 1e-4, reduced_modulus(materials(theta[None]))
         up, down = (_logarithms(series.complex_modulus(omega * math.exp(sign * step)))[0] for sign in (1.0, -1.0))
         target = np.repeat((2.0 + 0.5 * exponent, 0.0), omega.size) - (up - down) / (2.0 * step)
+        # Lengths shrink by L at equal energies.
+        powers = {"work": exponent, "stress": 1.0 + exponent, "range": -1.0}
+        target = np.append(target, [powers[parameters[n]] for n in sticky])
         vector = np.linalg.lstsq(matrix, target, rcond=None)[0]
         if np.linalg.norm(matrix @ vector - target) < 1e-5 * np.linalg.norm(target):
             words = (
@@ -335,6 +342,8 @@ def _impacts_like(impacts: Rebounds, materials: Materials, theta: Array) -> dict
         elif size != 1.0:
             continue
         body |= {"mass": size**3 * mass, "counter_material": impacts.counter_material}
+        if impacts.adhesion:
+            body |= {"adhesion": True, "noise": Noise(restitution_coefficient="1 %", velocity="1 %")}
         bounce = Rebounds(speed * velocity, [1.0], **body)
         derivatives[f"{words} (to 1 %)"] = sensitivities(bounce, materials, theta, noise)[1][0]
     return derivatives

@@ -357,6 +357,7 @@ class Uncertainty:
         n, jacobian = self.estimation.problem.n_parameters, self.estimation.jacobian
         seen = without(jacobian[:, :n], jacobian[:, n:])
         s, rows = principal_directions(seen)
+        least = EXACT * max(float(s[0]), 1e-150)
         directions: list[FlatDirection] = []
         for value, direction in zip(s, rows, strict=True):
             if value < 1.0:
@@ -366,7 +367,7 @@ class Uncertainty:
                 length = float(np.linalg.norm(direction))
                 exact = bool(value <= EXACT * s[0]) and self.unseen(direction)
                 directions.append(
-                    FlatDirection(exponents, exact, math.inf if exact else 1.0 / (float(value) * length))
+                    FlatDirection(exponents, exact, math.inf if exact else 1.0 / (max(float(value), least) * length))
                 )
         return tuple(directions)
 
