@@ -11,7 +11,8 @@ import pytest
 
 import restitution as rs
 from refusals import in_one_line, named
-from restitution.calibration.calibrate import TARGETS, nearest
+from restitution.calibration.calibrate import nearest
+from restitution.calibration.collisions import EVENTS
 from restitution.calibration.laws import LAWS, TypedLaw, tsuji_strength
 from restitution.errors import ABSENT
 
@@ -21,7 +22,7 @@ BALL = rs.Body(RUBBER, radius=0.01)
 WALL = rs.Body(None)
 
 
-@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("target", [*LAWS, *EVENTS])
 def test_exact_at_one_velocity(target):
     """At one velocity every law meets both e and the contact time (codes of events have no contact time)."""
     speed = float(np.exp(RNG.uniform(math.log(0.05), math.log(5.0))))

@@ -270,3 +270,38 @@ def test_exports_answer_in_json(options: tuple[str, ...], key: str) -> None:
     assert content.stderr == ""
     assert [f"warning: {line}" for line in numbers["warnings"]] == words.stderr.splitlines()
     assert words.stdout.startswith(f"{options[1]}: ")
+
+
+@pytest.mark.slow
+def test_calibrates_laws_with_cohesion_of_a_case_with_adhesion() -> None:
+    """The numbers are those of `rs.calibrate` with the adhesion of the file; other targets are refused in one line."""
+    text = """
+    [body]
+    radius = "10 um"
+    density = 1200
+    [counter_body]
+    radius = "10 um"
+    density = 1200
+    [profile]
+    type = "parabola"
+    [material]
+    model = "standard_solid"
+    equilibrium_modulus = "1 GPa"
+    branch_modulus = "1 GPa"
+    viscosity = 20
+    poisson_ratio = 0.35
+    [impact]
+    velocity = "1 m/s"
+    [adhesion]
+    work = "50 mJ/m^2"
+    stress = "10 MPa"
+    """
+    Path("grains.toml").write_text(text)
+    options = "--target", "lammps-dmt-viscoelastic", "--velocity", "0.2", "0.5", "--json"
+    answer = json.loads(done("calibrate", "grains.toml", *options).stdout)
+    polymer = rs.standard_solid(1e9, 1e9, 20.0, poisson_ratio=0.35)
+    grain = rs.Body(replace(polymer, density=1200.0), radius=10e-6)
+    law = rs.calibrate((grain, grain), options[1], (0.2, 0.5), adhesion=rs.Adhesion(0.05, stress=1e7))
+    assert answer["parameters"]["gamma"]["value"] == pytest.approx(law.parameters["gamma"].value, rel=1e-6)
+    assert answer["sticking_velocity"] == pytest.approx(law.sticking_velocity)
+    assert "adhesion" in refused("calibrate", "grains.toml", "--target", "lammps-tsuji", "--velocity", "0.2", "0.5")

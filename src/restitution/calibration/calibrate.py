@@ -9,16 +9,19 @@ from typing import Any
 import numpy as np
 
 from restitution import quantities
+from restitution.calibration import adhesive
 from restitution.calibration import collisions as exact
 from restitution.calibration import tangential as tangential_laws
+from restitution.calibration.adhesive_laws import ADHESIVE_LAWS
 from restitution.calibration.collisions import EVENTS, Collisions
 from restitution.calibration.laws import CODES, LAWS, Law, Setting, TypedLaw, rebound
-from restitution.calibration.result import Calibration, TypedParameter, heading, snippet
-from restitution.checks import one_of, single, whole, within
+from restitution.calibration.result import Calibration, TypedParameter, heading, snippet, system_of
+from restitution.checks import instance, one_of, single, whole, within
+from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError
 from restitution.impact.oblique import SOLID_BALL
 from restitution.impact.problem import Body, Impact
-from restitution.units import REDUCED, SI, SYSTEMS, UnitSystem, reduced
+from restitution.units import SI
 
 # Style of friction in LAMMPS if none is stated.
 _STYLE = "mindlin_rescale/force"
@@ -79,7 +82,7 @@ def _refuse_out_of_reach(law: Law, strength: float, cases: Collisions) -> None:
     raise InputError("target", law.name, f"{reach}, but e is {span}")
 
 
-TARGETS = (*LAWS, *EVENTS)
+TARGETS = (*LAWS, *EVENTS, *ADHESIVE_LAWS)
 """Names of the laws of the package; a law that is added to `LAWS` is a target too."""
 
 
@@ -96,6 +99,7 @@ def calibrate(
     angle: Any = None,
     gyration: Any = SOLID_BALL,
     tangential: str | None = None,
+    adhesion: Adhesion | None = None,
     extrapolate: bool = False,
     points: int = 33,
     rtol: float = 1e-9,
@@ -110,7 +114,9 @@ def calibrate(
     target : str
         "lammps-viscoelastic", "lammps-tsuji", "lammps-coeff-restitution", "mercury-bshp", "yade-mindlin", "liggghts",
         "kratos-dem", "mujoco-solref", "drake" or "drake-sap"; with e over velocity "rebound", "acusolve" or "solfec";
-        with one e and the velocity below which the code swallows a bounce "box2d", "bullet" or "physx".
+        with one e and the velocity below which the code swallows a bounce "box2d", "bullet" or "physx". With adhesion
+        "lammps-jkr-viscoelastic", "lammps-jkr-mass-velocity", "lammps-dmt-viscoelastic", "lammps-dmt-mass-velocity",
+        "liggghts-sjkr", "mercury-adhesive", "yade-dmt" or "mfix".
     velocity : tuple of float, or float
         Lowest and highest velocity v0 [m/s], > 0, or one velocity. With a measured table its range by default.
     radius : tuple of float, optional
@@ -137,6 +143,8 @@ def calibrate(
     tangential : str, optional
         Tangential style of LAMMPS: "mindlin", "mindlin/force", "mindlin_rescale" or "mindlin_rescale/force", the
         default.
+    adhesion : Adhesion, optional
+        Adhesion of the bodies, by default that of the impact, for one radius, without friction.
     extrapolate : bool
         Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     points : int
@@ -168,6 +176,11 @@ def calibrate(
     force) and, in LAMMPS, the tangential damping minimise the largest difference of e_t over the angles. The
     coefficient of friction is that of the contact, which alone counts where all slides.
 
+    With adhesion the law sticks below the same velocity as the bodies, `sticking_velocity` of the result, and its loss
+    minimises the largest difference of e above it; errors are differences then. Its surface energy follows from this,
+    and may differ from half the work of adhesion, as a law without memory has no larger pull at a fast separation.
+    The e that some of these codes take is that of their contact without cohesion.
+
     Over a range of radii the largest error is that of two balls of one size. In all cases that were tried, balls of
     two sizes of the range have a smaller error.
 
@@ -180,19 +193,36 @@ def calibrate(
     >>> round(law.parameters["E"].value / 1e6, 2), law.largest_error < 0.001
     (2.87, True)
     """
-    quantities.known("target", target, (*LAWS, *EVENTS))
+    quantities.known("target", target, TARGETS)
     if contact is not None:
         one_of("contact", contact, (exact.PAIR, exact.WALL))
     whole("points", points, 2, 10_000)
     single("rtol", within("rtol", rtol, 1e-12, 1e-2))
     law = LAWS.get(target)
-    systems = law.units if law else ("si",)
-    one_of("units", units, systems, f" for {target}")
+    named = law or ADHESIVE_LAWS.get(target)
+    one_of("units", units, named.units if named else ("si",), f" for {target}")
+    if isinstance(problem, Impact) and problem.adhesion is not None:
+        adhesion, problem = adhesion or problem.adhesion, replace(problem, adhesion=None)
+    _check_cohesion(target, adhesion)
     if isinstance(problem, Impact) and problem.friction is not None:
         if friction is None and tangential_laws.takes_friction(target):
             friction, gyration = problem.friction, problem.gyration
         problem = problem.normal
     bodies = exact.bodies_of(problem, contact)
+    if adhesion is not None:
+        given = {
+            "radius": radius, "restitution": restitution, "friction": friction, "angle": angle,
+            "tangential": tangential,
+        }  # fmt: skip
+        for name, value in given.items():
+            if value is not None:
+                raise InputError(name, value, "must be left out with adhesion")
+        if bodies.wall and not ADHESIVE_LAWS[target].wall:
+            raise InputError("contact", rule=f"must be {exact.PAIR!r} for {target}: its walls have another attraction")
+        adhesive_cases = adhesive.collisions(
+            bodies, adhesion, velocity, points, rtol, workers, extrapolate=extrapolate
+        )
+        return adhesive.calibrated(target, adhesive_cases, units)
     cases = exact.collisions(bodies, velocity, radius, restitution, points, rtol, workers, extrapolate=extrapolate)
     rough = None if friction is None else (friction, angle, gyration, tangential)
     if rough is None:
@@ -202,12 +232,24 @@ def calibrate(
     return _of_events(target, cases, rough) if law is None else _of_law(law, cases, units, rough)
 
 
+def _check_cohesion(target: str, adhesion: Any) -> None:
+    """Refuse a target with cohesion for bodies without adhesion, and one without for bodies with it."""
+    instance("adhesion", adhesion, (Adhesion, type(None)), "must be an Adhesion or None")
+    if adhesion is None and target in ADHESIVE_LAWS:
+        raise InputError("adhesion", rule=f"must be given for {target}")
+    if adhesion is not None:
+        if target not in ADHESIVE_LAWS:
+            raise InputError("target", target, f"must be {', '.join(ADHESIVE_LAWS)} with adhesion")
+        if adhesion.shape:
+            raise InputError("adhesion", rule=f"must be single, but has shape {adhesion.shape}")
+
+
 def _of_law(law: Law, cases: Collisions, units: str, rough: tuple[Any, ...] | None) -> Calibration:
     velocity, mass, _ = cases.middle
     poisson_ratio = cases.pair.impact.material.poisson_ratio
     setting = Setting(velocity, mass, poisson_ratio, *cases.dynamic_modulus, cases.middle_restitution)
     best, naive = nearest(law, cases), TypedLaw(law, *law.naive(setting), law.naive_end)
-    system, angles, style = _system(cases, units), None, None
+    system, angles, style = system_of(cases, units), None, None
     numbers_of_code = setting
     if rough is not None:
         angles, style = tangential_laws.over_angles(law.name, best, cases, *rough), rough[-1] or _STYLE
@@ -226,14 +268,6 @@ def _of_law(law: Law, cases: Collisions, units: str, rough: tuple[Any, ...] | No
     text = snippet(best, parameters, cases, system, style)
     usual = numbers(naive, setting._replace())
     return Calibration(law.name, law.words, law.source, units, parameters, usual, text, cases, best, naive, angles)
-
-
-def _system(cases: Collisions, units: str) -> UnitSystem:
-    if units != REDUCED:
-        return SYSTEMS[units]
-    radius = float(cases.radius[cases.radius.size // 2])
-    mass = cases.pair.ball_mass * (radius / cases.pair.ball_radius) ** 3
-    return reduced(mass, 2.0 * radius, float(cases.velocity[-1]))
 
 
 def _of_events(name: str, cases: Collisions, rough: tuple[Any, ...] | None) -> Calibration:

@@ -225,13 +225,18 @@ def _range(name: str, value: Any, points: int) -> Array:
     return np.clip(np.geomspace(low, high, points), low, high)
 
 
+def speeds_of(velocity: Any, points: int) -> Array:
+    """Return velocities [m/s] at equal ratios over a range, or the one velocity."""
+    if velocity is None:
+        raise InputError("velocity", rule="must be given: one velocity, or the lowest and the highest")
+    return _range("velocity", velocity, points)
+
+
 def _stated(velocity: Any, restitution: Any, points: int) -> tuple[Array, Array | None]:
     """Return the velocities [m/s], and the coefficients of restitution at them if they are stated."""
     if is_iterable(restitution):
         return _measured(velocity, restitution)
-    if velocity is None:
-        raise InputError("velocity", rule="must be given: one velocity, or the lowest and the highest")
-    speeds = _range("velocity", velocity, points)
+    speeds = speeds_of(velocity, points)
     return speeds, None if restitution is None else np.full(speeds.size, _coefficients("restitution", restitution))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from restitution.units import MODULUS, NUMBER, TIME, VELOCITY, Dimension, Powers
 
 End = Literal["force", "overlap"]
 
-_DAMPING = Dimension("damping per area", "1/(m s)", powers=Powers(0, -1, -1))
+DAMPING = Dimension("damping per area", "1/(m s)", powers=Powers(0, -1, -1))
 _STIFFNESS_PER_MASS = Dimension("stiffness per mass", "1/s^2", powers=Powers(0, 0, -2))
 _SLOWNESS = Dimension("time per length", "s/m", powers=Powers(0, -1, 1))
 _FORCE_PER_LENGTH = Dimension("stiffness", "N/m", powers=Powers(1, 0, -2))
@@ -243,7 +243,12 @@ class TypedLaw:
         return 4.0 / 3.0 * self.modulus * np.sqrt(radius)
 
 
-def elastic(modulus: float, setting: Setting) -> dict[str, Typed]:
+class _OfMaterial(Protocol):
+    @property
+    def poisson_ratio(self) -> float: ...
+
+
+def elastic(modulus: float, setting: _OfMaterial) -> dict[str, Typed]:
     """Return Young's modulus and Poisson ratio that give the reduced modulus E*, if both bodies have them."""
     # The ratio only matters for tangential forces; codes refuse negative ones.
     nu = max(setting.poisson_ratio, 0.0)
@@ -347,7 +352,7 @@ LAMMPS_VISCOELASTIC = Law(
     # eta_n = eta_n0 a m_eff, a = sqrt(R d).
     dashpot=lambda stiffness, mass, radius: mass * np.sqrt(radius),
     typed=lambda modulus, strength, setting: (
-        elastic(modulus, setting) | {"eta_n0": Typed(strength, _DAMPING, "damping coefficient")}
+        elastic(modulus, setting) | {"eta_n0": Typed(strength, DAMPING, "damping coefficient")}
     ),
     # c = (3/2) A k with the retardation time A.
     naive=lambda setting: (setting.modulus, 2.0 * setting.modulus * setting.retardation_time / setting.mass),
@@ -382,12 +387,12 @@ MERCURY_BSHP = Law(
 )
 
 
-def _yade_typed(modulus: float, strength: float, setting: Setting) -> dict[str, Typed]:
-    # beta = vstar^2 vn^(-1/5), where en is the Pade approximant at vstar.
-    en = float(mueller_poeschel_restitution(math.sqrt(strength * setting.velocity**0.2)))
-    return elastic(modulus, setting) | {
+def yade_restitution(beta: float, velocity: float) -> dict[str, Typed]:
+    """Return en and vn of YADE for its damping beta = vstar^2 vn^(-1/5), where en is the Pade approximant at vstar."""
+    en = float(mueller_poeschel_restitution(math.sqrt(beta * velocity**0.2)))
+    return {
         "en": Typed(en, NUMBER, "coefficient of restitution at vn"),
-        "vn": Typed(setting.velocity, VELOCITY, "velocity of en"),
+        "vn": Typed(velocity, VELOCITY, "velocity of en"),
     }
 
 
@@ -401,7 +406,7 @@ YADE_MINDLIN = Law(
     shape=VISCOELASTIC,
     # c = (3/2) A k, A = (2/3) beta (k/m)^(-2/5): e does not depend on the size.
     dashpot=lambda stiffness, mass, radius: stiffness * (stiffness / mass) ** -0.4,
-    typed=_yade_typed,
+    typed=lambda modulus, strength, setting: elastic(modulus, setting) | yade_restitution(strength, setting.velocity),
     naive=_yade_naive,
 )
 

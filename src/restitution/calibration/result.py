@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from restitution.calibration.adhesive_laws import TypedAdhesive
 from restitution.calibration.collisions import Collisions, TableLaw
 from restitution.calibration.laws import TypedLaw
 from restitution.calibration.tangential import Angles
@@ -20,7 +21,7 @@ from restitution.checks import Array
 from restitution.files import write_text
 from restitution.quantities import INPUTS, OUTPUTS, check
 from restitution.result import Result, Summary, Table, draw, nullable, plain
-from restitution.units import LENGTH, MASS, REDUCED, SI, TIME, Dimension, UnitSystem
+from restitution.units import LENGTH, MASS, REDUCED, SI, SYSTEMS, TIME, Dimension, UnitSystem, reduced
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,6 +82,10 @@ class Calibration(Result):
         "snippet",
     )  # fmt: skip
 
+    error_words: ClassVar[str] = "relative error of the calibrated coefficient"
+    # Errors of e for people: name of the column, factor, unit and form.
+    error_column: ClassVar[tuple[str, float, str, str]] = ("error [%]", 100.0, " %", "+.2f")
+
     target: str
     words: str
     source: str
@@ -89,8 +94,8 @@ class Calibration(Result):
     naive_parameters: Mapping[str, TypedParameter]
     snippet: str
     collisions: Collisions
-    law: TypedLaw | TableLaw
-    naive_law: TypedLaw | TableLaw
+    law: TypedLaw | TypedAdhesive | TableLaw
+    naive_law: TypedLaw | TypedAdhesive | TableLaw
     angles: Angles | None = None
 
     @property
@@ -150,8 +155,8 @@ class Calibration(Result):
         dataset = xr.Dataset(data, {"velocity": ("velocity", cases.velocity, INPUTS["velocity"].attributes)})
         if many:
             dataset = dataset.assign_coords(radius=("radius", cases.radius, INPUTS["radius"].attributes))
-        dataset["error"] = dataset[f"calibrated_{_E}"] / dataset[_E] - 1.0
-        dataset["error"].attrs = {"units": "1", "long_name": "relative error of the calibrated coefficient"}
+        dataset["error"] = self._error(dataset[f"calibrated_{_E}"], dataset[_E])
+        dataset["error"].attrs = {"units": "1", "long_name": self.error_words}
         return dataset.assign_attrs(target=self.target, source=self.source)
 
     @property
@@ -159,9 +164,15 @@ class Calibration(Result):
         """Largest relative error of e over velocity and radius."""
         return self._largest_error(f"calibrated_{_E}")
 
+    def _error(self, values: Any, exact: Any) -> Any:
+        """Return the errors of coefficients of restitution."""
+        return values / exact - 1.0
+
     def _largest_error(self, name: str) -> float:
-        """Return the largest relative error of a variable of the table; NaN if one of the two values is not known."""
+        """Return the largest error of a variable of the table; NaN if one of the two values is not known."""
         values, exact = self.table[name], self.table[name.partition("_")[2]]
+        if name.endswith(_E):
+            return float(np.abs(self._error(values, exact)).max())
         comparable = np.isfinite(exact) & (values > 0.0)
         return float(np.abs(values / exact - 1.0).max()) if comparable.any() else float("nan")
 
@@ -212,7 +223,7 @@ class Calibration(Result):
         typed = ", ".join(
             f"{name} = {f'{number.value:.6g} {number.unit}'.rstrip()}" for name, number in self.parameters.items()
         )
-        error = f"largest error of e {100 * self.largest_error:.2g} %"
+        error = f"largest error of e {self._in_words(self.largest_error)}"
         return ", ".join(filter(None, (self.target, typed, error)))
 
     @property
@@ -222,10 +233,16 @@ class Calibration(Result):
         if "radius" in table.dims:
             table = table.isel(radius=table.sizes["radius"] // 2)
         table = table.isel(velocity=np.unique(np.linspace(0, table.sizes["velocity"] - 1, _ROWS).astype(int)))
-        columns = ("velocity [m/s]", "exact e", "calibrated", "error [%]", "as usually typed")
-        values = table["velocity"], table[_E], table[f"calibrated_{_E}"], 100.0 * table["error"], table[f"naive_{_E}"]
-        formats = ".4g", ".4f", ".4f", "+.2f", ".4f"
+        title, factor, _, form = self.error_column
+        columns = ("velocity [m/s]", "exact e", "calibrated", title, "as usually typed")
+        values = table["velocity"], table[_E], table[f"calibrated_{_E}"], factor * table["error"], table[f"naive_{_E}"]
+        formats = ".4g", ".4f", ".4f", form, ".4f"
         return Table(columns, [tuple(map(format, row, formats)) for row in np.stack(values, axis=1).tolist()])
+
+    def _in_words(self, error: float) -> str:
+        """Return an error of e for people."""
+        _, factor, unit, _ = self.error_column
+        return f"{factor * error:.2g}{unit}"
 
     @property
     def _lines(self) -> list[str]:
@@ -234,17 +251,19 @@ class Calibration(Result):
         wide = max((len(name) for name in self.parameters), default=0)
         for name, (value, unit, words) in self.parameters.items():
             lines.append(f"  {name:{wide}} = {f'{value:.6g} {unit}'.rstrip()}  ({words})")
+        percent = "{:.2g} %".format
         for name, what in ((_E, "e"), (_TIME, "the contact time")):
             error, naive = (self._largest_error(kind + name) for kind in ("calibrated_", "naive_"))
             if np.isfinite(error):
-                lines.append(f"  largest error of {what}: {100 * error:.2g} %; as usually typed: {100 * naive:.2g} %")
+                known, typed = (self._in_words(x) if name == _E else percent(100.0 * x) for x in (error, naive))
+                lines.append(f"  largest error of {what}: {known}; as usually typed: {typed}")
         if self.angles is not None:
             low, high = np.degrees(self.angles.angle[[0, -1]])
             error = self.angles.largest_error
             lines.append(f"  largest difference of e_t from {low:.3g} to {high:.3g} degrees: {error:.2g}")
         for level, ranges in self.within.items():
             where = ", ".join(f"{a:.3g} to {b:.3g} m/s" for a, b in ranges) or "nowhere"
-            lines.append(f"  e within {100 * level:g} %: {where}")
+            lines.append(f"  e within {self._in_words(level)}: {where}")
         return lines
 
 
@@ -261,7 +280,11 @@ _STEPS = 100
 
 
 def snippet(
-    typed: TypedLaw, parameters: Mapping[str, Any], cases: Collisions, system: UnitSystem, style: str | None
+    typed: TypedLaw | TypedAdhesive,
+    parameters: Mapping[str, Any],
+    cases: Collisions,
+    system: UnitSystem,
+    style: str | None,
 ) -> str:
     """Return the text of a law with its numbers, after comments on what they hold for; `style` is that of friction."""
     law, numbers = typed.law, {name: f"{number.value:.8g}" for name, number in parameters.items()}
@@ -273,6 +296,15 @@ def snippet(
         text = text.replace(smooth, rough)
     text = text.format(**numbers, style=style)
     return "\n".join([*(law.comment.format(line) for line in remarks), text, ""])
+
+
+def system_of(cases: Collisions, units: str) -> UnitSystem:
+    """Return a unit system by its name; the reduced one has mass, diameter and highest velocity of the first ball."""
+    if units != REDUCED:
+        return SYSTEMS[units]
+    radius = float(cases.radius[cases.radius.size // 2])
+    mass = cases.pair.ball_mass * (radius / cases.pair.ball_radius) ** 3
+    return reduced(mass, 2.0 * radius, float(cases.velocity[-1]))
 
 
 def heading(words: str, cases: Collisions, system: UnitSystem) -> list[str]:

@@ -160,7 +160,9 @@ def _write_materials(case: Path, to: Path) -> _Export:
 
 _TARGETS = (
     "lammps-viscoelastic, lammps-tsuji, lammps-coeff-restitution, mercury-bshp, yade-mindlin, liggghts, kratos-dem, "
-    "mujoco-solref, drake, drake-sap, rebound, acusolve, solfec, box2d, bullet or physx"
+    "mujoco-solref, drake, drake-sap, rebound, acusolve, solfec, box2d, bullet or physx; with the section [adhesion] "
+    "lammps-jkr-viscoelastic, lammps-jkr-mass-velocity, lammps-dmt-viscoelastic, lammps-dmt-mass-velocity, "
+    "liggghts-sjkr, mercury-adhesive, yade-dmt or mfix"
 )
 
 
@@ -233,7 +235,8 @@ def calibrate(
         with cli.compilation():
             result = rs.calibrate(
                 bodies, target, velocity if velocity[0] != velocity[1] else velocity[0], radius=radius,
-                restitution=measured, contact=contact, units=units, extrapolate=extrapolate, workers=workers, **rough,
+                restitution=measured, contact=contact, units=units, adhesion=impact.adhesion, extrapolate=extrapolate,
+                workers=workers, **rough,
             )  # fmt: skip
     tables.answer(result, json=json, plot=plot, notes=problem.notes(impact))
 

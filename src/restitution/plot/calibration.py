@@ -57,12 +57,13 @@ def _curves(ax: Axes, result: Calibration, name: str) -> None:
 def _errors(ax: Axes, result: Calibration) -> None:
     """Draw the error of e in per cent, and the levels of 1, 2 and 5 per cent."""
     table = result.table
+    title, factor, *_ = result.error_column
     for level in result.within:
-        ax.axhspan(-100 * level, 100 * level, color=style.GREY, alpha=0.12, linewidth=0)
-    lines = 100.0 * _by_radius(table["error"].to_numpy())
+        ax.axhspan(-factor * level, factor * level, color=style.GREY, alpha=0.12, linewidth=0)
+    lines = factor * _by_radius(table["error"].to_numpy())
     ax.plot(table["velocity"].to_numpy(), lines, color=style.BLUE, marker=_marker(result), markersize=3)
     ax.set_xscale("log")
-    style.labelled(ax, _SPEED, "error of $e$ [%]")
+    style.labelled(ax, _SPEED, title.replace(" ", " of $e$ ", 1) if " " in title else f"{title} of $e$")
 
 
 def _by_radius(values: Any) -> Any:
