@@ -138,26 +138,29 @@ KNOTS, DEPTHS = [0.0, 0.4, 0.5, 1.0], [-5e-8, 4e-7, 4e-7, -4e-7]
 TIMES = np.linspace(0.0, 1.0, 240)
 
 
-def pulled(stress, rng=None):
+def pulled(stress, rng=None, **spring):
     """Time, depth and force of a tip that comes, rests and goes, with 1 % of noise; a force is a mean over a sample."""
     solid = rs.standard_solid(**GEL, poisson_ratio=0.5)
     adhesion = rs.Adhesion(PULL, stress=stress)
-    result = rs.indent(solid, TIP, depth=np.array(DEPTHS) - TOUCH, time=KNOTS, adhesion=adhesion, rtol=3e-3)
+    result = rs.indent(solid, TIP, depth=np.array(DEPTHS) - TOUCH, time=KNOTS, adhesion=adhesion, rtol=3e-3, **spring)
     share = (np.arange(50) + 0.5) / 50 - 0.5
     fine = TIMES[:, None] + share * TIMES[1]
-    force = np.interp(fine, result.time, result.force, left=0.0).mean(axis=1)
+    force = np.interp(fine, result.time, result.force, left=0.0, right=0.0).mean(axis=1)
     deviation = 0.01 * np.ptp(force)
     noise = 0.0 if rng is None else rng.normal(0.0, deviation, force.size)
     return TIMES, np.interp(TIMES, KNOTS, DEPTHS), force + 2e-9 + noise, deviation
 
 
-def test_work_and_stress_from_a_curve_with_a_pull_off():
-    time, depth, force, deviation = pulled(5e5, np.random.default_rng(0))
+@pytest.mark.parametrize("stiffness", [None, 1.0])
+def test_work_and_stress_from_a_curve_with_a_pull_off(stiffness):
+    """The depth is that of the tip, or of the base of a cantilever, whose jumps are larger."""
+    spring = {} if stiffness is None else {"spring_constant": stiffness}
+    time, depth, force, deviation = pulled(5e5, np.random.default_rng(0), **spring)
     noise = rs.Noise(force=deviation)
     # The pull is refused without adhesion, in a line that names the way.
     with pytest.raises(rs.InputError, match="adhesion=True"):
-        rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise)
-    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, adhesion=True)
+        rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, **spring)
+    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, adhesion=True, **spring)
     found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     for name, value in (GEL | {"work": PULL, "stress": 5e5}).items():
         estimate = found.parameters[name]

@@ -26,7 +26,7 @@ from restitution.identification.observations import (
     noise_of,
     number_or_none,
 )
-from restitution.identification.pull_off import PullOff, deviations_at_jumps, work_of_pull
+from restitution.identification.pull_off import PullOff, deviations_at_jumps, lines_of, work_of_pull
 from restitution.indentation.records import Record, RecordBlock
 from restitution.material.fit import DynamicTable
 from restitution.material.prony import PronySeries
@@ -204,8 +204,8 @@ class IndentationCurve(ForceRecord):
     would be too small, as in Deming's regression. With `spring_constant` the spring is part of the model, so that the
     noise of the force does not move the tip.
 
-    With adhesion the depth of the tip is smoothed to few straight lines, and that of a cantilever is ``z - F/k`` with
-    the measured force. A force is the mean over the time of its sample, and beside a jump its deviation is larger.
+    With adhesion the depth of the tip, or of the base of the cantilever, is smoothed to few straight lines. A force is
+    the mean over the time of its sample, and beside a jump its deviation is larger.
 
     Examples
     --------
@@ -318,11 +318,10 @@ class IndentationCurve(ForceRecord):
 
     def _set_adhesion(self) -> None:
         """Set the contacts with adhesion; the deviations beside jumps are larger."""
-        noise = float(np.mean(self.depth_deviations))
-        if self.spring_constant is not None:
-            noise = math.hypot(noise, float(np.mean(self.deviations)) / self.spring_constant)
+        lines = lines_of(self.time, self.depth, float(np.mean(self.depth_deviations)))
         count = 2 * elements_for(float(np.mean(self.deviations)) / float(np.ptp(self.force)))
-        self._pull_off = PullOff(as_profile(self.profile, "adhesion"), self.time, self.tip, noise, count)
+        profile, deepest = as_profile(self.profile, "adhesion"), float(self.tip.max())
+        self._pull_off = PullOff(profile, self.time, lines, deepest, self.spring_constant, count)
         names = zip(self._units, self._columns, strict=True)
         columns: dict[str, Any] = {name: (column, self._units[name]) for name, column in names}
         self._set_record(self.time, self.force, deviations_at_jumps(self.force, self.deviations), **columns)

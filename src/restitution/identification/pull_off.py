@@ -13,7 +13,7 @@ from restitution.contact.adhesion import Adhesion
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
 from restitution.identification.adhesion import StickyMaterial, thick_stress
-from restitution.indentation.attraction import March, Sticky
+from restitution.indentation.attraction import March, Program, Sticky
 from restitution.material.prony import PronySeries
 from restitution.parallel import on_threads
 
@@ -65,11 +65,29 @@ def lines_of(time: Array, depth: Array, noise: float) -> Lines:
 
 
 class PullOff:
-    """Contacts of one indenter under a measured depth, from materials with adhesion to forces at the samples."""
+    """Contacts of one indenter under measured depths, from materials with adhesion to forces at the samples.
 
-    def __init__(self, profile: Profile, time: Array, depth: Array, noise: float, count: int) -> None:
-        self.profile, self.time, self.count = profile, time, count
-        self.lines = lines_of(time, depth, noise)
+    Parameters
+    ----------
+    profile : Profile
+        Profile of the indenter.
+    time : array, shape (n,)
+        Times of the samples [s].
+    lines : Lines
+        Depths of the tip [m], or of the base of a spring.
+    deepest : float
+        Largest depth of the tip [m].
+    stiffness : float, optional
+        Stiffness of the spring [N/m].
+    count : int
+        Number of elements.
+    """
+
+    def __init__(
+        self, profile: Profile, time: Array, lines: Lines, deepest: float, stiffness: float | None, count: int
+    ) -> None:
+        self.profile, self.time, self.lines, self.count = profile, time, lines, count
+        self._deepest, self._stiffness = deepest, stiffness
         steps = np.diff(time)
         # A sample is the mean over its time: so a jump between two samples changes both continuously.
         self._starts = time - 0.5 * np.append(steps[0], steps)
@@ -109,17 +127,16 @@ class PullOff:
         near = np.flatnonzero(depth > -reach)
         if depth[0] > -reach or not near.size:
             return np.full(self.time.size, np.nan)
-        first = int(near[0]) - 1
-        rates = np.diff(depth)[first:] / np.diff(time)[first:]
-        start = time[first] + (-reach - depth[first]) / rates[0]
-        width = self._width(body, float(depth.max()), float(time[-1] - start))
-        knots = np.append(start, time[first + 1 :])
-        march = body.follow(width, knots, rates, count)
+        n = int(near[0])
+        start = time[n - 1] + (time[n] - time[n - 1]) * (-reach - depth[n - 1]) / (depth[n] - depth[n - 1])
+        width = self._width(body, self._deepest - touch, float(time[-1] - start))
+        program = Program(np.append(start, time[n:]), np.append(-reach, depth[n:]), self._stiffness)
+        march = body.follow(width, program, count)
         for _ in range(_TRIALS):
             if march.end != NO_ROOM:
                 break
             width *= _WIDER
-            march = body.follow(width, knots, rates, count)
+            march = body.follow(width, program, count)
         if march.end not in (HELD, SEPARATED):
             return np.full(self.time.size, np.nan)
         return _means(march, self._starts, self._ends)
@@ -131,7 +148,7 @@ class PullOff:
         """
         work, reach = float(np.asarray(body.adhesion.work)), float(np.asarray(body.adhesion.range))
         soft = 2.0 * math.pi * work / float(body.modulus.relaxation_modulus(duration))
-        level = deepest
+        level = deepest = max(deepest, 1e-3 * reach)
         for _ in range(30):
             further = deepest + math.sqrt(soft * float(body.profile.contact_radius(level)))
             if abs(further - level) < 1e-9 * further:
