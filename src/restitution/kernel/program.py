@@ -58,6 +58,7 @@ from restitution.kernel.driver import (
     is_light,
 )
 from restitution.kernel.events import AT_AXIS, end_of_way, event_ahead, first_event, pace_of_load, write_event
+from restitution.kernel.growth import differentiate
 from restitution.kernel.jumps import (
     begin_contact,
     drop_rate,
@@ -92,7 +93,7 @@ from restitution.kernel.panels import (
     value_of,
 )
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.stepper import differentiate, rounding_of_load, solve_step, surface_at_axis, write_start
+from restitution.kernel.stepper import rounding_of_load, solve_step, surface_at_axis, write_start
 
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
