@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from restitution import validity
 from restitution.calibration.adhesive_laws import (
     ADHESIVE_LAWS,
     AdhesiveLaw,
@@ -25,9 +26,10 @@ from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError
 from restitution.impact.adhesion import sticking_velocity
-from restitution.impact.solve import solve
+from restitution.impact.adhesive import marched, too_thin
 from restitution.impact.status import SolverError, Status
-from restitution.impact.window import require_known
+from restitution.impact.window import compared, require_known
+from restitution.quantities import STATUS
 
 # Tolerance of e, which no law without memory follows nearer, and of the sticking velocity.
 _RTOL, _STICKING_RTOL = 1e-4, 1e-3
@@ -97,8 +99,11 @@ def collisions(
     require_known(pair.impact, speeds[[0, -1]], extrapolate=extrapolate)
     impact = replace(pair.impact, adhesion=adhesion)
     pair = pair._replace(impact=impact)
-    result: Any = solve(replace(impact, velocity=speeds), rtol=max(rtol, _RTOL), errors="raise", workers=workers)
-    status = np.asarray(result.status)
+    impacts = replace(impact, velocity=speeds)
+    if thin := too_thin(impact):
+        raise SolverError(Status.NOT_ACCURATE, thin)
+    columns, _ = marched(impacts, max(rtol, _RTOL), workers, None)
+    status = columns[STATUS]
     held = status == Status.CAPTURED
     odd = ~held & (status != Status.SEPARATED)
     if odd.any():
@@ -109,11 +114,11 @@ def collisions(
     # The search begins between the bodies that stick and those that do not.
     near = math.sqrt(float(speeds[held][-1] * speeds[~held][0])) if held.any() else float(speeds[0])
     sticks = float(sticking_velocity(replace(impact, velocity=near), rtol=_STICKING_RTOL))
-    e = np.where(held, 0.0, result.restitution_coefficient)[:, None]
-    time = np.where(held, np.nan, result.touching_time)[:, None]
+    e = np.where(held, 0.0, columns["restitution_coefficient"])[:, None]
+    time = np.where(held, np.nan, columns["touching_time"])[:, None]
     mass, radius = (np.array([value]) for value in (float(impact.mass), reduced_radius(impact)))
-    of_ball = np.array([pair.ball_radius])
-    return AdhesiveCollisions(pair, speeds, of_ball, mass, radius, e, time, result.validity, sticks)
+    of_ball, report = np.array([pair.ball_radius]), validity.report(compared(impacts, columns))
+    return AdhesiveCollisions(pair, speeds, of_ball, mass, radius, e, time, report, sticks)
 
 
 # The nearest law: its adhesion meets the sticking velocity at each loss, and the loss is that of the least error of e.
