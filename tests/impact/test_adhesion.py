@@ -122,6 +122,21 @@ def test_the_loss_in_jumps_tends_to_that_of_jkr():
     assert 2.0 * lost[1] - lost[0] == pytest.approx(JKR_LOSS, rel=0.01)
 
 
+def test_a_hard_ball_jumps_without_touch_alone():
+    # G = pi c^2/(4 R) - 2 sigma0 c/E - pi (h0 + d)/2 while nothing touches: from 0 to its root at d = -h0, and back
+    # from the fold at half of that; E_jump = 4 sigma0 |int c G dc|.
+    rng = np.random.default_rng(4)
+    work, lam = rng.uniform(0.005, 0.02), rng.uniform(0.1, 0.2)
+    stress = lam / float(maugis_number(work, 1.0, 1.0, 1.0))
+    edge = 8.0 * stress / math.pi
+    inward, outward = math.pi * stress * edge**4 / 12.0, math.pi * stress * edge**4 / 192.0
+    result = rs.solve(ball(solid(), work, stress, 0.02), rtol=1e-5)
+    first, *_, last = result.jumps
+    assert first.energy == pytest.approx(inward, rel=1e-4)
+    assert result.radiated_energy == pytest.approx(inward + outward, rel=1e-3)
+    assert last.zone_radius_after == 0.0
+
+
 def test_an_elastic_ball_sticks_below_its_loss_in_jumps():
     work, lam = 0.01, 4.0
     impact = ball(solid(), work, lam / float(maugis_number(work, 1.0, 1.0, 1.0)), 0.2)

@@ -10,7 +10,9 @@ from matplotlib.patches import Rectangle
 import restitution as rs
 from commands import done
 from restitution.plot.rebounds import plot_restitution
-from restitution.plot.sticking import broken, threshold
+from restitution.plot.sticking import broken, draw_area, threshold
+from restitution.plot.style import new_figure
+from restitution.sweeps.run import run
 
 pytestmark = pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
 # An elastic ball, row A6 of the prototype.
@@ -80,7 +82,16 @@ def test_a_map_shades_where_bodies_stick():
     assert "no rebound" in [text.get_text() for text in figure.axes[0].texts]
 
 
-def test_a_map_of_a_case_needs_no_tolerance(tmp_path):
+def test_one_body_that_sticks_shades_all_cells_around_it():
+    e = np.full((3, 4), 0.5)
+    e[1, 1] = 0.0
+    ax = draw_area(new_figure().add_subplot(), [1.0, 2.0, 3.0, 4.0], [1.0, 2.0, 3.0], e)
+    shaded = ~np.ma.getmaskarray(ax.collections[0].get_array()).reshape(2, 3)
+    assert shaded.tolist() == [[True, True, False], [True, True, False]]
+    assert ax.texts[0].xy == (2.0, 2.0)
+
+
+def test_a_map_of_a_case_needs_no_tolerance(tmp_path, monkeypatch):
     case = tmp_path / "grain.toml"
     case.write_text("""
     [body]
@@ -98,5 +109,13 @@ def test_a_map_of_a_case_needs_no_tolerance(tmp_path):
     """)
     picture = tmp_path / "map.png"
     options = ["--x", "velocity=0.03:3", "--y", "radius=0.5um:5um", "--points", "3", "--out", str(picture)]
+    tolerances = []
+
+    def watched(plan, **more):
+        tolerances.append(plan.rtol)
+        return run(plan, **more)
+
+    monkeypatch.setattr("restitution.sweeps.run.run", watched)
     done("map", str(case), *options)
+    assert tolerances == [1e-3]
     assert picture.stat().st_size > 0
