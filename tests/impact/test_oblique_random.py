@@ -56,8 +56,8 @@ def check(seed, count):
         assert abs(found.tangential_restitution_coefficient) <= 1.0
         parts = found.friction_energy, found.tangential_dissipated_energy, found.tangential_stored_energy
         assert min(parts) >= -1e-6 * found.tangential_energy_in
-        # The split is coarse where fast relaxation and a thin slipping rim meet; without slip it is sharp.
-        assert abs(found.tangential_energy_residual) < (1e-7 if math.isinf(friction) else 3e-2)
+        # Ten times the tolerance; without slip the energies have that of e_t.
+        assert abs(found.tangential_energy_residual) < (1e-7 if math.isinf(friction) else 1e-3)
         assert found.impulse_ratio <= friction * (1.0 + 1e-6)
     return solved
 

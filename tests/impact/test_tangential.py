@@ -220,13 +220,23 @@ def test_a_layer_far_thinner_than_a_step():
     assert (4.0 * fine - coarse) / 3.0 == pytest.approx(0.0070431, abs=1e-5)
 
 
-@pytest.mark.parametrize("case", [(0.5, 0.1, 1.0, 1.0), (0.3, 0.1, 1.0, 2.0), (0.3, 0.1, 0.001, 1.0)])
-def test_second_order_also_for_relaxation_times_far_below_the_step(case):
-    """Errors fall by four with the step. At p3 = 0.001 the step is 40 relaxation times long."""
+@pytest.mark.parametrize(
+    "case",
+    [
+        (0.5, 0.1, 1.0, 1.0), (0.3, 0.1, 1.0, 2.0), (0.3, 0.1, 0.001, 1.0), (0.074, 0.0735, 1.906, 2.975),
+        (0.104, 0.0908, 1.936, 3.308),
+    ],
+)  # fmt: skip
+def test_second_order_also_where_errors_could_jump(case):
+    """Errors fall by four with the step.
+
+    At p3 = 0.001 the step is 40 relaxation times long. In the last two cases all elements slide first, and most come
+    to rest within one step.
+    """
     one = slider(solid(*case[:3]))
     values = [one._step(case[3], SPHERE, count).restitution for count in (50, 100, 200, 400)]
     ratios = np.divide(*np.diff(values)[[[0, 1], [1, 2]]])
-    assert ratios == pytest.approx(4.0, abs=1.0)
+    assert ratios == pytest.approx(4.0, abs=0.7)
 
 
 def test_a_dashpot_is_the_limit_of_a_fast_branch():
@@ -240,7 +250,7 @@ def test_a_dashpot_is_the_limit_of_a_fast_branch():
 
 
 def test_random_impacts_gain_no_energy():
-    """Every part is at least 0, and the balance closes to 3e-3 of the energy before: a thin slipping rim is coarse."""
+    """Every part is at least 0, and the balance closes to ten times the tolerance."""
     generator = np.random.default_rng(11)
     for _ in range(60):
         nu = generator.choice([0.5, generator.uniform(-0.9, 0.5)])
@@ -249,7 +259,8 @@ def test_random_impacts_gain_no_energy():
         assert found.error <= 1e-4
         assert abs(found.restitution) <= 1.0
         assert min(found.friction, found.viscous, found.stored) >= -1e-6
-        assert abs(shares(found)[1]) < 6e-3
+        assert abs(shares(found)[1]) <= 1e-3
+        assert found.residual == pytest.approx(shares(found)[1], abs=1e-14)
         assert found.gaps < 0.01
 
 

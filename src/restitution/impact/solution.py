@@ -476,6 +476,24 @@ class Solution:
             total += basis[:, j] * rows[:, j]
         return total
 
+    @cached_property
+    def _tables(self) -> tuple[tuple[Array, Array, Array], ...]:
+        """Starts and lengths of the elements of both halves, and their columns, those of an element one a row."""
+        return tuple(
+            (half.starts, half.lengths, np.ascontiguousarray(np.moveaxis(half.columns, 2, 1)))
+            for half in (self.approach, self.rebound)
+        )
+
+    def sample(self, count: int) -> Array:
+        """Return the columns, one a row, at the ends of equal steps of both halves, `count` in each."""
+        from restitution.kernel.stored import sample_halves
+
+        approach, rebound = self._tables
+        out = np.empty((approach[2].shape[1], 2 * count + 1))
+        places = np.arange(count + 1) * (self.sigma_m / count)
+        sample_halves(self.scheme, self.stored.work, approach, rebound, places, out)
+        return out
+
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
         """Return the elements, and the places in them, where a rising column takes the given values."""
         from restitution.kernel.stored import find_rising

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -12,18 +13,23 @@ from restitution.checks import Array
 from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
 from restitution.impact.sticking import Spectrum, solve_sticking
 from restitution.material.prony import PronySeries
-from restitution.numerics.richardson import Richardson
+from restitution.numerics.richardson import Extrapolation
 
-# Steps in each half of the coarsest and of the finest march.
-FEWEST, MOST = 25, 3200
-# Steps in each half of a march from which the contact counts as sliding throughout if no element ever stuck.
-_SURE = 200
+# Steps in each half of the marches: they double first, as their errors are far apart, then grow by a third or a half.
+COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072)
+# Steps in each half of a march from which the contact counts as sliding throughout if no element ever stuck, and from
+# which the energies of one that is known to slide are extrapolated.
+_SURE, _SLIDING = 192, 96
+# Largest residual of the balance of energy over the tolerance.
+_RESIDUAL = 10.0
 # Numbers of a march that are extrapolated.
 _EXTRAPOLATED = ("restitution", "friction", "viscous", "stored")
 # Slopes below the first have a slipping rim so thin that e_t is linear; it is interpolated from the second on.
 _THIN, _NEAR = 0.01, 0.02
 # Columns of `motion`.
 MOTION = ("time", "velocity", "force", "stick_radius", "slip_velocity")
+# Those that are proportional to the velocity.
+_SCALED = [1, 2, 4]
 
 
 class Tangential(NamedTuple):
@@ -40,6 +46,11 @@ class Tangential(NamedTuple):
     stored: float
     motion: Array
     gaps: float  # share of the contact time in which elements slip within the radius that sticks
+
+    @property
+    def residual(self) -> float:
+        """Sum of the parts of the energy that is lost, less what the velocities say."""
+        return self.friction + self.viscous + self.stored + self.restitution**2 - 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +74,7 @@ class Slider:
     modulus: PronySeries
     ratios: tuple[float, float] | None = None
 
-    @property
+    @cached_property
     def scaled(self) -> Spectrum:
         """The reduced shear modulus in the units of the solution."""
         units, modulus, series = self.solution.units, self.modulus, self.spectrum
@@ -101,7 +112,7 @@ class Slider:
         if slope == 0.0:
             return self._stick(mobility, rtol)
         if self.slides(slope, mobility) or math.isinf(slope):
-            return self._slide(slope, mobility)
+            return self._slide(slope, mobility, rtol)
         found = self._thin(slope, mobility, rtol) if slope < _THIN else None
         return found if found is not None and found.error <= rtol else self._march(slope, mobility, rtol)
 
@@ -118,7 +129,9 @@ class Slider:
         share = slope / _NEAR - 1.0
         names = ("friction", "viscous", "stored")
         parts = {name: getattr(near, name) + share * (getattr(far, name) - getattr(near, name)) for name in names}
-        return rest._replace(restitution=rest.restitution + slope * first, error=error, gaps=near.gaps, **parts)
+        found = rest._replace(restitution=rest.restitution + slope * first, error=error, gaps=near.gaps, **parts)
+        # Of the parts that of the material is the largest.
+        return found._replace(viscous=found.viscous - found.residual)
 
     def _stick(self, mobility: float, rtol: float) -> Tangential:
         """Solve without slip."""
@@ -132,30 +145,33 @@ class Slider:
             -found.velocity, found.error, 0.0, unit * found.dissipated, unit * found.stored, motion, 0.0
         )  # fmt: skip
 
-    def _slide(self, slope: float, mobility: float) -> Tangential:
+    def _slide(self, slope: float, mobility: float, rtol: float) -> Tangential:
         """Return the closed form of full sliding; the energies and the motion are those of marches."""
-        e_t = -1.0 if math.isinf(slope) else -1.0 + mobility * self.impulse / slope
         if math.isinf(slope):
             motion = np.zeros((2, len(MOTION)))
             motion[:, 0], motion[:, 1], motion[:, 4] = (0.0, self.solution.end), 1.0, 1.0
-            return Tangential(e_t, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
-        coarse, fine = (self._step(slope, mobility, count) for count in (2 * FEWEST, 4 * FEWEST))
-        series = Richardson()
-        _added(series, coarse)
-        return _added(series, fine)._replace(restitution=e_t, error=0.0)
+            return Tangential(-1.0, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
+        return self._march(slope, mobility, rtol, slides=True)
 
-    def _march(self, slope: float, mobility: float, rtol: float) -> Tangential:
-        """March with more and more steps until the extrapolated e_t is known to `rtol`."""
-        count, series = FEWEST, Richardson()
-        _added(series, self._step(slope, mobility, count))
-        while True:
-            count *= 2
-            fine = _added(series, self._step(slope, mobility, count))
-            sticks = fine.motion[:, 3].any()
-            if count >= _SURE and not sticks:
-                return fine._replace(restitution=-1.0 + mobility * self.impulse / slope, error=0.0)
-            if (fine.error <= rtol and (sticks or count >= _SURE)) or count >= MOST:
-                return fine
+    def _march(self, slope: float, mobility: float, rtol: float, *, slides: bool = False) -> Tangential:
+        """March with more and more steps until the extrapolated e_t is known to `rtol`, and the energies add up."""
+        series, found, closed = Extrapolation(), None, -1.0 + mobility * self.impulse / slope
+        for count in COUNTS:
+            march = self._step(slope, mobility, count)
+            (e_t, *parts), errors = series.add(count, [getattr(march, name) for name in _EXTRAPOLATED])
+            # No part is negative, but a small one may be so within its error.
+            friction, viscous, stored = (max(float(part), 0.0) for part in parts)
+            found = march._replace(
+                restitution=float(e_t), error=float(errors[0]), friction=friction, viscous=viscous, stored=stored
+            )
+            sticks = bool(march.motion[:, 3].any())
+            if not sticks:
+                sure = count >= (_SLIDING if slides else _SURE)
+                found = found._replace(restitution=closed, error=0.0 if sure else math.inf)
+            if found.error <= rtol and abs(found.residual) <= _RESIDUAL * rtol:
+                break
+        assert found is not None
+        return found
 
     def _step(self, slope: float, mobility: float, count: int) -> Tangential:
         """March with a number of steps in each half."""
@@ -170,27 +186,14 @@ class Slider:
         )  # fmt: skip
         energy = slope * slope / (2.0 * mobility)
         friction, viscous, stored = (float(each) / energy for each in room.sums[:3])
-        motion = np.column_stack([normal[0], room.motion]) / np.array([1.0, slope, slope, 1.0, slope])
+        room.motion[:, _SCALED] /= slope
         gaps = float(room.sums[GAPS_]) / solution.end
-        return Tangential(-float(motion[-1, 1]), math.inf, friction, viscous, stored, motion, gaps)
-
-
-def _added(series: Richardson, march: Tangential) -> Tangential:
-    """Return a march with the numbers that it and those before it extrapolate to, and the error of e_t."""
-    values, errors = series.add([getattr(march, name) for name in _EXTRAPOLATED])
-    return march._replace(error=float(errors[0]), **dict(zip(_EXTRAPOLATED, values.tolist(), strict=True)))
+        e_t = -float(room.motion[-1, 1])
+        return Tangential(e_t, math.inf, friction, viscous, stored, room.motion, gaps)
 
 
 def _on_grid(solution: Solution, count: int) -> tuple[Array, ...]:
     """Return times, velocities, depths, memory, radii and depths of touch at equal steps of both halves."""
-    places = solution.sigma_m * (np.arange(count + 1) / count)
-    coming = solution.approach_at(places)
-    element, inside = solution.places(solution.rebound, places[1:])
-    columns = np.concatenate([coming, solution.interpolate(solution.rebound.columns, element, inside)])
-    # First touch is exact.
-    columns[0] = 0.0
-    columns[0, V_] = 1.0
-    roots = np.maximum(columns[: count + 1, S_], 0.0)
-    memory = np.ascontiguousarray(columns[:, H_ + 1 :].T)
-    times = np.maximum.accumulate(columns[:, T_])
-    return times, columns[:, V_].copy(), columns[:, D_].copy(), memory, solution.radius(roots), roots * roots
+    rows = solution.sample(count)
+    roots = np.maximum(rows[S_, : count + 1], 0.0)
+    return rows[T_], rows[V_], rows[D_], rows[H_ + 1 :], solution.radius(roots), roots * roots

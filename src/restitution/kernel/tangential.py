@@ -9,6 +9,10 @@ There are N equal steps in sigma and N in lambda: element i is touched at step i
 one unknown, the way Du of the body. The force is piecewise linear in it and rises, so that Newton's method ends after
 few steps. The scheme is of second order, also for relaxation times far below the step: the surface velocity is linear
 over two steps, and the first step of each element is divided.
+
+Elements that have stuck for a while are a core from the axis on. They all move as the body does, so that sums over
+them are enough: how far they are from each other only decays. The others are followed one by one, eight in a vector.
+The energy dissipated in the material is the work on the surface less what elements store when they leave.
 """
 
 import math
@@ -17,20 +21,42 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.lanes import (
+    WIDTH,
+    absolute,
+    at_least,
+    broadcast,
+    largest,
+    read8,
+    total,
+    where_positive,
+    write8,
+)
 
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
-# the load, displacement of this step, weight of the quadrature over x, two rows of terms of a sum.
-U_, RATE_, LOAD_, TRIAL_, LIMIT_, MOVED_, WEIGHT_, FIRST_TERMS_, SECOND_TERMS_, N_NODES = range(10)
+# the load, weight of the quadrature over x, the same while the element is in contact and else 0, slip that ends in
+# this step, 1 where the element slips and less the longer it sticks, time at which it joined the core, depth of its
+# touch.
+(
+    U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, TOUCHED_, N_NODES,
+) = range(12)  # fmt: skip
 # Columns of `factors` of a mode: decay over the step, 1 - decay, load of a constant rate and of a change of the rate.
 DECAY_, LOSS_, STEADY_, CHANGE_, N_FACTORS = range(5)
 # Members of `sums`: energies lost by friction, dissipated in the material, and stored in elements when they leave;
 # impulse; time in which elements slip within the radius that sticks; whether any element ever stuck.
 FRICTION_, VISCOUS_, STORED_, IMPULSE_, GAPS_, STUCK_, N_SUMS = range(7)
-# Columns of `motion`: velocity of the contact point, force, radius that sticks, largest velocity of slip.
-V_, F_, STICK_, SLIP_, N_MOTION = range(5)
-# Members of `touch`: load of an element after its first step, mean load of the ages up to it, displacement, energies
-# lost by friction and in the material.
-FIRST_, MEAN_, WAY_, RUBBED_, SPENT_, N_TOUCH = range(6)
+# Columns of `motion`: time, velocity of the contact point, force, radius that sticks, largest velocity of slip.
+T_, V_, F_, STICK_, SLIP_, N_MOTION = range(6)
+# Members of `touch`: load of an element after its first step, mean load of the ages up to it, displacement, energy
+# lost by friction and work that moves the surface.
+FIRST_, MEAN_, WAY_, RUBBED_, WORK_, N_TOUCH = range(6)
+
+# Rows of `part`: normal load and 1 - decay over a part of the first step; decay and gain of all elements over a step.
+PRESSED_, PART_LOSS_, PRESS_DECAY_, PRESS_GAIN_, N_PART = range(5)
+# Members of `core`: sum of the weights, of weights times displacements, displacement of a point that always follows
+# the body. Columns of `lump`: sum over the core of weights times loads, load of that point.
+WEIGHTS_, WAYS_, ALONG_, N_CORE = range(4)
+LOADS_, ALONE_, N_LUMP = range(3)
 
 # Parts of the first step of an element: the first over the shortest time, its least size over the step, growth, the
 # longest over the step.
@@ -38,6 +64,11 @@ _FIRST_PART, _LEAST_PART, _GROWTH, _LONGEST_PART = 0.25, 2e-6, 1.3, 0.125
 # Parts of the last step of an element.
 _LAST_PARTS = 16
 _MAX_ITERATIONS = 60
+# Stuck elements outside of the core, which has whole lanes, and steps of sticking from which they join it: a power of
+# two, so that their count is exact.
+_RIM, _AGE = 4, 8
+# Numbers in a page of memory, and those by which rows are shifted against each other.
+_ROW, _SHIFT = 512, 40
 _ROUNDING = 1e-14
 # Load over its limit up to which the youngest element counts as stuck.
 _STUCK = 0.999
@@ -65,25 +96,49 @@ class Normal(NamedTuple):
     touched: Any  # (N + 1,): depths at which the elements are touched
 
 
+class Step(NamedTuple):
+    """One step: its number and length, that of the step before, and the elements before it and at its end."""
+
+    n: int
+    dt: float
+    before: float
+    count: int
+    whole: int
+    slope: float  # of the load over the way
+    lag: float  # of the load over the last rate
+    pull: float  # the way is free - pull F
+    free: float
+    guess: float
+    pace: float  # velocity of the body in the last step
+    ended: float  # the same at its end
+
+
 class Room(NamedTuple):
     """State and results of one march with N steps in each half."""
 
     nodes: Any  # (N_NODES, N + 1)
     tangential: Any  # (modes, N + 1): p_k
     normal: Any  # (modes, N + 1): the same of the normal load
-    part: Any  # (modes,): normal loads within the first step of an element
+    part: Any  # (N_PART, modes of the normal load)
+    young: Any  # (modes,): p_k of an element in its first step
     factors: Any  # (modes, N_FACTORS)
+    part_factors: Any  # (modes, N_FACTORS): those of a part of a step
     touch: Any  # (N_TOUCH,)
+    core: Any  # (N_CORE,)
+    lump: Any  # (modes, N_LUMP)
     motion: Any  # (2N + 1, N_MOTION)
     sums: Any  # (N_SUMS,)
 
 
 def allocate_room(steps: int, tangential: int, normal: int) -> Room:
     """Return room for a march."""
+    # Rows start at different places of a page: loads and stores at equal places would wait for each other.
+    columns = _ROW * math.ceil(max(steps + 1 + WIDTH - _SHIFT, 0) / _ROW) + _SHIFT
+    factors = np.zeros((2, tangential, N_FACTORS))
     return Room(
-        np.zeros((N_NODES, steps + 1)), np.zeros((tangential, steps + 1)), np.zeros((normal, steps + 1)),
-        np.zeros(normal), np.zeros((tangential, N_FACTORS)), np.zeros(N_TOUCH), np.zeros((2 * steps + 1, N_MOTION)),
-        np.zeros(N_SUMS),
+        np.zeros((N_NODES, columns)), np.zeros((tangential, columns)), np.zeros((normal, columns)),
+        np.zeros((N_PART, normal)), np.zeros(tangential), factors[0], factors[1], np.zeros(N_TOUCH), np.zeros(N_CORE),
+        np.zeros((tangential, N_LUMP)), np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
     )  # fmt: skip
 
 
@@ -112,14 +167,6 @@ def _set_factors(modes: Modes, dt: float, before: float, factors: Any) -> tuple[
 
 
 @inlined
-def _dissipated(modulus: float, tau: float, loss: float, load: float, rate: float, dt: float) -> float:
-    """Return the energy that a mode dissipates over a step at a constant rate, times `modulus tau`."""
-    steady = modulus * tau * rate
-    rest = load - steady
-    return steady * steady * dt + rest * tau * loss * (2.0 * steady + 0.5 * rest * (2.0 - loss))
-
-
-@inlined
 def _within(load: float, limit: float) -> float:
     """Return a load between its limits."""
     return min(max(load, -limit), limit)
@@ -127,10 +174,10 @@ def _within(load: float, limit: float) -> float:
 
 @compiled
 def _first_step(
-    solids: tuple[Modes, Modes], friction: float, node: int, dt: float, speeds: tuple[float, float, float, float],
+    solids: tuple[Modes, Modes], friction: float, dt: float, speeds: tuple[float, float, float, float],
     room: Room,
 ) -> None:  # fmt: skip
-    """Follow an element over its first step in parts, and write `touch` and its modes.
+    """Follow an element over its first step in parts, and write `touch` and `young`.
 
     Fast modes, in which an element may slip before it sticks, make a layer at the edge that is thinner than the step.
     The loads of all ages are those of the elements that are touched within the step. `speeds` are those of the body
@@ -141,14 +188,15 @@ def _first_step(
     shortest = dt
     for k in range(tangential.times.shape[0]):
         shortest = min(shortest, tangential.times[k])
-        room.tangential[k, node] = 0.0
+        room.young[k] = 0.0
     for k in range(normal.times.shape[0]):
         shortest = min(shortest, normal.times[k])
-        room.part[k] = 0.0
+        room.part[PRESSED_, k] = 0.0
     if tangential.viscosity > 0.0 or normal.viscosity > 0.0:
         shortest = 0.0
     way, depth, age, load, rate, before = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    mean, rubbed, spent = 0.0, 0.0, 0.0
+    mean, rubbed, work, slope, lag = 0.0, 0.0, 0.0, 0.0, 0.0
+    known, known_before = -1.0, -1.0
     part = max(_FIRST_PART * shortest, _LEAST_PART * dt)
     while age < dt:
         part = min(part, _LONGEST_PART * dt)
@@ -156,28 +204,36 @@ def _first_step(
             part = dt - age
         middle = (age + 0.5 * part) / dt
         body = part * (along + middle * (along_end - along))
-        slope, lag = _set_factors(tangential, part, before, room.factors)
+        # Most parts are as long as the two before them.
+        if part != known or before != known_before:
+            slope, lag = _set_factors(tangential, part, before, room.part_factors)
+            for k in range(normal.times.shape[0]):
+                room.part[PART_LOSS_, k] = -math.expm1(-part / normal.times[k])
+            known, known_before = part, before
         trial = tangential.equilibrium * way - lag * rate
         for k in range(tangential.times.shape[0]):
-            trial += room.factors[k, DECAY_] * room.tangential[k, node]
+            trial += room.part_factors[k, DECAY_] * room.young[k]
         speed, pull = into + middle * (into_end - into), (into_end - into) / dt
         depth += part * speed
         limit = normal.equilibrium * depth + normal.viscosity * (speed + 0.5 * part * pull)
         for k in range(normal.times.shape[0]):
-            tau = normal.times[k]
-            loss = -math.expm1(-part / tau)
-            room.part[k] += normal.moduli[k] * tau * loss * (speed - 0.5 * part * pull) - loss * room.part[k]
-            room.part[k] += normal.moduli[k] * tau * pull * (part - tau * loss)
-            limit += room.part[k]
+            tau, loss = normal.times[k], room.part[PART_LOSS_, k]
+            room.part[PRESSED_, k] += (
+                normal.moduli[k] * tau * loss * (speed - 0.5 * part * pull) - loss * room.part[PRESSED_, k]
+            )
+            room.part[PRESSED_, k] += normal.moduli[k] * tau * pull * (part - tau * loss)
+            limit += room.part[PRESSED_, k]
         after = _within(trial + slope * body, friction * max(limit, 0.0))
         moved = (after - trial) / slope
         rubbed += (body - moved) * 0.5 * (load + after)
+        work += moved * 0.5 * (load + after)
         mean += 0.5 * part * (load + after)
-        spent += _advance_modes(tangential, room, node, moved, rate * part, part)
+        for k in range(tangential.times.shape[0]):
+            room.young[k] = _advanced(room.part_factors[k], room.young[k], moved, rate * part)
         way, load, rate, before, age = way + moved, after, moved / part, part, age + part
         part *= _GROWTH
     room.touch[FIRST_], room.touch[MEAN_], room.touch[WAY_] = load, mean / dt, way
-    room.touch[RUBBED_], room.touch[SPENT_] = rubbed, spent
+    room.touch[RUBBED_], room.touch[WORK_] = rubbed, work
 
 
 @compiled
@@ -188,36 +244,32 @@ def _last_step(tangential: Modes, node: int, dt: float, before: float, limit: fl
     """
     nodes, sums, weight = room.nodes, room.sums, room.nodes[WEIGHT_, node]
     part, load, rate, way = dt / _LAST_PARTS, nodes[LOAD_, node], nodes[RATE_, node], nodes[U_, node]
-    slope, lag = _set_factors(tangential, part, before, room.factors)
+    slope, lag = _set_factors(tangential, part, before, room.part_factors)
     for m in range(_LAST_PARTS):
         if m == 1:
-            slope, lag = _set_factors(tangential, part, part, room.factors)
+            slope, lag = _set_factors(tangential, part, part, room.part_factors)
         trial = tangential.equilibrium * way - lag * rate
         for k in range(tangential.times.shape[0]):
-            trial += room.factors[k, DECAY_] * room.tangential[k, node]
+            trial += room.part_factors[k, DECAY_] * room.tangential[k, node]
         going = part * (body[0] + (m + 0.5) / _LAST_PARTS * (body[1] - body[0]))
         after = _within(trial + slope * going, limit * (1.0 - (m + 1.0) / _LAST_PARTS))
         moved = (after - trial) / slope
         sums[FRICTION_] += weight * (going - moved) * 0.5 * (load + after)
-        sums[VISCOUS_] += weight * _advance_modes(tangential, room, node, moved, rate * part, part)
+        sums[VISCOUS_] += weight * moved * 0.5 * (load + after)
+        for k in range(tangential.times.shape[0]):
+            room.tangential[k, node] = _advanced(room.part_factors[k], room.tangential[k, node], moved, rate * part)
         way, load, rate = way + moved, after, moved / part
     energy = tangential.equilibrium * way * way
     for k in range(tangential.times.shape[0]):
         energy += room.tangential[k, node] ** 2 / tangential.moduli[k]
     sums[STORED_] += 0.5 * weight * energy
+    sums[VISCOUS_] -= 0.5 * weight * energy
 
 
 @inlined
-def _advance_modes(modes: Modes, room: Room, node: int, moved: float, usual: float, dt: float) -> float:
-    """Advance the modes of one element by a displacement; return the energy that it dissipates."""
-    spent = modes.viscosity * moved * moved / dt
-    for k in range(modes.times.shape[0]):
-        load, factors = room.tangential[k, node], room.factors[k]
-        modulus, tau = modes.moduli[k], modes.times[k]
-        spent += _dissipated(modulus, tau, factors[LOSS_], load, moved / dt, dt) / (modulus * tau)
-        load = factors[DECAY_] * load + factors[STEADY_] * moved + factors[CHANGE_] * (moved - usual)
-        room.tangential[k, node] = load
-    return spent
+def _advanced(factors: Any, load: float, moved: float, usual: float) -> float:
+    """Return the load of a mode after a displacement; `usual` is that of its last rate."""
+    return factors[DECAY_] * load + factors[STEADY_] * moved + factors[CHANGE_] * (moved - usual)
 
 
 @inlined
@@ -234,44 +286,47 @@ def _end_weight(ratio: float) -> float:
 
 @compiled
 def _set_loads(
-    normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, count: int, lag: float, room: Room
-) -> None:
-    """Write the loads without a displacement in this step, and the limits, of the first `count` elements."""
-    tangential, pressing = solids
-    trials, limits, nodes = room.nodes[TRIAL_], room.nodes[LIMIT_], room.nodes
+    normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, span: tuple[int, int], lag: float,
+    room: Room,
+) -> None:  # fmt: skip
+    """Write the loads without a displacement in this step, and the limits, of a span of the elements.
+
+    A span begins at whole lanes. Lanes beyond its end have elements without contact, whose numbers mean nothing.
+    """
+    (tangential, pressing), (first, end), nodes, part = solids, span, room.nodes, room.part
     drag, depth = pressing.viscosity * normal.velocities[n + 1], normal.depths[n + 1]
-    for i in range(count):
-        trials[i] = tangential.equilibrium * nodes[U_, i] - lag * nodes[RATE_, i]
-        limits[i] = pressing.equilibrium * (depth - normal.touched[i]) + drag
-    for k in range(tangential.times.shape[0]):
-        decay, loads = room.factors[k, DECAY_], room.tangential[k]
-        for i in range(count):
-            trials[i] += decay * loads[i]
     dt = normal.times[n + 1] - normal.times[n]
     for k in range(pressing.times.shape[0]):
-        decay, loads = math.exp(-dt / pressing.times[k]), room.normal[k]
-        gain = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
-        for i in range(count):
-            loads[i] = decay * loads[i] + gain
-            limits[i] += loads[i]
-    for i in range(count):
-        limits[i] = friction * max(limits[i], 0.0)
+        decay = math.exp(-dt / pressing.times[k])
+        part[PRESS_DECAY_, k] = decay
+        part[PRESS_GAIN_, k] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
+    for i in range(first, end, WIDTH):
+        load = tangential.equilibrium * read8(nodes, U_, i) - lag * read8(nodes, RATE_, i)
+        for k in range(tangential.times.shape[0]):
+            load = load + room.factors[k, DECAY_] * read8(room.tangential, k, i)
+        limit = pressing.equilibrium * (depth - read8(nodes, TOUCHED_, i)) + drag
+        for k in range(pressing.times.shape[0]):
+            pressed = part[PRESS_DECAY_, k] * read8(room.normal, k, i) + part[PRESS_GAIN_, k]
+            write8(room.normal, k, i, pressed)
+            limit = limit + pressed
+        write8(nodes, TRIAL_, i, load)
+        write8(nodes, LIMIT_, i, friction * at_least(limit, 0.0))
 
 
 @compiled
-def _kink(radii: Any, nodes: Any, count: int, slope: float, way: float) -> float:
+def _kink(radii: Any, nodes: Any, core: int, count: int, slope: float, way: float) -> float:
     """Return what the trapezoidal rule misses of the cell in which the stick radius lies.
 
     There the load has a kink, and what is left up to the limit falls to zero along a line.
     """
     j, sign = count - 1, 0.0
-    while j > 0:
+    while j > core:
         load = nodes[TRIAL_, j] + slope * way
         if abs(load) <= nodes[LIMIT_, j]:
             break
         sign = 1.0 if load > 0.0 else -1.0
         j -= 1
-    if j < 1 or j >= count - 1:
+    if j < core + 1 or j >= count - 1:
         return 0.0
     left = nodes[LIMIT_, j] - sign * (nodes[TRIAL_, j] + slope * way)
     before = nodes[LIMIT_, j - 1] - sign * (nodes[TRIAL_, j - 1] + slope * way)
@@ -283,38 +338,36 @@ def _kink(radii: Any, nodes: Any, count: int, slope: float, way: float) -> float
 
 
 @inlined
-def _sum(terms: Any, count: int) -> float:
-    """Return the sum of the first terms, by four sums side by side, which take a fraction of the time of one."""
-    one, two, three, four = 0.0, 0.0, 0.0, 0.0
-    whole = count - count % 4
-    for i in range(0, whole, 4):
-        one, two, three, four = one + terms[i], two + terms[i + 1], three + terms[i + 2], four + terms[i + 3]
-    for i in range(whole, count):
-        one += terms[i]
-    return (one + three) + (two + four)
+def _beyond(load: Any, limit: Any) -> tuple[Any, Any]:
+    """Return by how much loads are above their limits, and below them on the other side."""
+    above, below = load - limit, -1.0 * limit - load
+    return where_positive(above, above), where_positive(below, below)
 
 
 @compiled
-def _way(nodes: Any, count: int, slope: float, fixed: float, free: float, pull: float, guess: float) -> Any:
+def _way(
+    nodes: Any, span: tuple[int, int], slope: float, fixed: float, stiff: float, free: float, pull: float, guess: float
+) -> Any:
     """Return the way of the body in a step, and the force at its end, by Newton's method within a bracket.
 
-    The way is ``free - pull F``; `fixed` is the part of the force that does not depend on it.
+    The way is ``free - pull F``. Outside of the span of elements the force is `fixed`, and `stiff` times the way.
     """
-    trials, limits, weights = nodes[TRIAL_], nodes[LIMIT_], nodes[WEIGHT_]
-    loads, stuck = nodes[FIRST_TERMS_], nodes[SECOND_TERMS_]
+    first, end = span
     way, low, high, force = guess, -math.inf, math.inf, fixed
     for _ in range(_MAX_ITERATIONS):
-        for i in range(count):
-            load = trials[i] + slope * way
-            bounded = min(max(load, -limits[i]), limits[i])
-            loads[i] = weights[i] * bounded
-            stuck[i] = weights[i] if bounded == load else 0.0
-        force, stiffness = fixed + _sum(loads, count), _sum(stuck, count)
+        loads, stuck = broadcast(0.0), broadcast(0.0)
+        for i in range(first, end, WIDTH):
+            load, weight = read8(nodes, TRIAL_, i) + slope * way, read8(nodes, ACTIVE_, i)
+            above, below = _beyond(load, read8(nodes, LIMIT_, i))
+            loads = loads + weight * (load - above + below)
+            stuck = stuck + (weight - where_positive(above + below, weight))
+        force = fixed + stiff * way + total(loads)
+        stiffness = stiff + slope * total(stuck)
         rest = way - free + pull * force
         if abs(rest) <= _ROUNDING * (abs(free) + pull * abs(force)):
             break
         low, high = (low, min(high, way)) if rest > 0.0 else (max(low, way), high)
-        after = way - rest / (1.0 + pull * slope * stiffness)
+        after = way - rest / (1.0 + pull * stiffness)
         if not low < after < high:
             after = 0.5 * (low + high)
         if after == way:
@@ -324,66 +377,200 @@ def _way(nodes: Any, count: int, slope: float, fixed: float, free: float, pull: 
 
 
 @compiled
-def _advance(tangential: Modes, radii: Any, count: int, slope: float, way: float, dt: float, room: Room) -> Any:
-    """Advance the first `count` elements; return the stick radius and the largest velocity of slip."""
-    nodes, sums = room.nodes, room.sums
-    weights, moved, rates = nodes[WEIGHT_], nodes[MOVED_], nodes[RATE_]
-    trials, limits, loads, terms = nodes[TRIAL_], nodes[LIMIT_], nodes[LOAD_], nodes[FIRST_TERMS_]
-    inverse = 1.0 / slope
-    for i in range(count):
-        load = trials[i] + slope * way
-        bounded = min(max(load, -limits[i]), limits[i])
-        moved[i] = way if bounded == load else (bounded - trials[i]) * inverse
-        terms[i] = weights[i] * (way - moved[i]) * 0.5 * (loads[i] + bounded)
-        loads[i] = bounded
-    lost = _sum(terms, count)
-    last, stuck, fastest = -1, 0, 0.0
-    for i in range(count):
-        nodes[U_, i] += moved[i]
-        slip = abs(way - moved[i])
-        fastest = max(fastest, slip)
-        if slip == 0.0:
-            last, stuck = i, stuck + 1
-    spent, pace = 0.0, 1.0 / dt
-    for k in range(tangential.times.shape[0]):
-        modulus, tau, modes = tangential.moduli[k], tangential.times[k], room.tangential[k]
-        decay, loss = room.factors[k, DECAY_], room.factors[k, LOSS_]
-        steady, change = room.factors[k, STEADY_], room.factors[k, CHANGE_]
-        for i in range(count):
-            terms[i] = weights[i] * _dissipated(modulus, tau, loss, modes[i], moved[i] * pace, dt)
-            modes[i] = decay * modes[i] + steady * moved[i] + change * (moved[i] - rates[i] * dt)
-        spent += _sum(terms, count) / (modulus * tau)
-    for i in range(count):
-        rates[i] = moved[i] * pace
-        terms[i] = tangential.viscosity * weights[i] * rates[i] * moved[i]
-    spent += _sum(terms, count)
-    sums[FRICTION_] += lost
-    sums[VISCOUS_] += spent
-    sums[GAPS_] += dt if last + 1 - stuck > 1.0 + _GAP * radii.shape[0] else 0.0
-    return last, fastest / dt
+def _end_slips(
+    nodes: Any, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float], pace: float
+) -> bool:
+    """Write the slip of elements that come to rest in this step, or did so in the last one; return whether any do.
+
+    Their rate of slip falls along a line, which the rates of the two steps give, and ends within a step. The sum over
+    whole steps would be off by a number of second order that jumps with their places. Loads without a displacement
+    then are those after the slip.
+    """
+    (first, end), (before, dt) = span, steps
+    trials, limits, rates, slips, loads = nodes[TRIAL_], nodes[LIMIT_], nodes[RATE_], nodes[ENDED_SLIP_], nodes[LOAD_]
+    slides, some, stops = nodes[SLIDES_], False, broadcast(0.0)
+    for i in range(first, end, WIDTH):
+        inside = read8(nodes, LIMIT_, i) - absolute(read8(nodes, TRIAL_, i) + slope * way)
+        stops = stops + where_positive(read8(nodes, SLIDES_, i) - (1.0 - 0.5 / _AGE), where_positive(inside, inside))
+        write8(nodes, ENDED_SLIP_, i, broadcast(0.0))
+    if total(stops) == 0.0:
+        return False
+    for i in range(first, end):
+        load, earlier, sign = trials[i] + slope * way, pace - rates[i], 1.0 if loads[i] > 0.0 else -1.0
+        if slides[i] == 1.0 and abs(load) < limits[i] and sign * earlier > 0.0:
+            later = (load - sign * limits[i]) / (slope * dt)
+            change = (later - earlier) * 2.0 / (dt + before)
+            start = earlier + 0.5 * before * change
+            slips[i] = -0.5 * start * start / change
+            trials[i] -= slope * slips[i]
+            some = True
+    return some
 
 
 @compiled
-def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, body: Any, room: Room) -> float:
-    """Take in the element touched at step n; return the force of it and of the cell up to the edge.
+def _advance(
+    tangential: Modes, radii: Any, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float],
+    pace: float, room: Room,
+) -> Any:  # fmt: skip
+    """Advance the core and a span of elements; return the last element that sticks and the largest velocity of slip.
+
+    `pace` is the velocity of the body in the last step.
+    """
+    (first, end), (_, dt) = span, steps
+    nodes, sums, factors = room.nodes, room.sums, room.factors
+    inverse, rate, one = 1.0 / slope, 1.0 / dt, broadcast(1.0)
+    lost, pulled, sticking, fastest = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
+    for i in range(first, end, WIDTH):
+        trial, weight, ended = read8(nodes, TRIAL_, i), read8(nodes, ACTIVE_, i), read8(nodes, ENDED_SLIP_, i)
+        load = trial + slope * way
+        above, below = _beyond(load, read8(nodes, LIMIT_, i))
+        over, bounded, age = above + below, load - above + below, read8(nodes, SLIDES_, i) - 1.0 / _AGE
+        slip = where_positive(over, way - inverse * (bounded - trial))
+        moved = way - (slip + ended)
+        write8(nodes, SLIDES_, i, age + where_positive(over, 1.0 - age))
+        sticking = sticking + where_positive(weight, one - where_positive(over, one))
+        mean = (0.5 * weight) * (read8(nodes, LOAD_, i) + bounded)
+        lost, pulled = lost + mean * (slip + ended), pulled + mean
+        faster = where_positive(weight, absolute(slip + ended)) - fastest
+        fastest = fastest + where_positive(faster, faster)
+        write8(nodes, LOAD_, i, bounded)
+        write8(nodes, U_, i, read8(nodes, U_, i) + moved)
+        change = moved - dt * read8(nodes, RATE_, i)
+        for k in range(tangential.times.shape[0]):
+            mode = factors[k, DECAY_] * read8(room.tangential, k, i) + factors[k, STEADY_] * moved
+            write8(room.tangential, k, i, mode + factors[k, CHANGE_] * change)
+        # An element whose slip has ended follows the body.
+        write8(nodes, RATE_, i, rate * (way - slip))
+    _advance_core(tangential, way, pace, dt, room)
+    last, stuck = end - 1, first + int(total(sticking))
+    while last >= first and nodes[SLIDES_, last] == 1.0:
+        last -= 1
+    sums[FRICTION_] += total(lost)
+    sums[VISCOUS_] += way * total(pulled) - total(lost)
+    sums[GAPS_] += dt if last + 1 - stuck > 1.0 + _GAP * radii.shape[0] else 0.0
+    return last, largest(fastest) / dt
+
+
+@inlined
+def _advance_core(tangential: Modes, way: float, pace: float, dt: float, room: Room) -> None:
+    """Advance the sums over the core, whose elements all follow the body."""
+    core, lump = room.core, room.lump
+    core[WAYS_] += core[WEIGHTS_] * way
+    core[ALONG_] += way
+    for k in range(tangential.times.shape[0]):
+        decay = room.factors[k, DECAY_]
+        gain = room.factors[k, STEADY_] * way + room.factors[k, CHANGE_] * (way - pace * dt)
+        lump[k, LOADS_] = decay * lump[k, LOADS_] + core[WEIGHTS_] * gain
+        lump[k, ALONE_] = decay * lump[k, ALONE_] + gain
+
+
+@compiled
+def _join(first: int, end: int, time: float, pace: float, room: Room) -> int:
+    """Take whole lanes into the core that have followed the body for a while; return the first element outside.
+
+    The core stays below `end`. Its elements keep how far they are from a point that always follows the body; this only
+    decays.
+    """
+    nodes, core, lump = room.nodes, room.core, room.lump
+    while first + WIDTH <= end:
+        for i in range(first, first + WIDTH):
+            if nodes[SLIDES_, i] > 0.0 or nodes[RATE_, i] != pace:
+                return first
+        for i in range(first, first + WIDTH):
+            weight = nodes[WEIGHT_, i]
+            core[WEIGHTS_] += weight
+            core[WAYS_] += weight * nodes[U_, i]
+            nodes[U_, i] -= core[ALONG_]
+            nodes[JOINED_, i] = time
+            for k in range(lump.shape[0]):
+                load = room.tangential[k, i]
+                lump[k, LOADS_] += weight * load
+                room.tangential[k, i] = load - lump[k, ALONE_]
+        first += WIDTH
+    return first
+
+
+@compiled
+def _release(
+    solids: tuple[Modes, Modes], normal: Normal, n: int, span: tuple[int, int], paces: tuple[float, float], room: Room
+) -> int:
+    """Let the outermost elements go from the core, with their state at the start of a step; return the first of them.
+
+    `paces` are the mean velocity of the body in the last step, and that at its end.
+    """
+    (tangential, pressing), (first, end), time = solids, span, normal.times[n]
+    nodes, core, lump = room.nodes, room.core, room.lump
+    for i in range(first, end):
+        weight, age = nodes[WEIGHT_, i], time - nodes[JOINED_, i]
+        nodes[U_, i] += core[ALONG_]
+        nodes[SLIDES_, i], nodes[ENDED_SLIP_, i], nodes[RATE_, i] = 0.0, 0.0, paces[0]
+        total = tangential.equilibrium * nodes[U_, i] + tangential.viscosity * paces[1]
+        for k in range(lump.shape[0]):
+            load = lump[k, ALONE_] + math.exp(-age / tangential.times[k]) * room.tangential[k, i]
+            room.tangential[k, i] = load
+            lump[k, LOADS_] -= weight * load
+            total += load
+        nodes[LOAD_, i] = total
+        core[WEIGHTS_] -= weight
+        core[WAYS_] -= weight * nodes[U_, i]
+        for k in range(pressing.times.shape[0]):
+            decay = math.exp((normal.times[i] - time) / pressing.times[k])
+            room.normal[k, i] = pressing.moduli[k] * (normal.memory[k, n] - decay * normal.memory[k, i])
+    return first
+
+
+@inlined
+def _core_force(tangential: Modes, lag: float, slope: float, room: Room) -> tuple[float, float]:
+    """Return the force of the core without a displacement in this step, and its slope over the way of the body."""
+    width = room.core[WEIGHTS_]
+    force = tangential.equilibrium * room.core[WAYS_] - lag * width
+    for k in range(tangential.times.shape[0]):
+        force += room.factors[k, DECAY_] * room.lump[k, LOADS_]
+    return force, slope * width
+
+
+@inlined
+def _core_load(tangential: Modes, velocity: float, room: Room) -> float:
+    """Return the force of the core at a velocity of the body."""
+    force = tangential.equilibrium * room.core[WAYS_] + tangential.viscosity * velocity * room.core[WEIGHTS_]
+    for k in range(tangential.times.shape[0]):
+        force += room.lump[k, LOADS_]
+    return force
+
+
+@inlined
+def _lanes(count: int) -> int:
+    """Return the elements in whole lanes of a number of them."""
+    return max(count, 0) // WIDTH * WIDTH
+
+
+@inlined
+def _is_stuck(nodes: Any, i: int, slope: float, way: float) -> bool:
+    """Return whether an element sticks for a way of the body."""
+    return abs(nodes[TRIAL_, i] + slope * way) <= nodes[LIMIT_, i]
+
+
+@compiled
+def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, body: Any, room: Room) -> Any:
+    """Take in the element touched at step n; return the force of the cell up to the edge, and that of later ages.
 
     `body` are the velocities of the body along the surface at both ends of the step.
     """
     dt, nodes, touch = normal.times[n + 1] - normal.times[n], room.nodes, room.touch
     speeds = body[0], body[1], normal.velocities[n], normal.velocities[n + 1]
-    _first_step(solids, friction, n, dt, speeds, room)
+    _first_step(solids, friction, dt, speeds, room)
     cell, load = normal.radii[n + 1] - normal.radii[n], touch[FIRST_]
-    force = (nodes[WEIGHT_, n] - 0.5 * cell) * load + cell * touch[MEAN_]
+    force, layer = (nodes[WEIGHT_, n] - 0.5 * cell) * load + cell * touch[MEAN_], 0.0
     tangential, pressing = solids
     # Beyond the first step the layer is that of the stuck or of the slipping load.
     if abs(load) < _STUCK * friction * _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n]):
         for k in range(tangential.times.shape[0]):
-            force += cell * _end_weight(dt / tangential.times[k]) * room.tangential[k, n]
+            layer += cell * _end_weight(dt / tangential.times[k]) * room.young[k]
     else:
         sign = 1.0 if load > 0.0 else -1.0
         for k in range(pressing.times.shape[0]):
-            force += sign * friction * cell * _end_weight(dt / pressing.times[k]) * room.part[k]
-    return force
+            layer += sign * friction * cell * _end_weight(dt / pressing.times[k]) * room.part[PRESSED_, k]
+    return force, layer
 
 
 @inlined
@@ -391,38 +578,93 @@ def _limit_at_touch(pressing: Modes, room: Room, depth: float) -> float:
     """Return the normal load of an element after its first step, apart from that of a dashpot."""
     limit = pressing.equilibrium * depth
     for k in range(pressing.times.shape[0]):
-        limit += room.part[k]
+        limit += room.part[PRESSED_, k]
     return limit
 
 
 @inlined
-def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, room: Room) -> None:
-    """Write the state of the element touched at step n after its first step, and its energies."""
+def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, pace: float, room: Room) -> bool:
+    """Write the state of the element touched at step n after its first step, and its energies; return if it sticks.
+
+    `pace` is the velocity of the body.
+    """
     nodes, touch, sums = room.nodes, room.touch, room.sums
     dt = normal.times[n + 1] - normal.times[n]
-    nodes[U_, n], nodes[LOAD_, n], nodes[RATE_, n] = touch[WAY_], touch[FIRST_], touch[WAY_] / dt
+    nodes[U_, n], nodes[LOAD_, n] = touch[WAY_], touch[FIRST_]
     limit = _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n])
     nodes[LIMIT_, n] = friction * (limit + pressing.viscosity * normal.velocities[n + 1])
     for k in range(pressing.times.shape[0]):
         decay = math.exp(-dt / pressing.times[k])
         room.normal[k, n] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
+    for k in range(room.young.shape[0]):
+        room.tangential[k, n] = room.young[k]
+    nodes[ACTIVE_, n], nodes[SLIDES_, n] = nodes[WEIGHT_, n], 1.0 - 1.0 / _AGE
     sums[FRICTION_] += nodes[WEIGHT_, n] * touch[RUBBED_]
-    sums[VISCOUS_] += nodes[WEIGHT_, n] * touch[SPENT_]
+    sums[VISCOUS_] += nodes[WEIGHT_, n] * touch[WORK_]
+    # An element that slipped before it stuck follows the body since.
+    sticks = abs(touch[FIRST_]) < _STUCK * nodes[LIMIT_, n]
+    nodes[RATE_, n] = pace if sticks else touch[WAY_] / dt
+    return sticks
 
 
 @inlined
 def _clear(normal: Normal, room: Room, velocity: float) -> None:
     """Write the weights and the state at first touch."""
     radii, last = normal.radii, normal.radii.shape[0] - 1
+    room.nodes[:] = 0.0
+    room.tangential[:] = 0.0
+    room.normal[:] = 0.0
     for i in range(last + 1):
         below = radii[i - 1] if i > 0 else -radii[0]
         above = radii[i + 1] if i < last else radii[last]
-        room.nodes[U_, i], room.nodes[RATE_, i], room.nodes[LOAD_, i] = 0.0, 0.0, 0.0
-        room.nodes[WEIGHT_, i] = 0.5 * (above - below)
+        room.nodes[WEIGHT_, i], room.nodes[TOUCHED_, i] = 0.5 * (above - below), normal.touched[i]
     for m in range(N_SUMS):
         room.sums[m] = 0.0
+    room.core[:] = 0.0
+    room.lump[:] = 0.0
     for m in range(N_MOTION):
         room.motion[0, m] = velocity if m == V_ else 0.0
+
+
+@compiled
+def _shrink_core(
+    normal: Normal, solids: tuple[Modes, Modes], friction: float, step: Step, core: int, room: Room
+) -> int:
+    """Let the outermost lanes go from the core, and write their loads and limits; return the first element outside."""
+    first = _release(
+        solids, normal, step.n, (_lanes(core - 1 - step.count // 32), core), (step.pace, step.ended), room
+    )
+    _set_loads(normal, solids, friction, step.n, (first, core), step.lag, room)
+    return first
+
+
+@compiled
+def _settle(
+    normal: Normal, solids: tuple[Modes, Modes], friction: float, step: Step, core: int, fixed: float, room: Room
+) -> Any:
+    """Find the way of the body in a step; `fixed` is the force of the elements touched in it.
+
+    Return the core, the way, the force at the end, that of the cell with the stick radius, and the sum of the forces
+    of the core at both ends. The core shrinks until an element beyond it sticks: then all within it do.
+    """
+    nodes, slope = room.nodes, step.slope
+    while core > 0 and not (
+        _is_stuck(nodes, core, slope, step.guess) and _is_stuck(nodes, core + 1, slope, step.guess)
+    ):
+        core = _shrink_core(normal, solids, friction, step, core, room)
+    kink = _kink(normal.radii, nodes, core, step.count, slope, step.guess)
+    fixed, way = fixed + kink, step.guess
+    while True:
+        held = _core_load(solids[0], step.ended, room)
+        inner, stiff = _core_force(solids[0], step.lag * step.pace, slope, room)
+        span = core, step.whole
+        way, force = _way(nodes, span, slope, fixed + inner, stiff, step.free, step.pull, way)
+        if core == 0 or _is_stuck(nodes, core, slope, way):
+            break
+        core = _shrink_core(normal, solids, friction, step, core, room)
+    if step.n > 1 and _end_slips(nodes, span, slope, way, (step.before, step.dt), step.pace):
+        way, force = _way(nodes, span, slope, fixed + inner, stiff, step.free, step.pull, way)
+    return core, way, force, kink, held + inner + stiff * way
 
 
 @entry_point
@@ -436,35 +678,42 @@ def march(
     N, solids = normal.radii.shape[0] - 1, (tangential, pressing)
     nodes, sums = room.nodes, room.sums
     _clear(normal, room, velocity)
-    v, force, before = velocity, 0.0, 0.0
+    v, force, before, paces, core, missed = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0
     for n in range(2 * N):
         dt, grows = normal.times[n + 1] - normal.times[n], n < N
         # In the rebound the last of the elements leaves at the end of the step.
         count = n if grows else 2 * N - n
+        whole = count if grows else count - 1
         pull, free = 0.25 * mobility * dt * dt, dt * v - 0.25 * mobility * dt * dt * force
         guess = free - pull * force
-        fixed = _front(normal, solids, friction, n, (v, 2.0 * guess / dt - v), room) if grows else 0.0
+        layer, fixed = 0.0, 0.0
+        if grows:
+            fixed, layer = _front(normal, solids, friction, n, (v, 2.0 * guess / dt - v), room)
+        if core > whole - _RIM:
+            core = _release(solids, normal, n, (_lanes(whole - _RIM), core), paces, room)
         slope, lag = _set_factors(tangential, dt, before, room.factors)
         limit = nodes[LIMIT_, count - 1] if count > 0 else 0.0
-        _set_loads(normal, solids, friction, n, count, lag, room)
+        _set_loads(normal, solids, friction, n, (core, count), lag, room)
         if not grows:
-            nodes[LIMIT_, count - 1] = 0.0
-        fixed += _kink(normal.radii, nodes, count, slope, guess)
-        whole = count if grows else count - 1
-        way, after = _way(nodes, whole, slope, fixed, free, pull, guess)
-        last, slip = _advance(tangential, normal.radii, whole, slope, way, dt, room)
-        if grows:
-            _take_in(normal, pressing, n, friction, room)
-            # The youngest element counts where all others stick, as the stuck region is a disc.
-            if last == n - 1 and abs(nodes[LOAD_, n]) < _STUCK * nodes[LIMIT_, n]:
-                last = n
-        else:
+            nodes[LIMIT_, count - 1], nodes[ACTIVE_, count - 1] = 0.0, 0.0
+        step = Step(n, dt, before, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
+        core, way, after, kink, inside = _settle(normal, solids, friction, step, core, fixed + layer, room)
+        if not grows:
             _last_step(tangential, count - 1, dt, before, limit, (v, 2.0 * way / dt - v), room)
+        # What the quadrature over places misses of the loads, that over times misses of their work.
+        sums[VISCOUS_] += 0.5 * way * (missed + layer + kink + inside)
+        last, slip = _advance(tangential, normal.radii, (core, whole), slope, way, (before, dt), paces[0], room)
+        pace = way * (1.0 / dt)
+        if grows:
+            sticks = _take_in(normal, pressing, n, friction, pace, room)
+            # The youngest element counts where all others stick, as the stuck region is a disc.
+            last = n if last == n - 1 and sticks else last
         v -= 0.5 * mobility * dt * (force + after)
         sums[IMPULSE_] += 0.5 * dt * (force + after)
-        if last >= 0:
-            sums[STUCK_] = 1.0
-        force, before = after, dt
-        room.motion[n + 1, V_], room.motion[n + 1, F_] = v, force
-        room.motion[n + 1, STICK_] = normal.radii[last] if last >= 0 else 0.0
-        room.motion[n + 1, SLIP_] = slip
+        sums[STUCK_] = max(sums[STUCK_], 1.0 if last >= 0 else 0.0)
+        share = dt / (dt + before) if before > 0.0 else 0.0
+        paces, force, before, missed = (pace, pace + share * (pace - paces[0])), after, dt, layer + kink
+        core = _join(core, min(last, whole) - _RIM, normal.times[n + 1], pace, room)
+        motion = room.motion[n + 1]
+        motion[T_], motion[V_], motion[F_], motion[SLIP_] = normal.times[n + 1], v, force, slip
+        motion[STICK_] = normal.radii[last] if last >= 0 else 0.0
