@@ -195,7 +195,7 @@ WRONG = {
     "pull": (
         changed("force", slice(400, 430), -2e-10),
         {},
-        'force = -2.*pull on the way out: adhesion.*segment="approach"',
+        'force = -2.*pull on the way out: give adhesion=True.*segment="approach"',
     ),
     "segment": (changed("time", 0, 0.0), {"segment": "retract"}, "segment"),
     "end of the profile": (

@@ -277,7 +277,13 @@ class IndentationCurve(ForceRecord):
             tip = self.depth - (self.force - baseline(self.time, self.force, free)) / self.spring_constant
         if not np.ptp(tip) < _WIDEST:
             raise InputError("spring_constant", self.spring_constant, "is too small for the force", "N/m")
-        return first_touch(self.time, tip, self.force, exponent)
+        try:
+            return first_touch(self.time, tip, self.force, exponent)
+        except InputError:
+            if self.adhesion:
+                # After a jump into contact the tip may hardly go deeper; the fit starts from the base.
+                return touch
+            raise
 
     def _set_nuisance(self, touch: float, noise: float) -> None:
         """Set the start, range and step of the contact point."""

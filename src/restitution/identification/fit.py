@@ -150,7 +150,7 @@ _STEP, _NUISANCE_STEP = 1e-4, 1e-2
 # Values of hidden coordinates that are tried, and descents from the best of them; fewer where a trial is costly.
 _TRIALS, _RESCUES, _COSTLY_TRIALS = 64, 3, 8
 # Changes of the logarithms of an adhesion in search of better minima.
-_AROUND = (-0.3, -0.1, 0.1, 0.3)
+_AROUND, _WIDELY, _SEARCHES = (-0.3, -0.1, 0.1, 0.3), (-2.0, -1.0, 0.0, 1.0), 4
 # Least tolerance where marches with few elements have kinks.
 _ROUGH = 1e-4
 # Further points; the best one is followed too.
@@ -412,7 +412,11 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         each = zip(data, problem.nuisances(here), strict=True)
         problem = replace(problem, data=tuple(record.refined(problem.materials(here), at) for record, at in each))
         fits = _deeper(problem, fits, loss)
-        fits = _deeper(problem, [*fits, *_minima(problem, _around(problem, fits[0]), loss, _COARSE)], loss)
+        for _ in range(_SEARCHES):
+            best = fits[0].cost
+            fits = _deeper(problem, [*fits, *_minima(problem, _around(problem, fits[0]), loss, _COARSE)], loss)
+            if fits[0].cost > best - EQUALLY_GOOD:
+                break
     # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):
         rescaled = _rescaled(problem, fits[0], loss)
@@ -429,10 +433,16 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 
 def _around(problem: EstimationProblem, fit: Fit) -> Array:
     """Return points around a fit with another adhesion: a jump that is a sample away makes a minimum of its own."""
-    space = problem.space
-    moves = [move * np.eye(fit.coordinates.size)[k] for k, name in enumerate(space.names) if name in space.adhesion
-             for move in _AROUND]  # fmt: skip
-    return fit.coordinates + np.array(moves).reshape(-1, fit.coordinates.size)
+    points = list[Array]()
+    for k, name in enumerate(problem.space.names):
+        if name in problem.space.adhesion:
+            here, middle = fit.coordinates[k], 0.5 * (problem.low[k] + problem.high[k])
+            # The size of a work is known from the start, that of a stress or a range is not.
+            values = [*(here + np.array(_AROUND)), *(middle + np.array(_WIDELY) if name != "work" else ())]
+            for value in values:
+                points.append(fit.coordinates.copy())
+                points[-1][k] = value
+    return np.array(points).reshape(-1, fit.coordinates.size)
 
 
 def _without_result(problem: EstimationProblem, points: Array) -> str:
