@@ -162,8 +162,8 @@ class CurveReader:
             time, of_time = _times(record, options)
             depth, force, spring, of_depth = _depth_and_force(record, options)
             curve = FileCurve(
-                time, depth, force, profile=options.profile, spring_constant=spring, noise=options.noise, segment=segment,
-                adhesion=adhesion, label=self.label,
+                time, depth, force, profile=options.profile, spring_constant=spring, noise=options.noise,
+                segment=segment, adhesion=adhesion, label=self.label,
             )  # fmt: skip
         except InputError as error:
             raise error.within(where=self.label) from None
