@@ -34,7 +34,7 @@ from restitution.indentation.solve import MOST_ELEMENTS, indent
 from restitution.indentation.tapping import COLUMNS, TappingStatus, tap
 from restitution.material.fractional import Window
 from restitution.paper import figures
-from restitution.quantities import BUDGET, DEFAULT_OUTPUTS, INDENTATION
+from restitution.quantities import ADHESION, BUDGET, DEFAULT_OUTPUTS, INDENTATION
 from restitution.result import nullable, plain
 from restitution.surrogates import standard_solid
 from restitution.variation import vary
@@ -46,11 +46,11 @@ TIME_LIMIT = 0.1
 
 # Tolerance of curves. Single impacts have the default of `solve`.
 _RTOL = 1e-6
-# Tolerance of e_t, which leaves time for the rest of an answer.
-_OBLIQUE_RTOL = 1e-4
+# Tolerance of e_t, and of impacts with adhesion, which leaves time for the rest of an answer.
+_FRONT_RTOL = 1e-4
 _POINTS = 121
 # Points of a curve over the velocity, and shares of the time for them; times, and least number of them, of a surface.
-_SPEEDS, _SHARES = 61, (0.2, 0.7)
+_SPEEDS, _SHARES, _STICKING_SPEEDS = 61, (0.2, 0.7), 5
 _TIMES, _LEAST_ROWS = 25, 4
 # Points of the body and of the surface, and flat punches that compose the surface around an ellipse.
 _BODY, _SURFACE, _PUNCHES = 61, 25, 200
@@ -108,7 +108,8 @@ def _solved(text: str) -> Any:
     with warnings.catch_warnings():
         # The page has them among the assumptions.
         warnings.simplefilter("ignore", RestitutionWarning)
-        return rs.solve(problem) if problem.friction is None else rs.solve(problem, rtol=_OBLIQUE_RTOL)
+        fronts = problem.friction is not None or problem.adhesion is not None
+        return rs.solve(problem, rtol=_FRONT_RTOL) if fronts else rs.solve(problem)
 
 
 def _result(state: Mapping[str, Any]) -> Any:
@@ -125,6 +126,8 @@ def impact(state: Mapping[str, Any]) -> Answer:
     if problem.friction is not None:
         numbers |= {name: getattr(result, name) for name in _OBLIQUE}
         numbers |= {name: getattr(problem, name) for name in ("tangential_velocity", "spin")}
+    if problem.adhesion is not None:
+        numbers |= {name: getattr(result, name) for name in ADHESION}
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
     numbers |= dict.fromkeys(("loss_tangent", "nu", "p2", "p3"))
@@ -136,8 +139,11 @@ def impact(state: Mapping[str, Any]) -> Answer:
     curves: dict[str, Any] = {"history": None, "shape": body_section(result)}
     # A captured body has no contact time; its oscillation has a scale of time.
     scale = contact_time if separated else float(result.max_indentation_depth) / float(result.velocity)
+    if separated or problem.adhesion is not None:
+        history = result._columns(n_points=_POINTS)
+        # A body that is held at once has no motion to show.
+        curves["history"] = history if history["time"][-1] > 0.0 else None
     if separated:
-        curves["history"] = result._columns(n_points=_POINTS)
         numbers["loss_tangent"] = float(series.loss_modulus(omega) / series.storage_modulus(omega))
     if math.isfinite(scale) and scale > 0.0:
         curves |= _moduli(series, material.shear, scale)
@@ -192,7 +198,8 @@ def velocity(state: Mapping[str, Any]) -> Answer:
         solved[chosen] = True
 
     built = time.thread_time()
-    solve_further(every % (_SPEEDS - 1) == 0)
+    # A curve with a velocity below which the body sticks would be wrong with its ends alone.
+    solve_further(every % (_SPEEDS - 1 if problem.adhesion is None else _STICKING_SPEEDS) == 0)
     # After both ends as many others as the time suffices for, in two steps, as they may take longer.
     for share in _SHARES:
         now = time.thread_time()
@@ -218,7 +225,7 @@ def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
 def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
     """Return the outputs at some velocities [m/s], and whether an assumption of the theory is doubtful there."""
     impacts = vary(problem, {"velocity": speeds})
-    outputs = solve_columns(impacts, _RTOL, workers=1)
+    outputs = solve_columns(impacts, _RTOL if problem.adhesion is None else _FRONT_RTOL, workers=1)
     solved = outputs["status"] < rs.Status.TOO_MANY_STEPS
     excess = np.array([*validity.excess(compared(impacts, outputs)).values()])
     columns = {name: np.where(solved, outputs[name], np.nan) for name in DEFAULT_OUTPUTS}
@@ -351,6 +358,12 @@ def tapping(state: Mapping[str, Any]) -> Answer:
     }
 
 
+_SKETCH = (
+    "Orange: the ring in which the surfaces attract each other. Its gap ends at the range of the attraction; the "
+    "surface beyond the contact is a sketch"
+)
+
+
 def body_section(result: Any) -> dict[str, Any] | None:
     """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known.
 
@@ -358,10 +371,13 @@ def body_section(result: Any) -> dict[str, Any] | None:
     """
     tip: Any = result.impact.profile
     profile, semi_axis, most = tip, 1.0, float(result.max_contact_radius)
-    about: dict[str, Any] = {"unknown": None, "thickness": None}
+    about: dict[str, Any] = {"unknown": None, "thickness": None, "range": None}
     if isinstance(tip, rs.Layer):
         profile, semi_axis = tip.profile, None
         about = {"unknown": "The surface of a layer around the body is not known", "thickness": float(tip.thickness)}
+    elif result.impact.adhesion is not None:
+        # Between the edges of contact and zone the gap grows from zero to the range.
+        about |= {"unknown": _SKETCH, "range": float(result.impact.adhesion.range)}
     elif isinstance(tip, rs.Ellipsoid):
         profile, semi_axis = Parabola(max(tip.radius_1, tip.radius_2)), float(tip.semi_axes(1.0)[0])
         most *= semi_axis
@@ -380,7 +396,7 @@ def body_section(result: Any) -> dict[str, Any] | None:
 def surface_section(result: Any) -> tuple[Array, Callable[[float], Array]] | None:
     """Return distances [m] from the axis and the displacement of the surface [m] there over the time [s]."""
     tip, section = result.impact.profile, body_section(result)
-    if section is None or section["semi_axis"] is None:
+    if section is None or section["unknown"] is not None:
         return None
     radius = np.linspace(0.0, section["radius"][-1], _SURFACE)
     if isinstance(tip, Profile):

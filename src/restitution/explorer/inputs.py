@@ -31,7 +31,7 @@ from restitution.errors import InputError, InputTypeError
 from restitution.impact.problem import SOLID_BALL
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.models import Constant, constants_of, material_models
-from restitution.quantities import CONSTANTS, INPUTS, Quantity
+from restitution.quantities import ADHESION_INPUTS, CONSTANTS, INPUTS, Quantity
 from restitution.units import Dimension
 from restitution.variation import is_standard_solid
 
@@ -47,6 +47,7 @@ State = dict[str, Any]
 _ALWAYS: Mapping[str, Any] = MappingProxyType({})
 _STRAIGHT, _OBLIQUE = "straight", "oblique"
 _CYCLES, _SPOT, _SAME = "indentation.count", "bounces.spot", "same"
+_NONE, _EDGED = "none", ("flat_punch", "flat_ended_parabola", "truncated_cone")
 _NEAREST, _DISTANCES = "tapping.nearest", 21
 _HALF_SPACE, _LAYER, _PLATE, _BALL, _RIGID = "half_space", "layer", "plate", "ball", "rigid"
 _MOST_CYCLES = 50.0
@@ -60,7 +61,8 @@ _TABS_OF = {
 _GROUPS = {
     "entry": "material", "groups": "material", "bulk": "material", "profile": "body", "mass_from": "body",
     "counter_body": "target", "partner": "target", "profile.thickness": "target", "profile.base": "target",
-    "impact.impedance": "target", "motion": "impact", "impact.gravity": "bounces", "drop_height": "bounces",
+    "impact.impedance": "target", "motion": "impact", "sticking": "impact", "adhesion": "impact",
+    "impact.gravity": "bounces", "drop_height": "bounces",
     "prescribed": "indentation", "indentation.radius": "body",
 }  # fmt: skip
 
@@ -321,7 +323,15 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("impact.angle", INPUTS["angle"], oblique)
     of_ball = {"profile.type": ["parabola", "sphere"], "target": [_HALF_SPACE]}
     yield _number("impact.spin", INPUTS["spin"], oblique | of_ball)
-    held = {"target": [_HALF_SPACE, _LAYER, _BALL]}
+    # The front of an adhesive contact has no theory at a face or an edge.
+    smooth = [name for name in has_theory if name not in _EDGED]
+    apart = {"motion": [_STRAIGHT], "target": [_HALF_SPACE, _BALL], "profile.type": smooth, **_CONSTANTS_ENTRY}
+    words = {_NONE: "do not adhere", "stress": "adhere with a stress", "range": "adhere over a range"}
+    yield _choice("sticking", "the surfaces", words, only={"stress": apart, "range": apart})
+    yield _number("adhesion.work", ADHESION_INPUTS["work"], {"sticking": ["stress", "range"]})
+    for name in ("stress", "range"):
+        yield _number(f"adhesion.{name}", ADHESION_INPUTS[name], {"sticking": [name]})
+    held = {"sticking": [_NONE], "target": [_HALF_SPACE, _LAYER, _BALL]}
     yield _number("impact.external_force", INPUTS["external_force"], {**held, **_CONSTANTS_ENTRY})
     words = "smallest dimension of the target, 0 if unknown"
     yield _number("impact.body_size", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
@@ -481,6 +491,8 @@ def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
     values = settled(state)
     tables, material = nested(values), _material(values)
     content = {section: tables.get(section, {}) for section in ("body", "profile", "impact")}
+    if "adhesion" in tables:
+        content["adhesion"] = tables["adhesion"]
     for key in ("external_force", "body_size"):
         if not content["impact"].get(key):
             content["impact"].pop(key, None)
@@ -564,7 +576,6 @@ def _refuse(extra: Mapping[str, bool]) -> None:
 def of_case(case: rs.Case) -> State:
     """Return the state of a case file; refuse one that the page cannot show."""
     sections = case.sections
-    _refuse({"adhesion": case.impact.adhesion is not None})
     written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
     values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
     written["profile"].pop("strict", None)
@@ -575,7 +586,7 @@ def of_case(case: rs.Case) -> State:
     values["impact.body_size"] = float(case.impact.body_size or 0.0)
     values["impact.material_of"] = sections.impact.material_of or _SOFT
     values[_SPOT] = _SAME if sections.bounces.same_spot else "fresh"
-    values |= _of_sliding(case.impact)
+    values |= _of_sliding(case.impact) | _of_adhesion(case.impact)
     return values | _of_section(written["material"], lambda: case.impact.material)
 
 
@@ -675,7 +686,6 @@ def of_impact(impact: rs.Impact) -> State:
         raise InputError("impact", rule="must be an Impact or the name of a case file")
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape}")
-    _refuse({"adhesion": impact.adhesion is not None})
     names = {profile: name for name, profile in Geometry.registered.items()}
     values: State = {"mass_from": "mass", "partner": _partner_of(impact)}
     profile = impact.profile
@@ -700,7 +710,16 @@ def of_impact(impact: rs.Impact) -> State:
         values[f"impact.{name}"] = float(getattr(impact, name))
     values["impact.body_size"] = float(impact.body_size or 0.0)
     values["impact.material_of"] = "body" if impact.diameters == BALL_ON_TARGET[::-1] else _SOFT
-    return values | {"body.mass": float(impact.mass)} | _of_sliding(impact) | of_material(impact.material)
+    values |= {"body.mass": float(impact.mass)} | _of_sliding(impact) | _of_adhesion(impact)
+    return values | of_material(impact.material)
+
+
+def _of_adhesion(impact: rs.Impact) -> State:
+    """Return the state of the adhesion."""
+    if (adhesion := impact.adhesion) is None:
+        return {}
+    numbers = {f"adhesion.{name}": float(getattr(adhesion, name)) for name in ("work", adhesion.held)}
+    return {"sticking": adhesion.held} | numbers
 
 
 def _of_sliding(impact: rs.Impact) -> State:

@@ -228,7 +228,7 @@ _LIVE, _STATIC = '<meta name="restitution" content="live">', '<meta name="restit
 _TABS = {"impact", "paper"}
 _ONLY = {
     "material.model": "standard_solid", "profile.type": "parabola", "bulk": "poisson_ratio", "target": "half_space",
-    "partner": "rigid", "motion": "straight",
+    "partner": "rigid", "motion": "straight", "sticking": "none",
 }  # fmt: skip
 _WITHOUT = {"material.density", "impact.external_force", "impact.body_size", "impact.material_of"}
 
