@@ -18,7 +18,8 @@ from refusals import in_one_line
 from restitution.explorer import answers
 from restitution.explorer import inputs as sliders
 from restitution.explorer.downloads import download
-from restitution.explorer.inputs import MOST_TERMS, PRESETS, inputs, nested, of_case, of_file, of_impact, settled
+from restitution.explorer.inputs import MOST_TERMS, PRESETS, inputs, nested, settled
+from restitution.explorer.states import of_case, of_file, of_impact
 from restitution.material.models import material_models
 from restitution.quantities import BUDGET
 
