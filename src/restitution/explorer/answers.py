@@ -62,7 +62,9 @@ _FRACTIONAL = 1e-4
 _DECADES, _MODULI = 3.0, 61
 _MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
 _WEIGHT = "the weight presses in each of these contacts; the tab Impact leaves it out, so its e differs"
-_MORE = f"a series ends after {_MOST_BOUNCES} bounces or {0.5 * TIME_LIMIT:g} s of work; the body would bounce on"
+_MORE = "a series ends after {} bounces or {:g} s of work; the body would bounce on"
+# Shares of the time of an answer for a series, and for one with friction, whose bounces take ten times as long.
+_BOUNCES, _SPINNING_BOUNCES = 0.5, 5.0
 # Points of all flights of a series, and least number of one.
 _FLIGHT_POINTS, _LEAST_POINTS = 400, 17
 # Most elements of an indentation times terms of its material; with many terms it has a coarser tolerance.
@@ -257,23 +259,25 @@ def surface(state: Mapping[str, Any]) -> Answer:
 
 def bounces(state: Mapping[str, Any]) -> Answer:
     """Return the bounces until the body rests, and its height over time."""
-    late = _clock(0.5)
     state = {key: value for key, value in state.items() if key != "impact.external_force"}
     sections = case_of(state).sections
     motion = sections.impact
+    share, rtol = (_BOUNCES, _RTOL) if motion.friction is None else (_SPINNING_BOUNCES, _FRONT_RTOL)
+    late = _clock(share)
     if sections.counter_body is not None or motion.impedance is not None:
         raise InputError("target", rule="must be a half-space or a layer for a body that bounces")
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
-    # Friction changes no height.
     result = rs.bounces(
-        problem.normal, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=_RTOL,
+        problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=rtol,
         same_spot=sections.bounces.same_spot,
         min_height=_LEAST_RISE * motion.impact_velocity**2 / (2.0 * motion.gravity),
     )  # fmt: skip
     table = result.to_dataset()
     columns = {str(name): table[name].values for name in table.variables}
     numbers = {"n_bounces": result.n_bounces, "drop_height": result.drop_height, "total_time": result.touch_time[-1]}
-    message = _MORE if result.ended in (Ending.STOPPED, Ending.MAX_BOUNCES) else result.ended.message
+    message = result.ended.message
+    if result.ended in (Ending.STOPPED, Ending.MAX_BOUNCES):
+        message = _MORE.format(_MOST_BOUNCES, share * TIME_LIMIT)
     return {
         "numbers": numbers_of(numbers),
         "status": {"name": str(result.ended), "message": message},

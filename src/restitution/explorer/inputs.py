@@ -336,7 +336,8 @@ def _body_inputs() -> Iterator[Input]:
     words = {"target": "the target", "body": "the body"}
     yield _choice("impact.material_of", "the material is that of", words, {"target": [HALF_SPACE, PLATE]})
     yield _number("impact.gravity", INPUTS["gravity"])
-    yield _choice(SPOT, "each bounce", {"fresh": "on a fresh surface", SAME: "on the same spot"})
+    words = {"fresh": "on a fresh surface", SAME: "on the same spot"}
+    yield _choice(SPOT, "each bounce", words, only={SAME: {"motion": [_STRAIGHT]}})
     yield from _indentation_inputs(of_round)
 
 
