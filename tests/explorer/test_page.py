@@ -53,7 +53,7 @@ material = {model = "standard_solid", equilibrium_modulus = 1e6, branch_modulus 
 
 @pytest.mark.parametrize("text", [(EXAMPLES / "rubber_ball.toml").read_text(), PYRAMID])
 def test_a_case_of_the_command_line_is_the_start(opened, tmp_path, text):
-    from restitution.explorer.inputs import of_case
+    from restitution.explorer.states import of_case
 
     path = tmp_path / "case.toml"
     path.write_text(text)

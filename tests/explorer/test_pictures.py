@@ -434,6 +434,57 @@ def test_a_body_that_comes_at_an_angle_moves_sideways_and_turns(opened, tmp_path
     assert turned == pytest.approx([-np.sin(angle), -np.cos(angle)], abs=2e-3)
 
 
+# Radii of the first and the last point of each line of 25 points, which only rings of the contact have.
+RINGS = """() => {
+  const { zoom, prepared } = explorer.tabs.impact.ball;
+  const { width } = zoom.size;
+  const places = (path) => path.getAttribute("d").split(/[ML]/).slice(1).map((pair) => Number(pair.split(" ")[0]));
+  return [...zoom.svg.querySelectorAll("path")].map(places).filter(({ length }) => length === 25)
+    .map((line) => [line[0], line.at(-1)].map((x) => ((x - width / 2) * 2 * prepared.extent) / width));
+}"""
+BEAD = {
+    "material.equilibrium_modulus": 1e6, "material.branch_modulus": 4e6, "material.viscosity": 40.0,
+    "material.poisson_ratio": 0.5, "body.radius": 1e-5, "body.mass": 4.6e-12, "impact.velocity": 0.4,
+    "sticking": "stress", "adhesion.stress": 1e6,
+}  # fmt: skip
+
+
+def test_the_enlarged_contact_shows_where_it_sticks_slips_or_attracts(opened):
+    soft = rs.standard_solid(1e6, 4e6, 40.0, poisson_ratio=0.5)
+    bead = rs.Impact(soft, rs.Parabola(1e-5), mass=4.6e-12, velocity=0.4, adhesion=rs.Adhesion(0.05, stress=1e6))
+    oblique = rs.vary(ball(), {"friction": 0.4, "angle": 0.5})
+    for state, impact, names in (
+        (BEAD, bead, ("contact_radius", "zone_radius")),
+        ({"motion": "oblique", "impact.friction": 0.4, "impact.angle": 0.5}, oblique, ("stick_radius", "contact_radius")),
+    ):  # fmt: skip
+        page = opened(state)
+        result = rs.solve(impact, rtol=1e-4)
+        wait_for(page, "restitution_coefficient", result.restitution_coefficient, 1e-6)
+        page.evaluate("explorer.tabs.impact.clock.to(0.5)")
+        columns = result._columns(n_points=121)
+        time = 0.5 * columns["time"][-1]
+        inner, outer = (float(np.interp(time, columns["time"], columns[name])) for name in names)
+        assert 0.0 < inner < outer
+        rings = page.evaluate(RINGS)
+        expected = [[-inner, -outer], [inner, outer]]
+        if "stick_radius" in names:
+            expected = [[0.0, -inner], [0.0, inner], *expected]
+        np.testing.assert_allclose(rings, expected, rtol=0, atol=2e-3 * outer)
+        assert "orange" in page.locator(".scenes .note").inner_text().lower()
+
+
+def test_a_captured_bead_stays(opened):
+    page = opened(BEAD | {"impact.velocity": 0.2})
+    until(page, "explorer.last.impact.status.name === 'CAPTURED'")
+    page.evaluate("explorer.tabs.impact.clock.to(0.95)")
+    assert page.locator(".readout").inner_text().endswith("captured")
+    ends = page.evaluate(RINGS)
+    end = page.evaluate(
+        "['contact_radius', 'zone_radius'].map((name) => explorer.last.impact.curves.history[name].at(-1))"
+    )
+    np.testing.assert_allclose(ends[1], end, rtol=0, atol=2e-3 * end[1])
+
+
 def test_the_slow_motion_of_a_pyramid_says_what_is_not_known(opened, tmp_path):
     page = opened({"profile.type": "pyramid", "profile.face_angle": 1.2})
     result = rs.solve(rs.Impact(ball().material, rs.Pyramid(1.2), mass=0.005, velocity=1.0))

@@ -147,7 +147,7 @@ def test_curves_come_as_doubles(ask, monkeypatch):
         for name, expected in answers.KINDS[kind]({})["curves"].items():
             answered = ask(kind)["curves"][name]
             assert answered.keys() == expected.keys()
-            for column in answered.keys() - {"displacement", "semi_axis", "unknown", "thickness"}:
+            for column in answered.keys() - {"displacement", "semi_axis", "unknown", "thickness", "range"}:
                 doubles = np.frombuffer(base64.b64decode(answered[column]["doubles"]), "<f8")
                 np.testing.assert_array_equal(doubles, expected[column])
 

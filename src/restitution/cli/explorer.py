@@ -41,8 +41,8 @@ def explore(
     # NumPy reads it when it loads: two threads for products of small matrices take more time than one.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with cli.user_input():
-        from restitution.explorer.inputs import of_file
         from restitution.explorer.launch import PORT, listen, warm_up
+        from restitution.explorer.states import of_file
 
         state, title = ({}, None) if case is None else of_file(case)
         running = listen(state, title, host=host, port=PORT if port is None else port)

@@ -34,7 +34,7 @@ from restitution.indentation.solve import MOST_ELEMENTS, indent
 from restitution.indentation.tapping import COLUMNS, TappingStatus, tap
 from restitution.material.fractional import Window
 from restitution.paper import figures
-from restitution.quantities import BUDGET, DEFAULT_OUTPUTS, INDENTATION
+from restitution.quantities import ADHESION, BUDGET, DEFAULT_OUTPUTS, INDENTATION
 from restitution.result import nullable, plain
 from restitution.surrogates import standard_solid
 from restitution.variation import vary
@@ -46,11 +46,11 @@ TIME_LIMIT = 0.1
 
 # Tolerance of curves. Single impacts have the default of `solve`.
 _RTOL = 1e-6
-# Tolerance of e_t, which leaves time for the rest of an answer.
-_OBLIQUE_RTOL = 1e-4
+# Tolerance of e_t, and of impacts with adhesion, which leaves time for the rest of an answer.
+_FRONT_RTOL = 1e-4
 _POINTS = 121
 # Points of a curve over the velocity, and shares of the time for them; times, and least number of them, of a surface.
-_SPEEDS, _SHARES = 61, (0.2, 0.7)
+_SPEEDS, _SHARES, _STICKING_SPEEDS = 61, (0.2, 0.7), 5
 _TIMES, _LEAST_ROWS = 25, 4
 # Points of the body and of the surface, and flat punches that compose the surface around an ellipse.
 _BODY, _SURFACE, _PUNCHES = 61, 25, 200
@@ -62,7 +62,9 @@ _FRACTIONAL = 1e-4
 _DECADES, _MODULI = 3.0, 61
 _MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
 _WEIGHT = "the weight presses in each of these contacts; the tab Impact leaves it out, so its e differs"
-_MORE = f"a series ends after {_MOST_BOUNCES} bounces or {0.5 * TIME_LIMIT:g} s of work; the body would bounce on"
+_MORE = "a series ends after {} bounces or {:g} s of work; the body would bounce on"
+# Shares of the time of an answer for a series, and for one with friction, whose bounces take ten times as long.
+_BOUNCES, _SPINNING_BOUNCES = 0.5, 5.0
 # Points of all flights of a series, and least number of one.
 _FLIGHT_POINTS, _LEAST_POINTS = 400, 17
 # Most elements of an indentation times terms of its material; with many terms it has a coarser tolerance.
@@ -108,7 +110,8 @@ def _solved(text: str) -> Any:
     with warnings.catch_warnings():
         # The page has them among the assumptions.
         warnings.simplefilter("ignore", RestitutionWarning)
-        return rs.solve(problem) if problem.friction is None else rs.solve(problem, rtol=_OBLIQUE_RTOL)
+        fronts = problem.friction is not None or problem.adhesion is not None
+        return rs.solve(problem, rtol=_FRONT_RTOL) if fronts else rs.solve(problem)
 
 
 def _result(state: Mapping[str, Any]) -> Any:
@@ -125,6 +128,8 @@ def impact(state: Mapping[str, Any]) -> Answer:
     if problem.friction is not None:
         numbers |= {name: getattr(result, name) for name in _OBLIQUE}
         numbers |= {name: getattr(problem, name) for name in ("tangential_velocity", "spin")}
+    if problem.adhesion is not None:
+        numbers |= {name: getattr(result, name) for name in ADHESION}
     material, series = problem.material, problem.reduced_modulus
     numbers |= {name: getattr(material, name) for name in ("poisson_ratio", "instantaneous_poisson_ratio")}
     numbers |= dict.fromkeys(("loss_tangent", "nu", "p2", "p3"))
@@ -136,8 +141,11 @@ def impact(state: Mapping[str, Any]) -> Answer:
     curves: dict[str, Any] = {"history": None, "shape": body_section(result)}
     # A captured body has no contact time; its oscillation has a scale of time.
     scale = contact_time if separated else float(result.max_indentation_depth) / float(result.velocity)
+    if separated or problem.adhesion is not None:
+        history = result._columns(n_points=_POINTS)
+        # A body that is held at once has no motion to show.
+        curves["history"] = history if history["time"][-1] > 0.0 else None
     if separated:
-        curves["history"] = result._columns(n_points=_POINTS)
         numbers["loss_tangent"] = float(series.loss_modulus(omega) / series.storage_modulus(omega))
     if math.isfinite(scale) and scale > 0.0:
         curves |= _moduli(series, material.shear, scale)
@@ -192,7 +200,8 @@ def velocity(state: Mapping[str, Any]) -> Answer:
         solved[chosen] = True
 
     built = time.thread_time()
-    solve_further(every % (_SPEEDS - 1) == 0)
+    # A curve with a velocity below which the body sticks would be wrong with its ends alone.
+    solve_further(every % (_SPEEDS - 1 if problem.adhesion is None else _STICKING_SPEEDS) == 0)
     # After both ends as many others as the time suffices for, in two steps, as they may take longer.
     for share in _SHARES:
         now = time.thread_time()
@@ -218,7 +227,7 @@ def _wide(state: Mapping[str, Any], longest: float = 0.0) -> Any:
 def _columns(problem: Any, speeds: Array) -> dict[str, Array]:
     """Return the outputs at some velocities [m/s], and whether an assumption of the theory is doubtful there."""
     impacts = vary(problem, {"velocity": speeds})
-    outputs = solve_columns(impacts, _RTOL, workers=1)
+    outputs = solve_columns(impacts, _RTOL if problem.adhesion is None else _FRONT_RTOL, workers=1)
     solved = outputs["status"] < rs.Status.TOO_MANY_STEPS
     excess = np.array([*validity.excess(compared(impacts, outputs)).values()])
     columns = {name: np.where(solved, outputs[name], np.nan) for name in DEFAULT_OUTPUTS}
@@ -250,23 +259,25 @@ def surface(state: Mapping[str, Any]) -> Answer:
 
 def bounces(state: Mapping[str, Any]) -> Answer:
     """Return the bounces until the body rests, and its height over time."""
-    late = _clock(0.5)
     state = {key: value for key, value in state.items() if key != "impact.external_force"}
     sections = case_of(state).sections
     motion = sections.impact
+    share, rtol = (_BOUNCES, _RTOL) if motion.friction is None else (_SPINNING_BOUNCES, _FRONT_RTOL)
+    late = _clock(share)
     if sections.counter_body is not None or motion.impedance is not None:
         raise InputError("target", rule="must be a half-space or a layer for a body that bounces")
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
-    # Friction changes no height.
     result = rs.bounces(
-        problem.normal, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=_RTOL,
+        problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=rtol,
         same_spot=sections.bounces.same_spot,
         min_height=_LEAST_RISE * motion.impact_velocity**2 / (2.0 * motion.gravity),
     )  # fmt: skip
     table = result.to_dataset()
     columns = {str(name): table[name].values for name in table.variables}
     numbers = {"n_bounces": result.n_bounces, "drop_height": result.drop_height, "total_time": result.touch_time[-1]}
-    message = _MORE if result.ended in (Ending.STOPPED, Ending.MAX_BOUNCES) else result.ended.message
+    message = result.ended.message
+    if result.ended in (Ending.STOPPED, Ending.MAX_BOUNCES):
+        message = _MORE.format(_MOST_BOUNCES, share * TIME_LIMIT)
     return {
         "numbers": numbers_of(numbers),
         "status": {"name": str(result.ended), "message": message},
@@ -351,6 +362,12 @@ def tapping(state: Mapping[str, Any]) -> Answer:
     }
 
 
+_SKETCH = (
+    "Orange: the ring in which the surfaces attract each other. Its gap ends at the range of the attraction; the "
+    "surface beyond the contact is a sketch"
+)
+
+
 def body_section(result: Any) -> dict[str, Any] | None:
     """Return the lower surface of the body along the long semi-axis, and this over the contact radius if known.
 
@@ -358,10 +375,13 @@ def body_section(result: Any) -> dict[str, Any] | None:
     """
     tip: Any = result.impact.profile
     profile, semi_axis, most = tip, 1.0, float(result.max_contact_radius)
-    about: dict[str, Any] = {"unknown": None, "thickness": None}
+    about: dict[str, Any] = {"unknown": None, "thickness": None, "range": None}
     if isinstance(tip, rs.Layer):
         profile, semi_axis = tip.profile, None
         about = {"unknown": "The surface of a layer around the body is not known", "thickness": float(tip.thickness)}
+    elif result.impact.adhesion is not None:
+        # Between the edges of contact and zone the gap grows from zero to the range.
+        about |= {"unknown": _SKETCH, "range": float(result.impact.adhesion.range)}
     elif isinstance(tip, rs.Ellipsoid):
         profile, semi_axis = Parabola(max(tip.radius_1, tip.radius_2)), float(tip.semi_axes(1.0)[0])
         most *= semi_axis
@@ -380,7 +400,7 @@ def body_section(result: Any) -> dict[str, Any] | None:
 def surface_section(result: Any) -> tuple[Array, Callable[[float], Array]] | None:
     """Return distances [m] from the axis and the displacement of the surface [m] there over the time [s]."""
     tip, section = result.impact.profile, body_section(result)
-    if section is None or section["semi_axis"] is None:
+    if section is None or section["unknown"] is not None:
         return None
     radius = np.linspace(0.0, section["radius"][-1], _SURFACE)
     if isinstance(tip, Profile):

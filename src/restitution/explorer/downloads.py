@@ -79,6 +79,8 @@ def python(state: Mapping[str, Any]) -> str:
         numbers += f", counter_material={_material(counter, problem.counter_material, False)}"
     elif problem.counter_material is not None:
         numbers += f", counter_material=material{within}"
+    if problem.adhesion is not None:
+        numbers += f", adhesion=rs.Adhesion({_keywords(content['adhesion'])})"
     impact = f"rs.Impact(material{within}, {_profile(problem.profile)}, {numbers})"
     lines.append(f"impact = rs.for_contact(lambda window: {impact})" if within else f"impact = {impact}")
     return "\n".join([*lines, "result = rs.solve(impact)", "print(result)", "print(result.validity)", ""])

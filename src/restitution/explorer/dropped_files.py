@@ -19,7 +19,8 @@ from restitution.case.material import FileSection
 from restitution.case.observations import has_points
 from restitution.case.section import Section, read_sections, read_toml
 from restitution.errors import InputError, RestitutionWarning
-from restitution.explorer.inputs import MOST_TERMS, State, flat, inputs, of_file, of_material, one_line, settled
+from restitution.explorer.inputs import MOST_TERMS, State, flat, inputs, one_line, settled
+from restitution.explorer.states import of_file, of_material
 from restitution.material.cards import PronyTerms, ViscoelasticDeck
 from restitution.units import celsius
 

@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from operator import attrgetter
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -20,20 +19,14 @@ import numpy as np
 
 import restitution as rs
 from restitution import units
-from restitution.case.impact import CaseFile
-from restitution.case.indentation import IndentationCase, IndentationFile, read_indentation
-from restitution.case.oscillation import TappingCase, TappingFile, read_tapping
 from restitution.case.profile import sections as profile_sections
-from restitution.case.section import CaseError, read_sections, read_toml
-from restitution.contact.geometry import BALL_ON_TARGET, Geometry
+from restitution.case.section import CaseError
 from restitution.contact.profiles import Profile, sphere_mass
 from restitution.errors import InputError, InputTypeError
-from restitution.impact.problem import SOLID_BALL
 from restitution.impact.scaling import viscosity_unit
 from restitution.material.models import Constant, constants_of, material_models
-from restitution.quantities import CONSTANTS, INPUTS, Quantity
+from restitution.quantities import ADHESION_INPUTS, CONSTANTS, INPUTS, Quantity
 from restitution.units import Dimension
-from restitution.variation import is_standard_solid
 
 MOST_TERMS = 50
 """Most terms of a Prony series; the time of a solve grows with them."""
@@ -45,11 +38,16 @@ When = Mapping[str, Sequence[str]]
 State = dict[str, Any]
 
 _ALWAYS: Mapping[str, Any] = MappingProxyType({})
-_STRAIGHT, _OBLIQUE = "straight", "oblique"
-_CYCLES, _SPOT, _SAME = "indentation.count", "bounces.spot", "same"
-_NEAREST, _DISTANCES = "tapping.nearest", 21
-_HALF_SPACE, _LAYER, _PLATE, _BALL, _RIGID = "half_space", "layer", "plate", "ball", "rigid"
-_MOST_CYCLES = 50.0
+HALF_SPACE, LAYER, PLATE, BALL = "half_space", "layer", "plate", "ball"
+"""What the body hits."""
+RIGID, SAME, OBLIQUE = "rigid", "same", "oblique"
+"""Values of further choices: what the other body is made of, where it bounces, how it comes."""
+SIDES, SPOT, NEAREST = "profile.sides", "bounces.spot", "tapping.nearest"
+"""Keys that are no quantities of a case file, or choices of whole numbers."""
+INFINITE, SOFT = "incompressible", "target"
+"""The volume that does not change, and the body that deforms unless the case states it."""
+_STRAIGHT, _NONE, _CYCLES, _MOST_CYCLES, _DISTANCES = "straight", "none", "indentation.count", 50.0, 21
+_EDGED = ("flat_punch", "flat_ended_parabola", "truncated_cone")
 
 _OF_IMPACTS, _OF_TIPS = ("impact", "paper", "bounce"), ("indentation", "tapping")
 _TABS_OF = {
@@ -60,7 +58,8 @@ _TABS_OF = {
 _GROUPS = {
     "entry": "material", "groups": "material", "bulk": "material", "profile": "body", "mass_from": "body",
     "counter_body": "target", "partner": "target", "profile.thickness": "target", "profile.base": "target",
-    "impact.impedance": "target", "motion": "impact", "impact.gravity": "bounces", "drop_height": "bounces",
+    "impact.impedance": "target", "motion": "impact", "sticking": "impact", "adhesion": "impact",
+    "impact.gravity": "bounces", "drop_height": "bounces",
     "prescribed": "indentation", "indentation.radius": "body",
 }  # fmt: skip
 
@@ -313,47 +312,56 @@ def _body_inputs() -> Iterator[Input]:
     has_theory = [name for name in constants if issubclass(profiles[name], Profile)]
     yield from _target_inputs(has_theory)
     yield _number("impact.velocity", INPUTS["velocity"])
-    words = {_STRAIGHT: "straight down", _OBLIQUE: "at an angle, with friction"}
-    unmoved = {"target": [_HALF_SPACE, _BALL], "profile.type": has_theory, **_CONSTANTS_ENTRY}
-    yield _choice("motion", "the body comes", words, only={_OBLIQUE: unmoved})
-    oblique = {"motion": [_OBLIQUE]}
+    words = {_STRAIGHT: "straight down", OBLIQUE: "at an angle, with friction"}
+    unmoved = {"target": [HALF_SPACE, BALL], "profile.type": has_theory, **_CONSTANTS_ENTRY}
+    yield _choice("motion", "the body comes", words, only={OBLIQUE: unmoved})
+    oblique = {"motion": [OBLIQUE]}
     yield _number("impact.friction", INPUTS["friction"], oblique)
     yield _number("impact.angle", INPUTS["angle"], oblique)
-    of_ball = {"profile.type": ["parabola", "sphere"], "target": [_HALF_SPACE]}
+    of_ball = {"profile.type": ["parabola", "sphere"], "target": [HALF_SPACE]}
     yield _number("impact.spin", INPUTS["spin"], oblique | of_ball)
-    held = {"target": [_HALF_SPACE, _LAYER, _BALL]}
+    # The front of an adhesive contact has no theory at a face or an edge.
+    smooth = [name for name in has_theory if name not in _EDGED]
+    apart = {"motion": [_STRAIGHT], "target": [HALF_SPACE, BALL], "profile.type": smooth, **_CONSTANTS_ENTRY}
+    words = {_NONE: "do not adhere", "stress": "adhere with a stress", "range": "adhere over a range"}
+    yield _choice("sticking", "the surfaces", words, only={"stress": apart, "range": apart})
+    yield _number("adhesion.work", ADHESION_INPUTS["work"], {"sticking": ["stress", "range"]})
+    for name in ("stress", "range"):
+        yield _number(f"adhesion.{name}", ADHESION_INPUTS[name], {"sticking": [name]})
+    held = {"sticking": [_NONE], "target": [HALF_SPACE, LAYER, BALL]}
     yield _number("impact.external_force", INPUTS["external_force"], {**held, **_CONSTANTS_ENTRY})
     words = "smallest dimension of the target, 0 if unknown"
     yield _number("impact.body_size", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
     # It decides which one of the two radiates waves; the impact is the same.
     words = {"target": "the target", "body": "the body"}
-    yield _choice("impact.material_of", "the material is that of", words, {"target": [_HALF_SPACE, _PLATE]})
+    yield _choice("impact.material_of", "the material is that of", words, {"target": [HALF_SPACE, PLATE]})
     yield _number("impact.gravity", INPUTS["gravity"])
-    yield _choice(_SPOT, "each bounce", {"fresh": "on a fresh surface", _SAME: "on the same spot"})
+    words = {"fresh": "on a fresh surface", SAME: "on the same spot"}
+    yield _choice(SPOT, "each bounce", words, only={SAME: {"motion": [_STRAIGHT]}})
     yield from _indentation_inputs(of_round)
 
 
 def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
     """Yield what the body hits, and what the other one of the two is made of."""
     words = {
-        _HALF_SPACE: "a half-space", _LAYER: "a layer on a rigid base", _PLATE: "a plate or rod that recedes",
-        _BALL: "a free ball at rest",
+        HALF_SPACE: "a half-space", LAYER: "a layer on a rigid base", PLATE: "a plate or rod that recedes",
+        BALL: "a free ball at rest",
     }  # fmt: skip
     only: dict[str, When] = {
-        _LAYER: {"profile.type": has_theory, **_CONSTANTS_ENTRY}, _PLATE: _CONSTANTS_ENTRY,
-        _BALL: {"profile.type": ["parabola"], **_CONSTANTS_ENTRY},
+        LAYER: {"profile.type": has_theory, **_CONSTANTS_ENTRY}, PLATE: _CONSTANTS_ENTRY,
+        BALL: {"profile.type": ["parabola"], **_CONSTANTS_ENTRY},
     }  # fmt: skip
     yield _choice("target", "the body hits", words, only=only)
-    of_layer, of_ball = {"target": [_LAYER]}, {"target": [_BALL]}
+    of_layer, of_ball = {"target": [LAYER]}, {"target": [BALL]}
     yield _number("profile.thickness", INPUTS["thickness"], of_layer)
     words = {"bonded": "sticks to its base", "frictionless": "slides on its base"}
     yield _choice("profile.base", "the layer", words, of_layer)
-    yield _number("impact.impedance", INPUTS["impedance"], {"target": [_PLATE]})
+    yield _number("impact.impedance", INPUTS["impedance"], {"target": [PLATE]})
     yield _number("counter_body.radius", INPUTS["radius"], of_ball, "radius of the second ball")
     yield _number("counter_body.mass", INPUTS["mass"], of_ball, "mass of the second ball")
-    words = {_RIGID: "rigid", _SAME: "of the same material"} | _named(rs.library.names())
-    only = dict.fromkeys(words, _CONSTANTS_ENTRY) | {_RIGID: _ALWAYS}
-    yield _choice("partner", "the other body is", words, {"target": [_HALF_SPACE, _PLATE, _BALL]}, only)
+    words = {RIGID: "rigid", SAME: "of the same material"} | _named(rs.library.names())
+    only = dict.fromkeys(words, _CONSTANTS_ENTRY) | {RIGID: _ALWAYS}
+    yield _choice("partner", "the other body is", words, {"target": [HALF_SPACE, PLATE, BALL]}, only)
 
 
 def _indentation_inputs(of_round: When) -> Iterator[Input]:
@@ -391,7 +399,7 @@ def _tapping_inputs() -> Iterator[Input]:
         low = 0.5 if name == "quality_factor" else 0.0
         yield _number(f"tapping.{name}", Quantity(name, dimension, words, low=low, open=True))
     words = "smallest distance over that amplitude"
-    yield _number(_NEAREST, Quantity("nearest", units.NUMBER, words, low=-1.0, high=0.99))
+    yield _number(NEAREST, Quantity("nearest", units.NUMBER, words, low=-1.0, high=0.99))
 
 
 def drop_height() -> Input:
@@ -413,10 +421,7 @@ def inputs() -> dict[str, Input]:
     return {control.key: control for control in (entry, *_material_inputs(), *_body_inputs())}
 
 
-_PAGE, _SIDES, _INFINITE = "page.", "profile.sides", "incompressible"
-# The body that deforms unless the case states it.
-_SOFT = "target"
-_NO_OTHER = "is not shown by the explorer; leave it out"
+_PAGE = "page."
 # Choices that the paper's numbers fix; they decide where they are hidden, too.
 _DECIDING = ("material.model", "bulk")
 
@@ -464,7 +469,7 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
         table = content
         for section in sections:
             table = table.setdefault(section, {})
-        table[name] = int(value) if key in (_SIDES, _CYCLES) else value
+        table[name] = int(value) if key in (SIDES, _CYCLES) else value
     return content
 
 
@@ -481,19 +486,21 @@ def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
     values = settled(state)
     tables, material = nested(values), _material(values)
     content = {section: tables.get(section, {}) for section in ("body", "profile", "impact")}
+    if "adhesion" in tables:
+        content["adhesion"] = tables["adhesion"]
     for key in ("external_force", "body_size"):
         if not content["impact"].get(key):
             content["impact"].pop(key, None)
-    if content["impact"].get("material_of") == _SOFT:
+    if content["impact"].get("material_of") == SOFT:
         del content["impact"]["material_of"]
-    partner = values.get("partner", _RIGID)
-    if values["target"] == _BALL:
-        content["counter_body"] = tables["counter_body"] | ({"rigid": True} if partner == _RIGID else {})
-    if partner not in (_RIGID, _SAME):
+    partner = values.get("partner", RIGID)
+    if values["target"] == BALL:
+        content["counter_body"] = tables["counter_body"] | ({"rigid": True} if partner == RIGID else {})
+    if partner not in (RIGID, SAME):
         content["counter_material"] = {"library": partner}
-    elif partner == _SAME and values["target"] != _BALL:
+    elif partner == SAME and values["target"] != BALL:
         content["counter_material"] = material
-    if values[_SPOT] == _SAME:
+    if values[SPOT] == SAME:
         content["bounces"] = {"same_spot": True}
     return content | {"material": material}
 
@@ -523,7 +530,7 @@ def _material(values: State) -> dict[str, Any]:
     model, bulk = section.pop("model"), values["bulk"]
     if model not in ("library", "prony"):
         section["model"] = model
-    if model != "library" and bulk == _INFINITE:
+    if model != "library" and bulk == INFINITE:
         section["bulk_modulus"] = math.inf
     if values["entry"] == "groups":
         section |= _from_groups(values)
@@ -540,206 +547,6 @@ def _from_groups(values: State) -> dict[str, float]:
         "viscosity": values["groups.p3"] * float(unit),
         "poisson_ratio": values["groups.nu"],
     }
-
-
-def of_file(path: Path) -> tuple[State, str | None]:
-    """Return the state and the title of a case file of an impact, an indentation or tapping."""
-    content = read_toml(path)
-    if "tapping" in content:
-        case = read_tapping(path)
-        return _of_tapping(case, read_sections(TappingFile, path, content)), case.title
-    if "indentation" in content:
-        sections = read_sections(IndentationFile, path, content)
-        return of_indentation(read_indentation(path), sections), sections.title
-    case = rs.read_case(path)
-    return of_case(case), case.title
-
-
-def _refuse(extra: Mapping[str, bool]) -> None:
-    """Refuse a case with parts that the page does not have."""
-    for key in filter(extra.get, extra):
-        raise InputError(key, rule=_NO_OTHER)
-
-
-def of_case(case: rs.Case) -> State:
-    """Return the state of a case file; refuse one that the page cannot show."""
-    sections = case.sections
-    _refuse({"adhesion": case.impact.adhesion is not None})
-    written: dict[str, Any] = sections.model_dump(include={"body", "profile", "material"}, exclude_none=True)
-    values: State = {"impact.velocity": float(case.impact.velocity), "impact.gravity": sections.impact.gravity}
-    written["profile"].pop("strict", None)
-    values |= flat({"profile": written["profile"], "body": written["body"]})
-    values |= _of_target(sections, case.impact)
-    values["mass_from"] = "density" if "body.density" in values else "mass"
-    values["impact.external_force"] = float(case.impact.external_force)
-    values["impact.body_size"] = float(case.impact.body_size or 0.0)
-    values["impact.material_of"] = sections.impact.material_of or _SOFT
-    values[_SPOT] = _SAME if sections.bounces.same_spot else "fresh"
-    values |= _of_sliding(case.impact)
-    return values | _of_section(written["material"], lambda: case.impact.material)
-
-
-def _of_target(sections: CaseFile, impact: rs.Impact) -> State:
-    """Return the state of the target of a case file; refuse one that the page does not have."""
-    second = sections.counter_body
-    values: State = {"target": _LAYER if sections.profile.on_layer else _HALF_SPACE}
-    if math.isfinite(impact.impedance):
-        values = {"target": _PLATE, "impact.impedance": float(impact.impedance)}
-    if second is not None:
-        if second.radius is None:
-            raise InputError("counter_body", rule=f"without a radius {_NO_OTHER}")
-        mass = float(second.kilograms)
-        values = {"target": _BALL, "counter_body.radius": float(second.radius), "counter_body.mass": mass}
-    return values | {"partner": _partner_of(impact)}
-
-
-def _partner_of(impact: rs.Impact) -> str:
-    """Return the choice of the material of the other body; refuse one that the page does not have."""
-    counter = impact.counter_material
-    if counter is None:
-        return _RIGID
-    if counter == impact.material:
-        return _SAME
-    for name in rs.library.names():
-        if rs.library.get(name) == counter:
-            return name
-    rule = "must be the same material or one of the library at its reference temperature, on the page"
-    raise InputError("counter_material", rule=rule)
-
-
-def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
-    """Return the state of the case file of an indentation; refuse one that the page cannot show."""
-    indentation = sections.indentation
-    spring = sections.indentation.spring_constant is not None
-    _refuse({
-        "counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer,
-        "indentation.spring_constant": spring,
-    })  # fmt: skip
-    if indentation.shape is None:
-        raise InputError("indentation", rule="must have a shape over time: the page shows no list of points")
-    written: dict[str, Any] = sections.model_dump(include={"profile", "material", "indentation"}, exclude_none=True)
-    profile, course = written["profile"], written["indentation"]
-    course.pop("n_points", None)
-    values = _of_tip(profile) | flat({"indentation": course})
-    if indentation.shape == "triangle":
-        values = {"indentation.unloading_time": course["loading_time"], "indentation.hold_time": 0.0} | values
-    if indentation.shape == "cycles":
-        values = {"indentation.unloading_time": course["loading_time"], "indentation.valley": 0.0} | values
-    if indentation.shape == "hold":
-        values.setdefault("indentation.rise_time", 0.0)
-    values["prescribed"] = case.prescribed
-    return values | _of_section(written["material"], lambda: case.material) | {"page.tab": "indentation"}
-
-
-def _of_tip(profile: dict[str, Any]) -> State:
-    """Return the state of the tip in a section of the profile."""
-    values = flat({"profile": profile})
-    if "profile.radius" in values and Geometry.registered[profile["type"]].body_radius:
-        values["indentation.radius"] = values.pop("profile.radius")
-    return values
-
-
-def _of_tapping(case: TappingCase, sections: TappingFile) -> State:
-    """Return the state of the case file of tapping; refuse one that the page cannot show."""
-    tapping, options = sections.tapping, case.options
-    _refuse({
-        "counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer,
-        **{f"tapping.{name}": name in options for name in ("drive", "hamaker", "modes")},
-        "tapping.resonance_frequency": options.get("resonance_frequency", tapping.frequency) != tapping.frequency,
-    })  # fmt: skip
-    written: dict[str, Any] = sections.model_dump(include={"profile", "material"}, exclude_none=True)
-    names = ("spring_constant", "quality_factor", "frequency", "free_amplitude")
-    values = _of_tip(written["profile"]) | {f"tapping.{name}": options[name] for name in names}
-    values[_NEAREST] = min(options["distance"]) / options["free_amplitude"]
-    return values | _of_section(written["material"], lambda: case.material) | {"page.tab": "tapping"}
-
-
-def _of_section(section: Mapping[str, Any], built: Callable[[], rs.Material]) -> State:
-    """Return the state of the section of a material, or of the material if the page has not all of its keys."""
-    material = flat({"material": section})
-    infinite = material.get("material.bulk_modulus") == math.inf
-    if infinite:
-        del material["material.bulk_modulus"]
-    material.pop("material.name", None)
-    bulk = "bulk_modulus" if "material.bulk_modulus" in material else "poisson_ratio"
-    form = "library" if "material.library" in material else material.get("material.model")
-    state = material | {"material.model": form, "bulk": _INFINITE if infinite else bulk}
-    if form is None or not material.keys() <= inputs().keys() or not material.keys() <= settled(state).keys():
-        return of_material(built())
-    return state
-
-
-def of_impact(impact: rs.Impact) -> State:
-    """Return the state of an impact; refuse one that the page cannot show."""
-    if not isinstance(impact, rs.Impact):
-        raise InputError("impact", rule="must be an Impact or the name of a case file")
-    if impact.shape:
-        raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape}")
-    _refuse({"adhesion": impact.adhesion is not None})
-    names = {profile: name for name, profile in Geometry.registered.items()}
-    values: State = {"mass_from": "mass", "partner": _partner_of(impact)}
-    profile = impact.profile
-    if isinstance(profile, rs.Layer):
-        values |= {"target": _LAYER, "profile.thickness": float(profile.thickness), "profile.base": profile.base}
-        profile = profile.profile
-    elif not math.isinf(impact.impedance):
-        values |= {"target": _PLATE, "impact.impedance": float(impact.impedance)}
-    elif not impact.is_single_body:
-        rule = "must have one ball: of two, the page has the radii and masses, and takes them from a case file"
-        raise InputError("impact", rule=rule)
-    kind = type(profile)
-    if kind not in names or names[kind] not in {option.value for option in inputs()["profile.type"].options}:
-        raise InputError("impact", rule=f"has a profile that the explorer does not show: {kind.__name__}")
-    values["profile.type"] = names[kind]
-    for name in constants_of(kind):
-        key = "body.radius" if name == "radius" and kind.body_radius else f"profile.{name}"
-        values[key] = float(getattr(profile, name))
-    if isinstance(profile, rs.Pyramid):
-        values[_SIDES] = profile.sides
-    for name in ("velocity", "external_force"):
-        values[f"impact.{name}"] = float(getattr(impact, name))
-    values["impact.body_size"] = float(impact.body_size or 0.0)
-    values["impact.material_of"] = "body" if impact.diameters == BALL_ON_TARGET[::-1] else _SOFT
-    return values | {"body.mass": float(impact.mass)} | _of_sliding(impact) | of_material(impact.material)
-
-
-def _of_sliding(impact: rs.Impact) -> State:
-    """Return the state of friction, angle and spin; refuse those that the page does not have."""
-    if impact.friction is None:
-        return {}
-    friction, gyration = float(impact.friction), float(impact.gyration)
-    if not math.isfinite(friction):
-        raise InputError("friction", friction, "must be finite on the page")
-    if gyration != SOLID_BALL:
-        raise InputError("gyration", gyration, f"must be {SOLID_BALL:g} on the page, that of a solid ball")
-    angle = math.atan2(float(impact.tangential_velocity), float(impact.velocity))
-    values = {"motion": _OBLIQUE, "impact.friction": friction, "impact.angle": angle}
-    return values | ({"impact.spin": float(impact.spin)} if impact.spin else {})
-
-
-def of_material(material: rs.Material) -> State:
-    """Return the state of a material as a standard solid, or else as Prony series in shear and in bulk."""
-    shear, bulk = material.shear, material.bulk
-    if is_standard_solid(material) and shear.equilibrium_modulus > 0.0:
-        branch, duration = float(shear.branch_moduli[0]), float(shear.relaxation_times[0])
-        values: State = {
-            "material.model": "standard_solid", "material.equilibrium_modulus": shear.equilibrium_modulus,
-            "material.branch_modulus": branch, "material.viscosity": branch * duration,
-        }  # fmt: skip
-    else:
-        values = {"material.model": "prony"} | _of_series("shear", shear)
-    if material.density is not None:
-        values["material.density"] = material.density
-    if not isinstance(bulk, rs.PronySeries):
-        return values | {"bulk": _INFINITE}
-    if bulk.is_elastic:
-        return values | {"bulk": "bulk_modulus", "material.bulk_modulus": bulk.equilibrium_modulus}
-    return values | {"bulk": "series"} | _of_series("bulk", bulk)
-
-
-def _of_series(part: str, series: rs.PronySeries) -> State:
-    names = ("equilibrium_modulus", "branch_moduli", "relaxation_times", "parallel_viscosity")
-    return {f"material.{part}.{name}": np.asarray(getattr(series, name)).tolist() for name in names}
 
 
 def one_line(error: InputError) -> str:

@@ -19,8 +19,8 @@ from restitution.case.impact import Case
 from restitution.checks import whole
 from restitution.errors import InputError
 from restitution.explorer import answers
-from restitution.explorer.inputs import of_case, of_file, of_impact
 from restitution.explorer.server import INDEX, INTERPOLANT, MOST_SOCKETS, Access, application, page_files, schema
+from restitution.explorer.states import of_case, of_file, of_impact
 from restitution.files import path_of, whole_file
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ _LIVE, _STATIC = '<meta name="restitution" content="live">', '<meta name="restit
 _TABS = {"impact", "paper"}
 _ONLY = {
     "material.model": "standard_solid", "profile.type": "parabola", "bulk": "poisson_ratio", "target": "half_space",
-    "partner": "rigid", "motion": "straight",
+    "partner": "rigid", "motion": "straight", "sticking": "none",
 }  # fmt: skip
 _WITHOUT = {"material.density", "impact.external_force", "impact.body_size", "impact.material_of"}
 

@@ -26,8 +26,19 @@ from restitution.explorer import answers, downloads, dropped_files
 from restitution.explorer.inputs import PRESETS, State, describe, drop_height, inputs, one_line
 from restitution.impact.status import SolverError
 from restitution.indentation.tapping import COLUMNS
-from restitution.quantities import BOUNCES, HISTORY, INDENTATION, INPUTS, MODULI, OBLIQUE, OUTPUTS, VALIDITY, Quantity
-from restitution.units import LENGTH, MODULUS, NUMBER, TIME, display_systems
+from restitution.quantities import (
+    ADHESION,
+    BOUNCES,
+    HISTORY,
+    INDENTATION,
+    INPUTS,
+    MODULI,
+    OBLIQUE,
+    OUTPUTS,
+    VALIDITY,
+    Quantity,
+)
+from restitution.units import ENERGY, LENGTH, MODULUS, NUMBER, TIME, display_systems
 
 if TYPE_CHECKING:
     from starlette.requests import Request as HttpRequest
@@ -154,6 +165,8 @@ _FURTHER = (
     *(INDENTATION[name] for name in ("work", "dissipated", "stored")),
     Quantity("free_amplitude", LENGTH, "amplitude without a surface", "A_0"),
     COLUMNS["dissipated"]._replace(name="loss_per_tap"),
+    Quantity("zone_radius", LENGTH, "outer radius of the attracted ring", "c"),
+    Quantity("jump_energy", ENERGY, "energy lost in jumps", "E_j"),
     Quantity("relaxation_modulus", MODULUS, "reduced relaxation modulus", "E*(t)"),
     Quantity("shear_modulus", MODULUS, "relaxation modulus in shear", "G(t)"),
     INPUTS["poisson_ratio"]._replace(name="nu"),
@@ -168,7 +181,7 @@ _FURTHER = (
 @cache
 def _about() -> dict[str, Any]:
     height = drop_height()
-    registries = COLUMNS | INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OBLIQUE | OUTPUTS
+    registries = COLUMNS | ADHESION | INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OBLIQUE | OUTPUTS
     registries |= {quantity.name: quantity for quantity in (*_FURTHER, height.quantity) if quantity is not None}
     quantities = [*(control.quantity for control in inputs().values()), *registries.values()]
     return {

@@ -6,6 +6,8 @@ import { phrase } from "./units.js";
 
 const FLIGHT = 0.6; // The enlarged picture shows this part of the contact time before and after it.
 
+const GAP = "The enlarged contact is the gap between both balls, pressed into a half-space; all motions are relative to the second ball.";
+
 export class Ball {
   constructor(root, clock, outputs) {
     Object.assign(this, { root, clock, outputs });
@@ -24,9 +26,10 @@ export class Ball {
     this.surface = null;
     this.prepared = answer.curves.history && prepare(answer, body, second);
     const { semi_axis: axis, unknown } = answer.curves.shape;
-    this.note.hidden = !unknown && !second;
-    this.note.textContent = unknown ? `${unknown}; the dashed line is the surface before the impact.`
-      : "The enlarged contact is the gap between both balls, pressed into a half-space; all motions are relative to the second ball.";
+    const slides = Boolean(answer.curves.history?.stick_radius);
+    this.note.hidden = !unknown && !second && !slides;
+    const rings = "Blue: the disc of the contact that sticks; orange: the ring around it that slips. ";
+    this.note.textContent = unknown ? `${unknown}; the dashed line is the surface before the impact.` : (slides ? rings : "") + (second ? GAP : "");
     this.zoom.caption.textContent = axis > 1 ? "The contact along its long axis, enlarged" : "The contact, enlarged";
     this.draw();
   }
@@ -48,8 +51,9 @@ export class Ball {
     this.zoom.show((view) => this.contact(view, phase));
     const [depth, force] = [this.at("indentation_depth"), this.at("force")];
     const { time, indentation_depth, force: forces } = this.outputs;
+    const captured = this.prepared.captured && phase > 0.999 ? "   captured" : "";
     this.readout.textContent = `t = ${phrase(this.clock.time, time, 3)}   d = ${phrase(depth, indentation_depth, 3)}   `
-      + `F = ${phrase(force, forces, 3)}   shown ${slow(this.clock.slowness)}`;
+      + `F = ${phrase(force, forces, 3)}   shown ${slow(this.clock.slowness)}${captured}`;
   }
 
   at(name) {
@@ -81,7 +85,7 @@ export class Ball {
       return isRound ? ["ellipse", { cx: round(width / 2 + moved(at)), cy: round(ground - lift - radius * scale), rx: round(across * scale), ry: round(radius * scale), ...style }]
         : ["path", { d: outline(this.prepared, width / 2 + moved(at), ground - lift, scale), ...style }];
     };
-    const lift = phase < 0 ? -phase * flight : phase > 1 ? e * (phase - 1) * flight : -this.depth(phase, 0) * scale;
+    const lift = phase < 0 ? -phase * flight : phase > 1 && !this.prepared.captured ? e * (phase - 1) * flight : -this.depth(phase, 0) * scale;
     // Where the body was a moment ago, or will be.
     const ghosts = [4, 3, 2, 1].flatMap((n) => (phase < 0 && n / 4 > -phase ? [body((n / 4) * flight, 0.1, -n / 4)]
       : phase > 1 && n / 4 < phase - 1 ? [body((e * n * flight) / 4, 0.1, 1 + n / 4)] : []));
@@ -125,7 +129,7 @@ export class Ball {
     const x = (r) => width / 2 + r * scale;
     const y = (depth) => ground + depth * scale * stretch;
     const depth = this.depth(phase, reach);
-    const inside = phase >= 0 && phase <= 1;
+    const inside = this.touches(phase);
     const edge = inside ? this.at("contact_radius") * profile.semi_axis : 0;
     const dip = this.dip(phase, depth, edge);
     // The ends of both outlines lie outside the picture.
@@ -141,10 +145,22 @@ export class Ball {
       line(palette.muted, thickness, [[0, ground], [width, ground]], true),
       ["path", { d: `${lines(body)}Z`, fill: palette.body, stroke: palette.ink, "stroke-width": wide }],
       ...(edge > 0 ? [-1, 1].map((side) => line(palette.accent, 2.5 * thickness, [[x(side * edge), y(dip(edge)) + 3], [x(side * edge), y(dip(edge)) + 0.9 * em]])) : []),
+      ...(inside ? this.rings(edge).map(([from, to, colour]) => this.band(from, to, palette[colour], 4 * thickness, (r) => [x(r), y(dip(Math.abs(r)))])).flat() : []),
       ...(inside ? this.arrow(palette, width / 2, y(depth), (0.42 * height * this.at("force")) / maxForce) : []),
       ...ruler(palette, width, height, scale, this.outputs.indentation_depth),
       ...(stretch > 1 ? [words(`heights × ${stretch}`, width - 8, height - 0.9 * em, 0.85 * em, palette.ink, { anchor: "end" })] : []),
     ];
+  }
+
+  // A body that is captured stays where its motion ends.
+  touches(phase) {
+    return phase >= 0 && (phase <= 1 || this.prepared.captured);
+  }
+
+  // The outer radius of the ring of attraction.
+  get zone() {
+    const { phase } = this.clock;
+    return this.touches(phase) && this.answer.curves.history.zone_radius ? this.at("zone_radius") : 0;
   }
 
   // Displacement of the surface over the radius.
@@ -159,7 +175,28 @@ export class Ball {
       const outside = (r) => interpolate(surface.radius, row, r);
       return (r) => (phase < 0 ? 0 : r < edge ? within(r) : edge > 0 ? Math.max(outside(r), within(r)) : outside(r));
     }
+    const { zone } = this;
+    if (zone > 0) {
+      // The gap grows from nothing to the range of the attraction, and the surface falls back beyond it.
+      const gap = (r) => profile.range * Math.min(Math.max((r - edge) / (zone - edge || zone), 0), 1);
+      return (r) => (r <= zone ? within(r) + gap(r) : ((within(zone) + profile.range) * 2 * Math.asin(zone / r)) / Math.PI);
+    }
     return (r) => (r < edge ? within(r) : edge > 0 ? (within(edge) * 2 * Math.asin(edge / r)) / Math.PI : 0);
+  }
+
+  // Rings of the contact with their colours: where it sticks and where it slips, or where the surfaces attract.
+  rings(edge) {
+    const { zone } = this;
+    if (zone > 0) return [[edge, zone, "second"]];
+    if (!this.answer.curves.history.stick_radius) return [];
+    const stick = Math.min(this.at("stick_radius"), edge);
+    return [[0, stick, "accent"], [stick, edge, "second"]];
+  }
+
+  band(from, to, colour, thickness, place) {
+    if (!(to > from)) return [];
+    const radii = Array.from({ length: 25 }, (_, n) => from + (n / 24) * (to - from));
+    return [-1, 1].map((side) => line(colour, thickness, radii.map((r) => place(side * r))));
   }
 
   arrow({ ink, em, thickness }, left, tip, length) {
@@ -188,7 +225,7 @@ class Scene {
   }
 }
 
-function prepare({ curves, numbers }, body, second) {
+function prepare({ curves, numbers, status }, body, second) {
   const { shape, history } = curves;
   // The shape ends at three times the half-width of the largest contact.
   const widest = shape.radius.at(-1) / 3;
@@ -204,6 +241,7 @@ function prepare({ curves, numbers }, body, second) {
     radius,
     across,
     second,
+    captured: status.name === "CAPTURED",
     round: second !== null || (body !== null && n > 0 && Math.abs(shape.height[n] / ((shape.radius[n] ** 2 * curvature) / 2) - 1) < 0.1),
     e: numbers.restitution_coefficient,
     velocity: history.indentation_velocity[0],

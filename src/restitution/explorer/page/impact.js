@@ -11,13 +11,14 @@ import { Panel, picture } from "./panel.js";
 import { back, convert, digits, phrase } from "./units.js";
 
 const TILES = ["restitution_coefficient", "contact_time", "max_force", "max_indentation_depth", "max_contact_radius",
-  "tangential_restitution_coefficient", "rebound_angle", "rebound_spin", "impulse_ratio", "instantaneous_poisson_ratio", "loss_tangent", "p2", "p3"];
+  "tangential_restitution_coefficient", "rebound_angle", "rebound_spin", "impulse_ratio", "pull_off_force", "touching_time", "zone_width", "instantaneous_poisson_ratio", "loss_tangent", "p2", "p3"];
 const MOTION = ["time", "indentation_depth", "contact_radius", "force"];
 const ENERGIES = [
   { name: "kinetic_energy", label: "kinetic", colour: "accent" },
   { name: "stored_energy", label: "stored", colour: "second", dash: "dashed" },
   { name: "dissipated_energy", label: "dissipated", colour: "third", dash: "dashdot" },
   { name: "radiated_energy", label: "radiated", colour: "ink", dash: "dotted" },
+  { name: "jump_energy", label: "lost in jumps", colour: "ink", dash: "dotted" },
 ];
 const SHEAR = [
   { name: "relaxation_modulus", label: "reduced modulus E*(t)", colour: "accent" },
@@ -93,7 +94,7 @@ export class ImpactTab {
     if (curves.history) this.showHistory(numbers);
     if (curves.shape) this.ball.show(answer, this.app.body(), this.app.second());
     if (curves.moduli) this.showModuli(numbers, marks);
-    this.clock.span(numbers.contact_time ?? 1);
+    this.clock.span(numbers.contact_time ?? curves.history?.time.at(-1) ?? 1);
   }
 
   showModuli(numbers, marks) {

@@ -27,7 +27,7 @@ class MotionTab {
 export class BounceTab extends MotionTab {
   constructor(root, app) {
     super(root, app, ["n_bounces", "drop_height", "total_time", "restitution_coefficient"],
-      { flight: "Height over time", bounces: "Restitution coefficient of each bounce", heights: "Height after each bounce" });
+      { flight: "Height over time", bounces: "Restitution coefficient of each bounce", heights: "Height after each bounce", spin: "Spin after each bounce", place: "Place of each touch" });
     this.panels.flight.root.classList.add("wide");
   }
 
@@ -50,6 +50,12 @@ export class BounceTab extends MotionTab {
     const top = Math.max(1, ...series.curves.flatMap(({ y }) => y));
     this.panels.bounces.show({ ...series, ranges: { x, y: [0, top] } });
     this.panels.heights.show(dotted("height", { yLog: true, words: "height" }));
+    // Friction moves the body sideways, and turns it.
+    const turns = Boolean(curves.bounces.rebound_spin);
+    for (const name of ["spin", "place"]) this.panels[name].root.hidden = !turns;
+    if (!turns) return;
+    this.panels.spin.show(dotted("rebound_spin"));
+    this.panels.place.show(dotted("place"));
   }
 }
 
