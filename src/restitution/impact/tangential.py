@@ -17,9 +17,9 @@ from restitution.numerics.richardson import Extrapolation
 
 # Steps in each half of the marches: they double first, as their errors are far apart, then grow by a third or a half.
 COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072)
-# Steps in each half of a march from which the contact counts as sliding throughout if no element ever stuck, and from
-# which the energies of one that is known to slide are extrapolated.
-_SURE, _SLIDING = 192, 96
+# Steps in each half of a march from which the contact counts as sliding throughout if no element ever stuck, and least
+# steps of the last march, as energies are extrapolated where e_t is known before.
+_SURE, _LEAST = 192, 96
 # Largest residual of the balance of energy over the tolerance.
 _RESIDUAL = 10.0
 # Numbers of a march that are extrapolated.
@@ -166,9 +166,8 @@ class Slider:
             )
             sticks = bool(march.motion[:, 3].any())
             if not sticks:
-                sure = count >= (_SLIDING if slides else _SURE)
-                found = found._replace(restitution=closed, error=0.0 if sure else math.inf)
-            if found.error <= rtol and abs(found.residual) <= _RESIDUAL * rtol:
+                found = found._replace(restitution=closed, error=0.0 if slides or count >= _SURE else math.inf)
+            if found.error <= rtol and abs(found.residual) <= _RESIDUAL * rtol and count >= _LEAST:
                 break
         assert found is not None
         return found
