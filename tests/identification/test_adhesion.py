@@ -197,6 +197,23 @@ def test_work_and_stress_from_a_curve_with_a_pull_off(stiffness):
     assert not found.warnings
 
 
+@pytest.mark.parametrize("stiffness", [None, 1.0])
+def test_forces_of_a_curve_are_those_of_indent(stiffness):
+    """Means over samples of the forces that `rs.indent` knows to 3e-3, beside those next to a jump."""
+    spring = {} if stiffness is None else {"spring_constant": stiffness}
+    time, depth, force, deviation = pulled(5e5, **spring)
+    curve = rs.IndentationCurve(
+        time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True, **spring
+    )
+    space = parameters(rs.standard_solid, fixed={"poisson_ratio": 0.5}, of_data=OfData(adhesion=True))
+    numbers = GEL | {"work": PULL, "stress": 5e5}
+    trial = space.materials(np.log([[numbers[name] for name in space.names]]), (1e-4, 1.0))
+    found = curve.forces(trial, np.array([[TOUCH]]))[0] + 2e-9
+    quiet = curve.deviations < 1.01 * deviation
+    assert np.sum(~quiet) < 8
+    np.testing.assert_allclose(found[quiet], force[quiet], atol=6e-3 * np.ptp(force))
+
+
 @pytest.mark.parametrize("name", ["stress", "range"])
 def test_a_thin_zone_leaves_stress_and_range_open(name):
     """Near the limit of Johnson, Kendall and Roberts a curve shows the work alone, and one end of the other."""
