@@ -81,6 +81,32 @@ def test_the_sticking_velocity_is_that_of_the_search(exact):
     assert found.thresholds[0, 0] == pytest.approx(velocity, rel=5e-3)
 
 
+def test_a_sticking_velocity_as_a_datum():
+    """Both outcomes at one velocity, which `rs.sticking_velocity` gives for the true work, are the whole data."""
+    one = rs.Impact(
+        rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), mass=MASS, velocity=0.3,
+        adhesion=rs.Adhesion(WORK, stress=STRESS),
+    )  # fmt: skip
+    velocity = rs.sticking_velocity(one, rtol=1e-3)
+    rebounds = rs.Rebounds(velocity, [0.0, math.nan], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
+    work = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN).parameters["work"]
+    assert work.determined
+    # Few elements err by 5e-3 of the velocity, which is known to 1e-2; the work is about its power of 6/5.
+    assert abs(work.value - WORK) < 0.01 * WORK
+    assert 0.008 < work.standard_error / WORK < 0.02
+
+
+def test_bodies_of_two_radii_are_those_of_each():
+    radius, velocity = np.repeat([RADIUS, 2.0 * RADIUS], 3), np.tile([0.1, 0.3, 1.0], 2)
+    mass = MASS * (radius / RADIUS) ** 3
+    trial = materials(**KNOWN, work=WORK)
+    both = rs.Rebounds(velocity, 0.5, radius=radius, mass=mass, adhesion=True, noise=NOISE).predicted(trial)
+    for part in (slice(3), slice(3, 6)):
+        alone = rs.Rebounds(velocity[part], 0.5, radius=radius[part], mass=mass[part], adhesion=True, noise=NOISE)
+        for name, values in alone.predicted(trial).items():
+            np.testing.assert_array_equal(values, both[name][:, part])
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_restitution_alone_has_no_scale(seed):
     """E*(t) to L^(5/2) E*(L t), work to L work and stress to L^2 stress leave e."""
@@ -169,6 +195,23 @@ def test_work_and_stress_from_a_curve_with_a_pull_off(stiffness):
     assert abs(found.nuisances["contact_point"].value - TOUCH) < 4.0 * found.nuisances["contact_point"].standard_error
     assert found.chi2 < found.degrees_of_freedom + 5.0 * math.sqrt(2.0 * found.degrees_of_freedom)
     assert not found.warnings
+
+
+@pytest.mark.parametrize("stiffness", [None, 1.0])
+def test_forces_of_a_curve_are_those_of_indent(stiffness):
+    """Means over samples of the forces that `rs.indent` knows to 3e-3, beside those next to a jump."""
+    spring = {} if stiffness is None else {"spring_constant": stiffness}
+    time, depth, force, deviation = pulled(5e5, **spring)
+    curve = rs.IndentationCurve(
+        time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True, **spring
+    )
+    space = parameters(rs.standard_solid, fixed={"poisson_ratio": 0.5}, of_data=OfData(adhesion=True))
+    numbers = GEL | {"work": PULL, "stress": 5e5}
+    trial = space.materials(np.log([[numbers[name] for name in space.names]]), (1e-4, 1.0))
+    found = curve.forces(trial, np.array([[TOUCH]]))[0] + 2e-9
+    quiet = curve.deviations < 1.01 * deviation
+    assert np.sum(~quiet) < 8
+    np.testing.assert_allclose(found[quiet], force[quiet], atol=6e-3 * np.ptp(force))
 
 
 @pytest.mark.parametrize("name", ["stress", "range"])

@@ -296,7 +296,8 @@ def slopes_over(bodies: Bodies, values: Array) -> Array:
     The noise of the velocity enters the deviations of the residuals by them. Those of a trial would let a fit choose
     them.
     """
-    x, free = np.log(bodies.velocities), ~bodies.stuck
+    x, free = np.log(bodies.velocities), ~bodies.stuck & np.isfinite(values)
+    values = np.where(free, values, 0.0)
     weights = np.exp(-0.5 * ((x[:, None] - x) / _NEAR) ** 2) * free
     total = np.maximum(weights.sum(axis=1), 1e-300)
     x_mean, mean = weights @ x / total, weights @ values / total

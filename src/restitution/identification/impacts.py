@@ -291,6 +291,8 @@ _STEP = 1e-3
 # Moduli [Pa] of anything that bounces, with room to spare.
 _MODULUS_RANGE = 1e-30, 1e30
 _NAMES = ("restitution_coefficient", "contact_time", "max_force")
+# e for a start where none was measured.
+_UNSEEN = 0.8
 # Sticking velocity over the smallest velocity of bodies that all rebound, for a start.
 _BELOW = 0.3
 # Noise of unknown size has these ratios.
@@ -305,7 +307,8 @@ class Rebounds(Observations):
     velocity : array_like
         Impact velocities v [m/s], > 0, shape (n,).
     restitution_coefficient : array_like
-        Measured e [-] in (0, 1]; with `adhesion` also 0, a body that stuck.
+        Measured e [-] in (0, 1]; with `adhesion` also 0, a body that stuck, and NaN, one that rebounded with an e
+        that was not measured. Both at one velocity are a measured sticking velocity, with the noise of the velocity.
     radius : float or array_like, optional
         Radius R [m] of a ball; or give a `profile`.
     mass : float or array_like
@@ -649,8 +652,9 @@ class Rebounds(Observations):
 
     def _moduli(self, times: Array) -> DynamicTable:
         # A body that sticks shows no loss of the material.
-        there = _thinned(np.isfinite(times) & (self.restitution_coefficient > 0.0), times)
-        loss = -np.log(self.restitution_coefficient[there])
+        known = self.restitution_coefficient > 0.0
+        there = _thinned(np.isfinite(times) & (known if known.any() else True), times)
+        loss = -np.log(self.restitution_coefficient[there] if known.any() else np.full(int(there.sum()), _UNSEEN))
         with np.errstate(over="ignore", under="ignore"):
             elastic = (self._elastic[0][there] / times[there]) ** self._power
             omega, storage, tangent = moduli_of_bounces(loss, elastic, times[there])
@@ -721,8 +725,8 @@ def _thinned(there: NDArray[np.bool_], times: Array) -> NDArray[np.bool_]:
 
 
 def _shares(e: Array, *, sticking: bool) -> Array:
-    """Return coefficients of restitution; 0 only with adhesion."""
-    good = (e >= 0.0 if sticking else e > 0.0) & (e <= 1.0)
+    """Return coefficients of restitution; 0, and NaN of a rebound that was not measured, only with adhesion."""
+    good = ((e >= 0.0) & (e <= 1.0)) | np.isnan(e) if sticking else (e > 0.0) & (e <= 1.0)
     if not np.all(good):
         place = tuple(int(i) for i in np.argwhere(~np.atleast_1d(good))[0])
         bad = float(np.atleast_1d(e)[place])
