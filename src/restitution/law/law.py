@@ -455,7 +455,8 @@ def contact_law(
     >>> law = rs.contact_law((ball, ball))
     """
     impact = problem if isinstance(problem, Impact) else collision(*two_bodies(problem), velocity=1.0)
-    impact.refuse_adhesion()
+    if impact.adhesion is not None:
+        raise InputError("adhesion", rule="must be left out here; adhesive_contact_law has it, in Python")
     for name in ("material", "counter_material"):
         if getattr(impact, name) is not None:
             single_material(name, getattr(impact, name))
