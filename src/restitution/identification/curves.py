@@ -150,6 +150,8 @@ _FREQUENCIES = 6
 # Ranges of times, depths and forces in SI whose squares are normal numbers; moduli [Pa] of matter.
 _NARROWEST, _WIDEST = 1e-30, 1e30
 _SOFTEST, _STIFFEST = 1e-6, 1e15
+# A spring whose stiffness is below this share of that of the contact on the glass is soft.
+_SOFT = 1.0 / 3.0
 # An error of the computed force counts if it exceeds this share of the noise.
 _ERROR = 0.2
 
@@ -411,7 +413,15 @@ class IndentationCurve(ForceRecord):
         share = self._doubt(materials, nuisances)
         if self.adhesion and isinstance(materials, StickyMaterial):
             profile, reduced = as_profile(self.profile, "adhesion"), modulus(materials, self.temperature)
-            return doubts_of(share, [profile], reduced, materials, self._pull_off.count)
+            lines = doubts_of(share, [profile], reduced, materials, self._pull_off.count)
+            radius = float(profile.contact_radius(float(self.tip.max()) - float(nuisances[0, 0])))
+            stiffness = 2.0 * float(reduced.row(0, 0).instantaneous_modulus) * radius
+            if self.spring_constant is not None and self.spring_constant < _SOFT * stiffness:
+                lines.append(
+                    "the cantilever is much softer than the contact, so that most of the curve is one jump: other "
+                    "materials may fit as well; give start"
+                )
+            return lines
         if not share > _ERROR:
             return []
         return [f"the computed force has an error of {share:.2g} of its noise: the samples are too far apart"]
