@@ -1,24 +1,33 @@
 """Adhesive impacts beside closed forms, and by boundary elements in time, which use no Abel transform.
 
-`python validation/adhesion.py` prints the tables of validation/adhesion.md. It takes some ten minutes. In the boundary
-elements the attraction is a uniform stress on the disc whose gap is below the range, the contact follows from
-complementarity for each ring, and the memory is that of displacements of the surface. Nothing of this is in the
-package.
+`python validation/adhesion.py` prints the tables of validation/adhesion.md. It takes some ten minutes. With
+`--random 10000` it solves so many random impacts instead and prints what became of them.
+
+In the boundary elements the attraction is a uniform stress on the disc whose gap is below the range, the contact
+follows from complementarity for each ring, and the memory is that of displacements of the surface. Nothing of this is
+in the package.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 import time
+import warnings
+from collections import Counter
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from boundary_elements import disc, pressures, rings
+from numpy.polynomial import chebyshev
+from scipy.optimize import brentq, minimize_scalar
 
 import restitution as rs
-from restitution.contact.adhesion import maugis_number
+from restitution.contact.adhesion import Static, maugis_number, static_contact
 from restitution.impact.dugdale import Problem, scales
+from restitution.impact.status import Status
 from restitution.indentation.attraction import Sticky
 from restitution.indentation.solid import compliance_of
 
@@ -122,10 +131,46 @@ def boundary_elements() -> None:
         print(f"| {name} | {' | '.join(f'{value:.5f}' for value in each)} | {e:.6f} |", flush=True)
 
 
+def static_loss(lam: float, work: float = 0.01) -> float:
+    """Return the loss of an elastic ball in jumps over (w^5 R^4/E*^2)^(1/3) by quadrature, for lambda of 2 and more.
+
+    The ball jumps in at the depth -h0, and out where the depth of the static contact is least. The loss is the work of
+    the pull between both, of Maugis' closed forms.
+    """
+    stress = lam / float(maugis_number(work, 1.0, 1.0, 1.0))
+    adhesion, unit = rs.Adhesion(work, stress), work ** (1.0 / 3.0)
+
+    def at(radius: float) -> Static:
+        return static_contact(rs.Parabola(1.0), 1.0, adhesion, radius)
+
+    highest: Any = minimize_scalar(
+        lambda a: at(a).depth, bounds=(0.3 * unit, 2.0 * unit), method="bounded", options={"xatol": 1e-12}
+    )
+    out = float(highest.x)
+    into: Any = brentq(lambda a: at(a).depth + work / stress, out, 4.0 * unit, xtol=1e-15)
+    places = chebyshev.chebpts2(32)
+    states = [at(out + 0.5 * (into - out) * (x + 1.0)) for x in places]
+    depth, force = (
+        chebyshev.Chebyshev.fit(places, [getattr(state, name) for state in states], 31, domain=[-1.0, 1.0])
+        for name in ("depth", "force")
+    )
+    pull = (force * depth.deriv()).integ()
+    return float(pull(-1.0) - pull(1.0)) / work ** (5.0 / 3.0)
+
+
+def extrapolated_loss() -> float:
+    """Return the loss in the limit of JKR: errors are powers of 1/lambda."""
+    losses = [static_loss(100.0 * 2.0**n) for n in range(5)]
+    for power in range(1, 5):
+        share = 2.0**power
+        losses = [(share * after - before) / (share - 1.0) for before, after in pairwise(losses)]
+    return losses[0]
+
+
 def limits() -> None:
-    """Print the loss in jumps of elastic balls over Maugis' parameter."""
-    print("| lambda | rtol | e | loss over (w^5 R^4/E*^2)^(1/3) | estimated error of e |")
-    print("|---|---|---|---|---|")
+    """Print the loss in jumps of elastic balls over Maugis' parameter, by the march and by quadrature."""
+    print("| lambda | rtol | e | loss over (w^5 R^4/E*^2)^(1/3) | by quadrature | estimated error of e |")
+    print("|---|---|---|---|---|---|")
     work = 0.01
     sticks = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0))
     for lam in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0):
@@ -133,12 +178,71 @@ def limits() -> None:
         rtol = 1e-5 if lam < 5.0 else 1e-4 if lam < 10.0 else 1e-3
         result = rs.solve(impact(rs.PronySeries(1.0, [], []), work, stress, 1.5 * sticks), rtol=rtol)
         loss, e = float(result.radiated_energy) / work ** (5.0 / 3.0), float(result.restitution_coefficient)
-        print(f"| {lam:g} | {rtol:g} | {e:.5f} | {loss:.4f} | {float(result.restitution_error):.0e} |")
-    print(f"| JKR | | {math.sqrt(1.0 - 1.0 / 1.5**2):.5f} | {JKR_LOSS:.4f} | |")
+        static = f"{static_loss(lam):.4f}" if lam >= 2.0 else ""
+        print(f"| {lam:g} | {rtol:g} | {e:.5f} | {loss:.4f} | {static} | {float(result.restitution_error):.0e} |")
+    for lam in (100.0, 1000.0):
+        print(f"| {lam:g} | | | | {static_loss(lam):.4f} | |")
+    print(f"| JKR | | {math.sqrt(1.0 - 1.0 / 1.5**2):.5f} | {JKR_LOSS:.7f} | {extrapolated_loss():.7f} | |")
+
+
+def random_impact(rng: np.random.Generator) -> rs.Impact:
+    """Return a body of any material and of one of three profiles, near and above its sticking velocity."""
+    count = int(rng.integers(0, 4))
+    moduli = 10.0 ** rng.uniform(-1, 1.5, count)
+    work, lam = 10.0 ** rng.uniform((-4, -1), (-1, 0.5))
+    glass = 1.0 + moduli.sum()
+    velocity = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0)) * 10.0 ** rng.uniform(0.0, 1.2)
+    times = 3.0 * velocity**-0.2 * glass**-0.4 * 10.0 ** rng.uniform(-2, 1.5, count)
+    profile = [rs.Parabola(1.0), rs.Sphere(10.0), rs.PowerLaw(3.0, 0.5)][int(rng.integers(3))]
+    stress = lam / float(maugis_number(work, 1.0, 1.0, 1.0))
+    equilibrium = float(count == 0 or rng.random() < 0.8)
+    shear = rs.PronySeries(0.25 * equilibrium, 0.25 * moduli, times)
+    adhesion = rs.Adhesion(work, stress)
+    return rs.Impact(rs.Material(shear, bulk=math.inf), profile, 1.0, velocity, adhesion=adhesion)
+
+
+def random_impacts(count: int, rtol: float, minutes: float) -> None:
+    """Print what becomes of random impacts: ends, largest residual of the energy, largest e, least energy."""
+    ends, worst, fastest, least, spent = Counter[str](), 0.0, 0.0, 0.0, []
+    start = time.monotonic()
+    for n in range(count):
+        impact = random_impact(np.random.default_rng([23, n]))
+        before = time.process_time()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            result = rs.solve(impact, rtol=rtol, errors="warn")
+        spent.append(time.process_time() - before)
+        status = Status(int(np.asarray(result.status)))
+        ends[status.name] += 1
+        if status.failed:
+            print(f"impact {n}: {status.name}", flush=True)
+        if status == Status.SEPARATED:
+            energy = result.energy
+            residual = abs(float(energy.residual))
+            if residual > 10.0 * rtol:
+                print(f"impact {n}: energy within {residual:.1e}, e = {float(result.restitution_coefficient):.4f}")
+            worst, fastest = max(worst, residual), max(fastest, float(result.restitution_coefficient))
+            parts = energy.dissipated, energy.radiated, energy.stored
+            least = min(least, *(float(np.asarray(part) / energy.kinetic_in) for part in parts))
+        if time.monotonic() - start > 60.0 * minutes:
+            break
+    print(f"{len(spent)} impacts at rtol = {rtol:g}: {dict(ends)}")
+    print(f"energy closes within {worst:.1e}, largest e {fastest:.7f}, least part of the energy {least:.1e}")
+    print(
+        f"mean time {1e3 * np.mean(spent):.0f} ms, median {1e3 * np.median(spent):.0f} ms, longest {max(spent):.1f} s"
+    )
 
 
 def main() -> int:
-    """Print all tables."""
+    """Print all tables, or what becomes of random impacts."""
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("--random", type=int, metavar="COUNT", help="number of random impacts")
+    parser.add_argument("--rtol", type=float, default=1e-4, help="tolerance of random impacts")
+    parser.add_argument("--minutes", type=float, default=40.0, help="time after which no further one begins")
+    options = parser.parse_args()
+    if options.random:
+        random_impacts(options.random, options.rtol, options.minutes)
+        return 0
     rows()
     print()
     limits()

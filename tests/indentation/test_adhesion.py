@@ -33,7 +33,7 @@ def pull(material, adhesion, speed, dwell=0.0, retreat=None, **options):
 def static_pull(modulus, adhesion):
     """Largest pull at rest."""
     return -minimize_scalar(
-        lambda a: static_contact(TIP, modulus, adhesion, a).force, bounds=(1e-4, 0.6), method="bounded"
+        lambda a: static_contact(TIP, modulus, adhesion, a).force, bounds=(1e-6, 0.6), method="bounded"
     ).fun
 
 
@@ -100,7 +100,7 @@ def at_rest(modulus, adhesion, of, value, low, high):
     return static_contact(TIP, modulus, adhesion, brentq(distance, low, high, xtol=1e-14))
 
 
-@pytest.mark.parametrize("stress", [0.06, 0.157768, 0.5])
+@pytest.mark.parametrize("stress", [0.008, 0.03, 0.157768, 0.5])
 def test_an_elastic_body_under_a_force_jumps_in_and_is_pulled_off_as_maugis_has_it(stress):
     adhesion = rs.Adhesion(0.01, stress)
     pull = static_pull(1.0, adhesion)
@@ -193,6 +193,25 @@ def test_a_held_force_lets_the_contact_creep():
     # The retardation time is 5. The edge is loaded later than the middle, so that the contact is slower.
     assert float(result.indentation_depth[-1]) == pytest.approx(loaded.depth, rel=3e-3)
     assert float(result.sample([2.0]).indentation_depth[0]) < 0.8 * loaded.depth
+
+
+def test_a_force_that_is_held_from_the_start_does_work_in_the_jump():
+    adhesion = rs.Adhesion(0.01, 0.157768)
+    result = rs.indent(solid(), TIP, force=0.02, time=[0.0, 1.0], adhesion=adhesion, rtol=1e-5)
+    loaded = at_rest(1.0, adhesion, lambda d, f: f, 0.02, 0.1, 0.6)
+    # From the depth -h0 on. What it does not leave in the elastic body goes to waves.
+    assert result.work == pytest.approx(0.02 * (loaded.depth + adhesion.range), rel=1e-4)
+    assert result.radiated > 0.0
+    assert result.dissipated == pytest.approx(0.0, abs=1e-4 * result.radiated)
+
+
+def test_a_contact_of_a_hard_body_on_a_soft_spring_vanishes_at_its_cusp():
+    # The static contact stays stable until its radius is zero, where the attraction without touch is not.
+    adhesion = rs.Adhesion(0.01, 0.015)
+    result = rs.indent(
+        solid(), TIP, depth=[-1.5, 0.3, -3.0], time=[0.0, 1.0, 2.0], spring_constant=0.05, adhesion=adhesion, rtol=1e-4
+    )
+    assert result.pull_off_force == pytest.approx(static_pull(1.0, adhesion), rel=2e-4)
 
 
 def test_a_curved_depth_is_that_of_its_instants():

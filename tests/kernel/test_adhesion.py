@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 from restitution.kernel import adhesion as kernel
+from restitution.kernel import zone
 
 
 def plain(function):
@@ -27,22 +28,22 @@ def test_the_impulse_of_the_pull_is_that_of_a_root(edge, after):
     kink = dt * (x * x - edge**2) / (after**2 - edge**2) if edge != after else 0.5 * dt
     parts = [0.0, *([kink] if 0.0 < kink < dt else []), dt]
     whole = sum(quad(pull, low, high, epsabs=1e-13)[0] for low, high in pairwise(parts))
-    bump = plain(kernel._bump)(pull(0.0), pull(dt), x, edge, after, dt)
+    bump = plain(zone._bump)(pull(0.0), pull(dt), x, edge, after, dt)
     assert bump == pytest.approx(whole - 0.5 * dt * (pull(0.0) + pull(dt)), abs=1e-9)
 
 
 def room_of(solid, gaps):
     """Room for elements with these undeformed gaps, and their factors over a step."""
-    room = kernel.allocate_room(len(gaps), solid.rates.size, 4, 4)
-    room.nodes[kernel.G_] = gaps
+    room = zone.allocate_room(len(gaps), solid.rates.size, 4, 4)
+    room.nodes[zone.G_] = gaps
     return room
 
 
 @pytest.mark.parametrize("rate", [0.0, 1e-3, 0.3, 40.0])
 def test_factors_are_integrals_of_the_memory(rate):
     dt = 0.7
-    room = room_of(kernel.Solid(1.0, np.array([1.0]), np.array([rate])), [0.0])
-    plain(kernel._set_factors)(kernel.Solid(1.0, np.array([1.0]), np.array([rate])), dt, room)
+    room = room_of(zone.Solid(1.0, np.array([1.0]), np.array([rate])), [0.0])
+    plain(zone._set_factors)(zone.Solid(1.0, np.array([1.0]), np.array([rate])), dt, room)
     loads = (lambda t: 1.0 - t / dt), (lambda t: t / dt), (lambda t: 1.0)
     exact = [quad(lambda t, load=load: math.exp(-rate * (dt - t)) * load(t), 0.0, dt)[0] for load in loads]
     assert room.factors[0, 1:] == pytest.approx(exact, rel=1e-10)
@@ -50,8 +51,9 @@ def test_factors_are_integrals_of_the_memory(rate):
 
 
 @pytest.mark.parametrize("rate", [0.0, 1e-3, 0.3, 40.0])
-def test_the_energy_of_a_step_is_an_integral(rate):
-    dt, first, slope = 0.7, 0.4, -1.3
+def test_the_energy_of_a_step_is_an_integral(rate, monkeypatch):
+    monkeypatch.setattr(kernel, "_spent", plain(kernel._spent))
+    dt, first, slope, weight = 0.7, 0.4, -1.3, 1.7
 
     def drive(t):
         # q - r M of a linear load: it starts at `first` and relaxes to slope/r.
@@ -59,27 +61,32 @@ def test_the_energy_of_a_step_is_an_integral(rate):
         return first * math.exp(-rate * t) + steady
 
     exact = quad(lambda t: drive(t) ** 2, 0.0, dt, epsabs=1e-13)[0]
-    found = plain(kernel._spent)(rate, first, drive(dt), slope, math.exp(-rate * dt), dt)
+    solid = zone.Solid(1.0, np.array([weight]), np.array([rate]))
+    room = room_of(solid, [0.0, 1.0])
+    plain(zone._set_factors)(solid, dt, room)
+    # An element at the axis, which counts half, and one beside it.
+    room.nodes[zone.Q_], room.nodes[zone.Q1_] = first, first + slope * dt
+    found = plain(kernel._remember)(solid, dt, 2, room)
     # Below a rate times step of 1e-3 the drive counts as linear: its greatest distance from a line is r dt^2 slope/8.
     linear = 0.25 * rate * dt**3 * abs(slope) * max(first, abs(drive(dt))) if rate * dt < 1e-3 else 0.0
-    assert found == pytest.approx(exact, abs=linear + 1e-9 * exact)
+    assert found == pytest.approx(1.5 * weight * exact, abs=1.5 * weight * (linear + 1e-9 * exact))
 
 
 def test_an_element_that_changes_its_state_has_the_impulse_of_a_broken_line():
     # Without attraction: gap or load at the start, and at the end as if the state stayed. One slow mode of weight 2.
-    solid, dt = kernel.Solid(0.5, np.array([2.0]), np.array([0.0])), 0.1
+    solid, dt = zone.Solid(0.5, np.array([2.0]), np.array([0.0])), 0.1
     for nodes_before, depth in (((0.0, 0.02), 0.05), ((0.3, 0.0), -0.2)):
         room = room_of(solid, [0.0])
-        room.nodes[kernel.P_, 0], room.nodes[kernel.H_, 0] = nodes_before
+        room.nodes[zone.P_, 0], room.nodes[zone.H_, 0] = nodes_before
         # W = J0 q + 2 M, and the body at depth 0 - H of the start.
         room.memory[0, 0] = (0.0 - nodes_before[1] - 0.5 * nodes_before[0]) / 2.0 + 0.02
-        plain(kernel._set_factors)(solid, dt, room)
-        plain(kernel._bases)(solid, dt, 0, 1, room)
-        plain(kernel._element)(solid, dt, depth, 0, room)
-        load, gap = room.nodes[kernel.P1_, 0], room.nodes[kernel.H1_, 0]
+        plain(zone._set_factors)(solid, dt, room)
+        plain(zone.write_bases)(solid, dt, 0, 1, room)
+        plain(zone.write_element)(solid, dt, depth, 0, room)
+        load, gap = room.nodes[zone.P1_, 0], room.nodes[zone.H1_, 0]
         assert (load > 0.0) == (nodes_before[0] == 0.0)
         # The load is a line from or to zero within the step: its impulse is half the load times its duration.
-        impulse = 0.5 * dt * (nodes_before[0] + load) + room.nodes[kernel.BUMP_, 0]
+        impulse = 0.5 * dt * (nodes_before[0] + load) + room.nodes[zone.BUMP_, 0]
         part = impulse / (0.5 * dt * (nodes_before[0] + load))
         assert 0.0 < part < 1.0
         # Displacement at the end: J0 q + 2 (M + impulse), which is that of the body plus the gap.

@@ -55,7 +55,7 @@ class Solved(NamedTuple):
 
 def solve_adhesive(problem: Problem, rtol: float) -> Solved:
     """Return the impact with e known to `rtol`, or a status that says why not."""
-    from restitution.kernel.adhesion import NO_ROOM, TOO_LONG
+    from restitution.kernel.zone import NO_ROOM, TOO_LONG
 
     width, time = scales(problem)
     for _ in range(_WIDENED):
@@ -79,7 +79,7 @@ def _failed(status: Status, march: March | None = None) -> Solved:
 
 def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved:
     """March with more and more elements on one scale until e is known, or a march does not end."""
-    from restitution.kernel.adhesion import HELD, SEPARATED
+    from restitution.kernel.zone import HELD, SEPARATED
 
     count, held, series = FEWEST, 0, Richardson()
     while count <= MOST:
@@ -121,7 +121,7 @@ def _error_of_e(energy: float, error: float) -> float:
 
 def scales(problem: Problem) -> tuple[float, float]:
     """Return the largest radius [m] of the zone and the duration [s]; infinite where the profile ends before."""
-    from restitution.kernel.adhesion import NO_ROOM, TOO_LONG
+    from restitution.kernel.zone import NO_ROOM, TOO_LONG
 
     width = min(_first_width(problem), _widest(problem))
     body = problem.body
@@ -224,7 +224,7 @@ def _widened(escapes: Callable[[float], bool], low: float, high: float) -> tuple
 
 
 def _escapes(problem: Problem, velocity: float, width: float, time: float, count: int) -> bool:
-    from restitution.kernel.adhesion import NO_ROOM, SEPARATED
+    from restitution.kernel.zone import NO_ROOM, SEPARATED
 
     end = problem._replace(velocity=velocity).march(width, time, count).end
     return end in (SEPARATED, NO_ROOM)

@@ -266,7 +266,7 @@ class _Lines:
 
 def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolution:
     """March with more and more elements until largest force, pull and depth are known to `rtol`."""
-    from restitution.kernel.adhesion import HELD, NO_ROOM, SEPARATED
+    from restitution.kernel.zone import HELD, NO_ROOM, SEPARATED
 
     profile, history = body.profile, lines.history
     width = _first_width(body, lines, name)

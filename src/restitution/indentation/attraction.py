@@ -129,7 +129,7 @@ class Sticky(NamedTuple):
 
     def _whole(self, room: Any, march: Callable[[int], int]) -> int:
         """March in pieces of less than a second, between which an interrupt or the end of the work is seen."""
-        from restitution.kernel.adhesion import PAUSED
+        from restitution.kernel.zone import PAUSED
 
         modes, elements = room.memory.shape
         most = max(_PIECE // (elements * (modes + 2)), 1)
@@ -168,7 +168,7 @@ class _Scaled:
     """Numbers of a contact over the width of its zone, a time, and the instantaneous modulus."""
 
     def __init__(self, body: Sticky, width: float, time: float) -> None:
-        from restitution.kernel.adhesion import Solid
+        from restitution.kernel.zone import Solid
 
         self.body, self.length, self.time = body, width, time
         compliance, weights, rates = compliance_of(body.modulus)
@@ -177,7 +177,7 @@ class _Scaled:
 
     def begin(self, count: int, mass: float, steps: int) -> tuple[Any, Any]:
         """Return the numbers of the bodies and the room of a march."""
-        from restitution.kernel.adhesion import G_, Bodies, allocate_room
+        from restitution.kernel.zone import G_, Bodies, allocate_room
 
         cell = 1.0 / count
         places = cell * np.arange(int(ROOM * count) + 8)
@@ -189,7 +189,7 @@ class _Scaled:
 
     def result(self, end: int, room: Any) -> March:
         """Return the result of a march in SI."""
-        from restitution.kernel.adhesion import JUMPED_, LEFT_, STEPS_
+        from restitution.kernel.zone import JUMPED_, LEFT_, STEPS_
 
         time, length = self.time, self.length
         force = self.modulus * length**2

@@ -1,0 +1,423 @@
+"""Elements with a Dugdale zone: their loads and gaps over one step, and the equation of its edge.
+
+See `restitution.kernel.adhesion` for the equations.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from restitution.kernel.compile import compiled, inlined
+
+# Rows of `nodes`: undeformed gap g; at the start of the step contact load p, gap and cohesive load; at its end contact
+# load, gap, cohesive load, gap without the displacement J0 q, impulse beyond that of a linear load; impulse of the
+# cohesive load beyond a linear one over the time, gap without J0 q and without the depth, weights of the gaps at both
+# ends of the cell behind the element, energy dissipated in the step; place x, weight of p in the force.
+(
+    G_, P_, H_, Q_, P1_, H1_, Q1_, REST_, BUMP_, SHAPE_, BASE_, NEAR_, NEXT_, LOST_, PLACE_, SHARE_, N_NODES
+) = range(17)  # fmt: skip
+# Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant.
+DECAY_, FALL_, RISE_, MEAN_, N_FACTORS = range(5)
+# Members of `now`, and columns of `motion`: time, depth, velocity, force, edge of the zone, contact radius, energies
+# dissipated and lost in jumps.
+T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
+# Columns of `jumps`: time, depth, edge and contact radius before and after, energy, depth after.
+(AT_, DEPTH_, EDGE_, RADIUS_, EDGE1_, RADIUS1_, ENERGY_, DEPTH1_, N_JUMP) = range(9)
+# Members of `counts`: elements that follow at the start and at the end of a step, elements that may have memory,
+# rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold, elements astray from the
+# disc, elements with a cohesive load in `nodes`, first cell with weights, line of the program.
+(
+    IN_, IN1_, TOP_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WIDE_, WEIGHED_, LINE_, N_COUNTS
+) = range(12)  # fmt: skip
+# Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
+# which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step.
+S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, N_ENDS = range(9)
+SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC, PAUSED = range(7)
+
+_MOST_DEPTHS = 200
+# Rate times step below which factors are series.
+_SERIES = 2e-2
+# Sine below which its angle is a series.
+_SMALL_ANGLE = 0.1
+
+
+class Solid(NamedTuple):
+    """Inverse of the relaxation modulus, ``1/E*(p) = J0 + sum c_j/(p + r_j)``."""
+
+    compliance: float
+    weights: Any  # (K,): c_j
+    rates: Any  # (K,): r_j
+
+
+class Bodies(NamedTuple):
+    """Numbers of the contact apart from the solid.
+
+    A body that is `sprung` has no mass: its depth d follows from ``F = load + pace t - stiffness d`` with the time t
+    over the step. A spring of stiffness k has load k z with its base at z; a prescribed force has no stiffness.
+    """
+
+    stress: float
+    reach: float  # range h0 of the attraction
+    mass: float
+    cell: float  # distance of elements
+    longest: float  # step
+    sprung: bool
+    stiffness: float
+    load: float
+    pace: float
+
+
+class Room(NamedTuple):
+    """State and results of one march over n elements."""
+
+    nodes: Any  # (N_NODES, n)
+    memory: Any  # (K, n): M_j
+    factors: Any  # (K, N_FACTORS)
+    now: Any  # (N_NOW,)
+    counts: Any  # (N_COUNTS,) of integers
+    ends: Any  # (N_ENDS,)
+    motion: Any  # (steps, N_NOW)
+    jumps: Any  # (m, N_JUMP)
+
+
+def allocate_room(elements: int, modes: int, steps: int, jumps: int) -> Room:
+    """Return room for a march."""
+    return Room(
+        np.zeros((N_NODES, elements)), np.zeros((modes, elements)), np.zeros((modes, N_FACTORS)), np.zeros(N_NOW),
+        np.zeros(N_COUNTS, dtype=np.int64), np.zeros(N_ENDS), np.zeros((steps, N_NOW)), np.zeros((jumps, N_JUMP)),
+    )  # fmt: skip
+
+
+@compiled
+def _set_factors(solid: Solid, dt: float, room: Room) -> None:
+    """Write the factors of the modes over a step."""
+    fall, rise, mean = 0.0, 0.0, 0.0
+    for k in range(solid.rates.shape[0]):
+        z, factors = solid.rates[k] * dt, room.factors[k]
+        decay, loss = math.exp(-z), -math.expm1(-z)
+        if z < _SERIES:
+            constant = 1.0 - z * (0.5 - z * (1.0 / 6.0 - z * (1.0 / 24.0 - z / 120.0)))
+            last = 0.5 - z * (1.0 / 6.0 - z * (1.0 / 24.0 - z * (1.0 / 120.0 - z / 720.0)))
+        else:
+            constant = loss / z
+            last = (1.0 - constant) / z
+        factors[DECAY_], factors[MEAN_] = decay, dt * constant
+        factors[RISE_], factors[FALL_] = dt * last, dt * (constant - last)
+        fall += solid.weights[k] * factors[FALL_]
+        rise += solid.weights[k] * factors[RISE_]
+        mean += solid.weights[k] * constant
+    room.ends[S_FALL_], room.ends[S_RISE_], room.ends[S_MEAN_] = fall, rise, mean
+
+
+@inlined
+def _pull(stress: float, edge: float, x: float) -> float:
+    """Return the cohesive load of an element."""
+    inside = (edge - x) * (edge + x)
+    return -2.0 * stress * math.sqrt(inside) if inside > 0.0 else 0.0
+
+
+@inlined
+def _bump(before: float, after: float, x: float, edge: float, edge1: float, dt: float) -> float:
+    """Return the impulse of the cohesive load over a step beyond the linear one, with c^2 linear over the time."""
+    if before == 0.0 and after == 0.0:
+        return 0.0
+    if before != 0.0 and after != 0.0:
+        change = after - before
+        return dt * change * change / (6.0 * (before + after))
+    low, high = min(edge, edge1), max(edge, edge1)
+    part = (high - x) * (high + x) / ((high - low) * (high + low))
+    return dt * (before + after) * (2.0 * part / 3.0 - 0.5)
+
+
+@inlined
+def _small_angle(sine: float) -> float:
+    """Return the angle of a sine below 0.1."""
+    z = sine * sine
+    return sine * (1.0 + z * (1.0 / 6.0 + z * (3.0 / 40.0 + z * (15.0 / 336.0 + z * (105.0 / 3456.0 + z / 44.7)))))
+
+
+@inlined
+def _dot(weights: Any, values: Any) -> float:
+    """Return the sum of products; four sums run side by side."""
+    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    count = weights.shape[0]
+    for n in range(count // 4):
+        k = 4 * n
+        one += weights[k] * values[k]
+        two += weights[k + 1] * values[k + 1]
+        three += weights[k + 2] * values[k + 2]
+        four += weights[k + 3] * values[k + 3]
+    for k in range(count - count % 4, count):
+        one += weights[k] * values[k]
+    return (one + two) + (three + four)
+
+
+@inlined
+def _weights(edge: float, low: float, high: float) -> tuple[float, float]:
+    """Return weights of the gaps at both ends of a cell in ``int H/sqrt(c^2 - x^2) dx`` within the edge.
+
+    The gap is linear in x^2 from `low` to `high`, of which the edge may leave a part.
+    """
+    reach = min(high, edge)
+    root = math.sqrt(max((edge - low) * (edge + low), 0.0))
+    root1 = math.sqrt(max((edge - reach) * (edge + reach), 0.0))
+    sum_of_both = reach * root + low * root1
+    sine = (reach - low) * (reach + low) / sum_of_both if sum_of_both > 0.0 else 0.0
+    whole = math.asin(min(sine, 1.0)) if sine > _SMALL_ANGLE else _small_angle(sine)
+    way = (high - low) * (high + low)
+    if not way > 1e-12 * edge * edge:
+        return whole, 0.0
+    bend = 0.5 * (edge * edge * whole - reach * root1 + low * root)
+    part = (bend - low * low * whole) / way
+    return whole - part, part
+
+
+@compiled
+def _prepare(bodies: Bodies, edge: float, room: Room) -> None:
+    """Write the cohesive loads of a step to an edge; the weights of cells are made when they are asked for."""
+    counts, nodes, h, edge0 = room.counts, room.nodes, bodies.cell, room.now[C_]
+    size = nodes.shape[1]
+    inner, outer = min(edge, edge0), max(edge, edge0)
+    both = min(int(inner / h) + 1, size)
+    while both > 0 and (both - 1) * h >= inner:
+        both -= 1
+    any_ = min(int(outer / h) + 1, size)
+    before, after, shape, stress = nodes[Q_], nodes[Q1_], nodes[SHAPE_], bodies.stress
+    place = nodes[PLACE_]
+    for i in range(both):
+        x = place[i]
+        pull = -2.0 * stress * math.sqrt((edge - x) * (edge + x))
+        change = pull - before[i]
+        after[i] = pull
+        shape[i] = change * change / (6.0 * (pull + before[i]))
+    for i in range(both, any_):
+        x = i * h
+        after[i] = _pull(stress, edge, x)
+        shape[i] = _bump(before[i], after[i], x, edge0, edge, 1.0)
+    for i in range(any_, counts[WIDE_]):
+        after[i], shape[i] = 0.0, 0.0
+    counts[WIDE_] = max(any_, counts[WIDE_])
+    counts[WEIGHED_] = size
+    room.ends[MADE_] = edge
+
+
+@compiled
+def _weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
+    """Write the weights of all cells from one on that reach into the zone."""
+    counts, h = room.counts, bodies.cell
+    end = min(counts[WEIGHED_], room.nodes.shape[1] - 1)
+    near, beyond, place = room.nodes[NEAR_], room.nodes[NEXT_], room.nodes[PLACE_]
+    # Cells whose angles are small for sure, all of them within the zone.
+    square, apart = edge * edge, h / _SMALL_ANGLE
+    inner = min(max(int(math.sqrt(max((edge - apart) * (edge + apart), 0.0)) / h) - 1, low), end)
+    low_of, high_of, first, second = place[low:inner], place[low + 1 : inner + 1], near[low:inner], beyond[low:inner]
+    for k in range(inner - low):
+        x, x1 = low_of[k], high_of[k]
+        root, root1 = math.sqrt((edge - x) * (edge + x)), math.sqrt((edge - x1) * (edge + x1))
+        way = (x1 - x) * (x1 + x)
+        whole = _small_angle(way / (x1 * root + x * root1))
+        part = (0.5 * (square * whole - x1 * root1 + x * root) - x * x * whole) / way
+        first[k], second[k] = whole - part, part
+    for k in range(inner, end):
+        if place[k] >= edge:
+            break
+        near[k], beyond[k] = _weights(edge, place[k], place[k + 1])
+    counts[WEIGHED_] = low
+
+
+@compiled
+def write_bases(solid: Solid, dt: float, low: int, high: int, room: Room) -> None:
+    """Write gaps without the displacement J0 q, and without the depth, of elements that do not change their state."""
+    # Loops from 0 on over views are those that compilers make of several elements at once.
+    ends, nodes = room.ends, room.nodes[:, low:high]
+    base, gap, load, press, after, shape = (
+        nodes[BASE_], nodes[G_], nodes[Q_], nodes[P_], nodes[Q1_], nodes[SHAPE_]
+    )  # fmt: skip
+    fall, rise, mean = ends[S_FALL_], ends[S_RISE_], ends[S_MEAN_] * dt
+    count = max(high - low, 0)
+    for i in range(count):
+        base[i] = gap[i] + fall * (load[i] + press[i]) + mean * shape[i] + rise * after[i]
+    for k in range(solid.rates.shape[0]):
+        part, memory = solid.weights[k] * room.factors[k, DECAY_], room.memory[k, low:high]
+        for i in range(count):
+            base[i] += part * memory[i]
+
+
+@inlined
+def write_element(solid: Solid, dt: float, depth: float, i: int, room: Room) -> None:
+    """Write load and gap of one element at the end of a step; its base is known."""
+    nodes, ends = room.nodes, room.ends
+    pull, rest, bump = nodes[Q1_, i], nodes[BASE_, i] - depth, nodes[SHAPE_, i] * dt
+    press, before = 0.0, nodes[P_, i]
+    gap = rest + solid.compliance * pull
+    if before > 0.0:
+        press = -gap / (solid.compliance + ends[S_RISE_])
+        if press < 0.0:
+            # It leaves where p vanishes.
+            extra = 0.5 * before * dt * press / (before - press)
+            bump += extra
+            gap += ends[S_MEAN_] * extra
+            rest += ends[S_MEAN_] * extra
+            press = 0.0
+        else:
+            gap = 0.0
+    elif gap < 0.0:
+        start = max(nodes[H_, i], 0.0)
+        part = 0.5 * dt * start / (start - gap)
+        press = -gap / (solid.compliance + ends[S_RISE_] - ends[S_MEAN_] * part)
+        bump -= press * part
+        gap = 0.0
+    nodes[P1_, i], nodes[H1_, i] = press, gap
+    nodes[REST_, i], nodes[BUMP_, i] = rest, bump
+
+
+@compiled
+def contact_radius(solid: Solid, bodies: Bodies, room: Room) -> float:
+    """Return a from the last element that follows and the first that is loaded."""
+    count, nodes, h = room.counts[IN1_], room.nodes, bodies.cell
+    if count == 0:
+        return 0.0
+    press = nodes[P1_, count - 1]
+    ahead = nodes[H1_, count] / (solid.compliance + room.ends[S_RISE_])
+    inner, outer = (count - 1) * h, count * h
+    square = inner * inner + (outer - inner) * (outer + inner) * press / (press + ahead)
+    return math.sqrt(square)
+
+
+@compiled
+def normal_force(bodies: Bodies, edge: float, radius: float, room: Room) -> float:
+    """Return the force at the end of a step; contact loads are linear in x^2 between elements."""
+    count, press, h, total = room.counts[IN1_], room.nodes[P1_], bodies.cell, 0.0
+    if count > 0:
+        last = count - 1
+        total = _dot(room.nodes[SHARE_, :last], press[:last])
+        if last > 0:
+            total += press[last] * (3.0 * last - 2.0) / (3.0 * (2.0 * last - 1.0))
+        total *= h
+        inner = last * h
+        if radius > 0.0:
+            total += press[last] * (radius - inner) * (2.0 * radius + inner) / (3.0 * (radius + inner))
+    return 2.0 * total - math.pi * bodies.stress * edge * edge
+
+
+@compiled
+def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> float:
+    """Return the depth at which the spring bears the force; NaN under a force that no depth bears.
+
+    The elements of the contact are written. The force rises with the depth, and its slope does.
+    """
+    counts, nodes, ends = room.counts, room.nodes, room.ends
+    size = nodes.shape[1]
+    load, stiffness = bodies.load + dt * bodies.pace, bodies.stiffness
+    done = min(max(int(edge / bodies.cell), counts[IN_]) + 2, size)
+    write_bases(solid, dt, 0, done, room)
+    touch = nodes[BASE_, 0] + solid.compliance * nodes[Q1_, 0]
+    spare = load + math.pi * bodies.stress * edge * edge
+    if stiffness * touch >= spare:
+        counts[IN1_] = 0
+        depth = spare / stiffness if stiffness > 0.0 else math.nan
+        write_element(solid, dt, depth, 0, room)
+        return depth
+    depth = max(room.now[D_], touch)
+    if depth == touch:
+        depth += bodies.cell * bodies.cell
+    last = math.inf
+    for _ in range(_MOST_DEPTHS):
+        count = 0
+        while count < size - 2:
+            if count >= done:
+                write_bases(solid, dt, count, count + 1, room)
+                done = count + 1
+            write_element(solid, dt, depth, count, room)
+            if not nodes[P1_, count] > 0.0:
+                break
+            count += 1
+        counts[IN1_] = count
+        radius = contact_radius(solid, bodies, room)
+        wide = max(radius, 0.5 * bodies.cell)
+        excess = normal_force(bodies, edge, radius, room) + stiffness * depth - load
+        step = excess / (2.0 * wide / (solid.compliance + ends[S_RISE_]) + stiffness)
+        small = 1e-15 * (bodies.reach + abs(depth))
+        if abs(step) <= small or (abs(step) <= 1e3 * small and abs(step) >= last):
+            break
+        last = abs(step)
+        after = max(depth - step, touch)
+        depth = 0.5 * (depth + touch) if after == touch else after
+    return depth
+
+
+@compiled
+def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, room: Room) -> int:
+    """Return how many elements follow at a depth; those from the last of them on are written."""
+    nodes, count = room.nodes, room.counts[IN_]
+    size = nodes.shape[1]
+    low, high = max(count - 1, 0), min(max(int(edge / bodies.cell), count) + 2, size)
+    write_bases(solid, dt, low, high, room)
+    write_element(solid, dt, depth, count, room)
+    if nodes[P1_, count] > 0.0:
+        while nodes[P1_, count] > 0.0 and count < size - 2:
+            count += 1
+            if count >= high:
+                write_bases(solid, dt, count, count + 1, room)
+            write_element(solid, dt, depth, count, room)
+        return count
+    while count > 0:
+        if count - 1 < low:
+            low = count - 1
+            write_bases(solid, dt, low, low + 1, room)
+        write_element(solid, dt, depth, count - 1, room)
+        if nodes[P1_, count - 1] > 0.0:
+            break
+        count -= 1
+    return count
+
+
+@compiled
+def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> float:
+    """Return G after a step with the zone up to `edge`; the elements from the contact to the edge are written."""
+    now, counts, nodes, ends, h = room.now, room.counts, room.nodes, room.ends, bodies.cell
+    size, target = nodes.shape[1], 0.5 * math.pi * bodies.reach
+    if ends[MADE_] != edge:
+        _prepare(bodies, edge, room)
+    _set_factors(solid, dt, room)
+    ends[TRIED_] = dt
+    if bodies.sprung:
+        depth = _sprung(solid, bodies, dt, edge, room)
+        count = counts[IN1_]
+        if math.isnan(depth):
+            # A pull beyond that of the zone takes the body away.
+            return target if bodies.load + dt * bodies.pace < 0.0 or edge > 0.0 else -target
+    else:
+        depth = now[D_] + dt * (now[V_] - 0.5 * dt * now[F_] / bodies.mass)
+        count = _front(solid, bodies, dt, edge, depth, room)
+    counts[IN1_] = count
+    ends[DEPTH_NOW_] = depth
+    if edge <= 0.0:
+        write_bases(solid, dt, 0, 1, room)
+        return 0.5 * math.pi * (nodes[BASE_, 0] - depth) - target
+    radius = contact_radius(solid, bodies, room)
+    if radius >= edge:
+        return -target
+    if int(edge / h) + 1 >= size:
+        return math.nan
+    total = -2.0 * bodies.stress * solid.compliance * (edge - radius) - target
+    if count > 0:
+        near, beyond = _weights(edge, radius, count * h)
+        total += near * -solid.compliance * _pull(bodies.stress, edge, radius) + beyond * nodes[REST_, count]
+    # Elements that leave within the step have the impulse of a broken line.
+    left = min(max(counts[IN_], count), int(edge / h) + 2)
+    for i in range(count, left):
+        write_element(solid, dt, depth, i, room)
+    if count < counts[WEIGHED_]:
+        _weigh(bodies, edge, count, room)
+    base, rest, near_of, beyond_of = nodes[BASE_], nodes[REST_], nodes[NEAR_], nodes[NEXT_]
+    for i in range(left, min(int(edge / h) + 2, size)):
+        rest[i] = base[i] - depth
+    end = int(edge / h)
+    while end * h < edge:
+        end += 1
+    while end > 0 and (end - 1) * h >= edge:
+        end -= 1
+    end = max(end, count)
+    return total + _dot(near_of[count:end], rest[count:end]) + _dot(beyond_of[count:end], rest[count + 1 : end + 1])
