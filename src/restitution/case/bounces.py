@@ -149,7 +149,7 @@ def _of_table(source: Path, names: list[str], ball: Ball) -> MeasuredBounces:
     for name in ("radius", "mass"):
         if name in names and getattr(ball, name) is not None:
             raise InputError(name, getattr(ball, name), "is a column of the table: must be given once")
-    known = all(size is not None for size in sizes.values())
+    is_sized = all(size is not None for size in sizes.values())
     assumed: dict[str, Any] = {
         name: default if sizes[name] is None else sizes[name]
         for name, default in zip(("radius", "mass"), UNKNOWN, strict=True)
@@ -157,4 +157,4 @@ def _of_table(source: Path, names: list[str], ball: Ball) -> MeasuredBounces:
     }
     rebounds = read_observations(source, kind="rebounds", **assumed)
     assert isinstance(rebounds, Rebounds)
-    return from_rebounds(rebounds, sized=known)
+    return from_rebounds(rebounds, sized=is_sized)

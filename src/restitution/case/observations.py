@@ -221,12 +221,12 @@ def read_points(path: str | Path) -> ReboundPoints:
     source = path_of(path)
     try:
         sheet, names = open_columns(source)
-        pair, wanted = _rebounds_in(names)
-        if not wanted:
-            wanted = KINDS["rebounds"].required
-            rule = f"must have the columns {' and '.join(wanted)}, or {' and '.join(_REBOUNDS[0])}"
+        pair, quantities = _rebounds_in(names)
+        if not quantities:
+            quantities = KINDS["rebounds"].required
+            rule = f"must have the columns {' and '.join(quantities)}, or {' and '.join(_REBOUNDS[0])}"
             raise FileError("", sheet.header_line, rule)
-        both = [*wanted, *(f"{_DEVIATION}{name}" for name in wanted)]
+        both = [*quantities, *(f"{_DEVIATION}{name}" for name in quantities)]
         deviations, values = _columns(sheet, both, names, {}, {})
         if pair:
             deviations, values = _as_rebounds(pair, deviations, values)

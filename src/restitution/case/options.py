@@ -140,8 +140,8 @@ def _missing_of_material(options: Mapping[str, str], material: Any, of_library: 
         yield f"--tension or --shear, as {name} does not state which moduli it has"
     if isinstance(material, PronyTerms):
         ends = material.instantaneous_modulus, material.equilibrium_modulus
-        given = {"instantaneous_modulus", "equilibrium_modulus"} & options.keys()
-        if ends == (None, None) and not given:
+        stated = {"instantaneous_modulus", "equilibrium_modulus"} & options.keys()
+        if ends == (None, None) and not stated:
             yield "--instantaneous-modulus or --equilibrium-modulus"
     elif isinstance(material, Isotherms) and "temperature" not in options:
         low, high = (celsius(kelvin, 4) for kelvin in material.temperatures[[0, -1]])

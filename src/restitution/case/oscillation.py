@@ -49,9 +49,9 @@ class OscillationSection(Section):
     @model_validator(mode="after")
     def _check(self) -> OscillationSection:
         name = self.one_of("depth", "force")
-        own, other = ("amplitude", "force_amplitude") if name == "depth" else ("force_amplitude", "amplitude")
-        self.refuse_present(f"belongs to another mean than {name}, whose amplitude is {own}", other)
-        self.one_of(own, other)
+        swing, other = ("amplitude", "force_amplitude") if name == "depth" else ("force_amplitude", "amplitude")
+        self.refuse_present(f"belongs to another mean than {name}, whose amplitude is {swing}", other)
+        self.one_of(swing, other)
         return self
 
     @property
@@ -118,9 +118,9 @@ class TappingSection(Section):
         if self.modes is not None:
             options["modes"] = tuple(CantileverMode(**mode.model_dump()) for mode in self.modes)
         if self.beam_quality_factors is not None:
-            own = self.frequency if self.resonance_frequency is None else self.resonance_frequency
+            resonance = self.frequency if self.resonance_frequency is None else self.resonance_frequency
             options["modes"] = beam_modes(
-                spring_constant=self.spring_constant, frequency=own, quality_factors=self.beam_quality_factors
+                spring_constant=self.spring_constant, frequency=resonance, quality_factors=self.beam_quality_factors
             )
         return options
 

@@ -50,8 +50,8 @@ def solve(
     """
     from restitution.impact.window import require_known
 
-    for name, given in (("--pressure-at", pressure_at), ("--points", points)):
-        if given and plot is None:
+    for name, value in (("--pressure-at", pressure_at), ("--points", points)):
+        if value and plot is None:
             raise cli.BadInput(f"{name}: give --plot FILE as well")
     if pressure_at and points:
         raise cli.BadInput("--points: the picture is that of e over velocity; leave --pressure-at out")

@@ -254,8 +254,8 @@ def taking(**options: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]
         def call(**arguments: Any) -> Any:
             return command(**{name: value for name, value in arguments.items() if name not in options or value})
 
-        own = inspect.signature(command, eval_str=True).parameters.values()
-        named = [parameter for parameter in own if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
+        parameters = inspect.signature(command, eval_str=True).parameters.values()
+        named = [parameter for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
         for name, annotation in options.items():
             default = False if get_args(annotation)[0] is bool else None
             keyword = inspect.Parameter.KEYWORD_ONLY

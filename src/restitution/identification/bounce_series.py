@@ -146,14 +146,14 @@ class MeasuredBounces(Result):
 
     def summary(self, title: str = "") -> Summary:
         """Return a table of the touches, which `print` and notebooks show."""
-        known = self._known
+        measured = self._known
         heads, texts = ["touch"], [[str(n + 1) for n in range(self.velocity.size)]]
-        for name, values in known.items():
+        for name, values in measured.items():
             if name.endswith("_error"):
                 continue
             factor, unit = scaled_unit(values[np.isfinite(values)], _COLUMNS[name].unit)
             heads.append(f"{_HEADS[name]} [{unit}]" if unit else _HEADS[name])
-            errors = known.get(f"{name}_error", np.full(values.size, np.nan))
+            errors = measured.get(f"{name}_error", np.full(values.size, np.nan))
             texts.append([_shown(x * factor, dx * factor) for x, dx in zip(values, errors, strict=True)])
         table = Table(tuple(heads), list(zip(*texts, strict=True)))
         return Summary(title or "Measured bounces", table, self.statements, warnings=self.warnings)
@@ -214,10 +214,10 @@ def from_instants(picks: Picks, ball: Ball, recording: Recording | None = None) 
     good = e <= 1.0
     if not np.any(good):
         raise InputError("time", rule="must have shorter and shorter intervals: each e would be above 1")
-    known = times[good] if np.any(np.isfinite(times[good])) else None
+    durations = times[good] if np.any(np.isfinite(times[good])) else None
     # Without a size only e and the loss tangent are kept, which are the same for any ball.
     radius, mass = ball.radius or UNKNOWN[0], ball.mass or UNKNOWN[1]
-    rebounds = Rebounds(down[:-1][good], e[good], radius=radius, mass=mass, contact_time=known)
+    rebounds = Rebounds(down[:-1][good], e[good], radius=radius, mass=mass, contact_time=durations)
     is_known = ball.radius is not None and ball.mass is not None
     moduli = moduli_of_rebounds(rebounds)
     _take(columns, moduli, np.flatnonzero(good) + 1, sized=is_known)
@@ -229,10 +229,10 @@ def from_instants(picks: Picks, ball: Ball, recording: Recording | None = None) 
 
 
 def _instants(picks: Picks, ball: Ball) -> BounceTimes:
-    known = bool(np.all(np.isfinite(picks.error)))
+    has_errors = bool(np.all(np.isfinite(picks.error)))
     return BounceTimes(
         picks.time, radius=ball.radius, mass=ball.mass, gravity=ball.gravity, air_density=ball.air_density,
-        drag_coefficient=ball.drag_coefficient, noise=Noise(time=picks.error) if known else None,
+        drag_coefficient=ball.drag_coefficient, noise=Noise(time=picks.error) if has_errors else None,
     )  # fmt: skip
 
 

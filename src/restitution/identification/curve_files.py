@@ -100,7 +100,7 @@ def read_curves(
         raise InputTypeError("profile", profile, "must be a Geometry, such as Parabola(radius)")
     if rate is not None and duration is not None:
         raise InputError("duration", duration, "must not be given beside rate")
-    given = _Given(
+    options = _Options(
         profile,
         _metadata(spring_constant, sensitivity, metadata),
         None if rate is None else checks.positive("rate", rate, "Hz"),
@@ -109,8 +109,9 @@ def read_curves(
     )
     source = path_of(path)
     with _in_one_line(str(source)):
-        found = _archived(source, given) if source.suffix.lower() == ".zip" else _in_file(source, source.name, given)
-    return CurveFile(CurveReader(label, fetch, given) for label, fetch in found)
+        is_archive = source.suffix.lower() == ".zip"
+        curves = _archived(source, options) if is_archive else _in_file(source, source.name, options)
+    return CurveFile(CurveReader(label, fetch, options) for label, fetch in curves)
 
 
 class CurveFile(list["CurveReader"]):
@@ -143,8 +144,8 @@ class FileCurve(IndentationCurve):
 class CurveReader:
     """Function that reads one curve of a file."""
 
-    def __init__(self, label: str, fetch: Callable[[], Record], given: _Given) -> None:
-        self.label, self._fetch, self._given = label, fetch, given
+    def __init__(self, label: str, fetch: Callable[[], Record], options: _Options) -> None:
+        self.label, self._fetch, self._options = label, fetch, options
 
     def record(self) -> Record:
         """Return what the file has."""
@@ -155,13 +156,14 @@ class CurveReader:
 
     def __call__(self, segment: Literal["approach"] | None = None, *, adhesion: bool = False) -> FileCurve:
         """Return the curve, or its first approach, perhaps with adhesion; see `IndentationCurve`."""
-        record, given = self.record(), self._given
+        record, options = self.record(), self._options
         try:
-            _check_complete(record, given)
-            (time, of_time), (depth, force, spring, of_depth) = _times(record, given), _depth_and_force(record, given)
+            _check_complete(record, options)
+            time, of_time = _times(record, options)
+            depth, force, spring, of_depth = _depth_and_force(record, options)
             curve = FileCurve(
-                time, depth, force, profile=given.profile, spring_constant=spring, noise=given.noise, segment=segment,
-                adhesion=adhesion, label=self.label,
+                time, depth, force, profile=options.profile, spring_constant=spring, noise=options.noise,
+                segment=segment, adhesion=adhesion, label=self.label,
             )  # fmt: skip
         except InputError as error:
             raise error.within(where=self.label) from None
@@ -173,7 +175,7 @@ class CurveReader:
         return f"CurveReader({self.label})"
 
 
-class _Given(NamedTuple):
+class _Options(NamedTuple):
     """Arguments of `read_curves`."""
 
     profile: Geometry
@@ -215,35 +217,35 @@ def _needed(available: Container[str], absent: list[str]) -> list[str]:
 Fetchers = list[tuple[str, Callable[[], Record]]]
 
 
-def _in_file(source: Path, name: str, given: _Given) -> Fetchers:
+def _in_file(source: Path, name: str, options: _Options) -> Fetchers:
     """Return for each curve its label and the function that reads its columns."""
     # The upper layer of afmformats refuses files of JPK with other segments than approach, one pause and retraction.
-    curves = _jpk(source, given) if source.suffix.startswith(".jpk-") else _loaded(source, given)
+    curves = _jpk(source, options) if source.suffix.startswith(".jpk-") else _loaded(source, options)
     return [(f"{name}[{number}]", fetch) for number, fetch in curves]
 
 
-def _archived(source: Path, given: _Given) -> Fetchers:
+def _archived(source: Path, options: _Options) -> Fetchers:
     """Return the curves of all files in an archive; a file that cannot be read is refused alone."""
-    known: tuple[str, ...] = tuple(_library("afmformats").supported_extensions)
-    found = Fetchers()
+    endings: tuple[str, ...] = tuple(_library("afmformats").supported_extensions)
+    fetchers = Fetchers()
     with (
         zipfile.ZipFile(source) as archive,
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
     ):
         for member in archive.namelist():
-            if not member.endswith(known):
+            if not member.endswith(endings):
                 continue
             name = f"{source.name}/{member}"
             try:
                 with _in_one_line(name):
-                    listed = _in_file(Path(archive.extract(member, folder)), name, given)
+                    listed = _in_file(Path(archive.extract(member, folder)), name, options)
             except InputError as error:
-                found.append((name, partial(_refuse, error)))
+                fetchers.append((name, partial(_refuse, error)))
                 continue
-            found += [(label, _at_once(label, fetch)) for label, fetch in listed]
-    if not found:
-        raise InputError("", rule=f"must hold files that afmformats reads: {', '.join(known)}")
-    return found
+            fetchers += [(label, _at_once(label, fetch)) for label, fetch in listed]
+    if not fetchers:
+        raise InputError("", rule=f"must hold files that afmformats reads: {', '.join(endings)}")
+    return fetchers
 
 
 def _at_once(label: str, fetch: Callable[[], Record]) -> Callable[[], Record]:
@@ -260,7 +262,7 @@ def _refuse(error: InputError) -> Record:
     raise error
 
 
-def _loaded(source: Path, given: _Given) -> list[tuple[int, Callable[[], Record]]]:
+def _loaded(source: Path, options: _Options) -> list[tuple[int, Callable[[], Record]]]:
     """Return the number of each curve in a file, and the function that reads its columns."""
     afmformats, absent = _library("afmformats"), list[str]()
     with _in_silence():
@@ -272,8 +274,8 @@ def _loaded(source: Path, given: _Given) -> list[tuple[int, Callable[[], Record]
             if not names:
                 raise
             # With any number in place of what is absent, it is known what else is.
-            absent = [name for name in names if name not in given.metadata]
-            override = dict.fromkeys(absent, 1.0) | given.metadata
+            absent = [name for name in names if name not in options.metadata]
+            override = dict.fromkeys(absent, 1.0) | options.metadata
             curves = list(afmformats.load_data(source, meta_override=override))
     if source.suffix == ".ibw":
         return [(curve.enum, partial(_igor_record, source, curve)) for curve in curves]
@@ -310,10 +312,10 @@ def _igor_record(source: Path, data: Any) -> Record:
     )
 
 
-def _jpk(source: Path, given: _Given) -> list[tuple[int, Callable[[], Record]]]:
+def _jpk(source: Path, options: _Options) -> list[tuple[int, Callable[[], Record]]]:
     """Return the number of each curve in a file of JPK, and the function that reads its columns."""
     reader = _library("afmformats.formats.fmt_jpk.jpk_reader").JPKReader(source)
-    reader.set_metadata({name: given.metadata[name] for name in _FORCE_FACTORS if name in given.metadata})
+    reader.set_metadata({name: options.metadata[name] for name in _FORCE_FACTORS if name in options.metadata})
     # The method that this replaces knows three styles of segments, and needs entries that no column depends on.
     reader.get_metadata = reader.get_metadata_jpk_primary
     numbers = enumerate(reader.get_index_numbers())
@@ -341,10 +343,10 @@ def _jpk_record(reader: Any, index: int) -> Record:
 def _jpk_segments(reader: Any, index: int) -> list[int]:
     """Return the numbers of the segments of a curve."""
     pattern = re.compile(re.escape(f"{reader.get_index_path(index)}segments/") + r"(\d+)/")
-    found = sorted(int(match[1]) for name in reader.files if (match := pattern.fullmatch(name)))
-    if not found:
+    segments = sorted(int(match[1]) for name in reader.files if (match := pattern.fullmatch(name)))
+    if not segments:
         raise InputError("", rule="has no segments")
-    return found
+    return segments
 
 
 def _jpk_columns(reader: Any, index: int, segments: list[int]) -> list[str]:
@@ -422,17 +424,18 @@ def _check_lengths(columns: Mapping[str, Array]) -> None:
         raise InputError("", rule=f"must have columns of equal length > 0, not {words}")
 
 
-def _check_complete(record: Record, given: _Given) -> None:
+def _check_complete(record: Record, options: _Options) -> None:
     """Refuse a record for everything that it lacks, with what would help."""
     # The readings of NT-MDT are currents.
     unit = "m/A" if "NT-MDT" in str(record.metadata.get("format")) else "m/V"
     remedies = {"spring constant": "spring_constant=... [N/m]", "sensitivity": f"sensitivity=... [{unit}]"}
     absent = list(record.absent)
-    bends = record.depth != _TIP or "sensitivity" in {*record.metadata} & {*given.metadata}
-    if bends and "spring constant" not in {*absent, *record.metadata, *given.metadata}:
+    bends = record.depth != _TIP or "sensitivity" in {*record.metadata} & {*options.metadata}
+    if bends and "spring constant" not in {*absent, *record.metadata, *options.metadata}:
         absent.append("spring constant")
     lacks = {f"no {name}": remedies.get(name, f'metadata={{"{name}": ...}}') for name in absent}
-    if given.rate is None and given.duration is None and "time" not in record.columns and not _rates(record, given):
+    without_rate = options.rate is None and options.duration is None
+    if without_rate and "time" not in record.columns and not _rates(record, options):
         each = f" (one number, or one for each of {record.segments[0].size} segments)"
         lacks["no column time"] = f"rate=... [Hz] or duration=... [s]{each}"
     missing = [f"no column {' or '.join(_DEPTHS)}"] * (record.depth is None)
@@ -447,17 +450,17 @@ def _listed(words: list[str]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]
 
 
-def _depth_and_force(record: Record, given: _Given) -> tuple[Array, Array, float | None, str]:
+def _depth_and_force(record: Record, options: _Options) -> tuple[Array, Array, float | None, str]:
     """Return depth and force, the spring constant if the deflection is still to be subtracted, and words for it."""
     stated, source = record.metadata, record.depth or ""
     ratios = {
-        name: given.metadata[name] / stated[name]
+        name: options.metadata[name] / stated[name]
         for name in _FORCE_FACTORS
-        if name in {*stated} & {*given.metadata} and stated[name]
+        if name in {*stated} & {*options.metadata} and stated[name]
     }
     force = math.prod(ratios.values()) * record.columns["force"]
     height, sign = record.columns[source], "-"
-    spring = (stated | given.metadata).get("spring constant")
+    spring = (stated | options.metadata).get("spring constant")
     if record.approach is not None:
         approach = height[record.columns["segment"] == record.approach]
         if approach.size and approach[-1] - approach[0] > 0.5 * np.ptp(height):
@@ -472,24 +475,24 @@ def _depth_and_force(record: Record, given: _Given) -> tuple[Array, Array, float
     return -height, force, None, words
 
 
-def _times(record: Record, given: _Given) -> tuple[Array, str]:
+def _times(record: Record, options: _Options) -> tuple[Array, str]:
     """Return times [s], and words for where they come from."""
     counts, place = record.segments
-    if given.rate is not None:
-        steps = 1.0 / _each("rate", given.rate, counts.size)
+    if options.rate is not None:
+        steps = 1.0 / _each("rate", options.rate, counts.size)
         return _spaced(steps, counts), "from rate"
-    if given.duration is not None:
+    if options.duration is not None:
         # One number is the duration of all points, else each segment has its own.
-        points = place.size if np.ndim(given.duration) == 0 else counts
-        return _spaced(_each("duration", given.duration, counts.size) / points, counts), "from duration"
+        points = place.size if np.ndim(options.duration) == 0 else counts
+        return _spaced(_each("duration", options.duration, counts.size) / points, counts), "from duration"
     if "time" in record.columns:
         return record.columns["time"], "of the file"
-    return _spaced(1.0 / np.array(_rates(record, given)), counts), "from the rate of the metadata"
+    return _spaced(1.0 / np.array(_rates(record, options)), counts), "from the rate of the metadata"
 
 
-def _rates(record: Record, given: _Given) -> list[float] | None:
+def _rates(record: Record, options: _Options) -> list[float] | None:
     """Return the rates [Hz] of the segments if the metadata determine them."""
-    approach, retract = ((record.metadata | given.metadata).get(name) for name in _RATES)
+    approach, retract = ((record.metadata | options.metadata).get(name) for name in _RATES)
     count = record.segments[0].size
     if not approach or not retract or count > 2 or (count == 1 and approach != retract):
         return None

@@ -439,9 +439,9 @@ def _without_result(problem: EstimationProblem, points: Array) -> str:
     """Return which data have no prediction at the starts."""
     with np.errstate(all="ignore"):
         materials, nuisances = problem.materials(points), problem.nuisances(points)
-        found = [np.isfinite(record.residuals(materials, at)).all(axis=1).any()
+        solved = [np.isfinite(record.residuals(materials, at)).all(axis=1).any()
                  for record, at in zip(problem.data, nuisances, strict=True)]  # fmt: skip
-    names = [record.label or f"data[{n}]" for n, record in enumerate(problem.data) if not found[n]]
+    names = [record.label or f"data[{n}]" for n, record in enumerate(problem.data) if not solved[n]]
     if not names:
         return "have no material for which all of them have a prediction; give start or bounds"
     return f"have no prediction by any of {len(points)} materials near their moduli: {', '.join(names)}; give bounds"

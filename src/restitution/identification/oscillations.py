@@ -127,12 +127,12 @@ class Oscillations(Observations):
         if not all(given_parts if names is _PARTS else given_polar) or (any(given_polar) and any(given_parts)):
             rule = "must be given, or storage_stiffness and loss_stiffness in place of both"
             raise InputError("force_amplitude, phase", rule=rule)
-        given = {"frequency": frequency, "depth": depth, "depth_amplitude": depth_amplitude}
-        given |= dict(zip(names, parts if names is _PARTS else polar, strict=True))
+        numbers = {"frequency": frequency, "depth": depth, "depth_amplitude": depth_amplitude}
+        numbers |= dict(zip(names, parts if names is _PARTS else polar, strict=True))
         if mean_force is not None:
-            given["mean_force"] = mean_force
-        columns = _columns(given)
-        self.frequency, self.depth, self.depth_amplitude = (columns.pop(name) for name in tuple(given)[:3])
+            numbers["mean_force"] = mean_force
+        columns = _columns(numbers)
+        self.frequency, self.depth, self.depth_amplitude = (columns.pop(name) for name in tuple(numbers)[:3])
         self.measured = columns
         end = float(np.min(self.profile.max_depth))
         highest = self.depth + self.depth_amplitude

@@ -274,12 +274,12 @@ def _positive_loss(moduli: NDArray[np.complex128]) -> NDArray[np.complex128]:
 
 def _moduli_of_oscillations(data: Oscillations) -> OscillationModuli:
     """Return the moduli of oscillations, the middle of those of the models."""
-    known = "mean_force" in data.measured
+    has_force = "mean_force" in data.measured
     models = [partial(_by_mean_force, data, model) for model in (_one_time, _power_law)]
-    if not known:
+    if not has_force:
         models = [partial(_explained, data, _one_time, share) for share in _SHARES]
-    found = [model() for model in models]
-    moduli, equilibria = np.array([each for each, _ in found]), np.array([each for _, each in found])
+    modelled = [model() for model in models]
+    moduli, equilibria = np.array([each for each, _ in modelled]), np.array([each for _, each in modelled])
     read: NDArray[np.complex128] = data.apparent_modulus
     lost = read.imag - _positive_loss(read).imag
     parts = moduli.real, moduli.imag + lost
@@ -295,8 +295,8 @@ def _moduli_of_oscillations(data: Oscillations) -> OscillationModuli:
     unknown = np.full(storage.shape, np.nan)
     return OscillationModuli(
         2.0 * math.pi * data.frequency, storage, loss, tangent, storage_noise, loss_noise, tangent_noise,
-        _statements(data, storage, known), storage_doubt, loss_doubt, read.real, read.imag,
-        np.fmax.reduce(equilibria) if known else unknown,
+        _statements(data, storage, has_force), storage_doubt, loss_doubt, read.real, read.imag,
+        np.fmax.reduce(equilibria) if has_force else unknown,
     )  # fmt: skip
 
 

@@ -221,17 +221,17 @@ def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array]
     strength = np.where(at < filtered.size - _WINDOWS[-1] * rate, np.max(strengths, axis=0), -np.inf)
     reach = max(3, 2 * round(0.6 * _SHORTEST * rate / hop) + 1)
     peaks = (strength >= maximum_filter1d(strength, reach)) & (strength > _WEAKEST)
-    found = np.flatnonzero(peaks)
-    found = found[np.concatenate([[True], np.diff(found) > 1])] if found.size else found
-    if found.size > _MANY:
-        found = np.sort(found[np.argsort(strength[found])[-_MANY:]])
+    onsets = np.flatnonzero(peaks)
+    onsets = onsets[np.concatenate([[True], np.diff(onsets) > 1])] if onsets.size else onsets
+    if onsets.size > _MANY:
+        onsets = np.sort(onsets[np.argsort(strength[onsets])[-_MANY:]])
     # A long window may begin before the sound; the shorter ones are strongest where it begins.
     short, ahead = np.sum(strengths[:-1], axis=0), round(_WINDOWS[-1] * rate / hop)
-    shifts = [int(np.argmax(short[n : n + ahead])) for n in found]
-    places = at[found + np.array(shifts, dtype=np.intp)]
+    shifts = [int(np.argmax(short[n : n + ahead])) for n in onsets]
+    places = at[onsets + np.array(shifts, dtype=np.intp)]
     size = round(0.004 * rate)
     loudness = np.array([np.abs(filtered[max(p - 2, 0) : p + size]).max() for p in places])
-    return places, strength[found], np.maximum(loudness / noise, 1e-3)
+    return places, strength[onsets], np.maximum(loudness / noise, 1e-3)
 
 
 def _mean(total: Array, start: Any, end: Any) -> Array:
@@ -396,8 +396,8 @@ def _onset(filtered: Array, rate: int, place: int, noise: float) -> tuple[float,
     quiet = filtered[max(early - round(0.006 * rate), 0) : max(early, 8)]
     sigma = max(math.sqrt(float(np.mean(quiet * quiet))), noise)
     y = np.zeros(late - early + length)
-    known = filtered[early : late + length]
-    y[: known.size] = known / sigma
+    samples = filtered[early : late + length]
+    y[: samples.size] = samples / sigma
     loud = float(np.abs(y).max())
     after = np.arange(length) / rate
     likelihood = np.full(late - early + 1, -np.inf)

@@ -434,13 +434,13 @@ def _columns(touches: list[_Touch], gravity: float) -> tuple[dict[str, Array], A
 def _sliding(touches: list[_Touch], columns: dict[str, Array]) -> dict[str, Array]:
     """Return the columns of the tangential motion."""
     before, after = ("tangential_velocity", "spin"), _REBOUND
-    found = {name: np.array([float(getattr(touch.impact, name)) for touch in touches]) for name in before}
-    found |= {name: np.array([float(getattr(touch.result, name)) for touch in touches]) for name in after}
-    along, rebound = found["tangential_velocity"], found["rebound_tangential_velocity"]
+    motion = {name: np.array([float(getattr(touch.impact, name)) for touch in touches]) for name in before}
+    motion |= {name: np.array([float(getattr(touch.result, name)) for touch in touches]) for name in after}
+    along, rebound = motion["tangential_velocity"], motion["rebound_tangential_velocity"]
     ways = np.array([touch.result.way for touch in touches if isinstance(touch.result, ObliqueResult)])
     flights = np.diff(columns["touch_time"]) - columns["contact_time"][:-1]
     steps = ways[:-1] + rebound[:-1] * flights
-    return found | {"place": np.cumsum(np.append(along[0] * columns["touch_time"][0], steps))}
+    return motion | {"place": np.cumsum(np.append(along[0] * columns["touch_time"][0], steps))}
 
 
 def _recovery(series: PronySeries, flight: float) -> list[str]:

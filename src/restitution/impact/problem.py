@@ -173,8 +173,8 @@ class Impact:
             raise InputError("tangential_velocity, angle", rule="must be one of them; a speed belongs to an angle")
         if speed is not None and not (type(self.velocity) is float and math.isnan(self.velocity)):
             raise InputError("velocity, speed", rule="must be one of them, not both")
-        given = {"velocity": self.velocity if speed is None else None, "angle": angle, "speed": speed}
-        values = (_in_si(name, value) for name, value in given.items())
+        motion = {"velocity": self.velocity if speed is None else None, "angle": angle, "speed": speed}
+        values = (_in_si(name, value) for name, value in motion.items())
         normal, along = directed(*values)
         vars(self).update(velocity=normal, tangential_velocity=along)
 

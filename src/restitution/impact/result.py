@@ -295,11 +295,11 @@ class ImpactResult(Result):
             energies = solution.energies
         elif solution is not None:
             energies = solution.dissipated, solution.stored, solution.radiated
-        known = self._by_name | dict(zip(ENERGIES, energies, strict=True))
+        numbers = self._by_name | dict(zip(ENERGIES, energies, strict=True))
         if self.began_on is not None:
             # The external force works from the imprint on.
-            known["residual_indentation_depth"] -= self.began_on.depth
-        columns = derived(known)
+            numbers["residual_indentation_depth"] -= self.began_on.depth
+        columns = derived(numbers)
         return EnergyBudget(*self._named(**{name: columns[name] for name in BUDGET}))
 
     @cached_property

@@ -102,8 +102,8 @@ class Slider:
             return self._stick(mobility, rtol)
         if self.slides(slope, mobility) or math.isinf(slope):
             return self._slide(slope, mobility)
-        found = self._thin(slope, mobility, rtol) if slope < _THIN else None
-        return found if found is not None and found.error <= rtol else self._march(slope, mobility, rtol)
+        thin = self._thin(slope, mobility, rtol) if slope < _THIN else None
+        return thin if thin is not None and thin.error <= rtol else self._march(slope, mobility, rtol)
 
     def _thin(self, slope: float, mobility: float, rtol: float) -> Tangential:
         """Interpolate between no slip and a march at a larger slope, as elements do not resolve a thin rim.
@@ -122,14 +122,14 @@ class Slider:
 
     def _stick(self, mobility: float, rtol: float) -> Tangential:
         """Solve without slip."""
-        found = solve_sticking(self.solution, self.scaled, mobility, 1e-3 * rtol)
+        sticking = solve_sticking(self.solution, self.scaled, mobility, 1e-3 * rtol)
         unit = 2.0 * mobility
-        motion = np.zeros((found.motion.shape[0], len(MOTION)))
-        motion[:, :3] = found.motion
-        times = np.minimum(found.motion[:, 0], self.solution.end) * self.solution.units.time
+        motion = np.zeros((sticking.motion.shape[0], len(MOTION)))
+        motion[:, :3] = sticking.motion
+        times = np.minimum(sticking.motion[:, 0], self.solution.end) * self.solution.units.time
         motion[:, 3] = self.solution.at(times).contact_radius / self.solution.units.radius
         return Tangential(
-            -found.velocity, found.error, 0.0, unit * found.dissipated, unit * found.stored, motion, 0.0
+            -sticking.velocity, sticking.error, 0.0, unit * sticking.dissipated, unit * sticking.stored, motion, 0.0
         )  # fmt: skip
 
     def _slide(self, slope: float, mobility: float) -> Tangential:

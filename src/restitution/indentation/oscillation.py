@@ -182,9 +182,9 @@ class Oscillation(Result):
             self.max_contact_radius * omega / math.sqrt(abs(complex(body.shear.complex_modulus(omega))) / body.density)
             for body in bodies
         ]
-        known = len(bodies) == len(self.contact.materials)
+        is_complete = len(bodies) == len(self.contact.materials)
         worst = max(numbers, default=0.0)
-        if not known and worst <= WAVE_LIMIT:
+        if not is_complete and worst <= WAVE_LIMIT:
             return replace(check, words=words, value=None, threshold=WAVE_LIMIT, exceeded=False)
         text = (
             f"waves: a w/c is {worst:.3g}, {'above' if worst > WAVE_LIMIT else 'not above'} the limit {WAVE_LIMIT:g}"
@@ -280,9 +280,9 @@ class OscillationArray(Result):
         columns |= {name: (getattr(self, name), quantity.attributes) for name, quantity in _COLUMNS.items()}
         columns["status"] = self.status, OscillationStatus.attributes()
         data = self.axes.dataset(columns, {})
-        known = CONSTANTS | INPUTS | {name: Quantity(name, kind, name) for name, kind in names.items()}
+        quantities = CONSTANTS | INPUTS | {name: Quantity(name, kind, name) for name, kind in names.items()}
         for name, coordinate in data.coords.items():
-            if (quantity := known.get(str(name))) is not None:
+            if (quantity := quantities.get(str(name))) is not None:
                 coordinate.attrs |= quantity.attributes
         return data
 

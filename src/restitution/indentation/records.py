@@ -117,10 +117,10 @@ class RecordBlock:
                 part = slice(start, start + _CHUNK)
                 some, at = Solids(*(column[part] for column in solids)), rows[part]
                 # A part of a larger array has strides, and the compiler would make a second version for them.
-                found, status = np.full((2, at.size, result.shape[2]), np.nan), np.empty(at.size, dtype=np.int64)
-                record_forces(some, self._tip, self._records, curves[at], points[at], kept.room, found, status)
-                found[:, status != SOLVED] = np.nan
-                result[:, at] = found
+                values, status = np.full((2, at.size, result.shape[2]), np.nan), np.empty(at.size, dtype=np.int64)
+                record_forces(some, self._tip, self._records, curves[at], points[at], kept.room, values, status)
+                values[:, status != SOLVED] = np.nan
+                result[:, at] = values
 
             starts = range(0, rows.size, _CHUNK)
             if len(starts) == 1 or workers == 1:

@@ -65,8 +65,8 @@ def steady_states(
         for rows, solids in solids_of(scaled):
             if solids.equilibrium[0] == 0.0:
                 continue
-            found = _of_group(profile, solids, mean[rows], amplitude[rows], typical[rows], count, parts)
-            for column, values in zip(result, found, strict=True):
+            steady = _of_group(profile, solids, mean[rows], amplitude[rows], typical[rows], count, parts)
+            for column, values in zip(result, steady, strict=True):
                 column[rows] = values
     result.solved[~np.isfinite(result.harmonics).all(axis=1)] = False
     result.harmonics[~result.solved] = np.nan

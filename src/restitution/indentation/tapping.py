@@ -217,8 +217,8 @@ class Tapper:
 
     def coordinates(self, state: Start) -> Array:
         """Return depths and velocities of all modes over those of the free oscillation, at their frequencies."""
-        own = np.array([[state.depth, state.velocity]]) - state.swing.sum(axis=0)
-        return (np.concatenate([own, state.swing]) / self._scales).ravel()
+        first = np.array([[state.depth, state.velocity]]) - state.swing.sum(axis=0)
+        return (np.concatenate([first, state.swing]) / self._scales).ravel()
 
     def moved(self, state: Start, coordinates: Array) -> Start:
         """Return a state with other depths and velocities."""
@@ -428,8 +428,8 @@ def _free_numbers(tapper: Tapper, distance: float) -> dict[str, Any]:
         "max_indentation_depth": tapper.amplitude - distance,
     }
     first = np.arange(tapper.lever.frequencies.size) == 0
-    own = {"mode_amplitude": tapper.amplitude, "mode_phase": tapper.phase, "mode_swing": tapper.amplitude}
-    return numbers | {name: np.where(first, value, 0.0) for name, value in own.items()}
+    of_first = {"mode_amplitude": tapper.amplitude, "mode_phase": tapper.phase, "mode_swing": tapper.amplitude}
+    return numbers | {name: np.where(first, value, 0.0) for name, value in of_first.items()}
 
 
 def numbers_of_tap(tapper: Tapper, distance: float, solution: PanelSolution) -> dict[str, Any]:

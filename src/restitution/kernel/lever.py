@@ -127,9 +127,9 @@ def acceleration(driver: Driver, room: Room, i: int, force: float, depth: float,
     """Return d'' of the body at a node, at which a force less the pull acts on it."""
     total = 0.0
     for m in range(driver.modes.shape[0]):
-        own, pace = room.swings[m, 0, i], room.swings[m, 1, i]
-        total -= (force + driver.modes[m, 1] * pace + driver.modes[m, 2] * own) / driver.modes[m, 0]
-        depth -= own
+        swing, pace = room.swings[m, 0, i], room.swings[m, 1, i]
+        total -= (force + driver.modes[m, 1] * pace + driver.modes[m, 2] * swing) / driver.modes[m, 0]
+        depth -= swing
         rate -= pace
     return total + (room.nodes[GIVEN, i] - force - driver.damping * rate - driver.stiffness * depth) / driver.mass
 

@@ -217,11 +217,11 @@ def derivatives(
     listed = [names] if isinstance(names, str) else items("names", names, "must be a sequence of names")
     if not listed:
         raise InputError("names", rule="must name at least one input")
-    given = None if steps is None else checks.mapping("steps", steps)
-    for name in given or ():
+    widths = None if steps is None else checks.mapping("steps", steps)
+    for name in widths or ():
         known("steps", name, listed)
     checks.one_of("held", held, ("bulk_modulus", "poisson_ratio"))
-    return differentiate(model_of(impact, listed, held, given), output_names(outputs), rtol, workers)
+    return differentiate(model_of(impact, listed, held, widths), output_names(outputs), rtol, workers)
 
 
 def output_names(outputs: Any) -> tuple[str, ...]:
@@ -260,14 +260,14 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
     errors = [max(tolerance, TANGENTIAL_RTOL) if name in OBLIQUE else tolerance for name in outputs]
     best = Slopes(*(np.full((len(outputs), count, *shape), start) for start in (np.nan, np.inf, np.nan)))
     values: dict[str, Numeric] = {}
-    wanted, scale = list(range(count)), np.empty(0)
+    rough, scale = list(range(count)), np.empty(0)
     for share in _SHARES:
-        columns = solved(model, _points(model, wanted, share), outputs, tolerance, workers)
+        columns = solved(model, _points(model, rough, share), outputs, tolerance, workers)
         if not values:
             values = {name: shaped(columns[name][0], shape) for name in outputs}
             _refuse_failed(columns[STATUS][0])
             scale = _scales(model, values, outputs)
-        for n, k in enumerate(wanted):
+        for n, k in enumerate(rough):
             rows = {name: column[1 + 9 * n : 10 + 9 * n] for name, column in columns.items()}
             for output, name in enumerate(outputs):
                 new = _slopes(model.inputs[k], share, rows[name], rows[STATUS], errors[output])
@@ -278,8 +278,8 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
         enough = _GOOD_ADHESIVE if model.adhesive else _GOOD
         good = best.error <= enough * np.abs(best.first) + 2.0 * _OF_OUTPUTS * allowed * scale
         # Nothing is good that is not found yet.
-        wanted = [k for k in wanted if not good[:, k].all()]
-        if not wanted:
+        rough = [k for k in rough if not good[:, k].all()]
+        if not rough:
             break
     at = {each.name: shaped(np.broadcast_to(each.value.reshape(-1), (math.prod(shape),)), shape)
           for each in model.inputs}  # fmt: skip

@@ -148,8 +148,8 @@ def model_of(
 def quantity_of(name: str) -> Quantity:
     """Return the quantity of a name; a number that no quantity of the package has is positive."""
     key = key_of(name)
-    known = INPUTS.get(key) or CONSTANTS.get(key)
-    return known or Quantity(name, NUMBER, name.replace("_", " "), "", 0.0, open=True)
+    quantity = INPUTS.get(key) or CONSTANTS.get(key)
+    return quantity or Quantity(name, NUMBER, name.replace("_", " "), "", 0.0, open=True)
 
 
 def step_of(name: str, steps: Mapping[str, Any] | None) -> float | None:

@@ -267,10 +267,10 @@ def propagate(
     scatter = np.zeros((len(values), len(values)))
     place = 0
     for block in blocks:
-        own = slice(place, place := place + len(block.names))
+        rows = slice(place, place := place + len(block.names))
         # Constants of an identification are single numbers.
         numbers = np.array([np.asarray(values[name]).flat[0] for name in block.names])
-        scatter[own, own] = block.in_si(numbers)
+        scatter[rows, rows] = block.in_si(numbers)
     matrix = slopes.matrix
     common = np.einsum("kl,jl...->kj...", scatter, matrix)
     covariance = np.einsum("ik...,kj...->ij...", matrix, common)
