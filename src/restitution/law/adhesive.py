@@ -46,10 +46,13 @@ class AdhesiveState:
         Radii [m] of the attraction and of the elements that touch.
     dissipated_energy, jump_energy : float
         Energies [J] that the material has dissipated, and that jumps have lost.
+    law : AdhesiveContactLaw
+        The law that started the contact.
     room : object
         Elements and their memory; None before the attraction.
     """
 
+    law: AdhesiveContactLaw = field(repr=False)
     depth: float
     force: float = 0.0
     zone_radius: float = 0.0
@@ -62,7 +65,7 @@ class AdhesiveState:
         """Return a copy of the contact."""
         room = None if self.room is None else type(self.room)(*(np.copy(part) for part in self.room))
         numbers = (self.depth, self.force, self.zone_radius, self.contact_radius)
-        return AdhesiveState(*numbers, self.dissipated_energy, self.jump_energy, room)
+        return AdhesiveState(self.law, *numbers, self.dissipated_energy, self.jump_energy, room)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +100,11 @@ class AdhesiveContactLaw:
         """Return the state of a contact before the attraction, at a depth [m] <= -h0; by default -h0, its range."""
         reach = self._reach
         if depth is None:
-            return AdhesiveState(-reach)
+            return AdhesiveState(self, -reach)
         value = float(single("depth", finite("depth", depth, "m")))
         if value > -reach:
             raise InputError("depth", depth, f"must be <= {-reach:.6g} m, where the attraction begins", "m")
-        return AdhesiveState(value)
+        return AdhesiveState(self, value)
 
     def step(self, state: AdhesiveState, depth: float, dt: float) -> float:
         """Take a contact to a depth [m] after a time step [s]; return the force [N], a pull below 0.
@@ -113,10 +116,12 @@ class AdhesiveContactLaw:
         Raises
         ------
         InputError
-            If the depth is not finite, or the step not positive.
+            If the depth is not finite, the step not positive, or the state that of another law.
         SolverError
             If the attraction cannot be followed.
         """
+        if not isinstance(state, AdhesiveState) or state.law is not self:
+            raise InputError("state", rule="must be one that this law has started")
         end = float(single("depth", finite("depth", depth, "m")))
         step = float(single_positive("dt", dt, "s"))
         begins, before, unit = 0.0, state.force, self._units
