@@ -200,6 +200,8 @@ def test_refusals():
         (lambda: law.start(depth=0.0), "depth"),
         (lambda: law.step(state, math.nan, 1e-9), "depth"),
         (lambda: law.step(state, 0.0, 0.0), "dt"),
+        (lambda: law.step(np.zeros(3), 0.0, 1e-9), "state"),
+        (lambda: rs.adhesive_contact_law(GRAIN, elements=30).step(state, 0.0, 1e-9), "state"),
     ):
         assert in_one_line(call).field == field
     thin = replace(GRAIN, adhesion=rs.Adhesion(0.05, stress=1e12))

@@ -46,10 +46,13 @@ class AdhesiveState:
         Radii [m] of the attraction and of the elements that touch.
     dissipated_energy, jump_energy : float
         Energies [J] that the material has dissipated, and that jumps have lost.
+    law : AdhesiveContactLaw
+        The law that started the contact.
     room : object
         Elements and their memory; None before the attraction.
     """
 
+    law: AdhesiveContactLaw = field(repr=False)
     depth: float
     force: float = 0.0
     zone_radius: float = 0.0
@@ -62,7 +65,7 @@ class AdhesiveState:
         """Return a copy of the contact."""
         room = None if self.room is None else type(self.room)(*(np.copy(part) for part in self.room))
         numbers = (self.depth, self.force, self.zone_radius, self.contact_radius)
-        return AdhesiveState(*numbers, self.dissipated_energy, self.jump_energy, room)
+        return AdhesiveState(self.law, *numbers, self.dissipated_energy, self.jump_energy, room)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +100,11 @@ class AdhesiveContactLaw:
         """Return the state of a contact before the attraction, at a depth [m] <= -h0; by default -h0, its range."""
         reach = self._reach
         if depth is None:
-            return AdhesiveState(-reach)
+            return AdhesiveState(self, -reach)
         value = float(single("depth", finite("depth", depth, "m")))
         if value > -reach:
             raise InputError("depth", depth, f"must be <= {-reach:.6g} m, where the attraction begins", "m")
-        return AdhesiveState(value)
+        return AdhesiveState(self, value)
 
     def step(self, state: AdhesiveState, depth: float, dt: float) -> float:
         """Take a contact to a depth [m] after a time step [s]; return the force [N], a pull below 0.
@@ -113,10 +116,12 @@ class AdhesiveContactLaw:
         Raises
         ------
         InputError
-            If the depth is not finite, or the step not positive.
+            If the depth is not finite, the step not positive, or the state that of another law.
         SolverError
             If the attraction cannot be followed.
         """
+        if not isinstance(state, AdhesiveState) or state.law is not self:
+            raise InputError("state", rule="must be one that this law has started")
         end = float(single("depth", finite("depth", depth, "m")))
         step = float(single_positive("dt", dt, "s"))
         begins, before, unit = 0.0, state.force, self._units
@@ -135,7 +140,7 @@ class AdhesiveContactLaw:
 
     def _read(self, state: AdhesiveState) -> None:
         """Write the numbers of a contact in SI."""
-        from restitution.kernel.adhesion import A_, C_, F_, JUMPS_, VISCOUS_
+        from restitution.kernel.zone import A_, C_, F_, JUMPS_, VISCOUS_
 
         now, unit = state.room.now, self._units
         state.force = float(now[F_]) * unit.force
@@ -156,7 +161,7 @@ class AdhesiveContactLaw:
     @cached_property
     def _scaled(self) -> tuple[Any, Any]:
         """Return solid and bodies of the kernel."""
-        from restitution.kernel.adhesion import Bodies, Solid
+        from restitution.kernel.zone import Bodies, Solid
 
         compliance, weights, rates = compliance_of(self._body.modulus)
         unit, stress = self._units, float(np.asarray(self._body.adhesion.stress))
@@ -166,26 +171,25 @@ class AdhesiveContactLaw:
 
     def _room(self, size: int) -> Any:
         """Return room for a number of elements that no attraction has reached."""
-        from restitution.kernel.adhesion import G_, H_, WEIGHED_, allocate_room
+        from restitution.kernel.zone import G_, allocate_room
 
         solid, bodies = self._scaled
         room = allocate_room(size, solid.rates.size, _ROWS, 1)
         places = bodies.cell * np.arange(size) * self._width
         room.nodes[G_] = np.asarray(self._body.profile.transform(places)) / self._width
-        room.nodes[H_] = room.nodes[G_] + bodies.reach
-        room.counts[WEIGHED_] = size
         return room
 
     def _followed(self, state: AdhesiveState, knots: Array, values: Array) -> float:
         """Follow a line of the depth; return its impulse, scaled."""
-        from restitution.kernel import adhesion as kernel
+        from restitution.kernel import zone as kernel
+        from restitution.kernel.adhesion import follow
 
         (solid, bodies), room, impulse = self._scaled, state.room, 0.0
         if room.counts[kernel.STEPS_]:
             room.now[kernel.T_], room.counts[kernel.LINE_] = knots[0], 0
             room.motion[0] = room.now
         while True:
-            end = kernel.follow(solid, bodies, knots, values, _ROWS // 2, room)
+            end = follow(solid, bodies, knots, values, _ROWS // 2, room)
             rows = room.motion[: room.counts[kernel.STEPS_]]
             impulse += float(np.trapezoid(rows[:, kernel.F_], rows[:, kernel.T_]))
             # The last row is the first of the next line.
@@ -199,12 +203,15 @@ class AdhesiveContactLaw:
 
     def _wider(self, room: Any) -> Any:
         """Return the room of a wider zone."""
-        from restitution.kernel.adhesion import WEIGHED_
+        from restitution.kernel.adhesion import follow
+        from restitution.kernel.zone import WEIGHED_
 
-        old = room.nodes.shape[1]
+        (solid, bodies), old = self._scaled, room.nodes.shape[1]
         wider = self._room(int(_WIDER * old))
         if wider.nodes.shape[1] > _MOST or not np.isfinite(wider.nodes).all():
             raise SolverError(Status.TOO_DEEP, "the zone is too wide for the profile or the law")
+        # A program without a line writes the elements before the attraction.
+        follow(solid, bodies, np.zeros(1), np.zeros(1), 1, wider)
         wider.nodes[:, :old], wider.memory[:, :old] = room.nodes, room.memory
         for name in ("factors", "now", "counts", "ends", "motion", "jumps"):
             getattr(wider, name)[...] = getattr(room, name)
