@@ -99,19 +99,35 @@ def _places(solution: Solution, half: Half, parts: int, *, rebound: bool) -> _Pl
 
 
 class _Steps(NamedTuple):
-    """Integration over one element, scaled: matrices of shape (S, S), or one for each mode."""
+    """Linear maps of all elements at once: E elements of S nodes, K modes; `now` is the velocity at the nodes."""
 
-    integral: Array  # of a rate over time
-    modes: Array  # (K, S, S): inverse of the decay
-    fast: Array  # (K, S, S): the same at twice the rate
+    integral: Array  # (E, S, S): of a rate over time
+    radii: Array  # (E, S)
+    decays: Array  # (E, K, S): what is left of a mode
+    gains: Array  # (E, K, S, S): a mode from its rate
+    fast: Array  # (E, K, S): the same at twice the rate
+    fast_gains: Array  # (E, K, S, S)
+    push: Array  # (E, S, S): force from now
+    start: Array  # (E, S): now from the velocity at the start
+    back: Array  # (E, S, S): now from minus the force without a velocity
 
 
-def _steps(scheme_A: Array, length: float, pace: Array, times: Array) -> _Steps:
-    integral = length * scheme_A * pace
-    one = np.eye(integral.shape[0])
-    decay = integral / times[:, None, None]
-    slow, fast = (np.asarray(np.linalg.inv(one + rate * decay), dtype=np.float64) for rate in (1.0, 2.0))
-    return _Steps(integral, slow, fast)
+def _steps(solution: Solution, spectrum: Spectrum, mobility: float, at: _Places, *, rebound: bool) -> _Steps:
+    """Return the maps; the force weighs rates with the radius at their time, in the rebound with that at its own."""
+    integral = at.lengths[:, None, None] * solution.scheme.A * at.pace[:, None, :]
+    one, radii = np.eye(integral.shape[-1]), solution.radius(at.roots)[:, 1:]
+    rates = integral[:, None] / spectrum.times[:, None, None]
+    slow, fast = (np.linalg.inv(one + factor * rates) for factor in (1.0, 2.0))
+    matrix = spectrum.equilibrium * one + np.einsum("k,ekij->eij", spectrum.moduli, slow)
+    push = radii[:, :, None] * (matrix @ integral) if rebound else matrix @ (integral * radii[:, None, :])
+    push = push + spectrum.viscosity * radii[:, :, None] * one
+    load = mobility * integral
+    inverse = np.linalg.inv(one + load @ push)
+    gains = integral[:, None]
+    return _Steps(
+        integral, radii, slow.sum(axis=-1), slow @ gains, fast.sum(axis=-1), fast @ gains, push,
+        inverse.sum(axis=-1), inverse @ load,
+    )  # fmt: skip
 
 
 class _State(NamedTuple):
@@ -138,9 +154,8 @@ def _march(solution: Solution, spectrum: Spectrum, mobility: float, parts: int) 
 
 def _approach(solution: Solution, spectrum: Spectrum, mobility: float, at: _Places) -> tuple[_State, Array, float]:
     """Solve the approach; return the states and forces at all points, and the energy dissipated."""
-    G, tau, drag, A = spectrum.moduli, spectrum.times, spectrum.viscosity, solution.scheme.A
-    (E, points), K = at.positions.shape, tau.size
-    S, spent, one = points - 1, 0.0, np.ones(points - 1)
+    G, tau = spectrum.moduli, spectrum.times
+    (E, points), K, step = at.positions.shape, tau.size, _steps(solution, spectrum, mobility, at, rebound=False)
     v, u, W0, force = (np.zeros((E, points)) for _ in range(4))
     Z, W, Q = (np.zeros((E, points, K)) for _ in range(3))
     v[0, 0] = 1.0
@@ -148,21 +163,17 @@ def _approach(solution: Solution, spectrum: Spectrum, mobility: float, at: _Plac
         if e:
             for rows in (v, u, W0, force, Z, W, Q):
                 rows[e, 0] = rows[e - 1, -1]
-        step, a = _steps(A, at.lengths[e], at.pace[e], tau), solution.radius(at.roots[e, 1:])
-        matrix = spectrum.equilibrium * np.eye(S) + np.einsum("k,kij->ij", G, step.modes)
-        push = matrix @ (step.integral * a) + drag * np.diag(a)
-        fixed = spectrum.equilibrium * W0[e, 0] * one + np.einsum("k,kij,k->i", G, step.modes, W[e, 0])
-        load = mobility * step.integral
-        v[e, 1:] = np.linalg.solve(np.eye(S) + load @ push, v[e, 0] * one - load @ fixed)
-        now = v[e, 1:]
-        u[e, 1:], W0[e, 1:] = u[e, 0] + step.integral @ now, W0[e, 0] + step.integral @ (a * now)
-        Z[e, 1:] = np.einsum("kij,kj->ik", step.modes, Z[e, 0][:, None] + step.integral @ now)
-        W[e, 1:] = np.einsum("kij,kj->ik", step.modes, W[e, 0][:, None] + step.integral @ (a * now))
-        gain = np.einsum("ij,jk->ki", step.integral, 2.0 * now[:, None] * W[e, 1:])
-        Q[e, 1:] = np.einsum("kij,kj->ik", step.fast, Q[e, 0][:, None] + gain)
-        force[e, 1:] = fixed + push @ now
-        spent += float(step.integral[-1] @ (Q[e, 1:] @ (G / tau) + drag * a * now * now))
-    return _State(v, u, W0, Z, W, Q), force, spent
+        fixed = spectrum.equilibrium * W0[e, 0] + (G * W[e, 0]) @ step.decays[e]
+        now = v[e, 0] * step.start[e] - step.back[e] @ fixed
+        weighted = step.radii[e] * now
+        v[e, 1:], force[e, 1:] = now, fixed + step.push[e] @ now
+        u[e, 1:], W0[e, 1:] = u[e, 0] + step.integral[e] @ now, W0[e, 0] + step.integral[e] @ weighted
+        Z[e, 1:] = (step.decays[e] * Z[e, 0][:, None] + step.gains[e] @ now).T
+        W[e, 1:] = (step.decays[e] * W[e, 0][:, None] + step.gains[e] @ weighted).T
+        gain = step.fast_gains[e] @ (2.0 * now * W[e, 1:].T)[..., None]
+        Q[e, 1:] = (step.fast[e] * Q[e, 0][:, None] + gain[..., 0]).T
+    power = Q[:, 1:] @ (G / tau) + spectrum.viscosity * step.radii * v[:, 1:] ** 2
+    return _State(v, u, W0, Z, W, Q), force, float(np.einsum("ej,ej->", step.integral[:, -1], power))
 
 
 def _rebound(
@@ -170,36 +181,33 @@ def _rebound(
 ) -> tuple[Array, float, float]:
     """Solve the rebound; return its motion, and the energies dissipated and stored in elements that leave."""
     approach, states, at = halves
-    G, tau, drag, scheme = spectrum.moduli, spectrum.times, spectrum.viscosity, solution.scheme
-    points = at.positions.shape[1]
-    S, one, spent, stored = points - 1, np.ones(points - 1), 0.0, 0.0
-    v, u, Z = states.v[-1, -1], states.u[-1, -1], states.Z[-1, -1]
-    motion = list[Array]()
-    for e in range(at.positions.shape[0]):
-        past = _past(solution, approach, states, np.maximum(solution.sigma_m - at.positions[e], 0.0))
-        a_all = solution.radius(at.roots[e])
-        X_all = np.exp(-np.maximum(at.times[e] - past.times, 0.0)[:, None] / tau)
-        step, a, X = _steps(scheme.A, at.lengths[e], at.pace[e], tau), a_all[1:], X_all[1:]
-        W0, u1, Z1, W1, Q1 = (rows[1:] for rows in (past.W0, past.u, past.Z, past.W, past.Q))
-        matrix = spectrum.equilibrium * np.eye(S) + np.einsum("k,kij->ij", G, step.modes)
-        push = a[:, None] * (matrix @ step.integral) + drag * np.diag(a)
-        old = np.einsum("kij,k->ik", step.modes, Z)
-        fixed = spectrum.equilibrium * (W0 + a * (u - u1)) + (X * W1 + a[:, None] * (old - X * Z1)) @ G
-        load = mobility * step.integral
-        now = np.linalg.solve(np.eye(S) + load @ push, v * one - load @ fixed)
-        way = u + step.integral @ now
-        memory = np.einsum("kij,kj->ik", step.modes, Z[:, None] + step.integral @ now)
-        left = memory - X * Z1
-        squares = X * X * Q1 + 2.0 * X * left * W1 + a[:, None] * left * left
-        spent += float(step.integral[-1] @ (squares @ (G / tau) + drag * a * now * now))
-        # Elements store - int density da = int a d(density) at separation.
-        ways, memories = np.append(u, way), np.vstack([Z, memory])
-        edge = spectrum.equilibrium * (ways - past.u) ** 2 + (memories - X_all * past.Z) ** 2 @ G
-        stored += float(0.5 * at.lengths[e] * (a * (scheme.derivative[1:] @ edge) / at.lengths[e]) @ scheme.A[-1])
-        forces = fixed + push @ now
-        motion.append(np.column_stack([at.times[e, 1:], now, forces]))
-        v, u, Z = now[-1], way[-1], memory[-1]
-    return np.concatenate(motion), spent, stored
+    G, tau, scheme, equilibrium = spectrum.moduli, spectrum.times, solution.scheme, spectrum.equilibrium
+    shape, step = at.positions.shape, _steps(solution, spectrum, mobility, at, rebound=True)
+    flat = _past(solution, approach, states, np.maximum(solution.sigma_m - at.positions.ravel(), 0.0))
+    past = _Past(*(rows.reshape(*shape, *rows.shape[1:]) for rows in flat))
+    X, a = np.exp(-np.maximum(at.times - past.times, 0.0)[..., None] / tau), solution.radius(at.roots)
+    old = X * past.Z
+    known = equilibrium * (past.W0 - a * past.u) + (X * past.W - a[..., None] * old) @ G
+    ways, memories = np.zeros(shape), np.zeros((*shape, tau.size))
+    v, forces = np.zeros(shape), np.zeros(shape)
+    v[0, 0], ways[0, 0], memories[0, 0] = states.v[-1, -1], states.u[-1, -1], states.Z[-1, -1]
+    for e in range(shape[0]):
+        if e:
+            v[e, 0], ways[e, 0], memories[e, 0] = v[e - 1, -1], ways[e - 1, -1], memories[e - 1, -1]
+        fixed = known[e, 1:] + step.radii[e] * (equilibrium * ways[e, 0] + (G * memories[e, 0]) @ step.decays[e])
+        now = v[e, 0] * step.start[e] - step.back[e] @ fixed
+        v[e, 1:], forces[e, 1:] = now, fixed + step.push[e] @ now
+        ways[e, 1:] = ways[e, 0] + step.integral[e] @ now
+        memories[e, 1:] = (step.decays[e] * memories[e, 0][:, None] + step.gains[e] @ now).T
+    left = memories - old
+    squares = X * X * past.Q + 2.0 * X * left * past.W + a[..., None] * left * left
+    power = squares[:, 1:] @ (G / tau) + spectrum.viscosity * step.radii * v[:, 1:] ** 2
+    spent = float(np.einsum("ej,ej->", step.integral[:, -1], power))
+    # Elements store - int density da = int a d(density) at separation.
+    edge = equilibrium * (ways - past.u) ** 2 + (left * left) @ G
+    stored = 0.5 * float(np.einsum("ej,ij,ei,i->", edge, scheme.derivative[1:], step.radii, scheme.A[-1]))
+    motion = np.stack([at.times, v, forces], axis=-1)[:, 1:].reshape(-1, 3)
+    return motion, spent, stored
 
 
 class _Past(NamedTuple):
