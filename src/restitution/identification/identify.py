@@ -98,6 +98,9 @@ def identify(
     times the stated error, in place of 5. The end is then where it is 1.8 times 1.96, as a chance excess would
     otherwise exclude values at many errors.
 
+    Data with `adhesion=True` add the work of adhesion and its stress to the unknowns, or the range where an argument
+    names that: `work`, `stress` and `range` of `restitution.Adhesion`, also in `fixed`, `bounds`, `start` and `prior`.
+
     Two materials may fit equally well. One with a negative instantaneous Poisson ratio is taken only if its chi2 is
     smaller by 18.4 (odds of 10 000) where the bulk modulus or the Poisson ratio is unknown and has no prior, and
     by 3.84 where one is known. `warnings` has the other minimum.
