@@ -135,7 +135,7 @@ class AdhesiveContactLaw:
 
     def _read(self, state: AdhesiveState) -> None:
         """Write the numbers of a contact in SI."""
-        from restitution.kernel.adhesion import A_, C_, F_, JUMPS_, VISCOUS_
+        from restitution.kernel.zone import A_, C_, F_, JUMPS_, VISCOUS_
 
         now, unit = state.room.now, self._units
         state.force = float(now[F_]) * unit.force
@@ -156,7 +156,7 @@ class AdhesiveContactLaw:
     @cached_property
     def _scaled(self) -> tuple[Any, Any]:
         """Return solid and bodies of the kernel."""
-        from restitution.kernel.adhesion import Bodies, Solid
+        from restitution.kernel.zone import Bodies, Solid
 
         compliance, weights, rates = compliance_of(self._body.modulus)
         unit, stress = self._units, float(np.asarray(self._body.adhesion.stress))
@@ -166,10 +166,10 @@ class AdhesiveContactLaw:
 
     def _room(self, size: int) -> Any:
         """Return room for a number of elements that no attraction has reached."""
-        from restitution.kernel.adhesion import G_, H_, WEIGHED_, allocate_room
+        from restitution.kernel.zone import G_, H_, WEIGHED_, allocate_room
 
         solid, bodies = self._scaled
-        room = allocate_room(size, solid.rates.size, _ROWS, 1)
+        room = allocate_room(size, bodies.cell, solid.rates.size, _ROWS, 1)
         places = bodies.cell * np.arange(size) * self._width
         room.nodes[G_] = np.asarray(self._body.profile.transform(places)) / self._width
         room.nodes[H_] = room.nodes[G_] + bodies.reach
@@ -178,14 +178,15 @@ class AdhesiveContactLaw:
 
     def _followed(self, state: AdhesiveState, knots: Array, values: Array) -> float:
         """Follow a line of the depth; return its impulse, scaled."""
-        from restitution.kernel import adhesion as kernel
+        from restitution.kernel import zone as kernel
+        from restitution.kernel.adhesion import follow
 
         (solid, bodies), room, impulse = self._scaled, state.room, 0.0
         if room.counts[kernel.STEPS_]:
             room.now[kernel.T_], room.counts[kernel.LINE_] = knots[0], 0
             room.motion[0] = room.now
         while True:
-            end = kernel.follow(solid, bodies, knots, values, _ROWS // 2, room)
+            end = follow(solid, bodies, knots, values, _ROWS // 2, room)
             rows = room.motion[: room.counts[kernel.STEPS_]]
             impulse += float(np.trapezoid(rows[:, kernel.F_], rows[:, kernel.T_]))
             # The last row is the first of the next line.
@@ -199,7 +200,7 @@ class AdhesiveContactLaw:
 
     def _wider(self, room: Any) -> Any:
         """Return the room of a wider zone."""
-        from restitution.kernel.adhesion import WEIGHED_
+        from restitution.kernel.zone import WEIGHED_
 
         old = room.nodes.shape[1]
         wider = self._room(int(_WIDER * old))
