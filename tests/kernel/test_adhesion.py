@@ -34,7 +34,7 @@ def test_the_impulse_of_the_pull_is_that_of_a_root(edge, after):
 
 def room_of(solid, gaps):
     """Room for elements with these undeformed gaps, and their factors over a step."""
-    room = zone.allocate_room(len(gaps), solid.rates.size, 4, 4)
+    room = zone.allocate_room(len(gaps), 1.0, solid.rates.size, 4, 4)
     room.nodes[zone.G_] = gaps
     return room
 

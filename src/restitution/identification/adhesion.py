@@ -138,7 +138,7 @@ class Collision:
 
     def at(self, velocity: float) -> _Number:
         """Return the numbers of the impact at a velocity [m/s]."""
-        from restitution.kernel.adhesion import HELD, NO_ROOM, SEPARATED, TOO_LONG
+        from restitution.kernel.zone import HELD, NO_ROOM, SEPARATED, TOO_LONG
 
         width, time = self._scales(velocity)
         problem = Problem(self.body, self.mass, velocity)

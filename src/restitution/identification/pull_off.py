@@ -121,7 +121,7 @@ class PullOff:
 
     def _force(self, body: Sticky, touch: float, count: int) -> Array:
         """Return the forces of one contact; NaN where it has none."""
-        from restitution.kernel.adhesion import HELD, NO_ROOM, SEPARATED
+        from restitution.kernel.zone import HELD, NO_ROOM, SEPARATED
 
         depth, time, reach = self.lines.depth - touch, self.lines.time, float(np.asarray(body.adhesion.range))
         near = np.flatnonzero(depth > -reach)

@@ -181,7 +181,7 @@ class _Scaled:
 
         cell = 1.0 / count
         places = cell * np.arange(int(ROOM * count) + 8)
-        room = allocate_room(places.size, self.solid.rates.size, steps, _JUMPS)
+        room = allocate_room(places.size, cell, self.solid.rates.size, steps, _JUMPS)
         room.nodes[G_] = np.asarray(self.body.profile.transform(places * self.length)) / self.length
         stress, reach = (float(np.asarray(value)) for value in (self.body.adhesion.stress, self.body.adhesion.range))
         inertia = mass / (self.modulus * self.length * self.time**2)

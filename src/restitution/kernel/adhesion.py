@@ -56,7 +56,6 @@ from restitution.kernel.zone import (
     P1_,
     P_,
     PAUSED,
-    PLACE_,
     Q1_,
     Q_,
     RADIUS1_,
@@ -66,7 +65,6 @@ from restitution.kernel.zone import (
     S_RISE_,
     SEPARATED,
     SHAPE_,
-    SHARE_,
     SOUGHT_,
     STEPS_,
     STUCK,
@@ -465,9 +463,6 @@ def _begin(bodies: Bodies, room: Room) -> None:
     room.counts[WEIGHED_] = room.nodes.shape[1]
     for i in range(room.nodes.shape[1]):
         room.nodes[H_, i] = room.nodes[G_, i] + bodies.reach
-        room.nodes[PLACE_, i] = i * bodies.cell
-        # The weight is 1 but for the curvature of x^2, also at the axis.
-        room.nodes[SHARE_, i] = 1.0 - 1.0 / (3.0 * (4.0 * i * i - 1.0)) if i > 0 else 2.0 / 3.0
 
 
 @inlined

@@ -81,10 +81,14 @@ class Room(NamedTuple):
     jumps: Any  # (m, N_JUMP)
 
 
-def allocate_room(elements: int, modes: int, steps: int, jumps: int) -> Room:
-    """Return room for a march."""
+def allocate_room(elements: int, cell: float, modes: int, steps: int, jumps: int) -> Room:
+    """Return room for a march with elements a cell apart."""
+    nodes, numbers = np.zeros((N_NODES, elements)), np.arange(elements)
+    nodes[PLACE_] = numbers * cell
+    # The weight is 1 but for the curvature of x^2, also at the axis.
+    nodes[SHARE_] = np.where(numbers > 0, 1.0 - 1.0 / (3.0 * (4.0 * numbers**2 - 1.0)), 2.0 / 3.0)
     return Room(
-        np.zeros((N_NODES, elements)), np.zeros((modes, elements)), np.zeros((modes, N_FACTORS)), np.zeros(N_NOW),
+        nodes, np.zeros((modes, elements)), np.zeros((modes, N_FACTORS)), np.zeros(N_NOW),
         np.zeros(N_COUNTS, dtype=np.int64), np.zeros(N_ENDS), np.zeros((steps, N_NOW)), np.zeros((jumps, N_JUMP)),
     )  # fmt: skip
 

@@ -171,12 +171,14 @@ class AdhesiveContactLaw:
 
     def _room(self, size: int) -> Any:
         """Return room for a number of elements that no attraction has reached."""
-        from restitution.kernel.zone import G_, allocate_room
+        from restitution.kernel.zone import G_, H_, WEIGHED_, allocate_room
 
         solid, bodies = self._scaled
-        room = allocate_room(size, solid.rates.size, _ROWS, 1)
+        room = allocate_room(size, bodies.cell, solid.rates.size, _ROWS, 1)
         places = bodies.cell * np.arange(size) * self._width
         room.nodes[G_] = np.asarray(self._body.profile.transform(places)) / self._width
+        room.nodes[H_] = room.nodes[G_] + bodies.reach
+        room.counts[WEIGHED_] = size
         return room
 
     def _followed(self, state: AdhesiveState, knots: Array, values: Array) -> float:
@@ -203,15 +205,12 @@ class AdhesiveContactLaw:
 
     def _wider(self, room: Any) -> Any:
         """Return the room of a wider zone."""
-        from restitution.kernel.adhesion import follow
         from restitution.kernel.zone import WEIGHED_
 
-        (solid, bodies), old = self._scaled, room.nodes.shape[1]
+        old = room.nodes.shape[1]
         wider = self._room(int(_WIDER * old))
         if wider.nodes.shape[1] > _MOST or not np.isfinite(wider.nodes).all():
             raise SolverError(Status.TOO_DEEP, "the zone is too wide for the profile or the law")
-        # A program without a line writes the elements before the attraction.
-        follow(solid, bodies, np.zeros(1), np.zeros(1), 1, wider)
         wider.nodes[:, :old], wider.memory[:, :old] = room.nodes, room.memory
         for name in ("factors", "now", "counts", "ends", "motion", "jumps"):
             getattr(wider, name)[...] = getattr(room, name)
