@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import restitution as rs
-from restitution.identification.impacts import FORMULA_ERRORS
+from restitution.identification.bounce_moduli import FORMULA_ERRORS
 from restitution.identification.readings import effective_moduli
 
 TEXT = """\

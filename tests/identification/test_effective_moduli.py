@@ -9,7 +9,8 @@ import restitution as rs
 from checkout import script
 from refusals import named
 from restitution import InputError, Parabola
-from restitution.identification.impacts import FORMULA_ERRORS, Rebounds
+from restitution.identification.bounce_moduli import FORMULA_ERRORS
+from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Noise, hollow_balls
 from restitution.identification.readings import effective_moduli
 

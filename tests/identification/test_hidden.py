@@ -11,8 +11,8 @@ import restitution as rs
 from refusals import in_one_line
 from restitution import InputError, read_case
 from restitution.identification.fit import minimise
-from restitution.identification.impacts import impact_nodes
 from restitution.identification.parameters import column
+from restitution.identification.trial_impacts import impact_nodes
 from restitution.identification.uncertainty import Estimate, headline
 
 FIXED = {"poisson_ratio": 0.5}

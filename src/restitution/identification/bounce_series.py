@@ -11,7 +11,8 @@ import numpy as np
 from restitution import checks
 from restitution.checks import Array
 from restitution.errors import InputError
-from restitution.identification.impacts import LOSS, EffectiveModuli, Rebounds, moduli_of_rebounds
+from restitution.identification.bounce_moduli import LOSS, EffectiveModuli, moduli_of_rebounds
+from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Noise, Observations, number_or_none
 from restitution.identification.records import BounceTimes, Flight
 from restitution.identification.sound import Picks, Recording

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from restitution.checks import Array, Places, instance
 from restitution.errors import InputError
-from restitution.identification.impacts import EffectiveModuli, PointModuli, Rebounds, moduli_of_rebounds
+from restitution.identification.bounce_moduli import EffectiveModuli, PointModuli, moduli_of_rebounds
+from restitution.identification.impacts import Rebounds
 from restitution.identification.oscillations import Oscillations
 from restitution.indentation.rim import steady_states
 from restitution.material.prony import PronySeries
