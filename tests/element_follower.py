@@ -1,4 +1,6 @@
-"""Single elements followed alone through a program of straight lines: closed exponentials, bracketed events.
+"""Single elements followed alone under a depth of straight lines, and equal elements under a force.
+
+Closed exponentials; events are bracketed, or lie within a step.
 
 Shares no code with the kernel. An element of E*(t) = Einf + sum E_k exp(-t/tau_k) is named by the depth s at which the
 virgin surface is touched. In contact its branches obey l_k' = E_k d' - l_k/tau_k; free, they relax under zero load.
@@ -118,3 +120,31 @@ def followed_force(result, series, time):
             loads = np.array([follower.load(s, time) for s in y * y])
             total += float(0.5 * weights @ (loads * slope))
     return 2.0 * total
+
+
+def pressed_elements(series, radius_of, times, forces, widest, count):
+    """Return the depths of a tip under a force >= 0: elements equal in y, with one step between two times.
+
+    Each element has W = max(d - y^2, W0) with the displacement W0 at which it has no load, and W is linear in a step;
+    so `F = 2 sum K da max(d - y^2 - W0, 0)` is convex in d. Shares no code with the package.
+    """
+    edges = np.linspace(0.0, widest, count + 1)
+    s, weights = (0.5 * (edges[1:] + edges[:-1])) ** 2, np.diff(radius_of(edges))
+    rates, moduli = 1.0 / series.relaxation_times, series.branch_moduli
+    surface, loads, found = np.zeros(count), np.zeros((rates.size, count)), [0.0]
+    for n in range(times.size - 1):
+        x = rates * (times[n + 1] - times[n])
+        decay, gain = np.exp(-x), moduli * -np.expm1(-x) / x
+        damping = series.parallel_viscosity / (times[n + 1] - times[n])
+        stiffness = series.equilibrium_modulus + damping + gain.sum()
+        free = ((damping + gain.sum()) * surface - decay @ loads) / stiffness
+        # The lowest elements bear the force.
+        order = np.argsort(s + free)
+        levels, areas = (s + free)[order], np.cumsum(weights[order])
+        sums = np.cumsum(weights[order] * levels)
+        wanted = forces[n + 1] / (2.0 * stiffness)
+        k = int(np.searchsorted(areas * levels - sums, wanted, side="right")) - 1
+        found.append(levels[0] if wanted <= 0.0 else (wanted + sums[k]) / areas[k])
+        after = np.maximum(found[-1] - s, free)
+        loads, surface = decay[:, None] * loads + gain[:, None] * (after - surface), after
+    return np.array(found)

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import restitution as rs
+from element_follower import pressed_elements
 from refusals import named
 from restitution.indentation.oscillation import OscillationStatus
 
@@ -268,3 +269,33 @@ def test_arrays_of_forces():
 )
 def test_silly_arrays_are_refused(options, field):
     assert named(lambda: rs.oscillate(SOLID, rs.Parabola(1.0), **options))[0] == field
+
+
+@pytest.mark.parametrize(
+    ("profile", "radius_of"),
+    [(rs.Parabola(1.0), lambda y: y), (rs.Cone(1.1), lambda y: 2.0 * math.tan(1.1) / math.pi * y * y)],
+)
+def test_many_cycles_of_a_large_force(profile, radius_of):
+    """Equal elements over all cycles; where each cycle leaves a trace of its own, some twenty end in a refusal."""
+    series, rate, count, cycles = rs.PronySeries(1.0, [4.0], [1.0]), 0.3, 200, 40
+    wave = rs.oscillate(
+        rs.Material(series.scaled(0.25), math.inf), profile, force=1.0, amplitude=0.8, frequency=rate, cycles=cycles
+    )
+    steady = rs.oscillate(
+        rs.Material(series.scaled(0.25), math.inf), profile, force=1.0, amplitude=0.8, frequency=rate
+    )
+    assert steady.status == OscillationStatus.STEADY
+    assert wave.depth_harmonics[:2] == pytest.approx(steady.depth_harmonics[:2], abs=1e-6)
+    widest, found = 1.1 * math.sqrt(abs(wave.depth_harmonics[0]) + 1.2 * abs(wave.depth_harmonics[1])), []
+    for n in (1, 2):
+        steps = 64 * n
+        times = np.append(np.linspace(0.0, 1.0, steps // 2), 1.0 + np.arange(1, cycles * steps + 1) / steps) / rate
+        forces = np.where(times * rate <= 1.0, times * rate, 1.0 + 0.8 * np.sin(2.0 * math.pi * (rate * times - 1.0)))
+        last = pressed_elements(series, radius_of, times, forces, widest, n * count)[-steps:]
+        found.append(
+            np.array([last.mean(), 2j * np.mean(last * np.exp(-2j * math.pi * np.arange(1, steps + 1) / steps))])
+        )
+    # A third of the difference is left: errors are of second order.
+    change = np.abs(found[1] - found[0])
+    assert np.all(np.abs(wave.depth_harmonics[:2] - found[1]) <= 0.6 * change + 1e-8)
+    assert np.all(change <= 1e-3)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from element_follower import pressed_elements
 from refusals import in_one_line
 from restitution import PronySeries, indent
 
@@ -24,34 +25,6 @@ RADII = {TIP: lambda y: y, CONE: lambda y: 2.0 / math.pi * math.tan(1.1) * y * y
 def half_space(series):
     """Incompressible half-space whose reduced modulus E* = 4 G is this series."""
     return rs.Material(series.scaled(0.25), math.inf)
-
-
-def pressed_elements(series, radius_of, times, forces, widest, count):
-    """Return the depths of a tip under a force >= 0: elements equal in y, with one step between two times.
-
-    Each element has W = max(d - y^2, W0) with the displacement W0 at which it has no load, and W is linear in a step;
-    so `F = 2 sum K da max(d - y^2 - W0, 0)` is convex in d. Shares no code with the package.
-    """
-    edges = np.linspace(0.0, widest, count + 1)
-    s, weights = (0.5 * (edges[1:] + edges[:-1])) ** 2, np.diff(radius_of(edges))
-    rates, moduli = 1.0 / series.relaxation_times, series.branch_moduli
-    surface, loads, found = np.zeros(count), np.zeros((rates.size, count)), [0.0]
-    for n in range(times.size - 1):
-        x = rates * (times[n + 1] - times[n])
-        decay, gain = np.exp(-x), moduli * -np.expm1(-x) / x
-        damping = series.parallel_viscosity / (times[n + 1] - times[n])
-        stiffness = series.equilibrium_modulus + damping + gain.sum()
-        free = ((damping + gain.sum()) * surface - decay @ loads) / stiffness
-        # The lowest elements bear the force.
-        order = np.argsort(s + free)
-        levels, areas = (s + free)[order], np.cumsum(weights[order])
-        sums = np.cumsum(weights[order] * levels)
-        wanted = forces[n + 1] / (2.0 * stiffness)
-        k = int(np.searchsorted(areas * levels - sums, wanted, side="right")) - 1
-        found.append(levels[0] if wanted <= 0.0 else (wanted + sums[k]) / areas[k])
-        after = np.maximum(found[-1] - s, free)
-        loads, surface = decay[:, None] * loads + gain[:, None] * (after - surface), after
-    return np.array(found)
 
 
 def check_against_elements(series, profile, time, force, count=150, steps=40):

@@ -7,11 +7,12 @@ from numpy.polynomial import chebyshev
 
 from restitution.checks import Array
 from restitution.indentation.surface import Imprint, share_of_step
+from restitution.kernel.driver import HALVINGS
 from restitution.kernel.merging import merge_panels
 from restitution.kernel.panels import FLAT, FROZEN, NODES, scheme
 
-# Number of panels that are not worth merging, and of halvings of their number.
-_FEW, _HALVINGS = 16, 64
+# Number of panels that are not worth merging.
+_FEW = 16
 
 
 def merged(imprint: Imprint, count: int, recoveries: Array, tolerance: float) -> Imprint:
@@ -38,7 +39,7 @@ def merged(imprint: Imprint, count: int, recoveries: Array, tolerance: float) ->
     rest, imprint = imprint.some(slice(count, None)), imprint.some(slice(count))
     panels = _now(imprint, recoveries)
     rows, firsts = np.empty_like(panels), np.empty(count, dtype=np.int64)
-    parts, pending = np.empty(recoveries.size), np.empty((_HALVINGS, 2), dtype=np.int64)
+    parts, pending = np.empty(recoveries.size), np.empty((HALVINGS, 2), dtype=np.int64)
     values, room = np.empty((1 + recoveries.size, NODES)), np.empty((2, NODES))
     size = merge_panels(scheme(), panels, tolerance, rows, firsts, pending, values, parts, room)
     joints = imprint.joint[firsts[:size]]

@@ -29,10 +29,12 @@ DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 
 # Numbers in `Room.state` and in `Room.places`, and rows of `Room.nodes`.
 TIME, FRONT, DEPTH, RATE, WORK, FORCE = range(6)
-PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET = range(5)
+PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET, CROWD = range(6)
 D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL = range(11)
 
 NEVER = np.zeros(0, dtype=np.bool_)
+# Halvings of a number of panels.
+HALVINGS = 64
 
 
 # A body without higher modes.
@@ -134,6 +136,12 @@ class Room(NamedTuple):
     mobilities: Any  # (M, S, S): of the higher modes
     swing: Any  # (M, 2): depths and velocities of the higher modes now
     swings: Any  # (M, 2, N)
+    spare_following: Any  # (2, P, 1 + 2 K, N): panels that are merged
+    spare_free: Any  # (2, P, 1 + J, N)
+    firsts: Any  # (P,): first of the panels that one replaces
+    pending: Any  # (64, 2): panels that are still to be merged
+    spare_values: Any  # (max(1 + 2 K, 1 + J), N)
+    spare_parts: Any  # (max(2 K, J),)
 
 
 def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
@@ -145,12 +153,14 @@ def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
         np.zeros(records, dtype=whole), np.zeros((records, 4 + M, N)),
     )  # fmt: skip
     return Room(
-        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(5, dtype=whole), np.zeros(K),
+        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(6, dtype=whole), np.zeros(K),
         np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((11, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
         np.zeros((J, N)), np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)),
         np.zeros((S, S)), np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
         np.zeros((S, 2 * S + 1)), np.zeros((S, S)), np.zeros(S), np.zeros((M, S, S)), np.zeros((M, 2)),
-        np.zeros((M, 2, N)),
+        np.zeros((M, 2, N)), np.zeros((2, panels, 1 + 2 * K, N)), np.zeros((2, panels, 1 + J, N)),
+        np.zeros(panels, dtype=whole), np.zeros((HALVINGS, 2), dtype=whole), np.zeros((1 + max(2 * K, J), N)),
+        np.zeros(max(2 * K, J)),
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import (
     APART,
     BENDS,
+    CROWD,
     DEPTH,
     DONE,
     ENDS,
@@ -77,6 +78,7 @@ from restitution.kernel.jumps import (
     sweep,
 )
 from restitution.kernel.lever import keep_swings
+from restitution.kernel.merging import thin_out
 from restitution.kernel.panels import (
     BACKWARD,
     CORNER,
@@ -115,6 +117,8 @@ _MOST_CHASES = 8
 _MOST_DIVIDED = 5
 # Steps of one start that are lengthened to an event behind them: not again and again, if none is smooth enough.
 _MOST_AIMS = 4
+# Panels of both stacks that are merged.
+_CROWDED = 64
 
 
 @compiled
@@ -318,6 +322,11 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
     first_kind, joint, guess, reach = int(start[0]), int(start[1]), min(start[2], span), math.inf
     aim, old_length, old_error = 0.0, math.inf, 0.0
     while done < span:
+        size = room.places[FOLLOWING] + room.places[FREE_PANELS]
+        if size > max(room.places[CROWD], _CROWDED) and problem.path.kinks.shape[0] == 0:
+            thin_out(problem, room)
+            # Not again and again, where nothing is to be merged.
+            room.places[CROWD] = 3 * (room.places[FOLLOWING] + room.places[FREE_PANELS]) // 2
         left = span - done
         length = min(guess, left)
         # A last step that is much shorter than the others costs as much as they do.
