@@ -16,7 +16,7 @@ from restitution.material.prony import PronySeries
 from restitution.numerics.richardson import Extrapolation
 
 # Steps in each half of the marches: they double first, as their errors are far apart, then grow by a third or a half.
-COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072)
+COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072, 4608, 6144)
 # Steps in each half of a march from which the contact counts as sliding throughout if no element ever stuck, and least
 # steps of the last march, as energies are extrapolated where e_t is known before.
 _SURE, _LEAST = 192, 96
