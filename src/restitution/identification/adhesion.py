@@ -32,7 +32,7 @@ ERROR = 0.2
 MOST = 400
 """Most elements of a fit."""
 
-# Largest lambda at the instantaneous modulus over the root of the number of elements, some seven of which are then in
+# Largest lambda at the instantaneous modulus over the root of the number of elements; some seven of them are then in
 # the zone. Beyond it results hardly change.
 _THINNEST, _FEWEST = 0.38, 50
 # Error of e with 100 elements, and the share of the noise that it may be.

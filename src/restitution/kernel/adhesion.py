@@ -348,8 +348,8 @@ def _apart(solid: Solid, bodies: Bodies, room: Room) -> int:
 def _is_lost(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, room: Room) -> bool:
     """Return whether the root of G at the end of a step is not that of the edge, but one behind a fold.
 
-    A force may also leave no contact at that edge, where G has no root. Steps that become shorter tell of a fold of
-    a depth; a contact that vanishes on a spring or under a force has a cusp, of which nothing tells.
+    A force may also leave no contact at that edge, where G has no root. Steps that become shorter show a fold of
+    a depth; a contact that vanishes on a spring or under a force has a cusp instead.
     """
     if bodies.sprung and bodies.stiffness == 0.0:
         if abs(excess(solid, bodies, dt, after, room)) > _TORN * bodies.reach:

@@ -161,7 +161,7 @@ def _dot(weights: Any, values: Any) -> float:
 def _weights(edge: float, low: float, high: float) -> tuple[float, float]:
     """Return weights of the gaps at both ends of a cell in ``int H/sqrt(c^2 - x^2) dx`` within the edge.
 
-    The gap is linear in x^2 from `low` to `high`, of which the edge may leave a part.
+    The gap is linear in x^2 from `low` to `high`, and the edge may lie between them.
     """
     reach = min(high, edge)
     root = math.sqrt(max((edge - low) * (edge + low), 0.0))

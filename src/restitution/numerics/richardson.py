@@ -47,7 +47,7 @@ class Richardson:
 
 # Orders of the terms of the error that are extrapolated away.
 _ORDERS = ((2,), (2, 3), (2, 3, 4))
-# The error is twice the largest of the last three changes, each of which counts half of the next one: by comparison of
+# The error is twice the largest of the last three changes, where each counts half of the next one: by comparison of
 # 380 random oblique impacts with finer marches.
 _SHARE, _MARGIN = 0.5, 2.0
 

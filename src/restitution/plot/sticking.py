@@ -37,7 +37,7 @@ def broken(x: Any, rows: Any, *, logarithmic: bool = False) -> tuple[Array, Arra
 
 
 def threshold(x: Any, e: Any) -> tuple[float, float] | None:
-    """Return neighbouring places of which one body sticks and the next rebounds; None if there is no single pair.
+    """Return neighbouring places where one body sticks and the next rebounds; None if there is no single pair.
 
     Examples
     --------
