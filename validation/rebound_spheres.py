@@ -1,8 +1,8 @@
 """Bouncing balls in the N-body code REBOUND with e(v) of this package, compared with `rs.bounces`.
 
 Install REBOUND beside this package with `pip install rebound` (written for version 5.2) and run as
-`python validation/rebound_spheres.py`; prints tables and writes them to `rebound_spheres.md` beside this file. Takes half a
-minute.
+`python validation/rebound_spheres.py`; prints tables and writes them to `rebound_spheres.md` beside this file. Takes
+half a minute.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ STEP = 2e-6
 INTRODUCTION = """\
 # The N-body code REBOUND: instantaneous collisions
 
-Made by `validation/rebound_spheres.py` with REBOUND {version}. Its spheres are hard and their collisions take no time. A
-function of the user gives e for the impact velocity, here `rs.solve`. A rubber ball (R = {radius:g} m,
+Made by `validation/rebound_spheres.py` with REBOUND {version}. Its spheres are hard and their collisions take no time.
+A function of the user gives e for the impact velocity, here `rs.solve`. A rubber ball (R = {radius:g} m,
 {density:g} kg/m3, Ginf = G1 = 1 MPa, eta = 100 Pa s, nu = 0.45) falls {height:g} m onto a rigid wall.
 """
 
