@@ -56,7 +56,7 @@ def hard_velocity(impact):
 # %%
 # An elastic grain loses the same energy at every velocity, so that one impact has the velocity below which it sticks.
 radii = np.geomspace(0.05e-6, 2e-6, 7)
-figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.2), layout="constrained")
+figure, ax = plt.subplots(figsize=(4.6, 3.4), layout="constrained")
 for (name, numbers), color in zip(GRAINS.items(), ("C0", "C1"), strict=True):
     several = [collision(radius, **numbers) for radius in radii]
     several = [replace(impact, velocity=3.0 * jkr_velocity(impact)) for impact in several]
@@ -69,10 +69,10 @@ for (name, numbers), color in zip(GRAINS.items(), ("C0", "C1"), strict=True):
     if name == "silica":
         print(f"closed form of hard grains: {hard_velocity(several[0]):.4g} m/s")
         assert abs(sticks[0] / hard_velocity(several[0]) - 1.0) < 0.01
-    left.plot(1e6 * radii, sticks, "o-", color=color, markersize=3, label=name)
-    left.plot(1e6 * radii, [jkr_velocity(impact) for impact in several], "--", color=color, label=f"{name}, JKR")
-left.set(xscale="log", yscale="log", xlabel="radius [um]", ylabel="sticking velocity of elastic grains [m/s]")
-left.legend(fontsize=7.5)
+    ax.plot(1e6 * radii, sticks, "o-", color=color, markersize=3, label=name)
+    ax.plot(1e6 * radii, [jkr_velocity(impact) for impact in several], "--", color=color, label=f"{name}, JKR")
+ax.set(xscale="log", yscale="log", xlabel="radius [um]", ylabel="sticking velocity of elastic grains [m/s]")
+ax.legend(fontsize=7.5)
 
 # %%
 # Between silica grains the surfaces hardly jump, as lambda is below 1, and elastic ones would stick at some mm/s only.
@@ -82,16 +82,17 @@ left.legend(fontsize=7.5)
 elastic = collision(0.5e-6, **GRAINS["water ice"])
 lossy = collision(0.5e-6, **GRAINS["water ice"], branch=0.1, time=0.3e-9)
 speeds = np.geomspace(1.0, 10.0, 25)
+figure, ax = plt.subplots(figsize=(4.6, 3.4), layout="constrained")
 for impact, label in ((elastic, "elastic ice"), (lossy, "ice with a loss")):
     result = rs.solve(replace(impact, velocity=speeds), rtol=1e-3)
     e = np.asarray(result.restitution_coefficient)
     rebounds = e > 0.0
-    right.plot(speeds[rebounds], e[rebounds], ".-", label=label)
+    ax.plot(speeds[rebounds], e[rebounds], ".-", label=label)
 limit = jkr_velocity(elastic)
 above = np.geomspace(limit, 10.0, 200)
-right.plot(above, np.sqrt(1.0 - (limit / above) ** 2), "k--", linewidth=0.8, label="elastic, JKR")
-right.set(xlabel="velocity [m/s]", ylabel="restitution coefficient", ylim=(0.0, 1.02))
-right.legend(fontsize=7.5)
+ax.plot(above, np.sqrt(1.0 - (limit / above) ** 2), "k--", linewidth=0.8, label="elastic, JKR")
+ax.set(xlabel="velocity [m/s]", ylabel="restitution coefficient", ylim=(0.0, 1.02))
+ax.legend(fontsize=7.5)
 
 # %%
 # The loss in jumps tends to that of JKR as lambda grows.

@@ -77,7 +77,7 @@ for lam in (1.0, 2.0, 4.0, 8.0):
     print(f"lambda = {lam:g}: the ring is {result.zone_width[-1]:.2g} wide")
     e = fans[lam] = np.asarray(result.restitution_coefficient)
     ax.plot(speeds, np.where(e > 0.0, e, np.nan), ".-", label=f"lambda = {lam:g}")
-ax.set(xscale="log", xlabel="velocity", ylabel="restitution coefficient", ylim=(0.0, 1.02))
+ax.set(xscale="log", xlabel="velocity, unit ball and modulus", ylabel="restitution coefficient", ylim=(0.0, 1.02))
 ax.legend(fontsize=7.5)
 
 # %%
