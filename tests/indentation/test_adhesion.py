@@ -248,3 +248,20 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: rs.indent(material, rs.Pyramid(1.2), adhesion=adhesion, **line)).field == "profile"
     result = pull(material, adhesion, 1.0, rtol=1e-3)
     assert in_one_line(result.surface).field == "adhesion"
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"force": [0.0, 20e-9, -200e-9]},
+        {"depth": [-100e-9, 400e-9, -1800e-9], "spring_constant": 0.1},
+    ],
+    ids=["force", "spring"],
+)
+def test_an_atomic_force_microscope_is_solved_at_the_default_tolerance(given):
+    gel = rs.standard_solid(1e5, 3e5, 3e4, poisson_ratio=0.5)
+    work, radius = 0.01, 1e-6
+    adhesion = rs.Adhesion(work, stress=5e5)
+    result = rs.indent(gel, rs.Parabola(radius), time=[0.0, 1.0, 3.0], adhesion=adhesion, **given)
+    # A fast pull on a contact that has crept exceeds that of elastic bodies, of JKR or DMT (2 pi w R).
+    assert result.pull_off_force > 2.0 * math.pi * work * radius
