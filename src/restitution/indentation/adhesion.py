@@ -32,8 +32,8 @@ from restitution.indentation.result import IndentationResult, IndentationStatus
 from restitution.numerics.richardson import Richardson
 from restitution.quantities import ADHESION, OUTPUTS
 
-LEAST_RTOL = 1e-5
-"""Smallest tolerance of the forces with adhesion: at 1e-6 about half of the histories need too many elements."""
+LEAST_RTOL = 1e-6
+"""Smallest tolerance of the forces with adhesion."""
 
 _TRIALS = 60
 # Points over a curve in search of the first attraction.

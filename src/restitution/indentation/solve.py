@@ -282,7 +282,7 @@ def indent(
     adhesion : Adhesion, optional
         Attraction of the surfaces, under a depth that begins outside of it, or a force that begins at 0 or above and
         may be < 0 later: the result is then an `AdhesiveIndentation`, whose largest force and pull (of a spring or a
-        force also the largest depth) are known to `rtol`, or 1e-5.
+        force also the largest depth) are known to `rtol`, or 1e-6.
     rtol : float
         Error of force, depth and contact radius over their largest value, and of times over the duration; in
         [1e-11, 1e-2].
