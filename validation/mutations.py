@@ -154,7 +154,7 @@ def page(chosen: list[Mutation], survivors: list[Mutation], every: int, seed: in
     return "\n".join(
         [
             f"Made by `validation/mutations.py --count {len(chosen)} --seed {seed}`: {len(chosen)} of {every} possible"
-            " changes, of which",
+            " changes;",
             f"{len(chosen) - len(survivors)} are seen by the tests marked `plain`.",
             "",
             "| file | changed | seen |",

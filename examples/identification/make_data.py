@@ -83,7 +83,7 @@ def oscillations(rng: np.random.Generator) -> None:
 
 
 def grains(rng: np.random.Generator) -> None:
-    """Polymer beads of 5 um, of which those below 0.2 m/s stick: e = 0; otherwise e to 0.01, velocities to 1 %."""
+    """Polymer beads of 5 um that stick below 0.2 m/s, e = 0; otherwise e to 0.01, velocities to 1 %."""
     velocity, radius = np.geomspace(0.1, 2.0, 14), 5e-6
     polymer = rs.standard_solid(**POLYMER, poisson_ratio=0.4)
     impact = rs.Impact(

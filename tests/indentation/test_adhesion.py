@@ -250,6 +250,7 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(result.surface).field == "adhesion"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "given",
     [

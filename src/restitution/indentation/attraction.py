@@ -19,7 +19,7 @@ from restitution.indentation.solid import compliance_of
 from restitution.material.prony import PronySeries
 
 # Elements of the first march that counts, and of the finest.
-FEWEST, MOST = 100, 6400
+FEWEST, MOST = 100, 12800
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
 # Changes of elements in one call of the kernel: some tenths of a second.
