@@ -174,7 +174,8 @@ class Slider:
 
     def _step(self, slope: float, mobility: float, count: int) -> Tangential:
         """March with a number of steps in each half."""
-        from restitution.kernel.tangential import GAPS_, Modes, Normal, allocate_room, march
+        from restitution.kernel.sliding import GAPS_, Modes, Normal, allocate_room
+        from restitution.kernel.tangential import march
 
         solution, units, tangential = self.solution, self.solution.units, self.scaled
         normal = _on_grid(solution, count)
