@@ -146,7 +146,7 @@ def refusals() -> str:
 
 def calibrations() -> dict[tuple[str, str], Any]:
     """The nearest law of each code to each material."""
-    found = dict[tuple[str, str], Any]()
+    laws = dict[tuple[str, str], Any]()
     for words, numbers in MATERIALS.items():
         ball, adhesion = bodies(numbers)
         impact = rs.Impact(
@@ -157,24 +157,24 @@ def calibrations() -> dict[tuple[str, str], Any]:
         for target in TARGETS:
             velocity = RANGE[0] * sticks, RANGE[1] * sticks
             law = rs.calibrate((ball, ball), target, velocity, adhesion=adhesion, points=POINTS)
-            found[words, target] = law
+            laws[words, target] = law
             print(words, target, f"{law.largest_error:.3f}", flush=True)
-    return found
+    return laws
 
 
-def table(found: dict[tuple[str, str], Any], value: Any) -> str:
+def table(laws: dict[tuple[str, str], Any], value: Any) -> str:
     """A row for each code, a column for each material."""
     lines = ["| target | " + " | ".join(MATERIALS) + " |", "|---" * (1 + len(MATERIALS)) + "|"]
-    rows = ([f"`{target}`", *(value(found[words, target]) for words in MATERIALS)] for target in TARGETS)
+    rows = ([f"`{target}`", *(value(laws[words, target]) for words in MATERIALS)] for target in TARGETS)
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
-def runs(found: dict[tuple[str, str], Any]) -> str:
+def runs(laws: dict[tuple[str, str], Any]) -> str:
     """Restitution by LAMMPS and by the model over the velocity."""
     lines = ["| target | v over sticking velocity | model | LAMMPS | difference |", "|---|---|---|---|---|"]
     words = next(iter(MATERIALS))
     for target in TARGETS[:4]:
-        law = found[words, target]
+        law = laws[words, target]
         model = next(line for line in law.snippet.splitlines() if line.startswith("pair_coeff")).removeprefix(
             "pair_coeff * * "
         )
@@ -194,7 +194,7 @@ def main() -> None:
     engine = lammps()(cmdargs=["-screen", "none", "-log", "none"])
     version = engine.version()
     engine.close()
-    found = calibrations()
+    laws = calibrations()
 
     def errors(law: Any) -> str:
         usual = abs(law.table["naive_restitution_coefficient"] - law.table["restitution_coefficient"]).max()
@@ -205,7 +205,7 @@ def main() -> None:
         return f"{law.pull_off_force / (shape * math.pi * WORK * 0.5 * RADIUS):.2f}"
 
     text = TEXT.format(
-        version=version, errors=table(found, errors), energies=table(found, energy), runs=runs(found),
+        version=version, errors=table(laws, errors), energies=table(laws, energy), runs=runs(laws),
         refusals=refusals(), steps=STEPS, twice=2 * STEPS,
     )  # fmt: skip
     Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")

@@ -192,7 +192,7 @@ def by_scipy(tau: float) -> tuple[Motion, float]:
         return y[0] if t > 0.0 else 1.0
 
     apart.terminal = True
-    found = solve_ivp(
+    solution = solve_ivp(
         motion,
         (0.0, 1e4),
         [0.0, 1.0],
@@ -202,11 +202,11 @@ def by_scipy(tau: float) -> tuple[Motion, float]:
         events=(unloaded, apart),
         max_step=0.01,
     )
-    depth, velocity = found.y
-    limited = -float(found.y_events[0][0][1])
+    depth, velocity = solution.y
+    limited = -float(solution.y_events[0][0][1])
     unit = mass * VELOCITY / time
     return Motion(
-        found.t * time, depth * length, velocity * VELOCITY, unit * force(depth, velocity), -velocity[-1]
+        solution.t * time, depth * length, velocity * VELOCITY, unit * force(depth, velocity), -velocity[-1]
     ), limited
 
 
@@ -285,8 +285,8 @@ def step_table(counts: list[int], b: float) -> str:
     limit = by_scipy(tau)[0].restitution
     lines = ["| steps in a contact | e by LAMMPS | error |", "|---|---|---|"]
     for count in counts:
-        found = by_lammps(damping_coefficient(tau), "viscoelastic", count).restitution
-        lines.append(f"| {count} | {found:.6f} | {found - limit:+.1e} |")
+        restitution = by_lammps(damping_coefficient(tau), "viscoelastic", count).restitution
+        lines.append(f"| {count} | {restitution:.6f} | {restitution - limit:+.1e} |")
         print(lines[-1], flush=True)
     return "\n".join(lines)
 

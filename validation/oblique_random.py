@@ -62,18 +62,18 @@ def solve(ball: rs.Impact, part: int, folder: Path, workers: int | None) -> Any:
                         progress=progress).load()  # fmt: skip
 
 
-def numbers(found: Any) -> dict[str, Any]:
+def numbers(result: Any) -> dict[str, Any]:
     """Return the columns of a store that the page needs."""
-    status = found.status.values
+    status = result.status.values
     good = status == rs.Status.SEPARATED
-    energy = found.tangential_energy_in.values[good]
+    energy = result.tangential_energy_in.values[good]
     return {
         "status": status,
-        "e_t": found.tangential_restitution_coefficient.values[good],
-        "over": found.impulse_ratio.values[good] / found.friction.values[good] - 1.0,
-        "least": np.min([found[name].values[good] / energy for name in PARTS], axis=0),
-        "residual": np.abs(found.tangential_energy_residual.values[good]),
-        "error": found.tangential_error.values[good],
+        "e_t": result.tangential_restitution_coefficient.values[good],
+        "over": result.impulse_ratio.values[good] / result.friction.values[good] - 1.0,
+        "least": np.min([result[name].values[good] / energy for name in PARTS], axis=0),
+        "residual": np.abs(result.tangential_energy_residual.values[good]),
+        "error": result.tangential_error.values[good],
     }
 
 

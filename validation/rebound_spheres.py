@@ -158,7 +158,7 @@ def pair_table(velocities: list[float]) -> str:
         simulation.add(m=small.mass, r=small.radius, x=small.radius)
         simulation.coefficient_of_restitution = lambda _, v, e=result.restitution_coefficient: e
         simulation.integrate(1e-3)
-        found = [particle.vx for particle in simulation.particles]
+        velocities = [particle.vx for particle in simulation.particles]
         # Gauss's rule on many pieces, because the force has a root at both ends.
         edges = result.contact_time * 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 101)))
         nodes, weights = np.polynomial.legendre.leggauss(8)
@@ -167,7 +167,7 @@ def pair_table(velocities: list[float]) -> str:
         impulse = float(np.sum(0.5 * np.diff(edges)[:, None] * weights * force))
         own = [velocity - impulse / BALL.mass, impulse / small.mass]
         lines.append(
-            f"| {velocity:g} | {result.restitution_coefficient:.9f} | {found[0]:.9f} | {found[1]:.9f} "
+            f"| {velocity:g} | {result.restitution_coefficient:.9f} | {velocities[0]:.9f} | {velocities[1]:.9f} "
             f"| {own[0]:.9f} | {own[1]:.9f} |"
         )
         print(lines[-1], flush=True)

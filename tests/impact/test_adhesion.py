@@ -186,7 +186,7 @@ def test_energy_closes_in_random_impacts():
         assert min(energy.dissipated, energy.radiated, energy.stored) >= -1e-6 * energy.kinetic_in
         assert result.restitution_coefficient <= 1.0
     assert ends.count(Status.SEPARATED) > 50
-    assert sum(status.failed for status in ends) <= 2
+    assert not any(status.failed for status in ends)
 
 
 def test_units_drop_out():

@@ -161,8 +161,8 @@ def _least(law: AdhesiveLaw, cases: AdhesiveCollisions, contact: Contact, reach:
     for _ in range(_ROUNDS):
         adhesion = _sticking(law, losses, reach, sticks)
         pull = pull_off(law.form.kind, adhesion)
-        found, _ = rebound(law.form, adhesion[:, None], losses[:, None], law.outside(pull, reach)[:, None], scaled)
-        error = np.abs(found - goal).max(axis=1)
+        e, _ = rebound(law.form, adhesion[:, None], losses[:, None], law.outside(pull, reach)[:, None], scaled)
+        error = np.abs(e - goal).max(axis=1)
         error = np.where(np.isnan(error), np.inf, error)
         best = int(np.argmin(error))
         if not math.isfinite(error[best]):

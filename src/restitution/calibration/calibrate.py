@@ -212,11 +212,11 @@ def calibrate(
         problem = problem.normal
     bodies = exact.bodies_of(problem, contact)
     if adhesion is not None:
-        given = {
+        options = {
             "radius": radius, "restitution": restitution, "friction": friction, "angle": angle,
             "tangential": tangential,
         }  # fmt: skip
-        for name, value in given.items():
+        for name, value in options.items():
             if value is not None:
                 raise InputError(name, value, "must be left out with adhesion")
         if bodies.wall and not ADHESIVE_LAWS[target].wall:

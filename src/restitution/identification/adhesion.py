@@ -158,9 +158,9 @@ class Collision:
         end = self.at(high)
         while high > low * (1.0 + _BRACKET) and not bodies.agree(low, high):
             middle = math.sqrt(low * high)
-            found = self.at(middle)
-            if found.escapes:
-                high, end = middle, found
+            trial = self.at(middle)
+            if trial.escapes:
+                high, end = middle, trial
             else:
                 low = middle
         return high, end
@@ -218,7 +218,7 @@ def collide(groups: Sequence[Bodies], reduced: PronySeries, adhesion: StickyMate
         raise InputError("model", rule="must have no parallel dashpot with adhesion, as jumps would take time")
     m, n = reduced.shape
     values, thresholds = np.full((3, m, n), np.nan), np.full((m, len(groups)), np.nan)
-    found = Outcomes(values, np.zeros((m, n), dtype=np.bool_), thresholds)
+    outcomes = Outcomes(values, np.zeros((m, n), dtype=np.bool_), thresholds)
 
     def run(task: tuple[int, int]) -> None:
         row, which = task
@@ -231,18 +231,18 @@ def collide(groups: Sequence[Bodies], reduced: PronySeries, adhesion: StickyMate
         collision = Collision(Sticky(bodies.profile, modulus, taken), bodies.mass, count)
         numbers = [collision.at(float(v)) for v in bodies.velocities]
         threshold, end = _threshold(collision, bodies, numbers)
-        found.thresholds[row, which] = threshold
+        outcomes.thresholds[row, which] = threshold
         for place, number in zip(bodies.places.tolist(), numbers, strict=True):
             held = not number.escapes and number.values[0] == 0.0
-            found.sticks[row, place] = held
-            found.values[:, row, place] = end.values if held else number.values
+            outcomes.sticks[row, place] = held
+            outcomes.values[:, row, place] = end.values if held else number.values
 
     tasks = [(row, which) for row in range(m) for which in range(len(groups))]
     if len(tasks) == 1:
         run(tasks[0])
     else:
         on_threads(run, tasks, None, lambda: None)
-    return found
+    return outcomes
 
 
 def _threshold(collision: Collision, bodies: Bodies, numbers: list[_Number]) -> tuple[float, _Number]:

@@ -373,10 +373,10 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Estimat
 
 def _adhesion_sizes(data: Sequence[Observations], modulus: float) -> dict[str, float]:
     """Return sizes of work [J/m2], stress [Pa] and range [m] of adhesion at an effective modulus E* [Pa]."""
-    found = [each for record in data if (each := record.assumed_contact(modulus)) is not None]
-    if not found:
+    contacts = [each for record in data if (each := record.assumed_contact(modulus)) is not None]
+    if not contacts:
         return {}
-    work, radius = np.exp(np.log(np.array(found)).mean(axis=0)).tolist()
+    work, radius = np.exp(np.log(np.array(contacts)).mean(axis=0)).tolist()
     # Maugis' lambda is 1 there.
     stress = 1.0 / maugis_number(work, 1.0, modulus, radius)
     return {"work": work, "stress": stress, "range": work / stress}

@@ -213,9 +213,9 @@ class Rebounds(Observations):
         With adhesion e is 0 where bodies stick.
         """
         if self.adhesion and isinstance(materials, StickyMaterial):
-            found = self._collisions(materials)
-            rows = dict(zip(_NAMES, np.where(found.sticks, np.nan, found.values), strict=True))
-            return rows | {"restitution_coefficient": np.where(found.sticks, 0.0, found.values[0])}
+            collisions = self._collisions(materials)
+            rows = dict(zip(_NAMES, np.where(collisions.sticks, np.nan, collisions.values), strict=True))
+            return rows | {"restitution_coefficient": np.where(collisions.sticks, 0.0, collisions.values[0])}
         nodes = self._nodes
         reduced = self._moduli_at(materials, self.temperature if nodes is None else nodes.temperature)
         bodies = self._rows
@@ -316,13 +316,13 @@ class Rebounds(Observations):
     def residuals(self, materials: Material, nuisances: Array) -> Array:
         """Return residuals of e, then of the contact times, then of the peak forces, then of what stuck."""
         if self.adhesion and isinstance(materials, StickyMaterial):
-            found = self._collisions(materials)
-            residuals = self._in_metric(dict(zip(_NAMES, found.values, strict=True))) - self._data
+            collisions = self._collisions(materials)
+            residuals = self._in_metric(dict(zip(_NAMES, collisions.values, strict=True))) - self._data
             residuals /= self._deviations
             # Just above the sticking velocity e^2 is nearly linear in the velocity, and e has a steep slope.
             square, deviation = self._squares
-            residuals[:, 0] = (found.values[0] ** 2 - square) / deviation
-            return np.hstack([residuals[:, self._there], surprise(self._groups, found.thresholds)])
+            residuals[:, 0] = (collisions.values[0] ** 2 - square) / deviation
+            return np.hstack([residuals[:, self._there], surprise(self._groups, collisions.thresholds)])
         predicted = self._in_metric(self.predicted(materials))
         residuals = (predicted - self._data) / self._deviations
         if self._blur is not None:
@@ -465,9 +465,9 @@ class Rebounds(Observations):
 
     def _doubt(self, materials: StickyMaterial) -> float:
         """Return the largest error of e of the first row by few elements, over its noise."""
-        found, finer = (self._collisions(materials, finer=n).values[0, 0] for n in (1, 2))
-        sizes = np.abs(self._deviations[0] * np.where(self._relative[0], found, 1.0))
-        return float(np.where(self._there[0], np.abs(finer - found) / sizes, 0.0).max())
+        e, finer = (self._collisions(materials, finer=n).values[0, 0] for n in (1, 2))
+        sizes = np.abs(self._deviations[0] * np.where(self._relative[0], e, 1.0))
+        return float(np.where(self._there[0], np.abs(finer - e) / sizes, 0.0).max())
 
     def doubts(self, materials: Material, nuisances: Array) -> list[str]:
         """Return doubts about the elements and the zone of the adhesion, in words."""

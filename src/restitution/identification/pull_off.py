@@ -104,20 +104,20 @@ class PullOff:
         if np.any(reduced.parallel_viscosity > 0.0):
             raise InputError("model", rule="must have no parallel dashpot with adhesion, as jumps would take time")
         m = touches.size
-        found = np.full((m, self.time.size), np.nan)
+        forces = np.full((m, self.time.size), np.nan)
 
         def run(row: int) -> None:
             modulus, work, stress = reduced.row(row, 0), float(materials.work[row, 0]), float(materials.stress[row, 0])
             if math.isfinite(work) and math.isfinite(stress) and math.isfinite(modulus.instantaneous_modulus):
                 count = finer * self.count
                 adhesion = Adhesion(work, thick_stress(self.profile, modulus, (work, stress), count))
-                found[row] = self._force(Sticky(self.profile, modulus, adhesion), float(touches[row]), count)
+                forces[row] = self._force(Sticky(self.profile, modulus, adhesion), float(touches[row]), count)
 
         if m == 1:
             run(0)
         else:
             on_threads(run, range(m), None, lambda: None)
-        return found
+        return forces
 
     def _force(self, body: Sticky, touch: float, count: int) -> Array:
         """Return the forces of one contact; NaN where it has none."""

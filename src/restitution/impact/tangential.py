@@ -129,9 +129,9 @@ class Slider:
         share = slope / _NEAR - 1.0
         names = ("friction", "viscous", "stored")
         parts = {name: getattr(near, name) + share * (getattr(far, name) - getattr(near, name)) for name in names}
-        found = rest._replace(restitution=rest.restitution + slope * first, error=error, gaps=near.gaps, **parts)
+        rim = rest._replace(restitution=rest.restitution + slope * first, error=error, gaps=near.gaps, **parts)
         # Of the parts that of the material is the largest.
-        return found._replace(viscous=found.viscous - found.residual)
+        return rim._replace(viscous=rim.viscous - rim.residual)
 
     def _stick(self, mobility: float, rtol: float) -> Tangential:
         """Solve without slip."""
@@ -155,22 +155,22 @@ class Slider:
 
     def _march(self, slope: float, mobility: float, rtol: float, *, slides: bool = False) -> Tangential:
         """March with more and more steps until the extrapolated e_t is known to `rtol`, and the energies add up."""
-        series, found, closed = Extrapolation(), None, -1.0 + mobility * self.impulse / slope
+        series, result, closed = Extrapolation(), None, -1.0 + mobility * self.impulse / slope
         for count in COUNTS:
             march = self._step(slope, mobility, count)
             (e_t, *parts), errors = series.add(count, [getattr(march, name) for name in _EXTRAPOLATED])
             # No part is negative, but a small one may be so within its error.
             friction, viscous, stored = (max(float(part), 0.0) for part in parts)
-            found = march._replace(
+            result = march._replace(
                 restitution=float(e_t), error=float(errors[0]), friction=friction, viscous=viscous, stored=stored
             )
             sticks = bool(march.motion[:, 3].any())
             if not sticks:
-                found = found._replace(restitution=closed, error=0.0 if slides or count >= _SURE else math.inf)
-            if found.error <= rtol and abs(found.residual) <= _RESIDUAL * rtol and count >= _LEAST:
+                result = result._replace(restitution=closed, error=0.0 if slides or count >= _SURE else math.inf)
+            if result.error <= rtol and abs(result.residual) <= _RESIDUAL * rtol and count >= _LEAST:
                 break
-        assert found is not None
-        return found
+        assert result is not None
+        return result
 
     def _step(self, slope: float, mobility: float, count: int) -> Tangential:
         """March with a number of steps in each half."""

@@ -25,9 +25,9 @@ def largest(values: Callable[[Array], Array], breaks: Array) -> float:
     low, high = breaks[:-1, None], breaks[1:, None]
     times, best = np.append((low + (high - low) * _SHARES[:-1]).ravel(), breaks[-1:]), -np.inf
     for _ in range(6):
-        found = values(times)
-        n = int(np.argmax(found))
-        best = max(best, float(found[n]))
+        samples = values(times)
+        n = int(np.argmax(samples))
+        best = max(best, float(samples[n]))
         times = np.linspace(times[max(n - 1, 0)], times[min(n + 1, times.size - 1)], 33)
     return best
 

@@ -82,17 +82,17 @@ class Extrapolation:
         best, least = fine, np.full_like(fine, np.inf)
         for n, orders in enumerate(_ORDERS[: len(self._values) - 1]):
             need = len(orders) + 1
-            found = _weights(tuple(self._counts[-need:]), orders) @ np.array(self._values[-need:])
+            limit = _weights(tuple(self._counts[-need:]), orders) @ np.array(self._values[-need:])
             if n == len(self._last):
-                self._last.append(found)
+                self._last.append(limit)
             else:
-                self._changes[n] = [np.abs(found - self._last[n]), *self._changes[n][:2]]
-                self._last[n] = found
+                self._changes[n] = [np.abs(limit - self._last[n]), *self._changes[n][:2]]
+                self._last[n] = limit
             error = self._error(n)
             if error is None and np.isinf(least[0]):
-                best = found
+                best = limit
             elif error is not None and error[0] <= least[0]:
-                best, least = found, error
+                best, least = limit, error
         return best, least
 
     def _error(self, n: int) -> Array | None:

@@ -158,11 +158,11 @@ def _sticking(impact: Impact, low: float, high: float, workers: int | None) -> f
     if statuses[0] != Status.CAPTURED:
         return 0.0
     require_separation(statuses[1:], np.array([high]), (low, high))
-    found = float(sticking_velocity(vary(impact, {"velocity": high}), rtol=_STICKING_RTOL))
-    if not low <= found < high / (1.0 + 2.0 * NEAR):
-        rule = f"must reach further above the sticking velocity, {found:.5g} m/s"
+    threshold = float(sticking_velocity(vary(impact, {"velocity": high}), rtol=_STICKING_RTOL))
+    if not low <= threshold < high / (1.0 + 2.0 * NEAR):
+        rule = f"must reach further above the sticking velocity, {threshold:.5g} m/s"
         raise InputError("velocity", [low, high], rule, VELOCITY.unit)
-    return found
+    return threshold
 
 
 def _solved(impacts: Impact, speeds: Array, accuracy: float, workers: int | None) -> dict[str, Array]:

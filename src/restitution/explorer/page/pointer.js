@@ -125,10 +125,10 @@ function spoken(value, { symbol, unit }, name = symbol) {
 
 // The place on a curve or a mark that is nearest to a place in the box, if one is within a distance.
 function nearest(figure, [left, top], reach) {
-  let found = null;
+  let hit = null;
   const tryPlace = (place, curve) => {
     const distance = Math.hypot(place[0] - left, place[1] - top);
-    if (distance < reach) [reach, found] = [distance, { place, curve }];
+    if (distance < reach) [reach, hit] = [distance, { place, curve }];
   };
   const { width, height } = figure.box;
   const inside = ([x, y]) => x >= -1 && x <= width + 1 && y >= -1 && y <= height + 1;
@@ -145,7 +145,7 @@ function nearest(figure, [left, top], reach) {
     }
   }
   for (const mark of figure.marks) if (mark.y !== undefined && inside(figure.place(mark.x, mark.y))) tryPlace(figure.place(mark.x, mark.y), mark);
-  return found;
+  return hit;
 }
 
 // The point of a segment that is nearest to a place.
