@@ -284,10 +284,11 @@ def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolu
             continue
         if not ended:
             break
-        time, depth, _, force, *_ = march.motion.T
-        numbers = [max(peak(time, force, history.knots), 0.0), max(peak(time, -force, history.knots), 0.0)]
+        motion = march.motion
+        depth, force = motion[:, 1], motion[:, 3]
+        numbers = [max(peak(motion, values, history.knots), 0.0) for values in (force, -force)]
         if name != "depth":
-            numbers.append(peak(time, depth, history.knots))
+            numbers.append(peak(motion, depth, history.knots))
         values, errors = series.add(numbers)
         error = float(errors[:2].max()) / max(float(values[:2].max()), 1e-300)
         if name != "depth":

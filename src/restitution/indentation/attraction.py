@@ -149,16 +149,22 @@ def sticky(contact: Contact, adhesion: Adhesion) -> Sticky:
     return Sticky(profile, modulus, adhesion)
 
 
-def peak(time: Array, values: Array, kinks: ArrayLike = ()) -> float:
-    """Return the largest value, from a parabola where the neighbours lie on a smooth curve without kinks."""
+def peak(motion: Array, values: Array, kinks: ArrayLike = ()) -> float:
+    """Return the largest value along a motion, from a parabola where it has no kink.
+
+    The parabola is over the length of the way in time and edge: near a fold all numbers are smooth over the edge, and
+    like a square root over the time.
+    """
+    time, edge = motion[:, 0], motion[:, 4]
     n = int(np.argmax(values))
     if not 0 < n < values.size - 1 or np.any(np.abs(time[n] - kinks) <= 1e-9 * abs(time[-1])):
         return float(values[n])
-    before, after = time[n] - time[n - 1], time[n + 1] - time[n]
+    around = slice(n - 1, n + 2)
     rises, falls = values[n] - values[n - 1], values[n] - values[n + 1]
     # A jump takes no time, and differs by more than its neighbours do.
-    if before <= 0.0 or after <= 0.0 or max(rises, falls) > 0.05 * abs(values[n]):
+    if np.diff(time[around]).min() <= 0.0 or max(rises, falls) > 0.05 * abs(values[n]):
         return float(values[n])
+    before, after = np.hypot(np.diff(time[around]) / np.ptp(time), np.diff(edge[around]) / edge.max())
     bend = (rises / before + falls / after) / (before + after)
     slope = (rises / before * after - falls / after * before) / (before + after)
     return float(values[n] + 0.25 * slope * slope / bend) if bend > 0.0 else float(values[n])
