@@ -174,10 +174,10 @@ def _numbers(problem: Problem, march: March) -> dict[str, float]:
         deepest = max(deepest, float(depth[n]) + 0.5 * problem.mass * float(speed[n]) ** 2 / float(force[n]))
     return {
         "energy": out / kinetic, "contact_time": float(time[-1]), "max_indentation_depth": deepest,
-        "max_force": max(peak(march.motion, force), 0.0), "max_contact_radius": peak(march.motion, radius),
+        "max_force": max(peak(march.motion, force)[0], 0.0), "max_contact_radius": peak(march.motion, radius)[0],
         "residual_indentation_depth": float(depth[-1]), "dissipated_energy": float(viscous[-1]),
         "radiated_energy": float(lost[-1]), "stored_energy": march.left - out,
-        "pull_off_force": max(peak(march.motion, -force), 0.0), "touching_time": touch,
+        "pull_off_force": max(peak(march.motion, -force)[0], 0.0), "touching_time": touch,
     }  # fmt: skip
 
 

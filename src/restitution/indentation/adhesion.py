@@ -286,10 +286,9 @@ def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolu
             break
         motion = march.motion
         depth, force = motion[:, 1], motion[:, 3]
-        numbers = [max(peak(motion, values, history.knots), 0.0) for values in (force, -force)]
-        if name != "depth":
-            numbers.append(peak(motion, depth, history.knots))
-        values, errors = series.add(numbers)
+        peaks = [peak(motion, each, history.knots) for each in (force, -force, depth)[: 2 if name == "depth" else 3]]
+        values, errors = series.add([max(value, 0.0) for value, _ in peaks[:2]] + [value for value, _ in peaks[2:]])
+        errors = np.maximum(errors, [error for _, error in peaks])
         error = float(errors[:2].max()) / max(float(values[:2].max()), 1e-300)
         if name != "depth":
             error = max(error, float(errors[2]) / float(np.abs(depth).max()))

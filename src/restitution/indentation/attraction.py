@@ -149,25 +149,36 @@ def sticky(contact: Contact, adhesion: Adhesion) -> Sticky:
     return Sticky(profile, modulus, adhesion)
 
 
-def peak(motion: Array, values: Array, kinks: ArrayLike = ()) -> float:
-    """Return the largest value along a motion, from a parabola where it has no kink.
+def peak(motion: Array, values: Array, kinks: ArrayLike = ()) -> tuple[float, float]:
+    """Return the largest value along a motion, from a parabola where it has no kink, and the error of the parabola.
 
     The parabola is over the length of the way in time and edge: near a fold all numbers are smooth over the edge, and
-    like a square root over the time.
+    like a square root over the time. Its error is what another one through the second neighbours changes.
     """
-    time, edge = motion[:, 0], motion[:, 4]
-    n = int(np.argmax(values))
-    if not 0 < n < values.size - 1 or np.any(np.abs(time[n] - kinks) <= 1e-9 * abs(time[-1])):
-        return float(values[n])
-    around = slice(n - 1, n + 2)
-    rises, falls = values[n] - values[n - 1], values[n] - values[n + 1]
+    time, n = motion[:, 0], int(np.argmax(values))
+    largest = float(values[n])
+    if np.any(np.abs(time[n] - kinks) <= 1e-9 * abs(time[-1])):
+        return largest, 0.0
+    near, far = (_top(motion, values, n, distance) for distance in (1, 2))
+    return near, abs(near - far) if far > largest else near - largest
+
+
+def _top(motion: Array, values: Array, n: int, distance: int) -> float:
+    """Return the top of the parabola through a largest value and its neighbours; the value itself beside a jump."""
+    largest = float(values[n])
+    if not distance <= n < values.size - distance:
+        return largest
+    around = slice(n - distance, n + distance + 1, distance)
+    steps = np.diff(motion[n - distance : n + distance + 1, 0])
+    before, after = np.hypot(np.diff(motion[around, 0]) / np.ptp(motion[:, 0]),
+                             np.diff(motion[around, 4]) / motion[:, 4].max())  # fmt: skip
+    rises, falls = largest - values[n - distance], largest - values[n + distance]
     # A jump takes no time, and differs by more than its neighbours do.
-    if np.diff(time[around]).min() <= 0.0 or max(rises, falls) > 0.05 * abs(values[n]):
-        return float(values[n])
-    before, after = np.hypot(np.diff(time[around]) / np.ptp(time), np.diff(edge[around]) / edge.max())
+    if steps.min() <= 0.0 or max(rises, falls) > 0.05 * distance**2 * abs(largest):
+        return largest
     bend = (rises / before + falls / after) / (before + after)
     slope = (rises / before * after - falls / after * before) / (before + after)
-    return float(values[n] + 0.25 * slope * slope / bend) if bend > 0.0 else float(values[n])
+    return largest + 0.25 * float(slope * slope / bend) if bend > 0.0 else largest
 
 
 class _Scaled:
