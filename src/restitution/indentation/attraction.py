@@ -160,7 +160,8 @@ def peak(motion: Array, values: Array, kinks: ArrayLike = ()) -> tuple[float, fl
     if np.any(np.abs(time[n] - kinks) <= 1e-9 * abs(time[-1])):
         return largest, 0.0
     near, far = (_top(motion, values, n, distance) for distance in (1, 2))
-    return near, abs(near - far) if far > largest else near - largest
+    # Two parabolas may agree by chance.
+    return near, max(abs(near - far) if far > largest else 0.0, 0.5 * (near - largest))
 
 
 def _top(motion: Array, values: Array, n: int, distance: int) -> float:
