@@ -338,6 +338,24 @@ def test_measured_rebounds_of_alumina_on_glass():
     assert np.sqrt(np.mean(error[:4] ** 2)) <= 0.018
 
 
+def test_the_balance_of_energy_closes_far_below_the_tolerance():
+    """Work on the surface, with that of edge and kink, is what the body loses; 10 rtol is the bound of single impacts."""
+    generator = np.random.default_rng(5)
+    residuals = []
+    for _ in range(30):
+        branch, viscosity, friction, speed, slope = 10.0 ** generator.uniform(
+            (4, 0, -1.3, -1, -1), (7, 4, 0.3, 0.5, 0.8)
+        )
+        material = rs.standard_solid(1e6, branch, viscosity, poisson_ratio=float(generator.uniform(0.0, 0.5)))
+        ball = rs.Impact(material, rs.Parabola(0.01), mass=0.005, velocity=speed)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", rs.RestitutionWarning)
+            result = thrown(ball, friction=friction, tangential_velocity=slope * friction * speed)
+        residuals.append(abs(result.tangential_energy_residual))
+    assert max(residuals) <= 1e-5
+    assert np.median(residuals) <= 1e-7
+
+
 def test_outputs_of_friction_need_friction():
     for call in (
         lambda: rs.solve(BALL).to_dataset(["rebound_spin"]),
