@@ -19,6 +19,7 @@ from refusals import named
 from restitution.explorer import answers, server
 from restitution.explorer.launch import listen
 from restitution.explorer.server import page_files
+from restitution.parallel import checkpoint
 from sockets import get, opened
 
 
@@ -271,6 +272,35 @@ def test_the_newest_request_is_answered_when_the_turn_of_its_page_comes(running,
             assert json.loads(exchange(second, "?"))["kind"] is None
         go_on.set()
         assert json.loads(second.recv(timeout=20))["id"] == 19
+
+
+def endless(_):
+    while True:
+        checkpoint()
+        time.sleep(0.01)
+
+
+def test_an_answer_that_takes_long_is_one_line(running, monkeypatch):
+    monkeypatch.setitem(server._KINDS, "velocity", endless)
+    monkeypatch.setattr(server, "LONGEST_WORK", 0.1)
+    with opened(running) as page:
+        page.send(json.dumps({"id": 1, "kind": "velocity"}))
+        answer = json.loads(page.recv(timeout=20))
+        assert answer["id"] == 1
+        assert answer["error"] == "velocity: takes over 0.1 s with these inputs; `restitution solve` has no limit"
+        page.send(json.dumps({"id": 2, "kind": "impact"}))
+        assert json.loads(page.recv(timeout=20))["ok"]
+
+
+def test_a_newer_request_ends_the_work_on_an_older_one(running, monkeypatch):
+    monkeypatch.setitem(server._KINDS, "impact", lambda content: endless(content) if "state" in content else {})
+    with opened(running) as page:
+        page.send(json.dumps({"id": 1, "kind": "impact", "state": {}}))
+        page.send(json.dumps({"id": 2, "kind": "velocity", "state": {}}))
+        time.sleep(0.1)
+        page.send(json.dumps({"id": 3, "kind": "impact"}))
+        # The first one has no answer, and the page needs none.
+        assert {json.loads(page.recv(timeout=20))["id"] for _ in range(2)} == {2, 3}
 
 
 def test_eight_pages_are_answered(running):

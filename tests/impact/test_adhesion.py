@@ -3,7 +3,6 @@
 import math
 import warnings
 from dataclasses import replace
-from threading import Event
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from restitution.indentation import attraction
 from restitution.indentation.attraction import Sticky
 from restitution.kernel import adhesion as kernel
 from restitution.kernel.zone import PAUSED
+from restitution.parallel import ended_by
 
 # Unit balls of soft bodies exceed the limits of the theory on purpose.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
@@ -292,11 +292,12 @@ def test_marches_in_pieces_are_the_same_and_end_with_the_work(monkeypatch):
     assert np.array_equal(pieces.motion, whole.motion)
     assert pieces.jumps == whole.jumps
     # The kernel returns after a thousand changes of elements, and sees that the work is over.
-    stop = Event()
-    stop.set()
-    ended = problem._replace(body=problem.body._replace(stop=stop))
-    with pytest.raises(KeyboardInterrupt):
-        ended.march(width, duration, 100)
+
+    def end():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), ended_by(end):
+        problem.march(width, duration, 100)
 
 
 def test_an_interrupt_ends_a_long_march(monkeypatch):

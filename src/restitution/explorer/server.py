@@ -26,6 +26,7 @@ from restitution.explorer import answers, downloads, dropped_files
 from restitution.explorer.inputs import PRESETS, State, describe, drop_height, inputs, one_line
 from restitution.impact.status import SolverError
 from restitution.indentation.tapping import COLUMNS
+from restitution.parallel import ended_by
 from restitution.quantities import (
     ADHESION,
     BOUNCES,
@@ -54,10 +55,20 @@ LONGEST_FILE_MESSAGE = LONGEST + (4 * dropped_files.LONGEST) // 3
 BUG = "this is a mistake in the program; please report it"
 
 _LONGEST_ID = 64
+
+LONGEST_WORK = 5.0
+"""Time [s] after which long work on one answer ends."""
+
+# The same where a newer request of the kind waits.
+_REPLACED = 0.5
 _GROUPS = {
     "material": "Material", "body": "Body", "target": "Target", "impact": "Impact", "bounces": "Bounces",
     "indentation": "Indentation", "tapping": "Tapping",
 }  # fmt: skip
+
+
+class _Replaced(Exception):
+    """A newer request of its kind ended the work on a request."""
 
 
 class Request(NamedTuple):
@@ -257,14 +268,41 @@ class Session:
             while waiting:
                 kind = min(waiting, key=lambda kind: waiting[kind][0])
                 # The newest request of the kind when its turn comes.
-                work = loop.run_in_executor(_POOLS[quick], lambda kind=kind: _answered(waiting.pop(kind)[1]))
-                await self._websocket.send_text(await work)
+                work = loop.run_in_executor(
+                    _POOLS[quick],
+                    lambda kind=kind: _answered(waiting.pop(kind)[1], lambda: kind in waiting),
+                )
+                if (text := await work) is not None:
+                    await self._websocket.send_text(text)
 
 
-def _answered(request: Request) -> str:
-    """Return the answer to a request, whatever happens: a mistake of the program must not end the session."""
+def _limit(kind: str, is_replaced: Callable[[], bool]) -> Callable[[], None]:
+    """Return a check that ends long work on a request; its time begins where the first check is, after compilation."""
+    started = math.nan
+
+    def check() -> None:
+        nonlocal started
+        now = time.monotonic()
+        started = now if math.isnan(started) else started
+        if now - started > _REPLACED and is_replaced():
+            raise _Replaced
+        if now - started > LONGEST_WORK:
+            rule = f"takes over {LONGEST_WORK:g} s with these inputs; `restitution solve` has no limit"
+            raise InputError(kind, rule=rule)
+
+    return check
+
+
+def _answered(request: Request, is_replaced: Callable[[], bool]) -> str | None:
+    """Return the answer to a request, whatever happens: a mistake of the program must not end the session.
+
+    A request that a newer one of its kind replaced has none.
+    """
     try:
-        return answer(request)
+        with ended_by(_limit(request.kind, is_replaced)):
+            return answer(request)
+    except _Replaced:
+        return None
     except Exception as error:
         words = f"{type(error).__name__}: {_line(error)[:200]}; {BUG}"
         return json.dumps({"id": request.id, "kind": request.kind, "ok": False, "error": words, "field": None})

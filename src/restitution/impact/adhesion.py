@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from threading import Event
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -274,11 +273,10 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
         single = impact.take(np.asarray(place)) if impact.shape else impact
         if thin := too_thin(single):
             raise SolverError(Status.NOT_ACCURATE, thin)
-        velocities[place] = sticking(problem_of(single, stop), limit)[0]
+        velocities[place] = sticking(problem_of(single), limit)[0]
 
-    stop = Event()
     run(0)
-    on_threads(run, range(1, count), None, lambda: None, stop)
+    on_threads(run, range(1, count), None, lambda: None)
     missing = np.flatnonzero(np.isnan(velocities))
     if missing.size:
         which = f"impact {missing[0]} of {count}: " if count > 1 else ""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,10 +53,10 @@ def attraction_numbers(impact: Impact, columns: Mapping[str, Any]) -> dict[str, 
     }  # fmt: skip
 
 
-def problem_of(impact: Impact, stop: Event) -> Problem:
-    """Return the numbers of a single impact; refuse what the theory does not have. An event stops its marches."""
+def problem_of(impact: Impact) -> Problem:
+    """Return the numbers of a single impact; refuse what the theory does not have."""
     assert impact.adhesion is not None
-    body = sticky(impact.contact, impact.adhesion)._replace(stop=stop)
+    body = sticky(impact.contact, impact.adhesion)
     return Problem(body, float(impact.mass), float(impact.velocity))
 
 
@@ -93,7 +92,7 @@ def marched(
     columns = {name: np.full(count, np.nan) for name in names}
     columns[STATUS] = np.full(count, int(Status.NOT_ACCURATE))
     kept: list[March | None] = []
-    done, stop = 0, Event()
+    done = 0
 
     def run(place: int) -> None:
         nonlocal done
@@ -101,7 +100,7 @@ def marched(
         done += 1
         if too_thin(single):
             return
-        solved = _solved(problem_of(single, stop), rtol)
+        solved = _solved(problem_of(single), rtol)
         columns[STATUS][place] = int(solved.status)
         if not solved.status.failed:
             for name, value in solved.numbers.items():
@@ -119,7 +118,7 @@ def marched(
         run(place)
         report()
     if count > 1:
-        on_threads(run, range(1, count), workers, report, stop)
+        on_threads(run, range(1, count), workers, report)
     return columns, kept[0] if kept else None
 
 

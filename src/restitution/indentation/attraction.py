@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from threading import Event
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +16,7 @@ from restitution.contact.profiles import Profile, as_profile
 from restitution.errors import InputError
 from restitution.indentation.solid import compliance_of
 from restitution.material.prony import PronySeries
+from restitution.parallel import checkpoint
 
 # Elements of the first march that counts, and of the finest.
 FEWEST, MOST = 100, 12800
@@ -91,8 +91,6 @@ class Sticky(NamedTuple):
     profile: Profile
     modulus: PronySeries
     adhesion: Adhesion
-    stop: Event | None = None
-    """Set where marches on other threads have to end."""
 
     def march(self, width: float, time: float, count: int, *, mass: float, velocity: float) -> March:
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
@@ -128,14 +126,13 @@ class Sticky(NamedTuple):
         return march._replace(jumps=tuple(jump._replace(time=jump.time + start) for jump in march.jumps))
 
     def _whole(self, room: Any, march: Callable[[int], int]) -> int:
-        """March in pieces of less than a second, between which an interrupt or the end of the work is seen."""
+        """March in pieces of less than a second."""
         from restitution.kernel.zone import PAUSED
 
         modes, elements = room.memory.shape
         most = max(_PIECE // (elements * (modes + 2)), 1)
         while (end := march(most)) == PAUSED:
-            if self.stop is not None and self.stop.is_set():
-                raise KeyboardInterrupt
+            checkpoint()
         return end
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from threading import Event
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -274,7 +273,7 @@ def adhesive_contact_law(impact: Impact, *, elements: int = 100) -> AdhesiveCont
     count = whole("elements", elements, _FEWEST, _LARGEST)
     if thin := too_thin(impact):
         raise SolverError(Status.NOT_ACCURATE, thin)
-    problem = problem_of(impact, Event())
+    problem = problem_of(impact)
     width, _ = scales(problem)
     if not math.isfinite(width):
         raise SolverError(Status.TOO_DEEP)
