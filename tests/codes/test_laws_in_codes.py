@@ -4,6 +4,7 @@ Without the codes they are skipped, but not in `.ci/run`, where only LIGGGHTS ma
 """
 
 import importlib.util
+import math
 import os
 import shutil
 
@@ -122,5 +123,18 @@ def test_kratos_gives_the_promise(codes):
     need("KratosMultiphysics")
     law, ball, v = codes.calibrated("kratos-dem", wall=True), codes.BALL, 0.5
     _, time = codes.exact(v, wall=True)
-    e = codes.by_kratos(law.snippet, ball.radius, ball.material.density, v, time / 200.0, 3.0 * time)
+    e, _ = codes.by_kratos(law.snippet, ball.radius, ball.material.density, v, time / 200.0, 3.0 * time)
     assert e == pytest.approx(law.restitution_coefficient(v), abs=3e-4)
+
+
+@pytest.mark.parametrize("degrees", [8.0, 37.0])
+def test_kratos_gives_the_promised_tangential_restitution(codes, degrees):
+    need("KratosMultiphysics")
+    # Kratos has the spring at the deformed radius R - d; d/R is 2e-4 here.
+    ball, v, angle = codes.BALL, 1e-3, math.radians(degrees)
+    law = rs.calibrate((ball, rs.Body(None)), "kratos-dem", v, friction=0.3, angle=(0.9 * angle, angle))
+    _, time = codes.exact(v, wall=True)
+    density, along = float(ball.material.density), v * math.tan(angle)
+    _, e_t = codes.by_kratos(law.snippet, ball.radius, density, v, time / 400.0, 1.3 * time, along)
+    # Of first order in the step.
+    assert e_t == pytest.approx(law.angles.calibrated[-1], abs=6e-3)

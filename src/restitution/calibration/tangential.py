@@ -44,8 +44,9 @@ class Rule(NamedTuple):
         "force", to which each step adds.
     rescaled : bool
         Whether the memory shrinks with the contact radius while the contact unloads.
-    damps_slip : bool
-        Whether the limit is one of spring and dashpot together; else the dashpot is off where the spring slips.
+    slip : str
+        What the friction limits: the "spring", while the dashpot is off; both "together", where the spring keeps the
+        limit less the dashpot; or "dashpot", which gives way before the spring does.
     dashpot : callable
         Dashpot from the normal one, the tangential stiffness, their ratio and the number that is typed; scaled such
         that the mass is 1.
@@ -53,15 +54,15 @@ class Rule(NamedTuple):
 
     memory: str
     rescaled: bool
-    damps_slip: bool
+    slip: str
     dashpot: Callable[[float, float, float, float], float] = lambda c, k, ratio, number: number * c
 
 
 LAMMPS_RULES = {
-    "mindlin": Rule("way", False, True),
-    "mindlin/force": Rule("force", False, True),
-    "mindlin_rescale": Rule("way", True, True),
-    "mindlin_rescale/force": Rule("force", True, True),
+    "mindlin": Rule("way", False, "together"),
+    "mindlin/force": Rule("force", False, "together"),
+    "mindlin_rescale": Rule("way", True, "together"),
+    "mindlin_rescale/force": Rule("force", True, "together"),
 }
 """Tangential styles of LAMMPS with a stiffness that grows with the contact radius."""
 
@@ -101,11 +102,15 @@ def rebounds(rule: Rule, law: TypedLaw, case: Case, ratio: float, number: float,
         spring = kept if rule.memory == "force" else k * kept
         dragged = rule.dashpot(c, k, ratio, number) * tangential
         dashed = spring + dragged
-        trial = dashed if rule.damps_slip else spring
+        trial = spring if rule.slip == "spring" else dashed
         share = np.minimum(1.0, normal / np.maximum(np.abs(trial), 1e-300))
         slips = share < 1.0
         pull = np.where(slips, share * trial, dashed)
-        left = share * trial - (dragged if rule.damps_slip else 0.0)
+        left = share * trial - (dragged if rule.slip == "together" else 0.0)
+        if rule.slip == "dashpot":
+            # A dashpot that outweighs an opposite spring is the one that slips.
+            outweighs = (dragged * spring < 0.0) & (np.abs(dragged) >= np.abs(spring))
+            left = np.where(outweighs, spring, np.clip(spring, -normal, normal))
         kept = np.where(slips, left if rule.memory == "force" else left / k, kept)
         v -= 0.5 * h * normal
         tangential -= 0.5 * h * mobility * pull
@@ -208,13 +213,15 @@ def model_of(target: str, style: str | None) -> Model:
 
 
 # Dashpots 2 gamma sqrt(m k) of both stiffnesses.
-_ROOT = Rule("way", False, False, lambda c, k, ratio, number: math.sqrt(ratio) * c)
+_ROOT = Rule("way", False, "spring", lambda c, k, ratio, number: math.sqrt(ratio) * c)
 # MercuryDPM has (2/3) k with k = 8 G sqrt(R d), and the dashpot is proportional to sqrt(m k).
-_MERCURY = Rule("way", False, False, lambda c, k, ratio, number: number * math.sqrt(1.5 * k))
+_MERCURY = Rule("way", False, "spring", lambda c, k, ratio, number: number * math.sqrt(1.5 * k))
+_KRATOS = _ROOT._replace(memory="force", rescaled=True, slip="dashpot")
 MODELS = {
     "liggghts": Model(_ROOT, _BY_POISSON, False, _friction("mu")),
+    "kratos-dem": Model(_KRATOS, _BY_POISSON, False, _friction("mu")),
     "mercury-bshp": Model(_MERCURY, _FREE, True, _mercury),
-    "yade-mindlin": Model(Rule("force", False, False), _BY_POISSON, False, _yade),
+    "yade-mindlin": Model(Rule("force", False, "spring"), _BY_POISSON, False, _yade),
     "mujoco-solref": Model(None, _FREE, False, _mujoco),
     REBOUND: Model(None, _FREE, False, _friction("mu")),
 }
