@@ -162,6 +162,18 @@ def test_what_is_captured_stays():
     assert np.mean(depths[-500:]) == pytest.approx(exact.residual_indentation_depth, rel=0.02)
 
 
+def test_a_law_has_room_for_what_sticks():
+    """A grain that its wall pulls in far below the sticking velocity overshoots its depth at rest, which is static."""
+    for stress, speed in ((1e7, 0.05), (1e8, 0.05), (2e8, 0.01)):
+        slow = replace(GRAIN, velocity=speed, adhesion=rs.Adhesion(0.05, stress=stress))
+        exact = rs.solve(slow, rtol=1e-3)
+        assert exact.restitution_coefficient == 0.0
+        law = rs.contact_law(slow, elements=40)
+        _, state, depths = thrown(law, 2e-9, 1000)
+        assert max(depths) > 1.05 * exact.residual_indentation_depth
+        assert 0.0 < state.contact_radius < state.zone_radius
+
+
 def test_a_copy_is_another_contact_and_a_deeper_law_has_room():
     law = rs.contact_law(GRAIN, elements=30, max_depth=1.2e-6)
     state = law.start()
@@ -222,7 +234,7 @@ def test_beyond_the_law_the_contact_stays_where_it_was():
 
 
 def test_without_work_of_adhesion_it_is_the_law_without():
-    """Random histories that load, part and load again; elements of the law err by some thousandths."""
+    """Random histories that load, part and load again; over a step the depth is a line here, a parabola there."""
     plain = rs.contact_law(replace(GRAIN, adhesion=None), max_nodes=400)
     law = rs.contact_law(replace(GRAIN, adhesion=rs.Adhesion(1e-12, stress=1e-2)), elements=200)
     reach, most = 1e-10, law.max_depth

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import Array, Numeric, finite, single, single_positive, whole
+from restitution.contact.adhesion import rest
 from restitution.errors import InputError
 from restitution.impact.adhesive import problem_of, too_thin
 from restitution.impact.dugdale import Problem, scales
@@ -81,7 +82,7 @@ class AdhesiveContactLaw(ContactLaw):
     >>> law = rs.contact_law(grain)
     >>> state = law.start(3)
     >>> print(law.step(state, [-4e-9, -2e-9, 1e-8], dt=1e-8) < 0.0)
-    [ True  True  True]
+    [ True  True False]
     >>> bool(law.read(state).contact_radius[2] > 0.0)
     True
     """
@@ -263,28 +264,46 @@ def adhesive_law(impact: Impact, elements: int | None, max_depth: float | None) 
     width, time = scales(problem)
     if not math.isfinite(width):
         raise SolverError(Status.TOO_DEEP)
+    width, reached, lift = _extent(problem, width, time)
     reach = float(np.asarray(problem.body.adhesion.range))
-    reached = float(problem.march(width, time, _COARSE).motion[:, 1].max(initial=0.0)) + reach
     deepest = _DEEPER * reached - reach
     if max_depth is not None:
         deepest = float(single("max_depth", finite("max_depth", max_depth, "m")))
     if deepest <= -reach:
         raise InputError("max_depth", max_depth, f"must be > {-reach:.6g} m, where the attraction begins", "m")
-    gaps = _gaps(problem, width, count, (deepest + reach) / reached)
+    gaps = _gaps(problem, width / count, max(deepest + reach, reached) * lift)
     return AdhesiveContactLaw(
         impact, problem.body.modulus, gaps.size, deepest, None, elements=count, _problem=problem, _width=width,
         _gaps=gaps,
     )  # fmt: skip
 
 
-def _gaps(problem: Problem, width: float, count: int, deeper: float) -> Array:
-    """Return the gaps [m] of the elements up to a depth over that of the impact, if the profile goes as far.
+def _extent(problem: Problem, width: float, time: float) -> tuple[float, float, float]:
+    """Return the largest radius [m] of the zone, the way [m] from the first attraction to the largest depth, a lift.
 
-    The attraction lifts the surface less than in proportion to the undeformed gap at its edge.
+    The lift is the undeformed gap at the edge over the way. It falls with the depth, as attraction lifts the surface
+    less than in proportion. A body that sticks swings about the depth at which it comes to rest; its march ends
+    before.
     """
+    from restitution.kernel.zone import HELD
+
+    body, march = problem.body, problem.march(width, time, _COARSE)
+    reach = float(np.asarray(body.adhesion.range))
+    reached = float(march.motion[:, 1].max(initial=0.0)) + reach
+    lift, static = float(body.profile.transform(width)) / reached, float(body.modulus.equilibrium_modulus)
+    if static > 0.0:
+        held = rest(body.profile, static, body.adhesion, width)
+        if held.depth + reach > reached:
+            reached = held.depth + reach
+            width = max(width, held.edge) if march.end == HELD else width
+            lift = max(lift, float(body.profile.transform(held.edge)) / reached)
+    return width, reached, lift
+
+
+def _gaps(problem: Problem, cell: float, highest: float) -> Array:
+    """Return the gaps [m] of elements up to the highest one, if the profile goes as far, and some more."""
     profile = problem.body.profile
-    places = width / count * np.arange(_MOST)
+    places = cell * np.arange(_MOST)
     places = places[places <= 0.99 * float(np.asarray(profile.max_contact_radius))]
     gaps = np.asarray(profile.transform(places))
-    size = int(_BEYOND * np.searchsorted(gaps, max(deeper, 1.0) * gaps[min(count, gaps.size - 1)])) + 8
-    return gaps[:size].copy()
+    return gaps[: int(_BEYOND * np.searchsorted(gaps, highest)) + 8].copy()
