@@ -85,9 +85,8 @@ from .indentation.tapping import Tapping as Tapping
 from .indentation.tapping import tap as tap
 from .law.adhesive import AdhesiveContactLaw as AdhesiveContactLaw
 from .law.adhesive import AdhesiveState as AdhesiveState
-from .law.adhesive import adhesive_contact_law as adhesive_contact_law
+from .law.contact import contact_law as contact_law
 from .law.law import ContactLaw as ContactLaw
-from .law.law import contact_law as contact_law
 from .material import library as library
 from .material.cards import write_material as write_material
 from .material.classical import burgers as burgers

@@ -272,31 +272,33 @@ def test_exports_answer_in_json(options: tuple[str, ...], key: str) -> None:
     assert words.stdout.startswith(f"{options[1]}: ")
 
 
+GRAINS = """
+[body]
+radius = "10 um"
+density = 1200
+[counter_body]
+radius = "10 um"
+density = 1200
+[profile]
+type = "parabola"
+[material]
+model = "standard_solid"
+equilibrium_modulus = "1 GPa"
+branch_modulus = "1 GPa"
+viscosity = 20
+poisson_ratio = 0.35
+[impact]
+velocity = "1 m/s"
+[adhesion]
+work = "50 mJ/m^2"
+stress = "10 MPa"
+"""
+
+
 @pytest.mark.slow
 def test_calibrates_laws_with_cohesion_of_a_case_with_adhesion() -> None:
     """The numbers are those of `rs.calibrate` with the adhesion of the file; other targets are refused in one line."""
-    text = """
-    [body]
-    radius = "10 um"
-    density = 1200
-    [counter_body]
-    radius = "10 um"
-    density = 1200
-    [profile]
-    type = "parabola"
-    [material]
-    model = "standard_solid"
-    equilibrium_modulus = "1 GPa"
-    branch_modulus = "1 GPa"
-    viscosity = 20
-    poisson_ratio = 0.35
-    [impact]
-    velocity = "1 m/s"
-    [adhesion]
-    work = "50 mJ/m^2"
-    stress = "10 MPa"
-    """
-    Path("grains.toml").write_text(text)
+    Path("grains.toml").write_text(GRAINS)
     options = "--target", "lammps-dmt-viscoelastic", "--velocity", "0.2", "0.5", "--json"
     answer = json.loads(done("calibrate", "grains.toml", *options).stdout)
     polymer = rs.standard_solid(1e9, 1e9, 20.0, poisson_ratio=0.35)
@@ -305,3 +307,16 @@ def test_calibrates_laws_with_cohesion_of_a_case_with_adhesion() -> None:
     assert answer["parameters"]["gamma"]["value"] == pytest.approx(law.parameters["gamma"].value, rel=1e-6)
     assert answer["sticking_velocity"] == pytest.approx(law.sticking_velocity)
     assert "adhesion" in refused("calibrate", "grains.toml", "--target", "lammps-tsuji", "--velocity", "0.2", "0.5")
+
+
+def test_exports_the_law_of_a_case_with_adhesion() -> None:
+    """The header has the range of the attraction, work over stress; a law with adhesion keeps its terms."""
+    Path("grains.toml").write_text(GRAINS)
+    size = rs.contact_law(rs.read_case("grains.toml").impact).state_size
+    words = f"law.h: contact law of 2 terms, {size} numbers a contact\n"
+    assert done("export", "grains.toml", "--to", "law.h").stdout == words
+    assert "#define CONTACT_LAW_RANGE 5e-09" in Path("law.h").read_text()
+    done("export", "grains.toml", "--to", "law.json")
+    assert json.loads(Path("law.json").read_text())["stress"] == 1e7
+    assert "adhesion" in refused("export", "grains.toml", "--to", "law.h", "--terms", "1")
+    assert "adhesion" in refused("export", "grains.toml", "--to", "law.h", "--terms", "1", "--velocity", "0.1", "1")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from refusals import in_one_line
-from restitution import Body, ContactLaw, Impact, Material, PronySeries, contact_law
+from restitution import Adhesion, Body, ContactLaw, Impact, Material, PronySeries, contact_law
 from restitution.contact.profiles import Parabola, PowerLaw, TruncatedCone
 
 PROGRAM = """\
@@ -131,3 +131,50 @@ def test_c_and_python_agree_with_friction(tmp_path):
     )
     assert np.count_nonzero(expected[:, 1]) > 100
     assert np.max(np.abs(printed - expected)) <= 1e-10 * expected.max()
+
+
+STICKING = """\
+#include <stdio.h>
+#include "sticky.h"
+
+int main(void)
+{
+    double state[STICKY_SIZE], depth, dt;
+    sticky_start(state, -1.0);
+    while (scanf("%lf %lf", &depth, &dt) == 2)
+        printf("%.17g\\n", sticky_step(state, depth, dt));
+    return 0;
+}
+"""
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+@pytest.mark.parametrize(("compiler", "modes"), [("cc", 0), ("cc", 2), ("c++", 1)])
+def test_c_and_python_agree_with_adhesion(tmp_path, compiler, modes):
+    """Depths between far and deep, with jumps of the attraction; beyond the largest depth the force is NaN."""
+    if shutil.which(compiler) is None:
+        pytest.skip("there is no compiler of C++")
+    material = Material(PronySeries(3e8, [3e8, 5e8][:modes], [1e-8, 1e-7][:modes]), 2e9)
+    attraction = Adhesion(0.05, stress=1e8)
+    impact = Impact(material, Parabola(5e-6), mass=2.5e-12, velocity=0.3, adhesion=attraction)
+    law = contact_law(impact, elements=20)
+    text = law.to_c(tmp_path / "sticky.h", name="sticky").read_text()
+    assert f"#define STICKY_RANGE {attraction.range!r}" in text
+    assert "without adhesion" not in text
+    (tmp_path / "main.c").write_text(STICKING)
+    flags = {"cc": ["-std=c99", "-pedantic"], "c++": ["-x", "c++"]}[compiler]
+    warned = ["-Wall", "-Wextra", "-Wshadow", "-Werror", "-O1"]
+    subprocess.run([compiler, *flags, *warned, "main.c", "-o", "main", "-lm"], cwd=tmp_path, check=True)
+    rng = np.random.default_rng(modes)
+    times = np.linspace(0.0, 1.0, 301)[1:]
+    waves = np.sin(2.0 * np.pi * times[:, None] * [2.0, 7.0, 3.1] + rng.uniform(0.0, 6.0, 3)).sum(axis=1)
+    depths, dt = 0.3 * law.max_depth * waves, np.exp(rng.uniform(-21.0, -17.0, times.size))
+    asked = np.append(depths, 2.0 * law.max_depth)
+    lines = "".join(f"{depth!r} {h!r}\n" for depth, h in zip(asked.tolist(), [*dt.tolist(), 1e-9], strict=True))
+    run = subprocess.run([tmp_path / "main"], input=lines, capture_output=True, text=True, check=True)
+    forces, state = np.array(run.stdout.split(), dtype=float), law.start(depth=-1.0)
+    expected = np.array([law.step(state, depth, h) for depth, h in zip(depths.tolist(), dt, strict=True)])
+    assert math.isnan(forces[-1])
+    assert expected.min() < 0.0 < expected.max()
+    assert law.read(state).jump_energy > 0.0
+    assert np.abs(forces[:-1] - expected).max() <= 1e-9 * expected.max()

@@ -8,7 +8,8 @@ import pytest
 
 from refusals import in_one_line, named
 from restitution import Body, Cone, Impact, Material, Parabola, PronySeries, Sphere, collision, solve
-from restitution.law.law import ContactLaw, contact_law
+from restitution.law.contact import contact_law
+from restitution.law.law import ContactLaw
 from restitution.law.step import COUNT, step
 from stepping import forces
 

@@ -8,7 +8,7 @@ import pytest
 from independent_elements import element_forces
 from restitution import Cone, FlatPunch, Impact, Material, Parabola, PronySeries, Sphere, standard_solid
 from restitution.impact.elements import solve_elements
-from restitution.law.law import contact_law
+from restitution.law.contact import contact_law
 from stepping import forces
 
 PARABOLA = Parabola(1.0)

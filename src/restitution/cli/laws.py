@@ -94,6 +94,8 @@ def _write_law(
 
     problem = rs.read_case(case, any_velocity=velocity is not None)
     impact = problem.impact
+    if terms is not None and impact.adhesion is not None:
+        raise cli.BadInput(f"--terms {terms}: has no meaning with adhesion, whose law keeps all its terms")
     if velocity is not None:
         speeds = np.geomspace(*velocity_range(velocity), _POINTS)
         impact = vary(problem.over(velocity), {"velocity": speeds})
@@ -111,6 +113,8 @@ def _write_law(
             "relaxation_times": series.relaxation_times.tolist(), "parallel_viscosity": series.parallel_viscosity,
             "restitution_error": law.restitution_error,
         }  # fmt: skip
+        if impact.adhesion is not None:
+            content |= {"work": float(impact.adhesion.work), "stress": float(impact.adhesion.stress)}
         if law.shear_modulus is not None:
             shear = law.shear_modulus
             content |= {

@@ -112,11 +112,15 @@ def _laws() -> None:
     law.step(law.start(), 1e-6, 1e-6)
     rough = rs.contact_law(_ball(), friction=0.3)
     rough.step(rough.start(), 1e-6, 1e-6, way=0.0)
+    gel, tip = _gel_and_tip()
+    attraction = rs.Adhesion(work=1e-4, range=1e-7)
+    sticky = rs.contact_law(rs.Impact(gel, tip, mass=1e-12, velocity=1e-3, adhesion=attraction), elements=10)
+    sticky.step(sticky.start(), 0.0, 1e-6)
     rs.standard_solid_surrogate(0.3, 0.1, 1.0)
     rs.surrogate(_ball(), velocity=(0.5, 1.0), rtol=1e-3)(0.7)
 
 
 PROBLEMS: dict[Callable[[], None], int] = {
-    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _attractions: 6, _laws: 6,
+    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _attractions: 6, _laws: 9,
 }  # fmt: skip
 """Problems that call all entry points, with shares of the time."""

@@ -360,7 +360,7 @@ def _is_lost(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, ro
 
 
 @compiled
-def _step(solid: Solid, bodies: Bodies, room: Room) -> int:
+def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
     """Take one step, or a jump; return -1, or the reason of an end."""
     now, counts, h = room.now, room.counts, bodies.cell
     edge, longest = now[C_], bodies.longest
@@ -506,7 +506,7 @@ def march(solid: Solid, bodies: Bodies, velocity: float, most: int, room: Room) 
         elif n % _OFTEN == 0 and _energy(solid, bodies, room) < least:
             status = HELD
         else:
-            status = _step(solid, bodies, room)
+            status = step_zone(solid, bodies, room)
     ends[LEFT_] = _energy(solid, bodies, room)
     return HELD if status == TOO_LONG and ends[LEFT_] < 0.0 else status
 
@@ -539,7 +539,7 @@ def follow(solid: Solid, bodies: Bodies, knots: Any, values: Any, most: int, roo
             return PAUSED
         if not bodies.sprung:
             now[V_] = (values[k + 1] - values[k]) / (knots[k + 1] - knots[k])
-        status = _step(solid, _with_line(bodies, knots, values, now[T_], k), room)
+        status = step_zone(solid, _with_line(bodies, knots, values, now[T_], k), room)
         if status >= 0:
             break
         if not _record(room):

@@ -8,32 +8,29 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from restitution.checks import Array, finite, single, single_positive, whole
+from restitution.checks import Array, Numeric, finite, single, single_positive, whole
+from restitution.contact.adhesion import rest
 from restitution.errors import InputError
 from restitution.impact.adhesive import problem_of, too_thin
-from restitution.impact.dugdale import scales
+from restitution.impact.dugdale import Problem, scales
 from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
-from restitution.indentation.attraction import ROOM, Sticky
 from restitution.indentation.solid import compliance_of
+from restitution.law.law import ContactLaw
+from restitution.law.states import forces_of, like, states_of
 
-# Fewest and most elements of the law, rows of one call of the kernel, and room beyond the largest zone.
-_FEWEST, _LARGEST, _ROWS, _WIDER = 10, 2000, 512, 1.6
-_MOST = 8 * _LARGEST
-
-
-class _Units(NamedTuple):
-    """Length [m], time [s] and force [N] of 1 in the kernel."""
-
-    length: float
-    time: float
-    force: float
+# Fewest and most elements within the largest zone of the impact, their number by default, and most of all.
+_FEWEST, _LARGEST, _ELEMENTS, _MOST = 10, 2000, 100, 16000
+# Largest depth of the law over that of the impact, both from the first attraction on; elements beyond it.
+_DEEPER, _BEYOND = 4.0, 1.1
+# Elements of the march that finds the depth of the impact.
+_COARSE = 64
 
 
-@dataclass(eq=False)
-class AdhesiveState:
-    """State of one contact with adhesion; made by `AdhesiveContactLaw.start`.
+class AdhesiveState(NamedTuple):
+    """What the state of a contact with adhesion says, from `AdhesiveContactLaw.read`; numbers or arrays.
 
     Attributes
     ----------
@@ -45,236 +42,268 @@ class AdhesiveState:
         Radii [m] of the attraction and of the elements that touch.
     dissipated_energy, jump_energy : float
         Energies [J] that the material has dissipated, and that jumps have lost.
-    law : AdhesiveContactLaw
-        The law that started the contact.
-    room : object
-        Elements and their memory; None before the attraction.
     """
 
-    law: AdhesiveContactLaw = field(repr=False)
-    depth: float
-    force: float = 0.0
-    zone_radius: float = 0.0
-    contact_radius: float = 0.0
-    dissipated_energy: float = 0.0
-    jump_energy: float = 0.0
-    room: Any = field(default=None, repr=False)
+    depth: Any
+    force: Any
+    zone_radius: Any
+    contact_radius: Any
+    dissipated_energy: Any
+    jump_energy: Any
 
-    def copy(self) -> AdhesiveState:
-        """Return a copy of the contact."""
-        room = None if self.room is None else type(self.room)(*(np.copy(part) for part in self.room))
-        numbers = (self.depth, self.force, self.zone_radius, self.contact_radius)
-        return AdhesiveState(self.law, *numbers, self.dissipated_energy, self.jump_energy, room)
+
+class _Units(NamedTuple):
+    """Length [m], time [s] and force [N] of 1 in the kernel."""
+
+    length: float
+    time: float
+    force: float
 
 
 @dataclass(frozen=True, eq=False)
-class AdhesiveContactLaw:
-    """Contact law with adhesion and memory, made by `adhesive_contact_law`.
+class AdhesiveContactLaw(ContactLaw):
+    """Contact law with adhesion and memory, made by `contact_law` of an impact with adhesion.
+
+    It has the members of `ContactLaw`, and is not reduced: `max_nodes` is the number of all its elements.
 
     Attributes
     ----------
-    impact : Impact
-        The impact for which the law was made.
     elements : int
-        Number of elements within the largest zone of that impact.
+        Number of elements within the largest zone of the impact of the law.
 
     Examples
     --------
+    Three contacts, each with its own depth, within the range of the attraction of 5 nm:
+
     >>> import restitution as rs
     >>> polymer = rs.standard_solid(1e9, 1e9, 20.0, poisson_ratio=0.35)
     >>> sticky = rs.Adhesion(0.05, stress=1e7)
     >>> grain = rs.Impact(polymer, rs.Parabola(5e-6), mass=2.5e-12, velocity=0.2, adhesion=sticky)
-    >>> law = rs.adhesive_contact_law(grain)
-    >>> state = law.start()
-    >>> [law.step(state, depth, dt=1e-8) < 0.0 for depth in (-4e-9, -2e-9)]
-    [True, True]
+    >>> law = rs.contact_law(grain)
+    >>> state = law.start(3)
+    >>> print(law.step(state, [-4e-9, -2e-9, 1e-8], dt=1e-8) < 0.0)
+    [ True  True False]
+    >>> bool(law.read(state).contact_radius[2] > 0.0)
+    True
     """
 
-    impact: Impact
-    elements: int
-    _body: Sticky = field(repr=False)
-    _width: float = field(repr=False)
+    elements: int = field(kw_only=True)
+    _problem: Problem = field(kw_only=True, repr=False)
+    _width: float = field(kw_only=True, repr=False)
+    _gaps: Array = field(kw_only=True, repr=False)
 
-    def start(self, *, depth: float | None = None) -> AdhesiveState:
-        """Return the state of a contact before the attraction, at a depth [m] <= -h0; by default -h0, its range."""
-        reach = self._reach
-        if depth is None:
-            return AdhesiveState(self, -reach)
-        value = float(single("depth", finite("depth", depth, "m")))
-        if value > -reach:
-            raise InputError("depth", depth, f"must be <= {-reach:.6g} m, where the attraction begins", "m")
-        return AdhesiveState(self, value)
+    def start(self, contacts: int | None = None, *, depth: ArrayLike | None = None) -> Array:
+        """Return the state of contacts before the attraction.
 
-    def step(self, state: AdhesiveState, depth: float, dt: float) -> float:
-        """Take a contact to a depth [m] after a time step [s]; return the force [N], a pull below 0.
+        Parameters
+        ----------
+        contacts : int, optional
+            Number of contacts; a single one if left out.
+        depth : float or array, optional
+            Depth [m] before the first step, one or one for each contact, <= -h0 with the range h0 of the attraction;
+            by default -h0.
+
+        Returns
+        -------
+        array
+            Shape ``(state_size,)``, or ``(contacts, state_size)``. A copy of it is a copy of the contact.
+
+        Raises
+        ------
+        InputError
+            If `contacts` is below 1, or a depth is above -h0 or not finite.
+        """
+        from restitution.kernel.contact_law import DEPTH
+
+        shape, reach = () if contacts is None else (whole("contacts", contacts),), self._reach
+        before: Numeric = -reach if depth is None else finite("depth", depth, "m")
+        if np.any(np.asarray(before) > -reach):
+            raise InputError("depth", before, f"must be <= {-reach:.6g} m, where the attraction begins", "m")
+        state = np.zeros((*shape, self.state_size))
+        # In the units of the law; at the range of the attraction it has not begun.
+        state[..., DEPTH] = like("depth", np.asarray(before) / self._units.length, shape)
+        return state
+
+    def step(self, state: Array, depth: ArrayLike, dt: float, way: ArrayLike | None = None) -> Any:
+        """Return the force [N] after a time step, a pull below 0; the state is changed in place.
 
         The depth changes linearly over the step, and the attraction jumps at its own instants within. A jump changes
         the impulse of the step by more than the forces at both ends know. So the force is that at the end of the step
         plus a correction of second order, with which the scheme of Verlet has the impulse of the contact.
 
+        Parameters
+        ----------
+        state : array
+            From `start`.
+        depth : float or array
+            Depth [m] at the end of the step, negative for a gap; one, or one for each contact.
+        dt : float
+            Length of the step [s], > 0; it may differ from step to step.
+        way : None
+            Belongs to a law with friction.
+
+        Returns
+        -------
+        float or array
+            Normal force on each body, shape ``()`` or ``(contacts,)``.
+
         Raises
         ------
         InputError
-            If the depth is not finite, the step not positive, or the state that of another law.
+            If a number is out of range; the state is then unchanged.
         SolverError
-            If the attraction cannot be followed.
+            If the attraction cannot be followed, or its zone is wider than the law has elements. The contact then
+            stays where it was.
         """
-        if not isinstance(state, AdhesiveState) or state.law is not self:
-            raise InputError("state", rule="must be one that this law has started")
-        end = float(single("depth", finite("depth", depth, "m")))
-        step = float(single_positive("dt", dt, "s"))
-        begins, before, unit = 0.0, state.force, self._units
-        if state.room is None:
-            reach = self._reach
-            if end <= -reach:
-                state.depth = end
-                return 0.0
-            begins = step * (-reach - state.depth) / (end - state.depth)
-            state.depth, state.room = -reach, self._room(int(ROOM * self.elements) + 8)
-        lines = np.array([begins, step]) / unit.time, np.array([state.depth, end]) / unit.length
-        impulse = self._followed(state, *lines) * unit.force * unit.time
-        state.depth = end
-        self._read(state)
-        return state.force + impulse / step - 0.5 * (before + state.force)
+        depths = states_of(state, self.state_size, depth, self.max_depth)
+        duration, _ = single_positive("dt", dt, "s"), self._ways(way, state.shape[:-1])
+        # The compiled step takes 0.5 s to import.
+        from restitution.kernel.contact_law import FAILED, step_all
+        from restitution.kernel.zone import NO_ROOM
 
-    def _read(self, state: AdhesiveState) -> None:
-        """Write the numbers of a contact in SI."""
-        from restitution.kernel.zone import A_, C_, F_, JUMPS_, VISCOUS_
+        states, forces = state.reshape(-1, self.state_size), np.empty(depths.size)
+        step_all(self.constants, states, depths.ravel(), duration, forces)
+        failed = states[:, FAILED]
+        if np.any(failed == NO_ROOM):
+            raise SolverError(Status.TOO_DEEP, "the zone is wider than the law; give a larger max_depth")
+        if np.any(failed):
+            raise SolverError(Status.NOT_ACCURATE, "the attraction cannot be followed")
+        return forces_of(state, forces)
 
-        now, unit = state.room.now, self._units
-        state.force = float(now[F_]) * unit.force
-        state.zone_radius, state.contact_radius = float(now[C_]) * unit.length, float(now[A_]) * unit.length
+    def read(self, state: Array) -> AdhesiveState:
+        """Return depth, force, radii and energies of a contact, in the shape of its depth."""
+        from restitution.kernel.contact_law import DEPTH, EDGE, LOAD, RADIATED, RADIUS, SPENT
+
+        states_of(state, self.state_size, 0.0, math.inf)
+        unit = self._units
         energy = unit.force * unit.length
-        state.dissipated_energy, state.jump_energy = float(now[VISCOUS_]) * energy, float(now[JUMPS_]) * energy
+        places = (
+            (DEPTH, unit.length), (LOAD, unit.force), (EDGE, unit.length), (RADIUS, unit.length), (SPENT, energy),
+            (RADIATED, energy),
+        )  # fmt: skip
+        return AdhesiveState(*((state[..., place] * scale)[()] for place, scale in places))
+
+    @property
+    def state_size(self) -> int:
+        """Numbers in the state of one contact."""
+        return self._size
+
+    @cached_property
+    def _size(self) -> int:
+        from restitution.kernel.contact_law import MODES, state_size
+
+        return state_size(int(self.constants[MODES]), self._gaps.size)
+
+    @cached_property
+    def compiled(self) -> Any:
+        """The step as a function of numba, ``force = compiled(state, depth, dt)``, for `njit` and `cfunc`.
+
+        It checks nothing: `state` is a contiguous array of `state_size` numbers. Beyond `max_depth`, and where the
+        attraction cannot be followed, the force is NaN and the contact stays where it was.
+        """
+        import numba
+
+        from restitution.kernel.contact_law import step
+
+        law = self.constants
+
+        @numba.njit
+        def advance(state: Any, depth: float, dt: float) -> float:
+            return step(law, state, depth, dt)
+
+        return advance
+
+    def reduced(self, terms: int = 2, *, extrapolate: bool = False) -> ContactLaw:
+        """Refuse: a law with adhesion keeps all its terms."""
+        whole("terms", terms)
+        raise InputError("adhesion", rule="must be left out: a law with adhesion keeps all its terms")
+
+    def _header(self, name: str) -> str:
+        from restitution.kernel.contact_law import labels
+        from restitution.law.c_header import adhesive_header
+
+        values, adhesion = self.constants.tolist(), self.impact.adhesion
+        described = list(zip(values, labels(int(values[1]), self.max_nodes), strict=True))
+        paragraphs = self._paragraphs(f"frictionless, {adhesion!r}")
+        return adhesive_header(name, paragraphs, described, self.state_size, self._reach)
 
     @property
     def _reach(self) -> float:
-        return float(np.asarray(self._body.adhesion.range))
+        return float(np.asarray(self._problem.body.adhesion.range))
 
     @cached_property
     def _units(self) -> _Units:
         """Units of the kernel: the width of the zone, its time at the velocity of the impact, the glass modulus."""
-        modulus = 1.0 / compliance_of(self._body.modulus)[0]
-        return _Units(self._width, self._width / float(self.impact.velocity), modulus * self._width**2)
+        modulus = 1.0 / compliance_of(self.modulus)[0]
+        return _Units(self._width, self._width / self._problem.velocity, modulus * self._width**2)
 
     @cached_property
-    def _scaled(self) -> tuple[Any, Any]:
-        """Return solid and bodies of the kernel."""
-        from restitution.kernel.zone import Bodies, Solid
-
-        compliance, weights, rates = compliance_of(self._body.modulus)
-        unit, stress = self._units, float(np.asarray(self._body.adhesion.stress))
-        solid = Solid(1.0, weights / compliance * unit.time, rates * unit.time)
-        reach, cell = self._reach / unit.length, 1.0 / self.elements
-        return solid, Bodies(stress * compliance, reach, math.inf, cell, math.inf, False, 0.0, 0.0, 0.0)
-
-    def _room(self, size: int) -> Any:
-        """Return room for a number of elements that no attraction has reached."""
-        from restitution.kernel.zone import G_, H_, WEIGHED_, allocate_room
-
-        solid, bodies = self._scaled
-        room = allocate_room(size, bodies.cell, solid.rates.size, _ROWS, 1)
-        places = bodies.cell * np.arange(size) * self._width
-        room.nodes[G_] = np.asarray(self._body.profile.transform(places)) / self._width
-        room.nodes[H_] = room.nodes[G_] + bodies.reach
-        room.counts[WEIGHED_] = size
-        return room
-
-    def _followed(self, state: AdhesiveState, knots: Array, values: Array) -> float:
-        """Follow a line of the depth; return its impulse, scaled."""
-        from restitution.kernel import zone as kernel
-        from restitution.kernel.adhesion import follow
-
-        (solid, bodies), room, impulse = self._scaled, state.room, 0.0
-        if room.counts[kernel.STEPS_]:
-            room.now[kernel.T_], room.counts[kernel.LINE_] = knots[0], 0
-            room.motion[0] = room.now
-        while True:
-            end = follow(solid, bodies, knots, values, _ROWS // 2, room)
-            rows = room.motion[: room.counts[kernel.STEPS_]]
-            impulse += float(np.trapezoid(rows[:, kernel.F_], rows[:, kernel.T_]))
-            # The last row is the first of the next line.
-            room.motion[0], room.counts[kernel.STEPS_], room.counts[kernel.JUMPED_] = room.now, 1, 0
-            if end == kernel.NO_ROOM:
-                state.room = room = self._wider(room)
-            elif end in (kernel.STUCK, kernel.NOT_DISC, kernel.TOO_LONG):
-                raise SolverError(Status.NOT_ACCURATE, "the attraction cannot be followed")
-            elif end != kernel.PAUSED:
-                return impulse
-
-    def _wider(self, room: Any) -> Any:
-        """Return the room of a wider zone."""
-        from restitution.kernel.zone import WEIGHED_
-
-        old = room.nodes.shape[1]
-        wider = self._room(int(_WIDER * old))
-        if wider.nodes.shape[1] > _MOST or not np.isfinite(wider.nodes).all():
-            raise SolverError(Status.TOO_DEEP, "the zone is too wide for the profile or the law")
-        wider.nodes[:, :old], wider.memory[:, :old] = room.nodes, room.memory
-        for name in ("factors", "now", "counts", "ends", "motion", "jumps"):
-            getattr(wider, name)[...] = getattr(room, name)
-        wider.counts[WEIGHED_] = wider.nodes.shape[1]
-        return wider
+    def constants(self) -> Array:
+        """Constants of the law in the order that the module `restitution.kernel.contact_law` describes."""
+        compliance, weights, rates = compliance_of(self.modulus)
+        unit, stress = self._units, float(np.asarray(self._problem.body.adhesion.stress))
+        head = (
+            self._gaps.size, rates.size, stress * compliance, self._reach / unit.length, 1.0 / self.elements,
+            self.max_depth, *unit,
+        )  # fmt: skip
+        modes = weights / compliance * unit.time, rates * unit.time
+        constants = np.concatenate([head, *modes, self._gaps / unit.length])
+        # Numba has one type for arrays that may be written, and another one for constants.
+        constants.setflags(write=False)
+        return constants
 
 
-def adhesive_contact_law(impact: Impact, *, elements: int = 100) -> AdhesiveContactLaw:
-    """Return the contact law with adhesion and memory, for codes that step in time.
-
-    Parameters
-    ----------
-    impact : Impact
-        A single impact with adhesion: its materials, profile and attraction define the law. Its velocity and mass set
-        the largest zone, within which the elements lie; a wider zone of another history gets more of them.
-    elements : int
-        Number of elements, in [10, 2000].
-
-    Returns
-    -------
-    AdhesiveContactLaw
-        With `start` and `step`.
-
-    Raises
-    ------
-    InputError
-        If the impact has no adhesion or is an array, or the number of elements is out of range.
-    SolverError
-        If the attracted zone is too thin for elements.
-
-    Notes
-    -----
-    The law is the march of the solver along straight lines of the depth: an element carries the attraction or follows
-    the body, both with memory, and the edge of the zone moves or jumps at its own instants within a step. A step has a
-    cost of some changes of all elements. e converges at second order in the time step to that of so many elements,
-    which errs at second order in their distance.
-
-    Examples
-    --------
-    >>> import restitution as rs
-    >>> polymer = rs.standard_solid(1e9, 1e9, 20.0, poisson_ratio=0.35)
-    >>> sticky = rs.Adhesion(0.05, stress=1e7)
-    >>> grain = rs.Impact(polymer, rs.Parabola(5e-6), mass=2.5e-12, velocity=0.3, adhesion=sticky)
-    >>> exact, law = rs.solve(grain, rtol=1e-4), rs.adhesive_contact_law(grain)
-    >>> dt = exact.contact_time / 200
-    >>> state = law.start()
-    >>> depth, velocity, force = state.depth, 0.3, 0.0
-    >>> while True:  # velocity Verlet
-    ...     depth += velocity * dt - 0.5 * force / grain.mass * dt**2
-    ...     before, force = force, law.step(state, depth, dt)
-    ...     velocity -= 0.5 * (before + force) / grain.mass * dt
-    ...     if force == 0.0:
-    ...         break
-    >>> abs(-velocity / 0.3 - exact.restitution_coefficient) < 2e-4
-    True
-    """
-    if not isinstance(impact, Impact) or impact.adhesion is None:
-        raise InputError("impact", rule="must be an Impact with adhesion")
+def adhesive_law(impact: Impact, elements: int | None, max_depth: float | None) -> AdhesiveContactLaw:
+    """Return the law of an impact with adhesion; see `contact_law`."""
     if impact.shape:
-        raise InputError("impact", rule=f"must be single, but has shape {impact.shape}")
-    count = whole("elements", elements, _FEWEST, _LARGEST)
+        raise InputError("impact", rule=f"must be single with adhesion, but has shape {impact.shape}")
+    count = _ELEMENTS if elements is None else whole("elements", elements, _FEWEST, _LARGEST)
     if thin := too_thin(impact):
         raise SolverError(Status.NOT_ACCURATE, thin)
     problem = problem_of(impact)
-    width, _ = scales(problem)
+    width, time = scales(problem)
     if not math.isfinite(width):
         raise SolverError(Status.TOO_DEEP)
-    return AdhesiveContactLaw(impact, count, problem.body, width)
+    width, reached, lift = _extent(problem, width, time)
+    reach = float(np.asarray(problem.body.adhesion.range))
+    deepest = _DEEPER * reached - reach
+    if max_depth is not None:
+        deepest = float(single("max_depth", finite("max_depth", max_depth, "m")))
+    if deepest <= -reach:
+        raise InputError("max_depth", max_depth, f"must be > {-reach:.6g} m, where the attraction begins", "m")
+    gaps = _gaps(problem, width / count, max(deepest + reach, reached) * lift)
+    return AdhesiveContactLaw(
+        impact, problem.body.modulus, gaps.size, deepest, None, elements=count, _problem=problem, _width=width,
+        _gaps=gaps,
+    )  # fmt: skip
+
+
+def _extent(problem: Problem, width: float, time: float) -> tuple[float, float, float]:
+    """Return the largest radius [m] of the zone, the way [m] from the first attraction to the largest depth, a lift.
+
+    The lift is the undeformed gap at the edge over the way. It falls with the depth, as attraction lifts the surface
+    less than in proportion. A body that sticks swings about the depth at which it comes to rest; its march ends
+    before.
+    """
+    from restitution.kernel.zone import HELD
+
+    body, march = problem.body, problem.march(width, time, _COARSE)
+    reach = float(np.asarray(body.adhesion.range))
+    reached = float(march.motion[:, 1].max(initial=0.0)) + reach
+    lift, static = float(body.profile.transform(width)) / reached, float(body.modulus.equilibrium_modulus)
+    if static > 0.0:
+        held = rest(body.profile, static, body.adhesion, width)
+        if held.depth + reach > reached:
+            reached = held.depth + reach
+            width = max(width, held.edge) if march.end == HELD else width
+            lift = max(lift, float(body.profile.transform(held.edge)) / reached)
+    return width, reached, lift
+
+
+def _gaps(problem: Problem, cell: float, highest: float) -> Array:
+    """Return the gaps [m] of elements up to the highest one, if the profile goes as far, and some more."""
+    profile = problem.body.profile
+    places = cell * np.arange(_MOST)
+    places = places[places <= 0.99 * float(np.asarray(profile.max_contact_radius))]
+    gaps = np.asarray(profile.transform(places))
+    return gaps[: int(_BEYOND * np.searchsorted(gaps, highest)) + 8].copy()

@@ -14,25 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution import quantities
-from restitution.checks import Array, Numeric, finite, single, single_positive, whole
-from restitution.contact.table import PathTable, path_table
-from restitution.errors import InputError, InputTypeError
+from restitution.checks import Array, finite, single_positive, whole
+from restitution.contact.table import PathTable
+from restitution.errors import InputError
 from restitution.files import path_of, write_text
 from restitution.impact.batch import Batch
-from restitution.impact.problem import Body, Impact, collision, two_bodies
+from restitution.impact.problem import Impact
 from restitution.impact.window import require_known
 from restitution.law.slide import grip_labels, tiles_size
+from restitution.law.states import forces_of, like, states_of
 from restitution.law.step import DEPTH, labels, state_size
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, reduced_shear_modulus, single_material
-
-# Fewest nodes: after thinning, which keeps half and two, there is room for new ones.
-_FEWEST = 8
-# Nodes without and with friction: those that are dropped cost the tangential force an error of some thousandths.
-_NODES = (32, 64)
-# Largest depth of a table over that of the impact, and error of the table relative to the largest force.
-_DEEPER, _TABLE_RTOL = 4.0, 1e-10
+from restitution.material.viscoelastic import Material
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +104,7 @@ class ContactLaw:
         if np.any(np.asarray(before) > 0.0):
             raise InputError("depth", before, "must be <= 0 before first touch", "m")
         state = np.zeros((*shape, self.state_size))
-        state[..., DEPTH] = _like("depth", before, shape)
+        state[..., DEPTH] = like("depth", before, shape)
         return state
 
     def step(self, state: Array, depth: ArrayLike, dt: float, way: ArrayLike | None = None) -> Any:
@@ -141,21 +134,14 @@ class ContactLaw:
         InputError
             If a number is out of range, or `way` does not belong to the law; the state is then unchanged.
         """
-        if not isinstance(state, np.ndarray) or state.dtype != np.float64 or not state.flags.c_contiguous:
-            raise InputTypeError("state", rule="must be an array that `start` returned")
-        if state.ndim not in (1, 2) or state.shape[-1] != self.state_size:
-            rule = f"must be ({self.state_size},) or (contacts, {self.state_size}), as `start` returns"
-            raise InputError("state.shape", state.shape, rule)
-        depths = np.ascontiguousarray(_like("depth", finite("depth", depth, "m"), state.shape[:-1]))
-        if np.any(depths > self.max_depth):
-            raise InputError("depth", float(depths.max()), f"must be <= {self.max_depth:g} m", "m")
+        depths = states_of(state, self.state_size, depth, self.max_depth)
         duration, ways = single_positive("dt", dt, "s"), self._ways(way, state.shape[:-1])
         # The compiled step takes 0.5 s to import.
         from restitution.law.step import step_all
 
         states, forces = state.reshape(-1, self.state_size), np.empty(depths.size)
         step_all(self.constants, states, depths.ravel(), duration, forces)
-        normal = forces if state.ndim > 1 else float(forces[0])
+        normal = forces_of(state, forces)
         if ways is None or way is None:
             return normal
         from restitution.law.slide import slide_all
@@ -177,9 +163,9 @@ class ContactLaw:
         along = np.asarray(finite("way", way, "m"))
         ways = np.zeros((math.prod(shape), 2))
         if along.ndim > len(shape):
-            ways[:] = _like("way", along, (*shape, 2)).reshape(-1, 2)
+            ways[:] = like("way", along, (*shape, 2)).reshape(-1, 2)
         else:
-            ways[:, 0] = _like("way", along, shape).reshape(-1)
+            ways[:, 0] = like("way", along, shape).reshape(-1)
         return ways
 
     @property
@@ -280,7 +266,7 @@ class ContactLaw:
         return replace(self, modulus=modulus, restitution_error=error)
 
     def to_c(self, path: str | os.PathLike[str], *, name: str = "contact_law") -> Path:
-        """Write the law as a header in C99 that needs no other file.
+        """Write the law as a header in C99, which is C++ as well, that needs no other file.
 
         Parameters
         ----------
@@ -290,7 +276,8 @@ class ContactLaw:
             Start of the names in the header. ``name_start(state, depth)`` begins a contact,
             ``force = name_step(state, depth, dt)`` advances it, and a state is an array of ``name_SIZE`` doubles, with
             the name in capitals. With friction ``name_slide(state, force, way, dt, pull)`` follows each step and
-            writes the tangential force.
+            writes the tangential force. With adhesion ``-name_RANGE`` is the largest depth at which a contact
+            begins.
 
         Returns
         -------
@@ -305,29 +292,36 @@ class ContactLaw:
         Notes
         -----
         The header is a translation of the step of this package, with the same operations in the same order; both
-        agree to rounding.
+        agree to rounding. With adhesion they do up to the error of the law, where rounding decides at which of two
+        elements the edge of the attraction is.
         """
         if not isinstance(name, str) or not re.fullmatch(r"[a-z][a-z0-9_]{0,40}", name):
             raise InputError("name", name, "must be lower-case letters, digits and underscores, a letter first")
-        target = path_of(path)
+        return write_text(path_of(path), self._header(name))
+
+    def _header(self, name: str) -> str:
+        """Return the text of the header in C."""
         from restitution.law.c_header import header
 
         friction = "frictionless"
         if self.shear_modulus is not None:
             friction = f"friction coefficient {self.friction:g}, reduced shear modulus {self.shear_modulus!r}"
-        paragraphs = [
+        values, meanings = self.constants.tolist(), labels(len(self._branches))
+        meanings += ["table of the profile"] * (len(values) - len(meanings))
+        grip = list(zip(self.grip.tolist(), grip_labels(len(self._modes)), strict=True)) if self.shear_modulus else []
+        paragraphs = self._paragraphs(f"{friction}, without adhesion")
+        return header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size, grip)
+
+    def _paragraphs(self, kind: str) -> list[str]:
+        """Return what a header says about the law; `kind` is that of the surfaces."""
+        return [
             f"Contact law with memory, made by restitution {version('restitution')}. All numbers are in SI units.",
             f"Profile: {self.impact.profile!r}.",
             *dict.fromkeys(f"Material: {_provenance(material)}." for material in self.impact.contact.materials),
             f"Reduced relaxation modulus: {self.modulus!r}, with an error of e of {self.restitution_error:.2g}.",
-            f"Quasi-static, {friction}, without adhesion, small strain, half-spaces. Any history on one spot. "
+            f"Quasi-static, {kind}, small strain, half-spaces. Any history on one spot. "
             "Beyond the largest depth the force is NaN.",
         ]
-        values, meanings = self.constants.tolist(), labels(len(self._branches))
-        meanings += ["table of the profile"] * (len(values) - len(meanings))
-        grip = list(zip(self.grip.tolist(), grip_labels(len(self._modes)), strict=True)) if self.shear_modulus else []
-        text = header(name, paragraphs, list(zip(values, meanings, strict=True)), self.state_size, grip)
-        return write_text(target, text)
 
     @property
     def _branches(self) -> list[tuple[float, float]]:
@@ -372,134 +366,10 @@ class ContactLaw:
         return constants
 
 
-def contact_law(
-    problem: Impact | tuple[Body, Body],
-    *,
-    friction: Any = None,
-    max_nodes: int | None = None,
-    max_depth: float | None = None,
-) -> ContactLaw:
-    """Return the contact law with memory for codes that step in time, such as discrete-element and multibody codes.
-
-    Parameters
-    ----------
-    problem : Impact, or pair of Body
-        Its materials and its profile define the law. Mass, velocity and external force do not matter, except for a
-        profile given by a table, whose depths end beyond the deepest of these impacts. They may be arrays.
-    friction : float, optional
-        Coefficient of friction [-], >= 0 and finite, for a law with a tangential force as well; by default that of the
-        impact, if it has one.
-    max_nodes : int, optional
-        Largest number of nodes of a contact, >= 8: 32 by default, and 64 with friction. A contact gets one node for
-        each step of its first approach. When there is no room, nodes that are near others in depth and time are
-        dropped.
-    max_depth : float, optional
-        Largest depth [m] of the law. The default is the largest depth that the profile describes; for a profile whose
-        contact radius is no power of the depth at most four times the largest depth of the impact.
-
-    Returns
-    -------
-    ContactLaw
-        With `start` and `step`, and with `compiled`, the step for numba.
-
-    Raises
-    ------
-    InputError
-        If `problem` is neither an `Impact` nor a pair of `Body`, the profile has arrays of numbers, or a number is out
-        of range.
-
-    Notes
-    -----
-    The law follows the foundation of the method of dimensionality reduction at nodes: the places that the edge of the
-    contact had at the end of each step. A node in contact moves with the body. A free node creeps back without load,
-    and the body may touch it again. Over one step the velocity changes linearly, as in the Verlet scheme. The page
-    Contact law of the theory derives the step.
-
-    The force converges to that of `restitution.solve` and, for any history of the depth, to that of
-    `restitution.indent`, at second order in the time step. At 50 steps per contact the error of the restitution
-    coefficient is about 0.0001, and at most 0.002 in the paper's plane. Each element of the foundation is on its own,
-    as in the paper of Willert et al., but the body may touch it again: such elements are the exact solution on a
-    virgin surface whose modulus never rises, under a profile whose transform g rises outwards.
-
-    The explicit scheme of a code that steps in time is stable for steps below ``2/sqrt(2 E0 a/m)``, with the glass
-    modulus E0 and the largest contact radius a. With a dashpot, or branches that are faster than the step, the step
-    must also be below ``m/(2 eta a)``, with eta the sum of the dashpot and of ``E_k tau_k`` of these branches. Along
-    the surface the same holds with G* and ``m_t = m/(1 + 1/kappa)``, ``2 m/7`` of a solid ball.
-
-    With friction the force along the surface is that of Coulomb's law in each point of the contact. It converges to
-    that of `restitution.solve` of an impact with friction, at second order in the time step without a dashpot, where
-    no nodes are dropped. A step takes the way of the contact points past each other, so that a ball that rolls without
-    slip feels none.
-
-    Examples
-    --------
-    >>> import restitution as rs
-    >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
-    >>> impact = rs.Impact(rubber, rs.Parabola(0.01), mass=0.005, velocity=1.0)
-    >>> exact = rs.solve(impact)
-    >>> law = rs.contact_law(impact)
-    >>> dt = exact.contact_time / 100
-    >>> state, depth, velocity, force = law.start(), 0.0, 1.0, 0.0
-    >>> while True:  # velocity Verlet
-    ...     depth += velocity * dt - 0.5 * force / impact.mass * dt**2
-    ...     before, force = force, law.step(state, depth, dt)
-    ...     velocity -= 0.5 * (before + force) / impact.mass * dt
-    ...     if force == 0.0:
-    ...         break
-    >>> abs(-velocity - exact.restitution_coefficient) < 2e-4
-    True
-
-    Two balls, whose depth is the overlap:
-
-    >>> ball = rs.Body(rubber, radius=0.02, mass=0.01)
-    >>> law = rs.contact_law((ball, ball))
-    """
-    impact = problem if isinstance(problem, Impact) else collision(*two_bodies(problem), velocity=1.0)
-    if impact.adhesion is not None:
-        raise InputError("adhesion", rule="must be left out here; adhesive_contact_law has it, in Python")
-    for name in ("material", "counter_material"):
-        if getattr(impact, name) is not None:
-            single_material(name, getattr(impact, name))
-    impact.contact.warn_if_approximate("contact law")
-    shear, friction = None, impact.friction if friction is None else friction
-    impact = impact if impact.friction is None else impact.normal
-    if friction is not None:
-        friction = single("friction", quantities.check("friction", friction))
-        if math.isinf(friction):
-            raise InputError("friction", friction, "must be finite: a contact that never slips has no law with steps")
-        shear = reduced_shear_modulus(impact.material, impact.counter_material)
-    nodes = _NODES[friction is not None] if max_nodes is None else whole("max_nodes", max_nodes, _FEWEST)
-    profile = impact.profile
-    limit, largest = profile.max_depth, None if max_depth is None else single_positive("max_depth", max_depth, "m")
-    exponent, coefficient = profile.path_exponent, profile.path_coefficient
-    if np.ndim(limit) or np.ndim(profile.stiffness_radius(0.0)):
-        raise InputError("profile", profile, "must have single numbers as parameters: a law describes one profile")
-    if largest is not None and largest > limit:
-        raise InputError("max_depth", largest, f"must be <= {limit:g} m, {profile.end}", "m")
-    if exponent is not None and coefficient is not None:
-        largest = float(limit if largest is None else largest)
-        return ContactLaw(
-            impact, impact.reduced_modulus, nodes, largest, None, friction=friction, shear_modulus=shear
-        )  # fmt: skip
-    if largest is None:
-        deepest = np.nanmax(Batch.from_impact(impact).solve(1e-6)["max_indentation_depth"])
-        largest = min(float(limit), _DEEPER * float(deepest))
-    table = path_table(profile, largest, _TABLE_RTOL)
-    return ContactLaw(impact, impact.reduced_modulus, nodes, largest, table, friction=friction, shear_modulus=shear)
-
-
 def _terms(series: PronySeries) -> list[tuple[float, float]]:
     """Return modulus [Pa] and time [s] of each branch; of a dashpot its viscosity and 0."""
     pairs = list(zip(series.branch_moduli.tolist(), series.relaxation_times.tolist(), strict=True))
     return pairs + [(series.parallel_viscosity, 0.0)] * (series.parallel_viscosity > 0.0)
-
-
-def _like(name: str, values: Numeric, shape: tuple[int, ...]) -> Array:
-    """Return values as an array of a shape, refusing those that do not broadcast to it."""
-    try:
-        return np.broadcast_to(values, shape)
-    except ValueError:
-        raise InputError(f"{name}.shape", np.shape(values), f"must be () or {shape}: one for each contact") from None
 
 
 def _provenance(material: Material) -> str:
