@@ -131,6 +131,7 @@ from .rebound_resilience import Resilience as Resilience
 from .rebound_resilience import implied_loss_tangent as implied_loss_tangent
 from .rebound_resilience import resilience as resilience
 from .surrogates.build import surrogate as surrogate
+from .surrogates.oblique import ObliqueSurrogate as ObliqueSurrogate
 from .surrogates.standard_solid import standard_solid_surrogate as standard_solid_surrogate
 from .surrogates.velocity import Surrogate as Surrogate
 from .sweeps.grid import Linear as Linear

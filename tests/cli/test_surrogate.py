@@ -98,7 +98,7 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str) -> None
 
 
 def test_an_unattainable_tolerance_is_a_failed_solve(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("restitution.surrogates.build.DEEPEST", 0)
+    monkeypatch.setattr("restitution.surrogates.pieces.DEEPEST", 0)
     message = refused("surrogate", "ball.toml", "--rtol", "1e-9", "--out", "ball.json", exit_code=3)
     assert "NOT_ACCURATE" in message
     assert "rtol = 1e-09" in message

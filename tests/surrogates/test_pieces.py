@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from restitution.surrogates.build import DEGREE, NotMet, build_pieces
+from restitution.surrogates.pieces import DEGREE, NotMet, build_pieces
 from restitution.surrogates.velocity import lookup_table, scalar_function, value, values
 
 

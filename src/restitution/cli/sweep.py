@@ -290,7 +290,9 @@ def surrogate(
         else:
             write_table(result.sample(), out)
     if json:
-        values = [dict(zip(("velocity", *result.error), row, strict=True)) for row in rows]
+        from restitution.surrogates.velocity import OUTPUTS
+
+        values = [dict(zip(("velocity", *OUTPUTS), row, strict=True)) for row in rows]
         tables.write_json(result.to_dict() | {"pieces": result.pieces.edges.size - 1, "values": values})
     else:
         tables.show(result.summary(str(out or source), at or []))

@@ -290,7 +290,7 @@ def _solved(
         done.append(mine.size)
         if solution is None:
             return
-        slider = _slider(single, solution)
+        slider = slider_of(single, solution)
         for n in mine.tolist():
             speed, friction, kappa = (float(each[n]) for each in (velocity, columns["friction"], columns["gyration"]))
             slope = math.inf if friction == 0.0 else abs(speed) / friction / float(single.velocity)
@@ -343,7 +343,7 @@ def _motion(solution: Solution, tangential: Tangential, velocity: float) -> dict
     }
 
 
-def _slider(impact: Impact, solution: Solution) -> Slider:
+def slider_of(impact: Impact, solution: Solution) -> Slider:
     """Return the solver of the tangential half of a single impact."""
     material, counter = impact.material, impact.counter_material
     spectrum = reduced_shear_modulus(material, counter)

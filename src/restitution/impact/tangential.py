@@ -26,6 +26,8 @@ _RESIDUAL = 10.0
 _EXTRAPOLATED = ("restitution", "friction", "viscous", "stored")
 # Slopes below the first have a slipping rim so thin that e_t is linear; it is interpolated from the second on.
 _THIN, _NEAR = 0.01, 0.02
+# Search of the slope of full sliding: steps of the marches, relative width at its end, and how near they are.
+_SEARCHED, _SAME_SLOPE, _NEAR_SLOPE = (96, 192), 1e-7, 5e-3
 # Columns of `motion`.
 MOTION = ("time", "velocity", "force", "stick_radius", "slip_velocity")
 # Those that are proportional to the velocity.
@@ -106,6 +108,43 @@ class Slider:
         spread = static - glass
         e = self.impulse - 1.0
         return slope >= static and slope - mobility * (1.0 + e) >= spread - glass * e
+
+    @property
+    def first_slope(self) -> float:
+        """Slope from which all of the contact slides at first touch: E*/G* of the glassy moduli."""
+        units, scaled = self.solution.units, self.scaled
+        if scaled.viscosity > 0.0:
+            return units.viscosity / scaled.viscosity
+        return (units.equilibrium + float(units.moduli.sum())) / (scaled.equilibrium + float(scaled.moduli.sum()))
+
+    def sliding_slope(self, mobility: float) -> float:
+        """Return the slope from which all of the contact slides to the end, to some 1e-6 of it.
+
+        Where the ratio of the moduli is constant, it has a closed form. Else marches with two numbers of steps say
+        whether any element ever sticks; the slope at which one begins to is of second order in the steps.
+        """
+        first = self.first_slope
+        if self.ratios is not None and self.ratios[0] == self.ratios[1] and self.solution.units.external_force == 0.0:
+            return max(first, mobility * self.impulse - first * (self.impulse - 1.0))
+
+        def sticks(slope: float, count: int) -> bool:
+            return bool(self._step(slope, mobility, count).motion[:, 3].any())
+
+        def between(low: float, high: float, count: int) -> float:
+            while high - low > _SAME_SLOPE * high:
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if sticks(middle, count) else (low, middle)
+            return 0.5 * (low + high)
+
+        coarse, fine = _SEARCHED
+        low, high = first, 2.0 * first + mobility * self.impulse
+        while sticks(high, fine):
+            low, high = high, 2.0 * high
+        if not sticks(low * (1.0 + _SAME_SLOPE), fine):
+            return low
+        guess = between(low, high, coarse)
+        low, high = max(low, guess * (1.0 - _NEAR_SLOPE)), min(high, guess * (1.0 + _NEAR_SLOPE))
+        return guess + (between(low, high, fine) - guess) / (1.0 - (coarse / fine) ** 2)
 
     def solve(self, slope: float, mobility: float, rtol: float) -> Tangential:
         """Return the motion for ``slope = v_c0/(mu v0)``, 0 without slip, infinite without friction."""

@@ -1,12 +1,11 @@
-"""Construction of surrogates over the velocity by Chebyshev series on pieces, halved until the error is small."""
+"""Construction of surrogates of impacts over their velocity."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebpts1, chebpts2, chebvander
 
 from restitution import validity
 from restitution.checks import Array, function, single, within
@@ -14,20 +13,16 @@ from restitution.errors import InputError, InputTypeError
 from restitution.impact.adhesion import sticking_velocity
 from restitution.impact.adhesive import LEAST_RTOL
 from restitution.impact.batch import solve_columns
+from restitution.impact.oblique import sliding_numbers
 from restitution.impact.problem import Impact
 from restitution.impact.solution import Progress
 from restitution.impact.status import SolverError, Status
 from restitution.impact.window import compared, require_known, require_separation
 from restitution.quantities import VELOCITY
 from restitution.result import plain
-from restitution.surrogates.velocity import DEEPEST, NEAR, OUTPUTS, Pieces, Surrogate, velocity_range
+from restitution.surrogates.pieces import NotMet, build_pieces
+from restitution.surrogates.velocity import NEAR, OUTPUTS, Surrogate, velocity_range
 from restitution.variation import vary
-
-Piece = tuple[int, int]
-
-DEGREE = 12
-MOST = 512
-"""Degree of the series, and the most pieces."""
 
 # Below this e its error is absolute, as for the solver.
 _SMALL = 1e-3
@@ -43,13 +38,6 @@ _SOLVER_SHARE = 20.0
 # Velocities this far apart share the table of a profile.
 _TABLE_RATIO = 8.0
 
-# Random points in each piece for the measurement of the error, and a factor for the error between them.
-_FRESH = 16
-_BETWEEN_POINTS = 2.0
-# The ends are nodes, so that neighbouring pieces join. The error is largest half-way between the nodes.
-_NODES, _BETWEEN = chebpts2(DEGREE + 1), chebpts1(DEGREE)
-_TO_COEFFICIENTS = np.linalg.inv(chebvander(_NODES, DEGREE))
-
 
 def surrogate(
     impact: Impact,
@@ -62,15 +50,17 @@ def surrogate(
 ) -> Surrogate:
     """Return the restitution coefficient, contact time and peak force over the velocity, with a stated error.
 
+    With friction also e_t over the normal and the tangential velocity and the coefficient of friction.
+
     Parameters
     ----------
     impact : Impact
-        A single impact; its own velocity does not matter.
+        A single impact; its own velocity does not matter. Its friction and tangential velocity are defaults.
     velocity : tuple of float
         Lowest and highest impact velocity v0 [m/s], > 0.
     rtol : float
         Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2. With adhesion at
-        least 1e-4, see `Surrogate`.
+        least 1e-4, see `Surrogate`; for e_t absolute and at least 1e-5, see `ObliqueSurrogate`.
     extrapolate : bool
         Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     workers : int, optional
@@ -82,7 +72,7 @@ def surrogate(
     -------
     Surrogate
         Call it with velocities. Its `.error` is twice the error at velocities that were not used to build it, plus
-        that of the solves.
+        that of the solves. With friction an `ObliqueSurrogate`.
 
     Raises
     ------
@@ -109,14 +99,28 @@ def surrogate(
         raise InputTypeError("impact", impact, "must be an Impact")
     low, high = velocity_range(velocity)
     tolerance = single("rtol", within("rtol", rtol, 1e-10, 1e-2))
-    adhesive = impact.adhesion is not None
-    if adhesive:
-        tolerance = max(tolerance, _LEAST_ADHESIVE)
     if progress is not None:
         function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
     impact = vary(impact, {"velocity": 1.0})
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape} beside its velocity")
+    if impact.friction is None:
+        return _normal(impact, (low, high), tolerance, extrapolate, workers, progress)
+    from restitution.surrogates.sliding import LEAST, NORMAL_SHARE, with_friction
+
+    sliding = max(tolerance, LEAST)
+    normal = _normal(impact, (low, high), min(tolerance, NORMAL_SHARE * sliding), extrapolate, workers, progress)
+    return replace(with_friction(normal, impact, sliding, workers, progress), rtol=tolerance)
+
+
+def _normal(
+    impact: Impact, span: tuple[float, float], tolerance: float, extrapolate: bool, workers: int | None,
+    progress: Progress | None,
+) -> Surrogate:  # fmt: skip
+    """Return the surrogate of the normal motion of a single impact."""
+    (low, high), adhesive = span, impact.adhesion is not None
+    if adhesive:
+        tolerance = max(tolerance, _LEAST_ADHESIVE)
     sticking = _sticking(impact, low, high, workers) if adhesive else 0.0
     start = max(low, sticking * (1.0 + NEAR))
     require_known(impact, (start, high), extrapolate=extrapolate)
@@ -131,7 +135,10 @@ def surrogate(
         require_separation(columns["status"], speeds, (start, high))
         if not reports:
             # The first round covers the whole range.
-            reports.append(validity.report(compared(impacts, columns)))
+            numbers = compared(impacts, columns)
+            if impacts.friction is not None:
+                numbers = numbers._replace(**sliding_numbers([impacts], columns))
+            reports.append(validity.report(numbers))
         return np.log([columns[name] for name in OUTPUTS])
 
     try:
@@ -198,61 +205,3 @@ def _deviation_of_adhesive(approximate: Array, exact: Array) -> Array:
     error = np.abs(np.expm1(approximate - exact))
     error[0] *= e
     return error * np.minimum(1.0, e / _SLOW)
-
-
-class NotMet(Exception):
-    """Error of 512 pieces, or of a piece halved twelve times, above the tolerance: function, place and error."""
-
-    def __init__(self, function: int, place: float, error: float) -> None:
-        super().__init__(f"error {error:.2g} of function {function} at {place:g}")
-        self.function, self.place, self.error = function, place, error
-
-
-def build_pieces(
-    sample: Callable[[Array], Array],
-    deviation: Callable[[Array, Array], Array],
-    low: float,
-    high: float,
-    tolerance: float,
-    report: Callable[[int, int], None] | None = None,
-) -> tuple[Pieces, Array]:
-    """Interpolate functions on pieces of an interval, halved until the error is at most the tolerance.
-
-    `sample` returns values, shape (n_function, n), at n points, and `deviation` the error of each from approximate and
-    exact values. The second result is twice the largest error of each function at points that are no nodes.
-    """
-    rng = np.random.default_rng(20)
-    # Pieces as (level, place); they begin at the share place 2^-level of the interval.
-    open_: list[Piece] = [(0, 0)]
-    accurate: dict[Piece, tuple[Array, Array]] = {}
-    while open_:
-        following: list[Piece] = []
-        levels, places = np.array(open_).T
-        width = (high - low) * 0.5**levels
-        left = low + width * places
-        fresh = rng.uniform(-1.0, 1.0, (len(open_), _FRESH))
-        fixed = np.broadcast_to(np.concatenate([_NODES, _BETWEEN]), (len(open_), 2 * DEGREE + 1))
-        local = np.hstack([fixed, fresh])
-        # Rounding must not move a point out of the interval.
-        points = np.clip(left[:, None] + 0.5 * width[:, None] * (local + 1.0), low, high)
-        values = sample(points.ravel()).reshape(-1, *points.shape)
-        coefficients = values[:, :, : DEGREE + 1] @ _TO_COEFFICIENTS.T
-        tested = slice(DEGREE + 1, None)
-        approximate = np.einsum("pcd,fpd->fpc", chebvander(local[:, tested], DEGREE), coefficients)
-        errors = _BETWEEN_POINTS * np.nan_to_num(deviation(approximate, values[:, :, tested]), nan=np.inf)
-        for n, (level, place) in enumerate(open_):
-            here = errors[:, n]
-            if np.all(here <= tolerance):
-                accurate[level, place] = coefficients[:, n], here.max(axis=1)
-                continue
-            if level == DEEPEST or len(accurate) + len(following) > MOST:
-                function, at = np.unravel_index(np.argmax(here), here.shape)
-                raise NotMet(int(function), float(points[n, tested][at]), float(here[function, at]))
-            following += [(level + 1, 2 * place), (level + 1, 2 * place + 1)]
-        open_ = following
-        if report is not None:
-            report(len(accurate), len(accurate) + len(open_))
-    ordered = sorted(accurate, key=lambda piece: piece[1] * 0.5 ** piece[0])
-    lefts = [low + (high - low) * place * 0.5**level for level, place in ordered]
-    series, error = zip(*(accurate[piece] for piece in ordered), strict=True)
-    return Pieces(np.array([*lefts, high]), np.stack(series, axis=1)), np.max(error, axis=0)

@@ -147,14 +147,20 @@ def ready_boxes(levels: Any, places: Any, coefficients: Any) -> tuple[Any, ...]:
     They begin at `low + (high - low) places/2^levels` and are `(high - low)/2^levels` wide, between the `corners`.
     """
     low, high = corners()
+    cells = cell_grid(levels, places)
+    width = (high - low) * 0.5**levels
+    scale, middle, inverse = np.array(cells.shape) / (high - low), low + width * (places + 0.5), 2.0 / width
+    return tuple(Boxes(low, scale, cells, middle, inverse, coefficients.reshape(-1, TERMS, TERMS * TERMS)))
+
+
+def cell_grid(levels: Any, places: Any) -> NDArray[np.int16]:
+    """Return the box of each cell of a grid of the smallest width along each variable; -1 where there is none."""
     finest = levels.max(axis=0)
     cells = np.full(tuple(2**finest), -1, dtype=np.int16)
     for n, (level, place) in enumerate(zip(levels, places, strict=True)):
         first = place * 2 ** (finest - level)
         cells[tuple(slice(a, a + 2**b) for a, b in zip(first, finest - level, strict=True))] = n
-    width = (high - low) * 0.5**levels
-    scale, middle, inverse = np.array(cells.shape) / (high - low), low + width * (places + 0.5), 2.0 / width
-    return tuple(Boxes(low, scale, cells, middle, inverse, coefficients.reshape(-1, TERMS, TERMS * TERMS)))
+    return cells
 
 
 # Multiplications and additions may be fused, because no other code must reproduce the last bit.

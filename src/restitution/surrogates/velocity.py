@@ -8,9 +8,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numba
 import numpy as np
@@ -38,8 +39,8 @@ DEEPEST = 12
 """Halvings of a piece, at most."""
 
 _FORMAT = "restitution surrogate over velocity"
-# A file with a sticking velocity has the second version.
-_VERSIONS = (2, 3)
+# Versions of files: over the velocity alone, with a sticking velocity, with friction.
+PLAIN_, STICKING_, OBLIQUE_ = _VERSIONS = (2, 3, 4)
 _LARGEST = 20_000_000  # characters of a file
 _SERIES = "chebyshev_coefficients_of_log"
 _HEADS = ("velocity [m/s]", "e", "contact time [s]", "largest force [N]")
@@ -51,7 +52,7 @@ NEAR = 1e-3
 # What a body that sticks has, and the power with which outputs begin above the sticking velocity.
 _OF_STICKING = {"restitution_coefficient": (0.0, 0.5), "contact_time": (math.inf, 0.0), "max_force": (math.nan, 0.0)}
 # The logarithm of another mathematical library may differ in the last bits.
-_ROUNDING = 1e-12
+ROUNDING = 1e-12
 
 
 class Pieces(NamedTuple):
@@ -178,6 +179,7 @@ class Surrogate(Result):
     """
 
     _numbers = ("velocity", "sticking_velocity", "rtol", "error", "problem", "warnings", "validity")
+    _names: ClassVar[tuple[str, ...]] = OUTPUTS
 
     velocity: tuple[float, float]
     rtol: float
@@ -189,12 +191,12 @@ class Surrogate(Result):
 
     def __post_init__(self) -> None:
         low, high = velocity_range(self.velocity)
-        _check_pieces(self.pieces)
+        check_pieces(self.pieces, len(OUTPUTS))
         ends, slow = self.pieces.edges[[0, -1]], self.sticking_velocity
         if slow and not low <= slow < high / (1.0 + NEAR):
             raise InputError("sticking_velocity", slow, "must lie in the range of velocities", VELOCITY.unit)
         expected = np.log([NEAR * slow, high - slow] if slow else [low, high])
-        if np.abs(ends - expected).max() > _ROUNDING * max(1.0, np.abs(ends).max()):
+        if np.abs(ends - expected).max() > ROUNDING * max(1.0, np.abs(ends).max()):
             with np.errstate(over="ignore", under="ignore"):
                 rule = f"must be the range of log_velocity_edges, {np.exp(ends[0]):g} to {np.exp(ends[1]):g} m/s"
             raise InputError("velocity", list(self.velocity), rule, VELOCITY.unit)
@@ -208,15 +210,23 @@ class Surrogate(Result):
         """Return the table at some velocities [m/s], errors and warnings, which `print` and notebooks show."""
         low, high = self.velocity
         speeds = np.clip(np.geomspace(low, high, _ROWS), low, high) if velocity is None else np.atleast_1d(velocity)
-        columns = (self._evaluate(name, np.asarray(speeds, dtype=np.float64)) for name in OUTPUTS)
+        columns = self._columns_of(np.asarray(speeds, dtype=np.float64))
         rows = [tuple(f"{number:.8g}" for number in row) for row in zip(speeds, *columns, strict=True)]
         pieces = self.pieces.edges.size - 1
         span = f"{low:g} to {high:g} m/s in {pieces} piece{'s' * (pieces > 1)}, rtol {self.rtol:g}"
         span += f", sticks up to {self.sticking_velocity:.5g} m/s" if self.sticking_velocity else ""
         errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in self.error.items())
         heading = f"{title or 'Surrogate'}: {span}"
-        table = Table(_HEADS, rows) if rows else None
+        table = Table(self._heads, rows) if rows else None
         return Summary(heading, table, (f"largest error: {errors}",), warnings=self.warnings)
+
+    @property
+    def _heads(self) -> tuple[str, ...]:
+        return _HEADS
+
+    def _columns_of(self, speeds: Array) -> list[Any]:
+        """Return the columns of the table at some velocities, besides these."""
+        return [self._evaluate(name, speeds) for name in OUTPUTS]
 
     @property
     def _short(self) -> str:
@@ -277,7 +287,7 @@ class Surrogate(Result):
         units = {"velocity": INPUTS["velocity"], **{name: QUANTITIES[name] for name in OUTPUTS}}
         content = {
             "format": _FORMAT,
-            "format_version": _VERSIONS[bool(self.sticking_velocity)],
+            "format_version": self._version,
             "version": version("restitution"),
             "rtol": self.rtol,
             "velocity": list(self.velocity),
@@ -288,10 +298,17 @@ class Surrogate(Result):
             "log_velocity_edges": self.pieces.edges.tolist(),
             _SERIES: {name: part.tolist() for name, part in zip(OUTPUTS, self.pieces.coefficients, strict=True)},
         }
-        if self.sticking_velocity:
-            content["sticking_velocity"] = self.sticking_velocity
+        content |= self._content()
         content["sha256"] = content_hash(content)
         return write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+    @property
+    def _version(self) -> int:
+        return STICKING_ if self.sticking_velocity else PLAIN_
+
+    def _content(self) -> dict[str, Any]:
+        """Return what a file has besides the numbers of all surrogates."""
+        return {"sticking_velocity": self.sticking_velocity} if self.sticking_velocity else {}
 
     @classmethod
     def load(cls, path: str | Path) -> Surrogate:
@@ -311,11 +328,11 @@ class Surrogate(Result):
             raise InputError("", rule=f"is not a {_FORMAT}", where=str(path))
         stated = content.get("format_version")
         if stated is True or stated not in _VERSIONS:
-            known = " or ".join(map(str, _VERSIONS))
-            rule = f"must be {known}; version {content.get('version')} of restitution wrote the file"
+            known = ", ".join(map(str, _VERSIONS))
+            rule = f"must be one of {known}; version {content.get('version')} of restitution wrote the file"
             raise InputError("format_version", stated, rule, where=str(path))
         try:
-            return cls._from_content(content)
+            return _kind(stated)._from_content(content)
         except InputError as error:
             raise error.within(where=str(path)) from None
         except (KeyError, TypeError, ValueError, AttributeError, RecursionError):
@@ -330,12 +347,16 @@ class Surrogate(Result):
             np.asarray(finite("log_velocity_edges", content["log_velocity_edges"])),
             np.stack([np.asarray(finite(f"{_SERIES}.{name}", series[name])) for name in OUTPUTS]),
         )
-        error = {name: float(positive(f"error.{name}", content["error"][name])) for name in OUTPUTS}
+        error = {name: float(positive(f"error.{name}", content["error"][name])) for name in cls._names}
         velocity = velocity_range(content["velocity"])
         rtol = float(positive("rtol", content["rtol"]))
         report, problem = Validity.from_dict(content["validity"]), dict(content["problem"])
-        slow = float(nonnegative("sticking_velocity", content.get("sticking_velocity", 0.0)))
-        return cls(velocity, rtol, error, report, problem, pieces, slow)
+        return cls(velocity, rtol, error, report, problem, pieces, **cls._further(content))
+
+    @classmethod
+    def _further(cls, content: dict[str, Any]) -> dict[str, Any]:
+        """Return the numbers of a file besides those of all surrogates."""
+        return {"sticking_velocity": float(nonnegative("sticking_velocity", content.get("sticking_velocity", 0.0)))}
 
     @cached_property
     def _tables(self) -> dict[str, tuple[Any, ...]]:
@@ -356,6 +377,13 @@ class Surrogate(Result):
         return out
 
 
+def _kind(stated: int) -> type[Surrogate]:
+    """Return the class of a version of files. The module of a subclass, which imports this one, is found by name."""
+    if stated != OBLIQUE_:
+        return Surrogate
+    return import_module("restitution.surrogates.oblique").ObliqueSurrogate
+
+
 def velocity_range(velocity: Any) -> tuple[float, float]:
     """Return the ends of a range of velocities [m/s], checked, the lowest first."""
     checked = np.sort(np.atleast_1d(check("velocity", velocity)), axis=None)
@@ -370,13 +398,13 @@ def content_hash(content: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _check_pieces(pieces: Pieces) -> None:
-    """Refuse edges that are not those of repeated halving, or that do not fit the coefficients."""
+def check_pieces(pieces: Pieces, count: int) -> None:
+    """Refuse edges that are not those of repeated halving, or that do not fit the coefficients of some functions."""
     edges, coefficients = pieces
     widths = np.diff(edges)
     if edges.ndim != 1 or edges.size < 2 or widths.min() <= 0.0:
         raise InputError("log_velocity_edges", rule="must be two or more numbers that increase")
-    shape = (len(OUTPUTS), widths.size)
+    shape = (count, widths.size)
     if coefficients.ndim != 3 or coefficients.shape[:2] != shape or coefficients.shape[2] < 1:
         raise InputError(_SERIES, rule=f"must have a row for each of the {widths.size} pieces")
     halvings = np.log2((edges[-1] - edges[0]) / widths)
