@@ -156,3 +156,18 @@ def test_a_force_without_zeros_stays_as_it_is():
     assert parted is history
     assert np.array_equal(coefficients, history.coefficients)
     assert not backward.any()
+
+
+@pytest.mark.parametrize("cycles", [64, 512])
+def test_a_function_of_many_cycles_needs_few_pieces(cycles):
+    """Times far from zero have few digits left: the values differ by their rounding, which no finer piece removes."""
+
+    def wave(t):
+        return 1.0 + 0.9 * np.sin(2.0 * np.pi * t)
+
+    offset = 100.0
+    history = History.from_function(wave, offset + np.arange(4 * cycles + 1) / 4.0)
+    assert history.knots.size < 20 * cycles
+    times = offset + cycles * np.random.default_rng(cycles).uniform(0.0, 1.0, 1000)
+    # The slope 2 pi 0.9 times the spacing of the times, 6e-14 or 1e-13, and the error of a fit.
+    assert history(times) == pytest.approx(wave(times), abs=1e-12)

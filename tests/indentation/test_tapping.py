@@ -215,6 +215,56 @@ def test_extrapolated_taps_end_where_plain_taps_do(seed, monkeypatch):
     assert quick.phase[0] == pytest.approx(plain.phase[0], abs=1e-7)
 
 
+@pytest.mark.slow
+def test_a_surface_that_relaxes_slowly_is_that_of_many_plain_taps(monkeypatch):
+    """Relaxation over 10 periods, and creep over 30: plain taps go on until nothing changes."""
+    import restitution.indentation.tapping as tapping
+
+    slow = rs.Material(rs.PronySeries(0.25, [1.0, 0.5], [1.0, 63.0]), bulk=math.inf)
+    options = OPTIONS | {"quality_factor": 5.0, "max_taps": 900}
+    quick = rs.tap(slow, rs.Parabola(1.0), 0.8, **options)
+    monkeypatch.setattr(tapping, "_MEMORY", 1)
+    plain = rs.tap(slow, rs.Parabola(1.0), 0.8, **options)
+    assert quick.status[0] == plain.status[0] == TappingStatus.PERIODIC
+    assert quick.taps[0] < 60 < 300 < plain.taps[0]
+    # Taps are periodic where they change by 1e-9: some 30 of them are left.
+    assert numbers_of(quick) == pytest.approx(numbers_of(plain), abs=1e-7)
+
+
+def test_a_slow_polymer_is_steady():
+    """Relaxation over up to 50 periods and creep over 150: thirty more taps change nothing."""
+    import restitution.indentation.tapping as tapping
+    from restitution.indentation.solve import contact_of
+
+    polymer = rs.Material(rs.PronySeries(0.1, [1.0, 0.3, 0.3, 0.2], [0.5, 5.0, 50.0, 300.0]), bulk=math.inf)
+    lever = tapping.cantilever(1.0, 10.0, 0.5 / math.pi, None, 1.0, None)
+    tapper = tapping.Tapper(contact_of(polymer, rs.Parabola(1.0), None), lever, tapping.Pull(), 1e-8)
+    solution, after, status = tapper.steady(0.7, tapper.free(0.7), 100)
+    assert status == TappingStatus.PERIODIC
+    before, level = tapping.numbers_of_tap(tapper, 0.7, solution), after.level
+    for _ in range(30):
+        solution = tapper.run(0.7, after)
+        after = tapper.end(solution)
+    numbers = tapping.numbers_of_tap(tapper, 0.7, solution)
+    # A distance e from the steady surface would change by about e (1 - exp(-30/150)).
+    assert after.level == pytest.approx(level, abs=1e-9)
+    assert level > 0.05
+    for name in ("amplitude", "phase", "dissipated", "mean_force"):
+        assert numbers[name] == pytest.approx(before[name], abs=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_steady_tip_within_the_free_amplitude_touches(seed):
+    """A surface that has sunk too far recovers until the tip touches it, however slowly that is."""
+    rng = np.random.default_rng(seed)
+    series = rs.PronySeries(0.02, rng.uniform(0.1, 1.0, 3), 10.0 ** rng.uniform(0.0, 4.0, 3))
+    material = rs.Material(series, bulk=math.inf)
+    curve = rs.tap(material, rs.Parabola(1.0), [0.95, 0.7, 0.5], **OPTIONS, max_taps=60)
+    solved = curve.status == TappingStatus.PERIODIC
+    assert np.all(curve.contact_share[solved] > 0.0)
+    assert solved.sum() >= 1
+
+
 @pytest.mark.parametrize(
     ("change", "field"),
     [

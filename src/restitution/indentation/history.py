@@ -22,9 +22,11 @@ UNITS = {"depth": HISTORY["indentation_depth"].unit, "force": HISTORY["force"].u
 # A prescribed force is zero below this share of the largest one: rounding of a return to zero.
 NO_FORCE = 1e-13
 _DEGREE = 9
-# Error of a fitted piece over the largest value, rounding of its slope, and the most pieces.
+# Error of a fitted piece over the largest value, rounding of its slope, and the most pieces, or for each given time.
 _FIT, _ROUNDING = 2e-14, 1e-13
-_MOST_PIECES = 4096
+_MOST_PIECES, _MOST_PARTS = 4096, 16
+# Largest error of a piece by the rounding of its times, over the largest value.
+_LATE = 1e-12
 _FIRST_PIECES = 12
 # Jumps of the value and its first derivatives that are rounding of a fit, over the largest value, in a piece.
 _SMOOTH = (1e-13, 1e-11, 1e-9)
@@ -151,14 +153,17 @@ class History:
             fit: Array = np.linalg.solve(polyvander(_NODES, _DEGREE), values.T).T.astype(np.float64, copy=False)
             error = np.max(np.abs(polyval(_BETWEEN, fit.T) - exact), axis=1)
             np.maximum.at(error, *_errors_at(t, at_times, lows, highs, fit))
-            good = error <= _FIT * scale
+            # Times far from zero have few digits left, and so have the values.
+            steepest = np.ptp(values, axis=1) / width[:, 0]
+            late = np.minimum(2.0 * np.spacing(np.abs(highs)) * steepest, _LATE * scale)
+            good = error <= np.maximum(_FIT * scale, late)
             fitted.append((lows[good], fit[good]))
             pieces += int(good.sum())
             lows, highs = lows[~good], highs[~good]
             short = highs - lows <= _SHORTEST * (t[-1] - t[0])
             if np.any(short):
                 raise InputError(name, rule=f"jumps near time = {lows[short][0]:.9g} s; {_JUMP_ADVICE}")
-            if pieces + 2 * lows.size > _MOST_PIECES:
+            if pieces + 2 * lows.size > max(_MOST_PIECES, _MOST_PARTS * t.size):
                 rule = f"must be smooth between the given times, not so near time = {lows[0]:g} s"
                 raise InputError(name, rule=rule)
             middles = _middles(t, lows, highs)

@@ -206,6 +206,30 @@ class PanelSolution:
         places = np.flatnonzero(records.length[:size] > 0.0)
         return records.start[places], records.length[places], records.kind[places], places
 
+    # Steps.
+
+    @property
+    def solid(self) -> Solid:
+        """Modulus of the material, dimensionless."""
+        return self._solid
+
+    @property
+    def pieces(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Starts, lengths and maps of the steps, over the unit of time."""
+        return self._records[:3]
+
+    @property
+    def node_times(self) -> Array:
+        """Times of the nodes of the steps, over the unit of time, (R, N)."""
+        starts, lengths, kinds, _ = self._records
+        places = np.broadcast_to(scheme().c, (starts.size, NODES))
+        times: Array = starts[:, None] + lengths[:, None] * share_of_step(kinds, places)
+        return times
+
+    def scaled_depth(self, times: Array) -> Array:
+        """Return depths at times, both over their units."""
+        return self._sample(times.ravel(), False)[0][0].reshape(times.shape)
+
     # Times and events.
 
     def _time(self, scaled: Array | float) -> Array:

@@ -19,6 +19,7 @@ from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, Grip, PanelSolution
 from restitution.indentation.solid import solid_of
 from restitution.indentation.solve import contact_of
+from restitution.indentation.steady import Mixture, Past, Recovery, Trial
 from restitution.indentation.surface import Imprint
 from restitution.indentation.work import largest_of
 from restitution.material.viscoelastic import Material
@@ -34,8 +35,19 @@ _PERIODIC = 0.1
 _CONFIRMED = 3
 # Tolerances of a tap, of rtol, one after the other: other steps may solve what these do not.
 _SHARES = (1.0, 0.3, 0.1, 0.03)
-# Past taps from which the next start is extrapolated, and growth of the change at which it is not.
-_MEMORY, _GROWTH = 7, 3.0
+# Past taps from which the next start is extrapolated.
+_MEMORY = 8
+# Least and largest number of first taps on the surface as it is, and their change at which that of a steady motion is
+# put in its place.
+_PLAIN, _MOST_PLAIN, _BEGIN = 4, 60, 1e-3
+# Depths in contact that are extrapolated.
+_SAMPLES = 8
+# Distance over the free amplitude from which on a first oscillation is as large.
+_LEAST_TOUCHING = 0.05
+# Distances between two taps to which a third one is extrapolated, over that of the first two.
+_AHEAD = 1.5
+# Error of a surface that is not yet steady, over the change of the tap before.
+_SURFACE = 1e-3
 # Tolerance of taps that are not yet periodic, over the change of the one before, and the largest one.
 _EARLY, _COARSE = 1e-2, 1e-5
 # Panels under load are not merged, and each tap on a liquid that sinks leaves a ring: a tap costs more and more.
@@ -169,6 +181,7 @@ class Start(NamedTuple):
     grip: Grip | None = None
     level: float = 0.0  # depth of the surface at the axis
     swing: Array = np.zeros((0, 2))  # depths and velocities of higher modes, (M, 2)
+    depths: Array | None = None  # depths in contact of the steady motion that has left the surface, if there is one
 
 
 class Tapper:
@@ -179,7 +192,14 @@ class Tapper:
         free = lever.response
         self.amplitude, self.phase = abs(free), math.atan2(free.imag, free.real)
         self.period = 2.0 * math.pi / lever.omega
-        self.recoveries = solid_of(contact.reduced_modulus).recoveries
+        solid = solid_of(contact.reduced_modulus)
+        self.recoveries = solid.recoveries
+        # A liquid sinks for ever.
+        self.relaxes = _MEMORY > 1 and solid.viscosity == 0.0 and solid.rates.size > 0 and solid.equilibrium > 0.0
+        self.past = Past(max(_MEMORY, 2 * self._scales.size + 1) if _MEMORY > 1 else 1)
+        self.recovery = Recovery(rtol)
+        self._times: Array | None = None
+        self._steady: list[tuple[float, Array, PanelSolution]] = []
         self.count = 0
 
     def run(self, distance: float, start: Start, periods: int = 1, rtol: float = 0.0) -> PanelSolution:
@@ -203,8 +223,19 @@ class Tapper:
         raise InputError("distance", distance, "leads to a tap that could not be solved", "m")
 
     def free(self, distance: float) -> Start:
-        """Return the start of a free oscillation, or a tip at rest on the surface where that would begin below it."""
-        return Start(min(-distance - self.amplitude, 0.0), 0.0, swing=np.zeros((len(self.lever.modes), 2)))
+        """Return a first start: that of an oscillation which nearly touches the surface.
+
+        Of a free one where the surface pulls, and at rest on the surface where that would begin below it. A contact
+        that is elastic and short makes the cantilever stiffer, so that its amplitude is the distance.
+        """
+        lever, swing = self.lever, np.zeros((len(self.lever.modes), 2))
+        if self.pull.attraction > 0.0 or not _LEAST_TOUCHING * self.amplitude < distance < self.amplitude:
+            return Start(min(-distance - self.amplitude, 0.0), 0.0, swing=swing)
+        loss = lever.damping * lever.omega
+        stiffness = math.sqrt(max((lever.push / distance) ** 2 - loss * loss, 0.0))
+        angle = -math.atan2(loss, stiffness) - self.phase
+        height, rate = distance * math.cos(angle), -lever.omega * distance * math.sin(angle)
+        return Start(min(-distance - height, 0.0), -rate, swing=swing)
 
     def end(self, solution: PanelSolution) -> Start:
         """Return the state at the end."""
@@ -234,45 +265,103 @@ class Tapper:
         """Return the last tap, its end, and whether taps have become periodic.
 
         The start of the next tap is extrapolated from the changes in the last ones (Anderson's method), while the
-        surface relaxes; plain taps confirm.
+        surface relaxes. Where each tap has one contact, the surface is the one that a motion leaves if it goes on for
+        ever, and depths of this motion in contact are extrapolated too. Plain taps confirm.
         """
-        memory = max(_MEMORY, 2 * self._scales.size + 1) if _MEMORY > 1 else 1
         tolerance, first = _PERIODIC * self.rtol, self.count
-        starts: list[Array] = []
-        changes: list[Array] = []
-        confirmed, best, change = 0, math.inf, 0.0
+        confirmed, change = 0, 0.0
+        plain, start = start, self._predicted(distance, start)
         while True:
-            solution = self.run(distance, start, rtol=min(_COARSE, _EARLY * change))
-            after = self.end(solution)
+            try:
+                solution = self.run(distance, start, rtol=min(_COARSE, _EARLY * change))
+                after = self.end(solution)
+            except InputError:
+                if start is plain or self.count - first >= most:
+                    raise
+                self.past.forget()
+                start = plain
+                continue
             x, y = self.coordinates(start), self.coordinates(after)
+            depths = self._depths_in_contact(solution, start, after)
+            if depths is not None and start.depths is not None:
+                x, y = np.append(x, start.depths), np.append(y, depths)
             change = float(np.abs(y - x).max())
+            if solution.contact_intervals.size == 0:
+                # The surface recovers until the tip touches it.
+                change = max(change, abs(after.level - start.level) / self.amplitude)
             confirmed = confirmed + 1 if change <= tolerance else 0
             if confirmed >= _CONFIRMED:
+                self._keep(distance, solution, start, after)
                 return solution, after, TappingStatus.PERIODIC
             if self.count - first >= most:
                 return solution, after, TappingStatus.NOT_PERIODIC
             following = 0 if after.grip is None else after.grip.following.end.size
             if after.imprint is not None and after.imprint.end.size + following > _MOST_PANELS:
                 return solution, after, TappingStatus.CROWDED
-            if change > _GROWTH * best:
-                starts, changes = [], []
-            best = min(best, change)
-            starts, changes = [*starts, x][-memory:], [*changes, y - x][-memory:]
-            start = after
+            settled = self.count - first > _PLAIN and (change < _BEGIN or self.count - first > _MOST_PLAIN)
+            if depths is not None and start.depths is None and settled:
+                x, y = np.append(x, depths), np.append(y, depths)
+            plain = start = after
             # A body in contact has no other depth than this.
-            if len(changes) > 2 and confirmed == 0 and after.grip is None:
-                guess = self.moved(after, _extrapolated(np.array(starts), np.array(changes)))
-                if guess.depth < after.level:
-                    start = guess
+            if confirmed > 0 or after.grip is not None:
+                continue
+            self.past.add(Trial(x, y - x, solution))
+            start = self._extrapolated(solution, after, y, _SURFACE * change)
 
+    def _depths_in_contact(self, solution: PanelSolution, start: Start, after: Start) -> Array | None:
+        """Return depths over the free amplitude at fixed times in contact; None where a tap has several contacts."""
+        if not self.relaxes or start.grip is not None or after.grip is not None:
+            return None
+        intervals, times = solution.contact_intervals / self.period, self._times
+        if intervals.shape[0] == 1 and solution.turning_times.size == 1:
+            begin, end = intervals[0]
+            if times is None or not begin < times.mean() < end:
+                times = self._times = begin + (end - begin) * (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+                self.past.forget()
+        elif intervals.size > 0 or times is None:
+            return None
+        depths = solution.scaled_depth(times) * solution.units.length / self.amplitude
+        # A tip that does not touch a surface that has sunk so far may be below the undeformed one.
+        return depths if depths.max() > 0.0 else None
 
-def _extrapolated(starts: Array, changes: Array) -> Array:
-    """Return the start whose change vanishes by the differences of the last ones."""
-    steps, slopes = np.diff(starts, axis=0), np.diff(changes, axis=0)
-    weights, *_ = np.linalg.lstsq(slopes.T, changes[-1], rcond=1e-10)
-    target = starts[-1] + changes[-1] - weights @ (steps + slopes)
-    # At most a tenth of the amplitude at once.
-    return starts[-1] + np.clip(target - starts[-1], -0.1, 0.1)
+    def _extrapolated(self, solution: PanelSolution, after: Start, y: Array, error: float) -> Start:
+        """Return the start of the next tap."""
+        found = self.past.next_start()
+        if found is None and y.size == self._scales.size:
+            return after
+        target, mixture = found if found is not None else (y, [(1.0, solution)])
+        return self._begun(after, target, mixture, solution, error)
+
+    def _begun(self, after: Start, target: Array, mixture: Mixture, solution: PanelSolution, error: float) -> Start:
+        """Return a start at extrapolated coordinates, and on the surface that a mixture of motions leaves."""
+        here = self.coordinates(after)
+        # At most a tenth of the amplitude at once.
+        guess = self.moved(after, here + np.clip(target[: here.size] - here, -0.1, 0.1))
+        if target.size > here.size:
+            imprint = self.recovery.surface(solution, mixture, error)
+            if imprint is None:
+                self.past.forget()
+                return after
+            level = imprint.axis_depth(self.recoveries)
+            guess = guess._replace(imprint=imprint, level=level, depths=target[here.size :])
+        return guess if guess.depth < guess.level else after
+
+    def _keep(self, distance: float, solution: PanelSolution, start: Start, after: Start) -> None:
+        """Keep a steady motion, from which that at the next distance is extrapolated."""
+        self.past.part()
+        depths = self._depths_in_contact(solution, start, after)
+        x = self.coordinates(after) if depths is None else np.append(self.coordinates(after), depths)
+        self._steady = [*self._steady[-1:], (distance, x, solution)]
+
+    def _predicted(self, distance: float, start: Start) -> Start:
+        """Return the start at a distance on the straight line through the last two."""
+        if len(self._steady) < 2 or start.grip is not None:
+            return start
+        (first, x, before), (second, y, solution) = self._steady
+        share = (distance - second) / (second - first) if second != first else math.inf
+        if x.size != y.size or not 0.0 < share < _AHEAD:
+            return start
+        return self._begun(start, y + share * (y - x), [(1.0 + share, solution), (-share, before)], solution, _COARSE)
 
 
 def tap(
