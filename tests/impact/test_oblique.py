@@ -374,3 +374,17 @@ def test_a_body_that_stays_has_no_way():
         result = rs.solve(rs.Impact(stays, rs.Parabola(0.01), 0.005, 1.0, friction=0.3, tangential_velocity=1.0))
     assert math.isinf(result.contact_time)
     assert "travel" not in {check.kind for check in result.validity if check.exceeded}
+
+
+def test_parts_of_the_energy_that_do_not_add_up_warn(monkeypatch):
+    ball = rs.Impact(
+        rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3), rs.Parabola(1.0), 1.0, 1.0, friction=0.5,
+        tangential_velocity=1.0,
+    )  # fmt: skip
+    result = rs.solve(ball, rtol=1e-4)
+    assert not any("balance" in line for line in result.warnings)
+    residual = abs(result.tangential_energy_residual)
+    monkeypatch.setattr("restitution.impact.oblique._BALANCE", 0.5 * residual / 1e-4)
+    (line,) = (line for line in rs.solve(ball, rtol=1e-4).warnings if line.startswith("balance"))
+    assert f"{residual:.2g}" in line
+    assert "in 1 of 1 impacts" in line

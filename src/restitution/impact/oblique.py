@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 TANGENTIAL_RTOL = 1e-6
 """Least tolerance of e_t, which is that of e where this is larger."""
 _GAPS_LIMIT = 0.01
+# Residual of the balance of energy over the tolerance of e_t above which results warn.
+_BALANCE = 10.0
 # Largest tolerance of the normal solution behind the tangential one.
 _NORMAL_RTOL = 1e-9
 # Most rows of one task, which share a normal solution.
@@ -207,7 +209,21 @@ def solve_sliding(
         f"disc: for {100.0 * float(gaps.max()):.2g} % of the contact time some elements slip within the radius that "
         f"sticks; the theory needs a disc{f'; in {gaps.size} of {status.size} impacts' if impact.shape else ''}"
     ]  # fmt: skip
+    notes += _unbalanced(rows, max(rtol, TANGENTIAL_RTOL))
     return Sliding(_outputs(impact, normal, columns, rows) | {STATUS: status}, tuple(notes), motion)
+
+
+def _unbalanced(rows: dict[str, Array], rtol: float) -> list[str]:
+    """Return a warning where the parts of the tangential energy do not add up, in words; e_t has its own error."""
+    parts = rows["friction"] + rows["viscous"] + rows["stored"]
+    residual = np.abs(parts + rows["tangential_restitution_coefficient"] ** 2 - 1.0)
+    open_ = residual[residual > _BALANCE * rtol]
+    if not open_.size:
+        return []
+    return [
+        f"balance: parts of the tangential energy add up to {float(open_.max()):.2g} of it, above the limit "
+        f"{_BALANCE * rtol:.2g}, in {open_.size} of {residual.size} impacts; take a smaller rtol to split the energy"
+    ]
 
 
 def join_sliding(
