@@ -10,7 +10,8 @@ import restitution as rs
 from refusals import named
 from restitution.identification.adhesion import Bodies, surprise
 from restitution.identification.parameters import OfData, parameters
-from restitution.identification.pull_off import _means, lines_of
+from restitution.identification.pull_off import _means, deviations_at_jumps, lines_of
+from restitution.identification.uncertainty import Uncertainty
 from restitution.indentation.attraction import March
 
 RADIUS, STRESS, WORK = 5e-6, 1e7, 0.05
@@ -249,6 +250,54 @@ def test_samples_are_means_of_the_force():
         force = np.where(t < 0.0, 0.0, np.where(t < 1.0, 2.0 * t, np.where(t < 3.0, t - 2.0, 0.0)))
         # The error of a sum at the jump of 3.
         assert mean == pytest.approx(force.mean(), abs=3.0 / 200_000)
+
+
+@pytest.mark.parametrize("at", [1, 20, 39])
+def test_both_samples_beside_a_jump_are_loose(at):
+    """A jump of size X between two samples may lie anywhere in them: each is known to X/2, at the ends as well."""
+    rng = np.random.default_rng(at)
+    jump, deviation = rng.uniform(50.0, 100.0), rng.uniform(0.5, 1.0, 40)
+    force = np.where(np.arange(40) < at, 0.0, jump)
+    found = deviations_at_jumps(force, deviation)
+    expected = deviation.copy()
+    expected[at - 1 : at + 1] = np.hypot(deviation[at - 1 : at + 1], 0.5 * jump)
+    # A sample at the end is as loose as its neighbour.
+    inner = slice(0 if at > 1 else 2, None if at < 39 else -2)
+    np.testing.assert_allclose(found[inner], expected[inner])
+    assert np.all(found[at - 1 : at + 1] > 0.4 * jump)
+
+
+@pytest.mark.parametrize("stated", [False, True])
+def test_elements_are_those_that_the_noise_or_the_misfit_needs(stated):
+    """Few elements err by less than a misfit of some per cent, but by more than a noise of 1e-5."""
+    time, depth, force, deviation = pulled(5e5)
+    force = force + np.random.default_rng(4).normal(0.0, 1e-3 * deviation, force.size)
+    noise = rs.Noise(force=1e-3 * deviation) if stated else None
+    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, adhesion=True)
+    wrong, touch = materials(**GEL | {"poisson_ratio": 0.5}, work=1.5 * PULL, stress=5e5), np.array([[TOUCH]])
+    misfit = curve.force - curve.forces(wrong, touch)[0] - np.mean(curve.force[:20])
+    assert np.sqrt(np.mean(misfit**2)) > 0.01 * np.ptp(force)
+    first, few = curve._pull_off.count, curve.refined(wrong, touch)._pull_off.count
+    if stated:
+        assert few > 100
+    else:
+        assert few == first == 100
+
+
+def test_an_interval_holds_other_minima_that_fit_as_well(exact):
+    """Minima of curves with jumps are no parts of one valley: 3.84 above the least sum of squares bounds 95 %."""
+    few = slice(6, 9)
+    rebounds = rs.Rebounds(VELOCITY[few], exact[few], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
+    found = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN, profiles=False)
+    low, high = found.parameters["work"].interval
+    assert low < found.parameters["work"].value < high < 2.0 * WORK
+    estimation = found.estimation
+    for excess, factor, inside in ((3.0, 5.0, True), (3.0, 0.2, True), (5.0, 5.0, False)):
+        fit = estimation.fit
+        other = fit._replace(coordinates=fit.coordinates + math.log(factor), cost=fit.cost + excess)
+        wider = Uncertainty(estimation._replace(fits=(fit, other))).estimate(0, False).interval
+        value = factor * found.parameters["work"].value
+        assert (wider[0] <= value * (1.0 + 1e-9) and value * (1.0 - 1e-9) <= wider[1]) == inside
 
 
 def test_lines_of_a_noisy_depth():

@@ -114,14 +114,14 @@ def test_the_loss_in_jumps_is_that_of_the_static_contact_and_tends_to_that_of_jk
     static = script("validation/adhesion.py")
     work = 0.01
     v_stick = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0))
-    for lam in (2.0, 4.0):
+    for lam, rtol in ((2.0, 1e-5), (4.0, 1e-5), (8.0, 1e-4)):
         stress = lam / float(maugis_number(work, 1.0, 1.0, 1.0))
-        result = rs.solve(ball(solid(), work, stress, 1.5 * v_stick), rtol=1e-5)
+        result = rs.solve(ball(solid(), work, stress, 1.5 * v_stick), rtol=rtol)
         e, loss = result.restitution_coefficient, result.radiated_energy / work ** (5.0 / 3.0)
-        # Only e is known to 1e-5: energies of a thin ring have larger errors.
+        # Both are known to rtol, the loss in jumps over the energy of the impact.
         exact = static.static_loss(lam)
-        assert e == pytest.approx(math.sqrt(1.0 - exact / JKR_LOSS / 1.5**2), abs=1e-5)
-        assert loss == pytest.approx(exact, rel=3e-4)
+        assert e == pytest.approx(math.sqrt(1.0 - exact / JKR_LOSS / 1.5**2), abs=rtol)
+        assert loss == pytest.approx(exact, abs=1.5**2 * JKR_LOSS * rtol)
     # The constant has eight digits.
     assert static.extrapolated_loss() == pytest.approx(JKR_LOSS, rel=1e-7)
 

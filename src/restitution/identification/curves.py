@@ -152,6 +152,8 @@ _NARROWEST, _WIDEST = 1e-30, 1e30
 _SOFTEST, _STIFFEST = 1e-6, 1e15
 # A spring whose stiffness is below this share of that of the contact on the glass is soft.
 _SOFT = 1.0 / 3.0
+# Least noise over the range of the force from which elements are chosen where the fit estimates it.
+_ROUGH = 0.01
 # An error of the computed force counts if it exceeds this share of the noise.
 _ERROR = 0.2
 
@@ -327,7 +329,9 @@ class IndentationCurve(ForceRecord):
     def _set_adhesion(self) -> None:
         """Set the contacts with adhesion; the deviations beside jumps are larger."""
         lines = lines_of(self.time, self.depth, float(np.mean(self.depth_deviations)))
-        count = 2 * elements_for(float(np.mean(self.deviations)) / float(np.ptp(self.force)))
+        # The scatter of neighbours is less than what a model leaves.
+        noise = float(np.mean(self.deviations)) / float(np.ptp(self.force))
+        count = 2 * elements_for(max(noise, _ROUGH if self.scaled else 0.0))
         profile, deepest = as_profile(self.profile, "adhesion"), float(self.tip.max())
         self._pull_off = PullOff(profile, self.time, lines, deepest, self.spring_constant, count)
         names = zip(self._units, self._columns, strict=True)
@@ -404,9 +408,15 @@ class IndentationCurve(ForceRecord):
         return curve
 
     def _doubt(self, materials: Material, nuisances: Array) -> float:
-        """Return the root mean square of the errors of the first row over their noise."""
+        """Return the root mean square of the errors of the first row over their noise.
+
+        Where the fit estimates the noise, the residuals have its size.
+        """
         error = self.discretisation_error(materials, nuisances)[0]
-        return float(np.sqrt(np.mean((error / self.deviations) ** 2)))
+        share = float(np.sqrt(np.mean((error / self.deviations) ** 2)))
+        if self.scaled and self.adhesion:
+            share /= max(float(np.sqrt(np.mean(self.residuals(materials, nuisances)[0] ** 2))), 1.0)
+        return share
 
     def doubts(self, materials: Material, nuisances: Array) -> list[str]:
         """Return doubt about forces that are not computed well enough for their noise."""

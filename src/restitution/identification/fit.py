@@ -151,6 +151,8 @@ _STEP, _NUISANCE_STEP = 1e-4, 1e-2
 _TRIALS, _RESCUES, _COSTLY_TRIALS = 64, 3, 8
 # Changes of the logarithms of an adhesion in search of better minima.
 _AROUND, _WIDELY, _SEARCHES = (-0.3, -0.1, 0.1, 0.3), (-2.0, -1.0, 0.0, 1.0), 4
+# Share of the sum of squares by which another minimum counts in this search.
+_LITTLE = 0.01
 # Least tolerance where marches with few elements have kinks.
 _ROUGH = 1e-4
 # Further points; the best one is followed too.
@@ -160,6 +162,8 @@ _BEST, _COMPRESSIBLE = 2, 4
 # Descents: largest change of a logarithm in a round, most rounds, and the share of its sum of squares that the next
 # step of a finished one would gain, for the search and for the minimum. Minima closer than this are the same.
 _FURTHEST, _ROUNDS, _COARSE, _EXACT, _SAME, _MARGIN = 2.0, 100, 1e-3, 1e-8, 0.1, 1e-9
+# Most rounds of descents with adhesion, whose trials are costly, for the search and for the minimum.
+_FEW_ROUNDS, _MORE_ROUNDS = 15, 40
 EQUALLY_GOOD = 3.84
 """Difference of two sums of squares within which both fits lie in the region of 95 %."""
 # Fewer than one in 10 000 materials has a negative instantaneous Poisson ratio: twice the logarithm of these odds.
@@ -316,7 +320,8 @@ def _minima(
     inside = np.where(steps > 0.0, np.clip(starts, low + _MARGIN, high - _MARGIN), starts)
     furthest = np.where(np.arange(steps.size) < problem.n_parameters, _FURTHEST, np.inf)
     tolerance = max(tolerance, _ROUGH) if problem.space.adhesion else tolerance
-    ends = descend(residuals, inside, low, high, steps, furthest, tolerance, _ROUNDS)
+    rounds = (_FEW_ROUNDS if tolerance >= _COARSE else _MORE_ROUNDS) if problem.space.adhesion else _ROUNDS
+    ends = descend(residuals, inside, low, high, steps, furthest, tolerance, rounds)
     return [Fit(point, float(cost), bool(ended)) for point, cost, ended in zip(*ends, strict=True)]
 
 
@@ -408,15 +413,19 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
         raise InputError("data", rule=_without_result(problem, points))
     if space.adhesion:
+        # Other minima are sought with few elements, as the search takes most of the time.
+        for _ in range(_SEARCHES):
+            best = fits[0].cost
+            others = _minima(problem, _around(problem, fits[0]), loss, _COARSE)
+            enough = max(_significant(problem, fits[0]), _LITTLE * best)
+            near = [fit for fit in [*fits[1:], *others] if fit.cost < best + enough]
+            fits = _deeper(problem, [fits[0], *near], loss)
+            if fits[0].cost > best - enough:
+                break
         here = fits[0].coordinates[None]
         each = zip(data, problem.nuisances(here), strict=True)
         problem = replace(problem, data=tuple(record.refined(problem.materials(here), at) for record, at in each))
         fits = _deeper(problem, fits, loss)
-        for _ in range(_SEARCHES):
-            best = fits[0].cost
-            fits = _deeper(problem, [*fits, *_minima(problem, _around(problem, fits[0]), loss, _COARSE)], loss)
-            if fits[0].cost > best - EQUALLY_GOOD:
-                break
     # A new size of the noise moves the minimum of several sets of data, of a robust loss, or with a prior.
     for _ in range(5):
         rescaled = _rescaled(problem, fits[0], loss)

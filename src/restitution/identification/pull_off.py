@@ -182,4 +182,6 @@ def deviations_at_jumps(force: Array, deviations: Array) -> Array:
     """Return standard deviations of forces [N], larger beside a jump, whose time is known to a sample only."""
     bend = np.zeros(force.size)
     bend[1:-1] = np.abs(force[2:] - 2.0 * force[1:-1] + force[:-2])
+    # A record may begin or end with a jump.
+    bend[0], bend[-1] = bend[1], bend[-2]
     return np.where(bend > _JUMPS * deviations, np.hypot(deviations, 0.5 * bend), deviations)

@@ -442,6 +442,13 @@ class Uncertainty:
             for end in (fit.coordinates - move, fit.coordinates + move)
         )
 
+    def _others(self, k: int, level: float) -> list[float]:
+        """Return a coordinate in all minima that fit as well; with adhesion they are no parts of one valley."""
+        problem, fit = self.estimation.problem, self.estimation.fit
+        enough = fit.cost + self.quantile(level) ** 2 * self._efficiency[1]
+        others = self.estimation.fits if problem.space.adhesion else ()
+        return [float(other.coordinates[k]) for other in (fit, *others) if other.cost <= enough]
+
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
         """Return the estimate of parameter k; from its profile on request, or if its error is not small."""
         problem, parameter = self.estimation.problem, self.estimation.problem.space.free[k]
@@ -456,6 +463,7 @@ class Uncertainty:
         else:
             reach = self.quantile(level) * error
             low, high = (z - reach, z + reach) if reach < FAR else (-math.inf, math.inf)
+        low, high = min(low, *self._others(k, level)), max(high, *self._others(k, level))
         # The data do not bound an estimate that lies at the end of its range.
         if z - problem.low[k] < 1e-6 * width or low < problem.low[k]:
             low = -math.inf

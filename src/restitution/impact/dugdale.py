@@ -30,6 +30,7 @@ NUMBERS: tuple[str, ...] = (
     "dissipated_energy", "radiated_energy", "stored_energy", "pull_off_force", "touching_time",
 )  # fmt: skip
 """Numbers of a march: rebound over impact energy, then those of `restitution.quantities` in SI."""
+_JUMPS = NUMBERS.index("radiated_energy")
 
 
 class Problem(NamedTuple):
@@ -54,7 +55,7 @@ class Solved(NamedTuple):
 
 
 def solve_adhesive(problem: Problem, rtol: float) -> Solved:
-    """Return the impact with e known to `rtol`, or a status that says why not."""
+    """Return the impact with e, and the loss in jumps over the energy of the impact, known to `rtol`, or a status."""
     from restitution.kernel.zone import NO_ROOM, TOO_LONG
 
     width, time = scales(problem)
@@ -82,6 +83,7 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
     from restitution.kernel.zone import HELD, SEPARATED
 
     count, held, series = FEWEST, 0, Richardson()
+    kinetic = 0.5 * problem.mass * problem.velocity**2
     while count <= MOST:
         march = problem.march(width, time, count)
         if march.end not in (HELD, SEPARATED):
@@ -97,7 +99,9 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
             values, errors = series.add([*_numbers(problem, march).values()])
             numbers = dict(zip(NUMBERS, values.tolist(), strict=True))
             energy, error = numbers["energy"], _error_of_e(numbers["energy"], float(errors[0]))
-            if energy > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(energy)):
+            # The loss in jumps has an error of its own, which that of e does not show.
+            lost = float(errors[_JUMPS]) / kinetic
+            if energy > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(energy)) and lost <= rtol:
                 return Solved(Status.SEPARATED, numbers, march, error)
         count *= 2
     return _failed(Status.NOT_ACCURATE)
