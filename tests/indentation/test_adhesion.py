@@ -208,7 +208,14 @@ def test_a_force_that_is_held_from_the_start_does_work_in_the_jump():
 
 @pytest.mark.parametrize(
     ("stress", "stiffness"),
-    [(0.00515, None), (0.00515, 0.05), (0.0085, None), (0.011, 0.05), (0.014, 0.05), (0.015, 0.05)],
+    [
+        (0.00515, None),
+        pytest.param(0.00515, 0.05, marks=pytest.mark.slow),
+        (0.0085, None),
+        (0.011, 0.05),
+        (0.014, 0.05),
+        (0.015, 0.05),
+    ],
 )
 def test_hard_bodies_let_go_at_the_largest_pull_at_rest(stress, stiffness):
     # The static contact stays stable until its radius is zero, where the attraction without touch is not. The pull is
