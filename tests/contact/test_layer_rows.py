@@ -46,7 +46,7 @@ def compare(rows: LayerRows, tables: Any, least: Any, chosen: Any) -> None:
         assert np.max(np.abs(radius * radius_unit - exact)) <= (table.radius_error + 1e-9) * 3.0 * exact[-1]
 
 
-@settings(deadline=None, max_examples=10)
+@settings(deadline=None, max_examples=5)
 @given(
     name=st.sampled_from(sorted(PROFILES)),
     nu=st.sampled_from([0.5, 0.3, None]),

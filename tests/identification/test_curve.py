@@ -248,7 +248,7 @@ def damaged(rng, columns):
 
 
 @pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning", "ignore::RuntimeWarning")
-@pytest.mark.parametrize("count", [60, pytest.param(1500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [30, pytest.param(1500, marks=pytest.mark.slow)])
 def test_damaged_curves_are_fitted_or_refused_in_one_line(count):
     rng, refusals = np.random.default_rng(11), []
     for _ in range(count):

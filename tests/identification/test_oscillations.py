@@ -318,7 +318,7 @@ def sheet(rng, profile, *, parts, noise=0.01):
 
 
 @pytest.mark.parametrize(("profile", "parts"), [
-    (rs.Parabola(2.0), True), (rs.Cone(1.2), False),
+    (rs.Parabola(2.0), True), pytest.param(rs.Cone(1.2), False, marks=pytest.mark.slow),
     pytest.param(rs.Parabola(2.0), False, marks=pytest.mark.slow), pytest.param(rs.Cone(1.2), True, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_exact_readings_give_the_material(profile, parts):

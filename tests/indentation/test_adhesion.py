@@ -159,7 +159,12 @@ def test_a_spring_snaps_where_the_static_contact_has_no_neighbour(stiffness, str
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "values"), [(0.0, [0.0, 0.02, -0.4]), (0.3, [-0.4, 0.3, -2.0]), (3.0, [-0.4, 0.1, -1.0])]
+    ("stiffness", "values"),
+    [
+        (0.0, [0.0, 0.02, -0.4]),
+        pytest.param(0.3, [-0.4, 0.3, -2.0], marks=pytest.mark.slow),
+        (3.0, [-0.4, 0.1, -1.0]),
+    ],
 )
 def test_elements_of_another_program_follow_the_same_forces_and_springs(stiffness, values):
     material, adhesion, time = solid([4.0], [1.0]), rs.Adhesion(0.01, 0.3), [0.0, 1.0, 3.0]

@@ -102,6 +102,7 @@ def test_layout(shape: dict[str, Any], draws: int, options: dict[str, str], layo
 
 # One of each kind.
 @pytest.mark.parametrize(("shape", "draws", "options", "layout"), [LAYOUTS[n] for n in (1, 5, 8, 9, 11, 12, 13)])
+@pytest.mark.usefixtures("unlaid")
 def test_panels(shape: dict[str, Any], draws: int, options: dict[str, str], layout: Layout) -> None:
     figure = plot_sweep(result(shape, draws=draws), **options)
     slices = {"poisson_ratio": 4, "p2": 5, "radius": 3}
@@ -211,6 +212,7 @@ def test_draws_are_counted_and_scattered() -> None:
     assert scatter.get_xlabel() == "mass $m$ [g]"
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_missing_and_infinite_values_are_left_out(tmp_path: Path) -> None:
     dataset = result({"velocity": line(20), "radius": line(30)}, ("restitution_coefficient", "contact_time"))
     dataset.restitution_coefficient[:4] = np.nan
@@ -289,6 +291,7 @@ def test_draws_at_two_points_give_bars_and_no_bands() -> None:
     assert {type(part).__name__ for part in ax.collections} == {"LineCollection"}
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_a_real_sweep(tmp_path: Path) -> None:
     out = tmp_path / "result.zarr"
     rs.sweep(BALL, {"velocity": rs.Logarithmic(0.01, 0.1, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)
