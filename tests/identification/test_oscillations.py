@@ -343,6 +343,7 @@ def test_intervals_cover_the_truth():
     assert missed <= 9
 
 
+@pytest.mark.slow
 def test_the_reading_of_the_textbook_is_worse():
     """Moduli read with a constant radius have errors beyond their noise, which the exact rim does not have."""
     data = sheet(np.random.default_rng(3), TIP, parts=True)
