@@ -16,6 +16,9 @@ def __getattr__(name: str) -> object:
     try:
         return _load(name)
     except AttributeError:
+        if name.startswith("_"):
+            # Python and its tools look such names up by the hundred, and nobody reads the error.
+            raise
         from difflib import get_close_matches
 
         near = get_close_matches(name, __all__, 1)

@@ -138,6 +138,7 @@ for line in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_commands_call_the_entry_points_of_their_lists(folder: Path) -> None:
     write_cases(np.random.default_rng())
     commands = [" ".join([command, *COMMANDS[command]]) for command in plain.ENTRY_POINTS]

@@ -11,7 +11,7 @@ from commands import done
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a compiler of C")
-@pytest.mark.parametrize("options", [[], ["-DMEMORYLESS"]])
+@pytest.mark.parametrize("options", [[], pytest.param(["-DMEMORYLESS"], marks=pytest.mark.slow)])
 def test_beads_come_to_rest_and_never_gain_energy(tmp_path, options):
     header = tmp_path / "contact_law.h"
     done("export", str(EXAMPLES / "two_beads.toml"), "--to", str(header))

@@ -10,6 +10,7 @@ from commands import done
 PAGE = "docs/codes.md"
 
 
+@pytest.mark.slow
 def test_python_of_the_page_prints_what_the_page_shows(capsys):
     run(PAGE)
     printed = capsys.readouterr().out

@@ -323,6 +323,7 @@ def test_interpolated_moduli_give_the_restitution_of_the_direct_fit():
         assert result.max_force == pytest.approx(expected["max_force"], rel=5e-4)
 
 
+@pytest.mark.slow
 @approximate
 def test_a_thin_layer_of_a_liquid_with_many_times_is_not_refused():
     # The stiffness varies so much over the radius that what the splines combine does not only relax.

@@ -16,10 +16,10 @@ from checkout import ROOT
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
 EXAMPLES = sorted((ROOT / "examples" / "gallery").glob("plot_*.py"))
-# Each point of their curves has another material, or many balls collide, or bodies touch often.
+# Each point of their curves has another material, or many balls collide, or bodies touch often, or adhere.
 SLOW = (
     "plot_12_power_law", "plot_13_sound", "plot_16_force_map", "plot_17_granular_gas", "plot_22_same_spot",
-    "plot_24_tapping",
+    "plot_24_tapping", "plot_31_rate_and_dwell", "plot_32_viscous_jkr",
 )  # fmt: skip
 
 

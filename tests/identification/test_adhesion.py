@@ -178,7 +178,7 @@ def pulled(stress, rng=None, **spring):
     return TIMES, np.interp(TIMES, KNOTS, DEPTHS), force + 2e-9 + noise, deviation
 
 
-@pytest.mark.parametrize("stiffness", [None, 1.0])
+@pytest.mark.parametrize("stiffness", [None, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_work_and_stress_from_a_curve_with_a_pull_off(stiffness):
     """The depth is that of the tip, or of the base of a cantilever, whose jumps are larger."""
     spring = {} if stiffness is None else {"spring_constant": stiffness}

@@ -509,6 +509,7 @@ def test_moduli_state_where_data_support_them():
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_sound_alone_determines_no_constant_of_a_compressible_model():
     """All its moduli are open, and with them the frequency of the contacts."""
     material = rs.kelvin_voigt(2e5, 20.0, poisson_ratio=0.5)

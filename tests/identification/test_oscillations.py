@@ -157,15 +157,15 @@ def test_a_flat_punch_needs_no_correction():
 
 
 def test_noise_of_the_reading_is_that_of_the_modulus():
-    """E* is linear in the stiffness but for the correction: 100 draws, whose deviation scatters by 7 %."""
+    """E* is linear in the stiffness but for the correction: 50 draws, whose deviation scatters by 10 %."""
     rng = np.random.default_rng(1)
     true = 3.0 + 2.0j
-    shape = {"frequency": np.full(100, 0.2), "depth": 1.0, "depth_amplitude": 0.01}
+    shape = {"frequency": np.full(50, 0.2), "depth": 1.0, "depth_amplitude": 0.01}
     noise = rs.Noise(force_amplitude="1 %", phase=0.02)
     force = 2.0 * abs(true) * 0.01
     data = Oscillations(
-        **shape, force_amplitude=force * (1.0 + 0.01 * rng.normal(size=100)),
-        phase=np.angle(true) + 0.02 * rng.normal(size=100), radius=1.0, noise=noise,
+        **shape, force_amplitude=force * (1.0 + 0.01 * rng.normal(size=50)),
+        phase=np.angle(true) + 0.02 * rng.normal(size=50), radius=1.0, noise=noise,
     )  # fmt: skip
     found = rs.effective_moduli(data)
     for name in ("storage_modulus", "loss_modulus", "loss_tangent"):
@@ -318,7 +318,7 @@ def sheet(rng, profile, *, parts, noise=0.01):
 
 
 @pytest.mark.parametrize(("profile", "parts"), [
-    (rs.Parabola(2.0), True), (rs.Cone(1.2), False),
+    (rs.Parabola(2.0), True), pytest.param(rs.Cone(1.2), False, marks=pytest.mark.slow),
     pytest.param(rs.Parabola(2.0), False, marks=pytest.mark.slow), pytest.param(rs.Cone(1.2), True, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_exact_readings_give_the_material(profile, parts):
@@ -343,6 +343,7 @@ def test_intervals_cover_the_truth():
     assert missed <= 9
 
 
+@pytest.mark.slow
 def test_the_reading_of_the_textbook_is_worse():
     """Moduli read with a constant radius have errors beyond their noise, which the exact rim does not have."""
     data = sheet(np.random.default_rng(3), TIP, parts=True)

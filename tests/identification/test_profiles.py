@@ -27,6 +27,7 @@ def _scan(result, k, end):
     return np.array(roots)
 
 
+@pytest.mark.slow
 def test_ends_of_profiles_agree_with_a_brute_scan():
     """The ends are where the least sum of squares over the other parameters exceeds the minimum by 1.96^2.
 

@@ -170,6 +170,7 @@ def test_errors_of_combinations_are_those_of_repeated_fits():
     assert 100.0 * np.std(sums, ddof=1) == pytest.approx(float(stated[1]), rel=0.7)
 
 
+@pytest.mark.slow
 def test_restitution_at_several_temperatures_determines_the_shift_but_no_modulus():
     shift, velocity = rs.WLF(293.0, 4.0, 100.0), np.geomspace(0.05, 0.5, 6)
     cold = rs.Material(rs.PronySeries(1e8, [1e9], [1e-4]), np.inf, shift=shift, temperature=293.0)

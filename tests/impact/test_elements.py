@@ -193,9 +193,11 @@ def test_the_element_of_the_paper_is_used_for_its_material_only():
     [
         pytest.param(Impact(SOLID, Cone(0.5), 1.0, 1.0), id="cone"),
         pytest.param(Impact(SOLID, FlatPunch(1.0), 1.0, 1.0), id="flat punch"),
-        pytest.param(Impact(SOLID, Sphere(1.0), 1.0, 1.0), id="sphere"),
+        pytest.param(Impact(SOLID, Sphere(1.0), 1.0, 1.0), id="sphere", marks=pytest.mark.slow),
         pytest.param(Impact(SOLID, TruncatedCone(0.3, 1.0), 1.0, 1.0), id="truncated cone"),
-        pytest.param(Impact(SOLID, Parabola(1.0), 1.0, 1.0, counter_material=SOLID), id="pair"),
+        pytest.param(
+            Impact(SOLID, Parabola(1.0), 1.0, 1.0, counter_material=SOLID), id="pair", marks=pytest.mark.slow
+        ),
         pytest.param(
             Impact(Material(PronySeries(0.0, [1.0], [1.3]), PronySeries(1.0, [2.0], [0.1])), Parabola(1.0), 1.0, 1.0),
             id="liquid with relaxing bulk",

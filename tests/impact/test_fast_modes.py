@@ -103,7 +103,7 @@ def test_newton_does_not_end_where_the_pace_is_kept_above_zero():
     assert result == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.parametrize("dashpot", [False, True])
+@pytest.mark.parametrize("dashpot", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_strong_fast_branches_under_a_flat_end_are_solved(dashpot):
     # The state of a fast branch is far smaller than the velocity: with rounding of the velocity, 1 % are refused.
     rng, drawn = np.random.default_rng(1), []

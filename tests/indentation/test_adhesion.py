@@ -159,7 +159,12 @@ def test_a_spring_snaps_where_the_static_contact_has_no_neighbour(stiffness, str
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "values"), [(0.0, [0.0, 0.02, -0.4]), (0.3, [-0.4, 0.3, -2.0]), (3.0, [-0.4, 0.1, -1.0])]
+    ("stiffness", "values"),
+    [
+        (0.0, [0.0, 0.02, -0.4]),
+        pytest.param(0.3, [-0.4, 0.3, -2.0], marks=pytest.mark.slow),
+        (3.0, [-0.4, 0.1, -1.0]),
+    ],
 )
 def test_elements_of_another_program_follow_the_same_forces_and_springs(stiffness, values):
     material, adhesion, time = solid([4.0], [1.0]), rs.Adhesion(0.01, 0.3), [0.0, 1.0, 3.0]
@@ -208,7 +213,14 @@ def test_a_force_that_is_held_from_the_start_does_work_in_the_jump():
 
 @pytest.mark.parametrize(
     ("stress", "stiffness"),
-    [(0.00515, None), (0.00515, 0.05), (0.0085, None), (0.011, 0.05), (0.014, 0.05), (0.015, 0.05)],
+    [
+        (0.00515, None),
+        pytest.param(0.00515, 0.05, marks=pytest.mark.slow),
+        (0.0085, None),
+        (0.011, 0.05),
+        (0.014, 0.05),
+        (0.015, 0.05),
+    ],
 )
 def test_hard_bodies_let_go_at_the_largest_pull_at_rest(stress, stiffness):
     # The static contact stays stable until its radius is zero, where the attraction without touch is not. The pull is

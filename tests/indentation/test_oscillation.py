@@ -273,7 +273,10 @@ def test_silly_arrays_are_refused(options, field):
 
 @pytest.mark.parametrize(
     ("profile", "radius_of"),
-    [(rs.Parabola(1.0), lambda y: y), (rs.Cone(1.1), lambda y: 2.0 * math.tan(1.1) / math.pi * y * y)],
+    [
+        (rs.Parabola(1.0), lambda y: y),
+        pytest.param(rs.Cone(1.1), lambda y: 2.0 * math.tan(1.1) / math.pi * y * y, marks=pytest.mark.slow),
+    ],
 )
 def test_many_cycles_of_a_large_force(profile, radius_of):
     """Equal elements over all cycles; where each cycle leaves a trace of its own, some twenty end in a refusal."""

@@ -325,7 +325,10 @@ print(both(8.0), sixteenth(8.0), of_a_user(8.0), sum(both.stats.cache_hits.value
 
 @pytest.mark.parametrize(
     ("version", "cached"),
-    [("tried", ["both", "sixteenth"]), ("other", ["both", "eighth", "quarter", "sixteenth"])],
+    [
+        ("tried", ["both", "sixteenth"]),
+        pytest.param("other", ["both", "eighth", "quarter", "sixteenth"], marks=pytest.mark.slow),
+    ],
 )
 def test_stages_are_linked_into_entry_points(tmp_path: Path, version: str, cached: list[str]) -> None:
     # Of a version of numba that was not tried, only the documented interface is used. Functions of users may call

@@ -171,6 +171,7 @@ def test_orders_of_the_approach(swing):
     check_orders(swing)
 
 
+@pytest.mark.slow
 def test_order_of_the_rebound(rebounding):
     # Two to four elements cover nine tenths of the rebound, with errors from 5e-10 to 2e-14. The errors of shorter
     # elements are lost in rounding. A single element is too long for the leading term to dominate.
@@ -188,6 +189,7 @@ def test_orders_on_a_target_that_moves():
     assert _slope([2, 3, 4], [rebound.error(n) for n in (2, 3, 4)]) == pytest.approx(SCHEME.order, abs=1.5)
 
 
+@pytest.mark.slow
 def test_a_wrong_coefficient_lowers_the_orders(swing, rebounding):
     # With one of the 64 coefficients wrong in the sixth digit, the errors hardly fall.
     prediction, _, state = swing

@@ -11,6 +11,7 @@ import xarray as xr
 import restitution as rs
 from cases import BALL
 from refusals import in_one_line, named
+from restitution.plot import style
 from restitution.plot.style import new_figure, save_figure
 from restitution.plot.sweep import Layout, choose_layout, map_levels, plot_sweep
 from restitution.quantities import INPUTS, OUTPUTS, input_attributes
@@ -51,6 +52,13 @@ def line(n: int) -> Any:
 
 
 WORDS = np.array(["rubber", "steel"])
+
+
+@pytest.fixture
+def unlaid(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages without their layout, which takes most of their time and moves no text to another panel."""
+    monkeypatch.setattr(style, "_lay_out", lambda figure: None)
+    monkeypatch.setattr(style.Picture, "draw_without_rendering", lambda figure: None)
 
 
 LAYOUTS: list[tuple[dict[str, Any], int, dict[str, str], Layout]] = [
@@ -94,6 +102,7 @@ def test_layout(shape: dict[str, Any], draws: int, options: dict[str, str], layo
 
 # One of each kind.
 @pytest.mark.parametrize(("shape", "draws", "options", "layout"), [LAYOUTS[n] for n in (1, 5, 8, 9, 11, 12, 13)])
+@pytest.mark.usefixtures("unlaid")
 def test_panels(shape: dict[str, Any], draws: int, options: dict[str, str], layout: Layout) -> None:
     figure = plot_sweep(result(shape, draws=draws), **options)
     slices = {"poisson_ratio": 4, "p2": 5, "radius": 3}
@@ -129,6 +138,7 @@ def test_no_two_quantities_share_a_symbol() -> None:
     assert len(set(symbols)) == len(symbols)
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_further_axes_are_shown_at_their_middle_value_given_in_the_title() -> None:
     shape = {"material": WORDS, "poisson_ratio": line(4), "p2": line(20), "p3": line(30)}
     figure = plot_sweep(result(shape))
@@ -149,6 +159,7 @@ def test_the_title_gives_the_common_values_in_lines_that_fit() -> None:
     assert second == "$p_3$ = 0.001"
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_slices_lie_on_the_axis() -> None:
     dataset = result({"velocity": line(50), "bulk_modulus": [1e6, 2e6, np.inf], "radius": line(3)})
     assert plot_sweep(dataset, at={"velocity": 0.002 * (1 + 1e-9), "bulk_modulus": np.inf}) is not None
@@ -201,6 +212,7 @@ def test_draws_are_counted_and_scattered() -> None:
     assert scatter.get_xlabel() == "mass $m$ [g]"
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_missing_and_infinite_values_are_left_out(tmp_path: Path) -> None:
     dataset = result({"velocity": line(20), "radius": line(30)}, ("restitution_coefficient", "contact_time"))
     dataset.restitution_coefficient[:4] = np.nan
@@ -263,6 +275,7 @@ def test_given_axes_take_a_single_panel() -> None:
     assert in_one_line(lambda: plot_sweep(dataset, ["restitution_coefficient", "contact_time"], ax=ax)).field == "ax"
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_slices_share_their_levels_and_their_shading() -> None:
     dataset = result({"poisson_ratio": line(3), "velocity": line(20), "radius": line(30)}, ("contact_time",))
     figure = plot_sweep(dataset)
@@ -278,6 +291,7 @@ def test_draws_at_two_points_give_bars_and_no_bands() -> None:
     assert {type(part).__name__ for part in ax.collections} == {"LineCollection"}
 
 
+@pytest.mark.usefixtures("unlaid")
 def test_a_real_sweep(tmp_path: Path) -> None:
     out = tmp_path / "result.zarr"
     rs.sweep(BALL, {"velocity": rs.Logarithmic(0.01, 0.1, 12), "radius": rs.Linear(0.01, 0.02, 11)}, out=out)

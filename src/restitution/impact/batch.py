@@ -108,20 +108,6 @@ class Batch:
         )
 
     @classmethod
-    def from_columns(cls, series: PronySeries, profile: Geometry, masses: Any, velocities: Any, forces: Any) -> Batch:
-        """Return a row for each reduced modulus; single numbers are for all rows, also those of a power law."""
-        size, power = series.size, profile.path_exponent is not None
-        return cls(
-            *series.columns, *(flat(value, (size,)) for value in (masses, velocities, forces)),
-            coefficients=flat(profile.path_coefficient, (size,)) if power else None,
-            exponent=float(np.asarray(profile.path_exponent)) if power else None,
-            profile=None if power else profile,
-            ratios=_ratios(profile, (size,)) if power else None,
-            has_pressure=profile.image is not None,
-            smooth=profile.smooth,
-        )  # fmt: skip
-
-    @classmethod
     def from_impacts(cls, impacts: Sequence[Impact]) -> list[tuple[Places, Batch]]:
         """Return batches of single impacts of similar profiles and moduli, with the places of their rows."""
         return cls.joined([(np.array([n]), cls.from_impact(impact)) for n, impact in enumerate(impacts)])
