@@ -1,6 +1,10 @@
+import os
 from pathlib import Path
 
 import pytest
+
+# Compiled code alone, so that no bit depends on what the cache has; the tests of plain Python take this away.
+os.environ.setdefault("NUMBA_DISABLE_JIT", "0")
 
 
 @pytest.fixture(scope="session")

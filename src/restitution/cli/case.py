@@ -12,7 +12,6 @@ import typer
 import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
-from restitution.cli.plain import complete, single_solve
 from restitution.cli.terminal import argument, quantity, target
 from restitution.files import TABLES, write_table, write_text
 from restitution.units import TIME
@@ -56,12 +55,12 @@ def solve(
     if pressure_at and points:
         raise cli.BadInput("--points: the picture is that of e over velocity; leave --pressure-at out")
     measured = None if points is None else rs.read_points(points)
-    with single_solve("solve"):
+    with cli.single_solve():
         problem = _problem(case, options, save)
         require_known(problem.impact, extrapolate=extrapolate)
         result = problem.solve()
         uncertain, bands = _propagated(problem), problem.bands(result)
-        complete(result)
+        result.to_dict()
     for time in pressure_at or []:
         if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
             end = f"{result.contact_time:.6g} s"
@@ -157,11 +156,11 @@ def standard_solid(
     within("nu", nu, -1.0, 0.5)
     positive("p2", p2)
     positive("p3", p3)
-    with single_solve("standard-solid"):
+    with cli.single_solve():
         solid = rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
         impact = rs.Impact(material=solid, profile=rs.Parabola(radius=1.0), mass=1.0, velocity=1.0)
         result = rs.solve(impact, method=method, rtol=rtol)
-        complete(result)
+        result.to_dict()
     # Mass and radius are 1 in dimensionless groups, which do not determine strain and density.
     validity = rs.Validity((result.validity["poisson_ratio"],))
     doubts = {"warnings": [*validity.warnings, *result.notes]}
@@ -188,11 +187,11 @@ def bounce(
     """
     from restitution.impact.window import require_known
 
-    with single_solve("bounce"):
+    with cli.single_solve():
         problem = rs.read_case(case)
         result = problem.bounces()
         require_known(result.impact, result.velocity, extrapolate=extrapolate)
-        complete(result)
+        result.to_dict()
     title, notes = problem.title or str(case), problem.notes(result.impact)
     if problem.states_deviations:
         notes.append(
@@ -218,13 +217,13 @@ def indent(
     """
     from restitution.impact.window import require_known_times
 
-    with single_solve("indent"):
+    with cli.single_solve():
         from restitution.case.indentation import read_indentation
 
         problem = read_indentation(case)
         result = problem.solve()
         require_known_times(result.validity["window"], extrapolate=extrapolate)
-        complete(result)
+        result.to_dict()
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
     if history is not None:
         write_table(result.sample(n_points=problem.n_points), history)
@@ -241,12 +240,12 @@ def oscillate(
     The case file has the sections profile, material and oscillation, and axes for many oscillations.
     Example: restitution oscillate examples/oscillation.toml --plot loop.png
     """
-    with single_solve("oscillate"):
+    with cli.single_solve():
         from restitution.case.oscillation import read_oscillation
 
         problem = read_oscillation(case)
         result = problem.solve()
-        complete(result)
+        result.to_dict()
     tables.answer(result, problem.title or str(case), json=json, plot=plot, notes=problem.notes())
     if out is not None:
         write_table(result.history if isinstance(result, rs.Oscillation) else result.to_dataset(), out)

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from restitution.cli import case, explorer, identification, laws, material, plain, rebound_resilience, sweep, tables
+from restitution.cli import case, explorer, identification, laws, material, rebound_resilience, sweep, tables
 from restitution.cli import terminal as cli
 from restitution.cli.terminal import option
 from restitution.cli.warm_up import warm_up
@@ -102,7 +102,6 @@ def main() -> None:
     warnings.showwarning = lambda message, *_, **__: cli.report("warning", str(message))
     # The report of a result has this warning too.
     warnings.filterwarnings("ignore", "separability: ")
-    plain.allow()
     try:
         app()
     except SystemExit as end:

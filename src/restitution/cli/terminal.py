@@ -151,6 +151,15 @@ def compilation() -> Generator[None]:
 
 
 @contextmanager
+def single_solve() -> Generator[None]:
+    """Solve one problem in the block, without the compiler where there is no machine code."""
+    from restitution.kernel.plain import single_problem
+
+    with compilation(), single_problem():
+        yield
+
+
+@contextmanager
 def progress_bar(
     words: str, rate: str = "", begin: str = "preparing the kernel"
 ) -> Generator[Callable[[int, int], None]]:

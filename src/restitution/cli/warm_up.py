@@ -21,6 +21,7 @@ def warm_up() -> None:
     """
     from restitution.kernel.cache import cache_folder
     from restitution.kernel.compile import machine_code_is_kept
+    from restitution.kernel.plain import compiled_only
 
     folder = cache_folder()
     if folder is None:
@@ -28,7 +29,7 @@ def warm_up() -> None:
     if not machine_code_is_kept():
         raise cli.BadInput("NUMBA_DISABLE_JIT or NUMBA_OPT = 0 is set, with which no machine code is kept")
     total = sum(PROBLEMS.values())
-    with cli.progress_bar("compiling", begin="compiling") as progress, warnings.catch_warnings():
+    with cli.progress_bar("compiling", begin="compiling") as progress, warnings.catch_warnings(), compiled_only():
         # The problems are small, not physical.
         warnings.simplefilter("ignore", rs.RestitutionWarning)
         done = 0

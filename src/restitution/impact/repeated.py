@@ -16,6 +16,7 @@ from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, PanelSolution
 from restitution.indentation.surface import Surface, check_surface
 from restitution.indentation.work import largest_of
+from restitution.kernel.plain import single_problem
 
 # Contact times of the first run, its factor, and the longest.
 _FIRST, _FACTOR, _MOST = 8.0, 8.0, 1e7
@@ -28,6 +29,7 @@ _UNSTEADY, _SAMPLES = 0.1, 201
 _FIRST_STEP = 0.25
 
 
+@single_problem()
 def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rtol: float) -> PanelSolution:
     """Return the motion of an impact from the touch to separation, or to rest, by panels.
 

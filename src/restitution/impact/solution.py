@@ -23,6 +23,7 @@ from restitution.errors import InputError
 from restitution.impact.scaling import ScaledBlock, ScaledImpact
 from restitution.impact.status import Status
 from restitution.kernel.outcome import OUTCOME, STATUS
+from restitution.kernel.plain import single_problem
 from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
@@ -181,6 +182,7 @@ class Stored:
     work: Work
 
     @cached_property
+    @single_problem()
     def ledger(self) -> Ledger:
         """Memory of the foundation, and energies, along both halves."""
         from restitution.kernel.collocation import radau
@@ -198,6 +200,7 @@ class Stored:
         return float(end[-4]), float(end[-1]), float(end[-3])
 
     @property
+    @single_problem()
     def peak_pressure(self) -> float:
         """Largest pressure, scaled; see `restitution.kernel.stored`."""
         from restitution.kernel.collocation import radau
@@ -494,6 +497,7 @@ class Solution:
         sample_halves(self.scheme, self.stored.work, approach, rebound, places, out)
         return out
 
+    @single_problem()
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
         """Return the elements, and the places in them, where a rising column takes the given values."""
         from restitution.kernel.stored import find_rising

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -23,6 +24,7 @@ from restitution.impact.solution import Progress, Sampled, Solution, Trajectory
 from restitution.impact.status import SolverError, Status, failures
 from restitution.indentation.surface import Surface
 from restitution.kernel.outcome import OUTCOME
+from restitution.kernel.plain import single_problem
 from restitution.material.conversion import reduced_standard_solid
 from restitution.quantities import IMPACT_OUTPUTS, OUTPUTS, SOLVER_RTOL, STATUS, check
 from restitution.validity import warn
@@ -104,15 +106,16 @@ def solve(
     if isinstance(impact, Impact):
         if impact.friction is not None and (method != "exact" or surface is not None):
             raise InputError("friction", rule='must be None for method "elements" and on a surface with an imprint')
-        if not impact.shape:
-            impact.contact.warn_if_approximate()
-        if impact.adhesion is not None:
-            return _solve_adhesive(impact, method, rtol, surface, errors, workers, progress)
-        if surface is not None:
-            return _solve_on(impact, method, surface, rtol, errors, progress)
-        if method == "exact":
-            return solve_exact(impact, rtol, errors, workers, progress)
-        return _solve_by_elements(impact, n_elements, time_step)
+        with nullcontext() if impact.shape else single_problem():
+            if not impact.shape:
+                impact.contact.warn_if_approximate()
+            if impact.adhesion is not None:
+                return _solve_adhesive(impact, method, rtol, surface, errors, workers, progress)
+            if surface is not None:
+                return _solve_on(impact, method, surface, rtol, errors, progress)
+            if method == "exact":
+                return solve_exact(impact, rtol, errors, workers, progress)
+            return _solve_by_elements(impact, n_elements, time_step)
     impacts = _as_list(impact)
     if surface is not None:
         raise InputError("surface", rule="belongs to a single impact, not to a list")
@@ -200,7 +203,8 @@ def standard_solid_restitution(
     with np.errstate(over="ignore", under="ignore"):
         reduced = reduced_standard_solid(p1, ones, 1.0 / p2, p2 * p3)
     batch = Batch(*reduced.columns, ones, ones, 0.0 * ones, ones, 1.0)
-    outputs = batch.solve(rtol, workers=workers, progress=progress)
+    with nullcontext() if shape else single_problem():
+        outputs = batch.solve(rtol, workers=workers, progress=progress)
     judge(outputs["status"], errors or ("warn" if shape else "raise"))
     return _named(shaped(outputs["restitution_coefficient"], shape), axes)
 

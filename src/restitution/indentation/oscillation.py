@@ -26,6 +26,7 @@ from restitution.indentation.history import History
 from restitution.indentation.panels import PanelSolution, solve_by_panels
 from restitution.indentation.rim import steady_states
 from restitution.indentation.solve import contact_of
+from restitution.kernel.plain import single_problem
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import CONSTANTS, HISTORY, INPUTS, MODULI, Quantity, dataset
@@ -505,6 +506,7 @@ def _result(
     )  # fmt: skip
 
 
+@single_problem()
 def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, rate: float) -> Oscillation:
     """Return the steady state under a prescribed depth."""
     if series.is_liquid:

@@ -15,6 +15,7 @@ from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.work import largest_of
 from restitution.kernel import outcome
+from restitution.kernel.plain import single_problem
 from restitution.material.viscoelastic import Material
 from restitution.quantities import HISTORY, INDENTATION, Quantity, dataset
 from restitution.result import Outcome, Result, Summary, of_values, plain_symbol
@@ -177,10 +178,12 @@ class IndentationResult(Result):
         return self._solution.work
 
     @cached_property
+    @single_problem()
     def _panels(self) -> PanelSolution:
         return self._solution.panels
 
     @cached_property
+    @single_problem()
     def stored(self) -> float:
         """Energy [J] that is left in the springs of the material at the end of the history.
 
@@ -197,6 +200,7 @@ class IndentationResult(Result):
         """Energy [J] that the body has dissipated until the end of the history: work - stored."""
         return self.work - self.stored
 
+    @single_problem()
     def imprint(self, time: ArrayLike, radius: ArrayLike) -> Array:
         """Return the displacement [m] of the surface at a time [s] at radii [m] from the axis, positive into the body.
 
@@ -209,6 +213,7 @@ class IndentationResult(Result):
         r = np.asarray(nonnegative("radius", radius, LENGTH.unit))
         return self._panels.until(moment).elements.displacement(r)[()]
 
+    @single_problem()
     def surface(self, *, after: float = 0.0) -> Surface:
         """Return the surface that the contact leaves, a time `after` [s] the end of the history.
 

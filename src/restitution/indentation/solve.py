@@ -52,6 +52,7 @@ from restitution.kernel.memory import (
     quadrature,
     remember,
 )
+from restitution.kernel.plain import single_problem
 from restitution.kernel.shrinking import (
     Checks,
     check_points,
@@ -360,6 +361,7 @@ def indent(
     )  # fmt: skip
 
 
+@single_problem()
 def _solved(
     contact: Contact, series: PronySeries | None, history: History, name: str, rtol: float, stiffness: float | None,
     surface: Surface | None,
@@ -500,6 +502,7 @@ class Solution:
         knots = self._contact.knots
         return np.flatnonzero((np.diff(knots) == 0.0) & (knots[:-1] <= self._past.end)).tolist()
 
+    @single_problem()
     def through(self, place: int, fractions: Array) -> tuple[Array, Array]:
         """Depth [m] and force [N] on the way through the step at this place, at fractions of it in [0, 1]."""
         order = np.argsort(fractions)
@@ -508,6 +511,7 @@ class Solution:
         depth, force = columns[:, np.argsort(order)]
         return depth * self.units.length, force * self.units.force
 
+    @single_problem()
     def at(self, times: ArrayLike, *, before: bool = False) -> tuple[Array, Array, Array, Array]:
         """Return the depth [m], its rate [m/s], force [N] and contact radius [m] at times [s] of the history.
 

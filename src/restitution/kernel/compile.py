@@ -10,6 +10,7 @@ import numba
 from numba.core import caching, codegen, compiler, config, event, types
 
 from restitution.kernel.cache import cache_folder, source_hash, stamp
+from restitution.kernel.plain import with_plain_calls
 
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
 # Only `contract`: full fastmath removes the NaN checks on which the status codes depend and is no faster.
@@ -154,7 +155,8 @@ def entry_point(function: Callable[..., Any]) -> Any:
     dispatcher: Any = cached(numba.njit(**_FLAGS)(function), function)
     if not config.DISABLE_JIT:
         # Numba calls this for new types of arguments.
-        dispatcher._compile_for_args = _with_room(_announced(dispatcher._compile_for_args))
+        compile_for = _with_room(_announced(dispatcher._compile_for_args))
+        dispatcher._compile_for_args = with_plain_calls(dispatcher, compile_for)
     return dispatcher
 
 
