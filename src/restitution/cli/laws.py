@@ -6,6 +6,8 @@ from json import dumps
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import numpy as np
+
 import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
@@ -114,7 +116,7 @@ def _write_law(
             "restitution_error": law.restitution_error,
         }  # fmt: skip
         if impact.adhesion is not None:
-            content |= {"work": float(impact.adhesion.work), "stress": float(impact.adhesion.stress)}
+            content |= {"work": float(impact.adhesion.work), "stress": float(np.asarray(impact.adhesion.stress))}
         if law.shear_modulus is not None:
             shear = law.shear_modulus
             content |= {
