@@ -6,8 +6,6 @@ from json import dumps
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-import numpy as np
-
 import restitution as rs
 from restitution.cli import tables
 from restitution.cli import terminal as cli
