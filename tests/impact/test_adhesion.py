@@ -269,7 +269,6 @@ def test_what_the_theory_does_not_have_is_refused():
     plain = rs.solve(replace(impact, adhesion=None))
     assert in_one_line(lambda: plain.to_dataset(["pull_off_force"])).field == "outputs"
     assert in_one_line(lambda: rs.element_history(impact)).field == "adhesion"
-    assert in_one_line(lambda: rs.contact_law(impact)).field == "adhesion"
     assert in_one_line(lambda: rs.dimensionless_groups(impact)).field == "impact"
     assert in_one_line(lambda: rs.calibrate(impact, "lammps-tsuji", velocity=(0.1, 1.0))).field == "target"
     assert in_one_line(lambda: rs.sticking_velocity(replace(impact, adhesion=None))).field == "impact"

@@ -204,7 +204,7 @@ class ObliqueSurrogate(Surrogate):
         >>> e = rs.surrogate(ball, velocity=(0.9, 1.0), rtol=1e-3)
         >>> after = e.rebound(1.0, 0.6, spin=20.0)
         >>> print(f"{after.velocity:.3f} {after.tangential_velocity:.3f} {after.spin:.1f}")
-        0.218 0.347 -43.3
+        0.234 0.347 -43.3
         """
         e_t, v, point = self._tangential(velocity, tangential_velocity, spin, friction)
         change, kappa = (1.0 + e_t) * point, self.gyration
