@@ -119,9 +119,6 @@ def _laws() -> None:
     sticky.step(sticky.start(), 0.0, 1e-6)
     rs.standard_solid_surrogate(0.3, 0.1, 1.0)
     rs.surrogate(_ball(), velocity=(0.5, 1.0), rtol=1e-3)(0.7)
-    oblique = rs.surrogate(rs.vary(_ball(), {"friction": 0.3}), velocity=(0.5, 1.0), rtol=1e-2)
-    assert isinstance(oblique, rs.ObliqueSurrogate)
-    oblique.rebound(0.7, 0.5)
 
 
 PROBLEMS: dict[Callable[[], None], int] = {
