@@ -94,6 +94,11 @@ def _histories() -> None:
         history = rs.cycles(share * 1e-6, 1.0, 2, valley=2e-7)
         surface = rs.indent(gel, tip, depth=history, surface=surface).surface(after=0.01)
     rs.solve(_ball(), surface=rs.solve(_ball()).surface())
+    polymer = rs.standard_solid(2e6, 8e6, 1e3, poisson_ratio=0.5)
+    rs.tap(
+        polymer, rs.Parabola(radius=1e-8), 4e-8, free_amplitude=5e-8, quality_factor=3.0, spring_constant=5.0,
+        frequency=5e4, max_taps=12, rtol=1e-4,
+    )  # fmt: skip
 
 
 def _attractions() -> None:
