@@ -16,6 +16,8 @@ SOLVE = "import restitution as rs; print(repr(rs.standard_solid_restitution(0.3,
 
 def _run(code: str, root: Path, **environment: str) -> str:
     variables = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA_")}
+    # Single solves are compiled, too.
+    variables["NUMBA_DISABLE_JIT"] = "0"
     answer = subprocess.run(
         [sys.executable, "-c", code],
         env=variables | {"PYTHONPATH": str(root)} | environment,
