@@ -154,8 +154,8 @@ class History:
             error = np.max(np.abs(polyval(_BETWEEN, fit.T) - exact), axis=1)
             np.maximum.at(error, *_errors_at(t, at_times, lows, highs, fit))
             # Times far from zero have few digits left, and so have the values.
-            steepest = np.ptp(values, axis=1) / width[:, 0]
-            late = np.minimum(2.0 * np.spacing(np.abs(highs)) * steepest, _LATE * scale)
+            digits = 2.0 * np.spacing(np.abs(highs))[:, None] / width
+            late = np.minimum(np.ptp(digits * values, axis=1), _LATE * scale)
             good = error <= np.maximum(_FIT * scale, late)
             fitted.append((lows[good], fit[good]))
             pieces += int(good.sum())
