@@ -48,9 +48,9 @@ PULLS_TEXT = """\
 Made by `validation/real_curves.py --adhesion` from the same files: all {count} curves that are refused as a whole
 because of a pull on the way out or a jump, read with `adhesion=True` and fitted with work and stress of adhesion as
 further unknowns, `profiles=False`. {fitted} have a fit. The tips are guesses as above, so that the numbers mean
-nothing; the force of the largest pull does, which is beside the work times the radius. Nearly all misfits are beyond
-the noise, and every fit says so: a standard solid on a half-space is not the sample, the drag of a cantilever in
-liquid differs on both ways, and the tip is no sphere.
+nothing. The measured force of the largest pull is a number of the sample, and the work times the radius, which a fit
+gives, is far below it in many rows. Nearly all misfits are beyond the noise: a standard solid on a half-space is not
+the sample, the drag of a cantilever in liquid differs on both ways, and the tip is no sphere.
 
 {rows}
 """

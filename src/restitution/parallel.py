@@ -18,7 +18,10 @@ _CHECKS: ContextVar[tuple[Callable[[], None], ...]] = ContextVar("checks", defau
 
 @contextmanager
 def ended_by(check: Callable[[], None]) -> Generator[None]:
-    """End the work inside, also on its threads, at the next checkpoint where the function raises."""
+    """End the work inside, also on its threads, at the next checkpoint where the function raises.
+
+    It must raise what no solver catches: after an `InputError` some try other steps.
+    """
     token = _CHECKS.set((*_CHECKS.get(), check))
     try:
         yield

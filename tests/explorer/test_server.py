@@ -292,6 +292,17 @@ def test_an_answer_that_takes_long_is_one_line(running, monkeypatch):
         assert json.loads(page.recv(timeout=20))["ok"]
 
 
+def test_the_time_of_compilation_does_not_count(monkeypatch):
+    # Half a minute between two checks counts as a second, and what is before the first one does not.
+    times = iter((100.0, 130.0, 130.9, 131.8, 132.7, 133.6, 134.5))
+    monkeypatch.setattr(server, "time", SimpleNamespace(monotonic=lambda: next(times)))
+    check = server._limit("tapping", lambda: False)
+    for _ in range(6):
+        check()
+    with pytest.raises(server._Ended, match=r"^takes over 5 s .*; `restitution tap` has no limit$"):
+        check()
+
+
 def test_a_newer_request_ends_the_work_on_an_older_one(running, monkeypatch):
     monkeypatch.setitem(server._KINDS, "impact", lambda content: endless(content) if "state" in content else {})
     with opened(running) as page:

@@ -152,7 +152,10 @@ def compilation() -> Generator[None]:
 
 @contextmanager
 def single_solve() -> Generator[None]:
-    """Solve one problem in the block, without the compiler where there is no machine code."""
+    """Solve one problem in the block, without the compiler where there is no machine code.
+
+    Its result is evaluated there, by `to_dict`: energies and pressures are found on first use.
+    """
     from restitution.kernel.plain import single_problem
 
     with compilation(), single_problem():

@@ -59,16 +59,17 @@ _LONGEST_ID = 64
 LONGEST_WORK = 5.0
 """Time [s] after which long work on one answer ends."""
 
-# The same where a newer request of the kind waits.
-_REPLACED = 0.5
+# The same where a newer request of the kind waits, and most of what counts between two checks: more is compilation.
+_REPLACED, _BETWEEN = 0.5, 1.0
+_COMMANDS = {"tapping": "tap", "indentation": "indent"}
 _GROUPS = {
     "material": "Material", "body": "Body", "target": "Target", "impact": "Impact", "bounces": "Bounces",
     "indentation": "Indentation", "tapping": "Tapping",
 }  # fmt: skip
 
 
-class _Replaced(Exception):
-    """A newer request of its kind ended the work on a request."""
+class _Ended(Exception):
+    """The work on a request was ended: no solver takes this for an error of its own."""
 
 
 class Request(NamedTuple):
@@ -277,18 +278,17 @@ class Session:
 
 
 def _limit(kind: str, is_replaced: Callable[[], bool]) -> Callable[[], None]:
-    """Return a check that ends long work on a request; its time begins where the first check is, after compilation."""
-    started = math.nan
+    """Return a check that ends long work on a request; the time of compilation does not count."""
+    worked, last, command = 0.0, math.inf, _COMMANDS.get(kind, "solve")
 
     def check() -> None:
-        nonlocal started
+        nonlocal worked, last
         now = time.monotonic()
-        started = now if math.isnan(started) else started
-        if now - started > _REPLACED and is_replaced():
-            raise _Replaced
-        if now - started > LONGEST_WORK:
-            rule = f"takes over {LONGEST_WORK:g} s with these inputs; `restitution solve` has no limit"
-            raise InputError(kind, rule=rule)
+        worked, last = worked + min(max(now - last, 0.0), _BETWEEN), now
+        if worked > _REPLACED and is_replaced():
+            raise _Ended
+        if worked > LONGEST_WORK:
+            raise _Ended(f"takes over {LONGEST_WORK:g} s with these inputs; `restitution {command}` has no limit")
 
     return check
 
@@ -301,8 +301,10 @@ def _answered(request: Request, is_replaced: Callable[[], bool]) -> str | None:
     try:
         with ended_by(_limit(request.kind, is_replaced)):
             return answer(request)
-    except _Replaced:
-        return None
+    except _Ended as end:
+        if not end.args:
+            return None
+        return json.dumps({"id": request.id, "kind": request.kind} | refusal(InputError(request.kind, rule=str(end))))
     except Exception as error:
         words = f"{type(error).__name__}: {_line(error)[:200]}; {BUG}"
         return json.dumps({"id": request.id, "kind": request.kind, "ok": False, "error": words, "field": None})

@@ -153,6 +153,6 @@ def _largest(coefficients: Array) -> tuple[int, float, float]:
     most = float(values[piece, n])
     for _ in range(7):
         z = np.linspace(z[max(n - 1, 0)], z[min(n + 1, z.size - 1)], 33)
-        found = chebyshev.chebval(2.0 * z - 1.0, coefficients[piece])
-        n, most = int(np.argmax(found)), float(found.max())
+        depth = chebyshev.chebval(2.0 * z - 1.0, coefficients[piece])
+        n, most = int(np.argmax(depth)), float(depth.max())
     return piece, float(z[n]), most

@@ -23,6 +23,7 @@ from restitution.indentation.steady import Mixture, Past, Recovery, Trial
 from restitution.indentation.surface import Imprint
 from restitution.indentation.work import largest_of
 from restitution.material.viscoelastic import Material
+from restitution.parallel import checkpoint
 from restitution.quantities import NUMBER, Quantity, dataset
 from restitution.result import Outcome, Result, Summary, Table
 from restitution.units import ANGLE, ENERGY, FORCE, LENGTH, in_words
@@ -272,6 +273,7 @@ class Tapper:
         confirmed, change = 0, 0.0
         plain, start = start, self._predicted(distance, start)
         while True:
+            checkpoint()
             try:
                 solution = self.run(distance, start, rtol=min(_COARSE, _EARLY * change))
                 after = self.end(solution)
@@ -326,10 +328,10 @@ class Tapper:
 
     def _extrapolated(self, solution: PanelSolution, after: Start, y: Array, error: float) -> Start:
         """Return the start of the next tap."""
-        found = self.past.next_start()
-        if found is None and y.size == self._scales.size:
+        following = self.past.next_start()
+        if following is None and y.size == self._scales.size:
             return after
-        target, mixture = found if found is not None else (y, [(1.0, solution)])
+        target, mixture = following or (y, [(1.0, solution)])
         return self._begun(after, target, mixture, solution, error)
 
     def _begun(self, after: Start, target: Array, mixture: Mixture, solution: PanelSolution, error: float) -> Start:

@@ -8,9 +8,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from restitution.checks import Array, Numeric, finite, single, single_positive, whole
+from restitution.checks import Array, finite, single, whole
 from restitution.contact.adhesion import rest
 from restitution.errors import InputError
 from restitution.impact.adhesive import problem_of, too_thin
@@ -19,7 +18,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
 from restitution.indentation.solid import compliance_of
 from restitution.law.law import ContactLaw
-from restitution.law.states import forces_of, like, states_of
+from restitution.law.states import states_of
 
 # Fewest and most elements within the largest zone of the impact, their number by default, and most of all.
 _FEWEST, _LARGEST, _ELEMENTS, _MOST = 10, 2000, 100, 16000
@@ -30,7 +29,7 @@ _COARSE = 64
 
 
 class AdhesiveState(NamedTuple):
-    """What the state of a contact with adhesion says, from `AdhesiveContactLaw.read`; numbers or arrays.
+    """Numbers of a contact with adhesion, from `AdhesiveContactLaw.read`; single ones or arrays.
 
     Attributes
     ----------
@@ -64,7 +63,10 @@ class _Units(NamedTuple):
 class AdhesiveContactLaw(ContactLaw):
     """Contact law with adhesion and memory, made by `contact_law` of an impact with adhesion.
 
-    It has the members of `ContactLaw`, and is not reduced: `max_nodes` is the number of all its elements.
+    It has the members of `ContactLaw`, and is not reduced: `max_nodes` is the number of all its elements. The depth
+    changes linearly over a step, and the attraction jumps at its own instants within. A jump changes the impulse of
+    the step by more than the forces at both ends know. So the force is that at the end of the step plus a correction
+    of second order, with which the scheme of Verlet has the impulse of the contact.
 
     Attributes
     ----------
@@ -92,83 +94,23 @@ class AdhesiveContactLaw(ContactLaw):
     _width: float = field(kw_only=True, repr=False)
     _gaps: Array = field(kw_only=True, repr=False)
 
-    def start(self, contacts: int | None = None, *, depth: ArrayLike | None = None) -> Array:
-        """Return the state of contacts before the attraction.
-
-        Parameters
-        ----------
-        contacts : int, optional
-            Number of contacts; a single one if left out.
-        depth : float or array, optional
-            Depth [m] before the first step, one or one for each contact, <= -h0 with the range h0 of the attraction;
-            by default -h0.
-
-        Returns
-        -------
-        array
-            Shape ``(state_size,)``, or ``(contacts, state_size)``. A copy of it is a copy of the contact.
-
-        Raises
-        ------
-        InputError
-            If `contacts` is below 1, or a depth is above -h0 or not finite.
-        """
+    @property
+    def _depth(self) -> tuple[int, float]:
         from restitution.kernel.contact_law import DEPTH
 
-        shape, reach = () if contacts is None else (whole("contacts", contacts),), self._reach
-        before: Numeric = -reach if depth is None else finite("depth", depth, "m")
-        if np.any(np.asarray(before) > -reach):
-            raise InputError("depth", before, f"must be <= {-reach:.6g} m, where the attraction begins", "m")
-        state = np.zeros((*shape, self.state_size))
-        # In the units of the law; at the range of the attraction it has not begun.
-        state[..., DEPTH] = like("depth", np.asarray(before) / self._units.length, shape)
-        return state
+        return DEPTH, self._units.length
 
-    def step(self, state: Array, depth: ArrayLike, dt: float, way: ArrayLike | None = None) -> Any:
-        """Return the force [N] after a time step, a pull below 0; the state is changed in place.
-
-        The depth changes linearly over the step, and the attraction jumps at its own instants within. A jump changes
-        the impulse of the step by more than the forces at both ends know. So the force is that at the end of the step
-        plus a correction of second order, with which the scheme of Verlet has the impulse of the contact.
-
-        Parameters
-        ----------
-        state : array
-            From `start`.
-        depth : float or array
-            Depth [m] at the end of the step, negative for a gap; one, or one for each contact.
-        dt : float
-            Length of the step [s], > 0; it may differ from step to step.
-        way : None
-            Belongs to a law with friction.
-
-        Returns
-        -------
-        float or array
-            Normal force on each body, shape ``()`` or ``(contacts,)``.
-
-        Raises
-        ------
-        InputError
-            If a number is out of range; the state is then unchanged.
-        SolverError
-            If the attraction cannot be followed, or its zone is wider than the law has elements. The contact then
-            stays where it was.
-        """
-        depths = states_of(state, self.state_size, depth, self.max_depth)
-        duration, _ = single_positive("dt", dt, "s"), self._ways(way, state.shape[:-1])
+    def _advance(self, states: Array, depths: Array, duration: float, forces: Array) -> None:
         # The compiled step takes 0.5 s to import.
         from restitution.kernel.contact_law import FAILED, step_all
         from restitution.kernel.zone import NO_ROOM
 
-        states, forces = state.reshape(-1, self.state_size), np.empty(depths.size)
-        step_all(self.constants, states, depths.ravel(), duration, forces)
+        step_all(self.constants, states, depths, duration, forces)
         failed = states[:, FAILED]
         if np.any(failed == NO_ROOM):
             raise SolverError(Status.TOO_DEEP, "the zone is wider than the law; give a larger max_depth")
         if np.any(failed):
             raise SolverError(Status.NOT_ACCURATE, "the attraction cannot be followed")
-        return forces_of(state, forces)
 
     def read(self, state: Array) -> AdhesiveState:
         """Return depth, force, radii and energies of a contact, in the shape of its depth."""
@@ -186,32 +128,15 @@ class AdhesiveContactLaw(ContactLaw):
     @property
     def state_size(self) -> int:
         """Numbers in the state of one contact."""
-        return self._size
-
-    @cached_property
-    def _size(self) -> int:
         from restitution.kernel.contact_law import MODES, state_size
 
         return state_size(int(self.constants[MODES]), self._gaps.size)
 
-    @cached_property
-    def compiled(self) -> Any:
-        """The step as a function of numba, ``force = compiled(state, depth, dt)``, for `njit` and `cfunc`.
-
-        It checks nothing: `state` is a contiguous array of `state_size` numbers. Beyond `max_depth`, and where the
-        attraction cannot be followed, the force is NaN and the contact stays where it was.
-        """
-        import numba
-
+    @property
+    def _step(self) -> Any:
         from restitution.kernel.contact_law import step
 
-        law = self.constants
-
-        @numba.njit
-        def advance(state: Any, depth: float, dt: float) -> float:
-            return step(law, state, depth, dt)
-
-        return advance
+        return step
 
     def reduced(self, terms: int = 2, *, extrapolate: bool = False) -> ContactLaw:
         """Refuse: a law with adhesion keeps all its terms."""

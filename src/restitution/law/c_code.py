@@ -92,18 +92,18 @@ def translated(prefix: str, modules: Sequence[ModuleType], entries: Sequence[str
 
 def _reached(functions: dict[str, ast.FunctionDef], entries: Sequence[str]) -> list[str]:
     """Return the names of functions and of those that they call, directly or not, which stand before them."""
-    found: dict[str, None] = {}
+    reached: dict[str, None] = {}
 
     def follow(name: str) -> None:
         for node in ast.walk(functions[name]):
             called = node.func if isinstance(node, ast.Call) else None
-            if isinstance(called, ast.Name) and called.id in functions and called.id not in found:
+            if isinstance(called, ast.Name) and called.id in functions and called.id not in reached:
                 follow(called.id)
-        found[name] = None
+        reached[name] = None
 
     for entry in entries:
         follow(entry)
-    return list(found)
+    return list(reached)
 
 
 def _kind(annotation: ast.expr | None) -> str:
@@ -142,23 +142,23 @@ class _Scope(NamedTuple):
         lines = [f"typedef struct {{ {members} }} {p}_{name};" for name, members in _STRUCTURES.items()]
         lines += [
             "", f"static inline {p}_array {p}_part(double *at, int size)",
-            f"{{\n    {p}_array made;\n    made.at = at, made.size = size;\n    return made;\n}}",
+            f"{{\n    {p}_array result;\n    result.at = at, result.size = size;\n    return result;\n}}",
             "", f"static inline {p}_matrix {p}_block(double *at, int rows, int size, int apart)",
-            f"{{\n    {p}_matrix made;\n    made.at = at, made.rows = rows, made.size = size, made.apart = apart;\n"
-            "    return made;\n}",
+            f"{{\n    {p}_matrix result;\n    result.at = at, result.rows = rows, result.size = size;\n"
+            "    result.apart = apart;\n    return result;\n}",
         ]  # fmt: skip
         for name, count in (("two", 2), ("four", 4)):
             values = ", ".join(f"double v{n}" for n in range(count))
-            body = ", ".join(f"made.at[{n}] = v{n}" for n in range(count))
+            body = ", ".join(f"result.at[{n}] = v{n}" for n in range(count))
             lines += ["", f"static inline {p}_{name} {p}_make_{name}({values})",
-                      f"{{\n    {p}_{name} made;\n    {body};\n    return made;\n}}"]  # fmt: skip
+                      f"{{\n    {p}_{name} result;\n    {body};\n    return result;\n}}"]  # fmt: skip
         for name, members in self.members.items():
             parts = "".join(f"    {self.variable(kind, member)};\n" for member, kind in members.items())
             values = ", ".join(self.variable(kind, member) for member, kind in members.items())
-            body = "".join(f"    made.{member} = {member};\n" for member in members)
+            body = "".join(f"    result.{member} = {member};\n" for member in members)
             lines += ["", f"typedef struct {{\n{parts}}} {p}_{name};", "",
                       f"static inline {p}_{name} {p}_make_{name}({values})",
-                      f"{{\n    {p}_{name} made;\n{body}    return made;\n}}"]  # fmt: skip
+                      f"{{\n    {p}_{name} result;\n{body}    return result;\n}}"]  # fmt: skip
         return "\n".join(lines) + "\n"
 
 
@@ -211,7 +211,7 @@ class _Function:
             case ast.Expr(value=value):
                 return f"{self.expression(value)};\n"
             case ast.Return(value=ast.Tuple(elts=values)):
-                return f"return {self.made(values)};\n"
+                return f"return {self.result(values)};\n"
             case ast.Return(value=value):
                 return f"return {self.expression(value)};\n" if value else "return;\n"
             case ast.Break():
@@ -412,13 +412,13 @@ class _Function:
         upper = self.expression(part.upper, _SUM)
         return upper if part.lower is None else f"{upper} - {self.expression(part.lower, _SUM + 1)}"
 
-    def made(self, values: Sequence[ast.expr]) -> str:
+    def result(self, values: Sequence[ast.expr]) -> str:
         """Return a structure of two or four numbers."""
         kind = {2: "two", 4: "four"}[len(values)]
         return f"{self.scope.prefix}_make_{kind}({', '.join(map(self.expression, values))})"
 
     def call(self, node: ast.Call) -> tuple[str, int]:
-        arguments = [self.made(each.elts) if isinstance(each, ast.Tuple) else self.expression(each)
+        arguments = [self.result(each.elts) if isinstance(each, ast.Tuple) else self.expression(each)
                      for each in node.args]  # fmt: skip
         match node.func:
             case ast.Name(id="int"):

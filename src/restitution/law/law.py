@@ -77,17 +77,18 @@ class ContactLaw:
     friction: float | None = None
     shear_modulus: PronySeries | None = None
 
-    def start(self, contacts: int | None = None, *, depth: ArrayLike = 0.0) -> Array:
-        """Return the state of contacts before first touch.
+    def start(self, contacts: int | None = None, *, depth: ArrayLike | None = None) -> Array:
+        """Return the state of contacts before first touch, or before the attraction.
 
         Parameters
         ----------
         contacts : int, optional
             Number of contacts; a single one if left out.
-        depth : float or array
-            Depth [m] before the first step, <= 0, one or one for each contact: the gap between the bodies, with a
-            minus sign. The law then finds the instant of first touch within a step. A code that notices a contact at
-            its first overlap gives ``overlap - rate * dt``.
+        depth : float or array, optional
+            Depth [m] before the first step, one or one for each contact: the gap between the bodies, with a minus
+            sign. It is at most 0, the default, or -h0 with the range h0 of an attraction. The law then finds the
+            instant of first touch within a step. A code that notices a contact at its first overlap gives
+            ``overlap - rate * dt``.
 
         Returns
         -------
@@ -97,15 +98,26 @@ class ContactLaw:
         Raises
         ------
         InputError
-            If `contacts` is below 1, or a depth is positive or not finite.
+            If `contacts` is below 1, or a depth is larger or not finite.
         """
         shape = () if contacts is None else (whole("contacts", contacts),)
-        before = finite("depth", depth, "m")
-        if np.any(np.asarray(before) > 0.0):
-            raise InputError("depth", before, "must be <= 0 before first touch", "m")
+        first, (place, unit) = 0.0 - self._reach, self._depth
+        before = first if depth is None else finite("depth", depth, "m")
+        if np.any(np.asarray(before) > first):
+            raise InputError("depth", before, f"must be <= {first:.6g} m, where the forces begin", "m")
         state = np.zeros((*shape, self.state_size))
-        state[..., DEPTH] = like("depth", before, shape)
+        state[..., place] = like("depth", np.asarray(before) / unit, shape)
         return state
+
+    @property
+    def _reach(self) -> float:
+        """Range [m] of the forces before touch."""
+        return 0.0
+
+    @property
+    def _depth(self) -> tuple[int, float]:
+        """Place of the depth in a state, and its unit [m]."""
+        return DEPTH, 1.0
 
     def step(self, state: Array, depth: ArrayLike, dt: float, way: ArrayLike | None = None) -> Any:
         """Return the force [N] after a time step; the state is changed in place.
@@ -126,21 +138,21 @@ class ContactLaw:
         Returns
         -------
         float or array
-            Normal force on each body, >= 0, shape ``()`` or ``(contacts,)``. With friction a pair: this force, and the
-            tangential force that resists the way, in the shape of the way.
+            Normal force on each body, shape ``()`` or ``(contacts,)``, below 0 only for a pull of an attraction. With
+            friction a pair: this force, and the tangential force that resists the way, in the shape of the way.
 
         Raises
         ------
         InputError
             If a number is out of range, or `way` does not belong to the law; the state is then unchanged.
+        SolverError
+            If an attraction cannot be followed, or its zone is wider than the law has elements. The contact then stays
+            where it was.
         """
         depths = states_of(state, self.state_size, depth, self.max_depth)
         duration, ways = single_positive("dt", dt, "s"), self._ways(way, state.shape[:-1])
-        # The compiled step takes 0.5 s to import.
-        from restitution.law.step import step_all
-
         states, forces = state.reshape(-1, self.state_size), np.empty(depths.size)
-        step_all(self.constants, states, depths.ravel(), duration, forces)
+        self._advance(states, depths.ravel(), duration, forces)
         normal = forces_of(state, forces)
         if ways is None or way is None:
             return normal
@@ -151,6 +163,13 @@ class ContactLaw:
         if np.ndim(way) == state.ndim:
             return normal, pulls.reshape(*state.shape[:-1], 2)
         return normal, pulls[:, 0].copy() if state.ndim > 1 else float(pulls[0, 0])
+
+    def _advance(self, states: Array, depths: Array, duration: float, forces: Array) -> None:
+        """Advance contacts, (n, state_size), and write their forces [N]."""
+        # The compiled step takes 0.5 s to import.
+        from restitution.law.step import step_all
+
+        step_all(self.constants, states, depths, duration, forces)
 
     def _ways(self, way: ArrayLike | None, shape: tuple[int, ...]) -> Array | None:
         """Return the ways of all contacts along both axes; None without friction."""
@@ -178,20 +197,25 @@ class ContactLaw:
     def compiled(self) -> Any:
         """The step as a function of numba, ``force = compiled(state, depth, dt)``, for `njit` and `cfunc`.
 
-        It allocates nothing and checks nothing: `state` is a contiguous array of `state_size` numbers, and beyond
-        `max_depth` the force is NaN and the state stays.
+        It checks nothing: `state` is a contiguous array of `state_size` numbers. Beyond `max_depth`, and where an
+        attraction cannot be followed, the force is NaN and the contact stays where it was.
         """
         import numba
 
-        from restitution.law.step import step
-
-        law = self.constants
+        law, step = self.constants, self._step
 
         @numba.njit
         def advance(state: Any, depth: float, dt: float) -> float:
             return step(law, state, depth, dt)
 
         return advance
+
+    @property
+    def _step(self) -> Any:
+        """The compiled step of all laws of this kind."""
+        from restitution.law.step import step
+
+        return step
 
     @cached_property
     def compiled_slide(self) -> Any:
