@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import restitution as rs
 from refusals import in_one_line
@@ -78,6 +79,49 @@ def test_a_code_without_a_tangential_stiffness_has_a_poisson_ratio(target):
     assert rough.law.strength == smooth.law.strength
     assert rough.snippet != smooth.snippet
     assert rough.angles.angle[[0, -1]].tolist() == [0.2, 1.2]
+
+
+def of_kratos(slope, e, ratio, steps=1500):
+    """e_t over v_c/(mu v0) of DEM_D_Hertz_viscous_Coulomb, by the branches of its source; m, R, v0, mu and E* are 1.
+
+    The normal force is (4/3) d^1.5, and both dashpots are 2 gamma sqrt(m k).
+    """
+
+    def collide(gamma, v_c, h):
+        d, v, normal, before, spring, pull = 0.0, 1.0, 0.0, 0.0, 0.0, 0.0
+        while True:
+            v, v_c = v - 0.5 * h * normal, v_c - 1.75 * h * pull
+            d += h * v
+            if d <= 0.0:
+                return -v, v_c
+            k = 2.0 * math.sqrt(d)
+            k_t, rescaled = ratio * k, math.sqrt(min(d / before, 1.0)) if before else 1.0
+            normal = max(k * d / 1.5 + 2.0 * gamma * math.sqrt(k) * v, 0.0)
+            spring = rescaled * spring + k_t * h * v_c
+            dashpot, before = 2.0 * gamma * math.sqrt(k_t) * v_c, d
+            if abs(spring + dashpot) > normal:
+                opposed = spring * dashpot < 0.0
+                if opposed and abs(dashpot) >= abs(spring):
+                    dashpot *= (normal + abs(spring)) / abs(dashpot)
+                elif opposed or abs(spring) > normal:
+                    spring, dashpot = math.copysign(normal, spring), 0.0
+                else:
+                    dashpot = math.copysign(normal - abs(spring), dashpot)
+            pull = spring + dashpot
+            v, v_c = v - 0.5 * h * normal, v_c - 1.75 * h * pull
+
+    h = 3.0 / steps
+    gamma = brentq(lambda gamma: collide(gamma, 0.0, h)[0] - e, 0.0, 0.5)
+    return -collide(gamma, slope, h)[1] / slope
+
+
+@pytest.mark.filterwarnings("ignore::restitution.RestitutionWarning")
+def test_the_dashpot_of_kratos_gives_way_before_its_spring():
+    v = 0.2
+    law = rs.calibrate((BALL, rs.Body(None)), "kratos-dem", v, friction=0.3, angle=(0.05, 1.2))
+    e = law.parameters["e"].value
+    for angle, e_t in list(zip(law.angles.angle, law.angles.calibrated, strict=True))[::8]:
+        assert e_t == pytest.approx(of_kratos(math.tan(angle) / 0.3, e, law.angles.ratio), abs=2e-3)
 
 
 def test_lammps_is_nearest_of_its_neighbours():

@@ -12,7 +12,7 @@ import restitution as rs
 from adhesive_elements import adhesive_restitution
 from refusals import in_one_line
 from restitution.contact.adhesion import maugis_number, static_contact
-from restitution.impact.status import SolverError
+from restitution.impact.status import SolverError, Status
 
 RNG = np.random.default_rng(23)
 POLYMER = rs.standard_solid(1e9, 1e9, 20.0, poisson_ratio=0.35)
@@ -227,8 +227,9 @@ def test_beyond_the_law_the_contact_stays_where_it_was():
     before, same = law.read(state), state.copy()
     # With fewer elements than such a depth has.
     narrow = replace(law, max_depth=1.0)
-    with pytest.raises(SolverError):
+    with pytest.raises(SolverError, match="larger max_depth") as caught:
         narrow.step(state, 5.0 * law.max_depth, 1e-9)
+    assert caught.value.status == Status.TOO_DEEP
     assert law.read(state) == before
     assert law.step(state, 0.4 * law.max_depth, 1e-9) == law.step(same, 0.4 * law.max_depth, 1e-9)
 

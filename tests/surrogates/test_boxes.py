@@ -65,10 +65,12 @@ def test_boxes_that_overlap_or_leave_gaps_do_not_fill():
     assert fill(boxes)
     count = len(boxes.levels)
     assert count > 2
-    twice = boxes.places.copy()
-    twice[0] = boxes.places[1] if np.array_equal(boxes.levels[0], boxes.levels[1]) else boxes.places[0]
+    twice = boxes._replace(
+        **{name: np.concatenate([getattr(boxes, name)] * 2) for name in ("levels", "places", "coefficients")}
+    )
     part = boxes._replace(levels=boxes.levels[1:], places=boxes.places[1:], coefficients=boxes.coefficients[1:])
     changes = (
+        twice,
         part,
         boxes._replace(places=boxes.places + 1),
         boxes._replace(levels=boxes.levels - 1),

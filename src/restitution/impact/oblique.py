@@ -221,7 +221,7 @@ def _unbalanced(rows: dict[str, Array], rtol: float) -> list[str]:
     if not open_.size:
         return []
     return [
-        f"balance: parts of the tangential energy add up to {float(open_.max()):.2g} of it, above the limit "
+        f"balance: the parts of the tangential energy miss it by {float(open_.max()):.2g} of it, above the limit "
         f"{_BALANCE * rtol:.2g}, in {open_.size} of {residual.size} impacts; take a smaller rtol to split the energy"
     ]
 
