@@ -26,8 +26,8 @@ heard = rs.bounces(impact, max_bounces=11)
 random = np.random.default_rng(1)
 time = heard.touch_time + 2e-5 * random.standard_normal(heard.n_bounces)
 sound = rs.BounceTimes(time, radius=radius, mass=ball.mass, drag_coefficient=0.0, noise=rs.Noise(time=2e-5))
-found = rs.identify(sound, rs.standard_solid, fixed={"poisson_ratio": 0.5})
-print(found)
+fit = rs.identify(sound, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+print(fit)
 
 # %%
 # The ratio of successive intervals is often used as e. It is too large if the contacts are not short against the
@@ -37,7 +37,8 @@ print(found)
 intervals = np.diff(time)
 flights = intervals - heard.contact_time[:-1]
 velocity, e = heard.velocity[1:-1], heard.restitution_coefficient[1:-1]
-fit = found.predict(rs.Impact(rubber, impact.profile, ball.mass, velocity[:-1], external_force=9.80665 * ball.mass))
+weight = 9.80665 * ball.mass
+prediction = fit.predict(rs.Impact(rubber, impact.profile, ball.mass, velocity[:-1], external_force=weight))
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.6), layout="constrained")
 left.plot(velocity, intervals[1:] / intervals[:-1], "s", markersize=4, label="ratio of intervals")
@@ -61,13 +62,13 @@ def reduced_modulus(omega):
 
 middle = math.pi / heard.contact_time[3]
 omega = np.geomspace(0.3, 3.0, 60) * middle
-bands = found.moduli(omega)
+bands = fit.moduli(omega)
 for name, true in (("storage_modulus", reduced_modulus(omega).real), ("loss_modulus", reduced_modulus(omega).imag)):
     (line,) = right.loglog(omega, bands[name] / 1e6, label=f"{name.replace('_', ' ')}, fit")
     low, high = bands[f"{name}_low"] / 1e6, bands[f"{name}_high"] / 1e6
     right.fill_between(omega, low, high, color=line.get_color(), alpha=0.2)
     right.loglog(omega, true / 1e6, "k:", label="true" if name == "loss_modulus" else None)
-right.axvspan(*found.window, color="0.9", zorder=0)
+right.axvspan(*fit.window, color="0.9", zorder=0)
 right.set_xlabel(r"angular frequency $\omega$ in rad/s")
 right.set_ylabel(r"reduced modulus $E^*$ in MPa")
 right.legend()
@@ -75,7 +76,7 @@ right.legend()
 # %%
 # The loss tangent at :math:`\pi` over the contact time is within three standard errors of that of the rubber.
 
-there, true = found.moduli([middle]), reduced_modulus(middle)
+there, true = fit.moduli([middle]), reduced_modulus(middle)
 tangent, high = float(there["loss_tangent"][0]), float(there["loss_tangent_high"][0])
 print(f"tan delta = {tangent:.4f}, true {true.imag / true.real:.4f}")
 assert abs(math.log(tangent * true.real / true.imag)) < 3.0 / 1.96 * math.log(high / tangent)

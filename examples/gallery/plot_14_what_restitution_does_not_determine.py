@@ -32,8 +32,8 @@ rng = np.random.default_rng(1)
 measured = results[1.0].restitution_coefficient * (1.0 + 0.005 * rng.standard_normal(velocity.size))
 noise = rs.Noise(restitution_coefficient="0.5 %")
 balls = rs.Rebounds(velocity, measured, radius=radius, mass=mass, noise=noise)
-found = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
-for line in found.statements:
+fit = rs.identify(balls, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+for line in fit.statements:
     print(line)
 
 # %%
@@ -63,8 +63,8 @@ left.legend()
 
 assert np.allclose(results[1.0].restitution_coefficient, results[3.0].restitution_coefficient, rtol=1e-8)
 assert np.allclose(results[1.0].contact_time, 3.0 * results[3.0].contact_time, rtol=1e-8)
-assert not any(estimate.determined for estimate in found.parameters.values())
-assert any("x^2.5" in line for line in found.statements)
+assert not any(estimate.determined for estimate in fit.parameters.values())
+assert any("x^2.5" in line for line in fit.statements)
 branch_modulus = settled.parameters["branch_modulus"]
 assert branch_modulus.determined
 assert abs(np.log(branch_modulus.value / branch)) < 3.0 * branch_modulus.standard_error / branch_modulus.value

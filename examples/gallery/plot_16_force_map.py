@@ -26,14 +26,14 @@ for modulus in truth.ravel():
     force = rs.indent(gel, tip, depth=depth - contact, time=time).force + 1e-11 * rng.standard_normal(time.size)
     curves.append(rs.IndentationCurve(time, depth, force, profile=tip, noise=rs.Noise(force=1e-11)))
 
-found = rs.identify_map(curves, rs.standard_solid, fixed={"poisson_ratio": 0.5}, shape=(n, n), progress=False)
-grid(found, "branch_modulus", figure=plt.figure())
+maps = rs.identify_map(curves, rs.standard_solid, fixed={"poisson_ratio": 0.5}, shape=(n, n), progress=False)
+grid(maps, "branch_modulus", figure=plt.figure())
 
 # %%
 # The standard errors are those of the noise: the deviations from the true modulus have a spread of one of them.
 
-deviation = (found["branch_modulus"].values - truth) / found["branch_modulus_standard_error"].values
+deviation = (maps["branch_modulus"].values - truth) / maps["branch_modulus_standard_error"].values
 print(f"{n * n} curves, spread {deviation.std():.2f} standard errors, mean {deviation.mean():+.2f}")
-assert np.all(found["status"].values == 0)
+assert np.all(maps["status"].values == 0)
 # 64 draws of a normal distribution have a spread of 1 to 9 %.
 assert 0.7 < deviation.std() < 1.3

@@ -56,9 +56,9 @@ for name, marker in (("fit with Hertz", "C0s"), ("fit with rs.Layer", "C2o")):
         measured = measured + 2e-12 * rng.standard_normal(moments.size)
         geometry = bead if "Hertz" in name else layer
         curve = rs.IndentationCurve(moments, path, measured, profile=geometry, noise=rs.Noise(force=2e-12))
-        found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
-        ratios.append(found.value / 300.0)
-        errors.append(found.standard_error / 300.0)
+        modulus = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}).parameters["equilibrium_modulus"]
+        ratios.append(modulus.value / 300.0)
+        errors.append(modulus.standard_error / 300.0)
     ax.errorbar([1.0, 3.0, 10.0], ratios, errors, fmt=marker, capsize=3, label=name)
 assert all(abs(ratio - 1.0) < 4.0 * error for ratio, error in zip(ratios, errors, strict=True))
 ax.axhline(1.0, color="black", linewidth=0.6)

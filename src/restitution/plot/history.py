@@ -133,7 +133,7 @@ def energy_bar(ax: Axes, energy: EnergyBudget) -> Axes:
     ax.axvline(before * factor, color="black", linewidth=0.8, linestyle="--")
     ax.set(xlim=(0.0, 1.02 * max(total, before) * factor), ylim=(-0.4, 1.3), yticks=[])
     ax.set_xlabel(f"energy [{unit}] (dashed: before the impact)")
-    ax.legend(loc="upper left", ncols=1)
+    ax.legend(loc="upper left", ncols=2)
     return ax
 
 
