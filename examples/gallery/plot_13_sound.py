@@ -43,7 +43,7 @@ prediction = fit.predict(rs.Impact(rubber, impact.profile, ball.mass, velocity[:
 fig, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.6), layout="constrained")
 left.plot(velocity, intervals[1:] / intervals[:-1], "s", markersize=4, label="ratio of intervals")
 left.plot(velocity, flights[1:] / flights[:-1], "^", markersize=4, label="less the contact times")
-left.plot(velocity[:-1], fit["restitution_coefficient"], "-", label="fit")
+left.plot(velocity[:-1], prediction["restitution_coefficient"], "-", label="fit")
 left.plot(velocity, e, "k.", label="true")
 left.set_xscale("log")
 left.set_xlabel("impact velocity $v_0$ in m/s")
