@@ -14,7 +14,7 @@ from restitution.contact.adhesion import Adhesion, require_smooth
 from restitution.contact.geometry import Contact
 from restitution.contact.profiles import Profile, as_profile
 from restitution.errors import InputError
-from restitution.indentation.solid import compliance_of
+from restitution.indentation.solid import branches_of, compliance_of
 from restitution.material.prony import PronySeries
 from restitution.parallel import checkpoint
 
@@ -109,6 +109,7 @@ class Sticky(NamedTuple):
     def follow(self, width: float, program: Program, count: int) -> March:
         """March along a program of straight lines, from the first attraction on."""
         from restitution.kernel import adhesion as kernel
+        from restitution.kernel import zone
 
         knots, values, stiffness = program
         start, time = float(knots[0]), float(knots[-1] - knots[0])
@@ -119,6 +120,8 @@ class Sticky(NamedTuple):
             soft = stiffness / (scaled.modulus * width)
             scaled_values = scaled_values * soft if stiffness else values / (scaled.modulus * width**2)
             bodies = bodies._replace(sprung=True, stiffness=soft)
+            # Each trial of a depth asks all elements for their force.
+            room.counts[zone.WAITS_] = 0
         times = (knots - start) / time
         end = self._whole(room, lambda most: kernel.follow(scaled.solid, bodies, times, scaled_values, most, room))
         march = scaled.result(end, room)
@@ -189,18 +192,27 @@ class _Scaled:
         compliance, weights, rates = compliance_of(body.modulus)
         self.modulus = 1.0 / compliance
         self.solid = Solid(1.0, weights * (self.modulus * time), rates * time)
+        self.branches, self.bridge = branches_of(body.modulus)
 
     def begin(self, count: int, mass: float, steps: int) -> tuple[Any, Any]:
         """Return the numbers of the bodies and the room of a march."""
-        from restitution.kernel.zone import G_, Bodies, allocate_room
+        from restitution.kernel import zone
 
         cell = 1.0 / count
         places = cell * np.arange(int(ROOM * count) + 8)
-        room = allocate_room(places.size, cell, self.solid.rates.size, steps, _JUMPS)
-        room.nodes[G_] = np.asarray(self.body.profile.transform(places * self.length)) / self.length
+        room = zone.allocate_room(places.size, cell, self.solid.rates.size, steps, _JUMPS)
+        gaps = np.asarray(self.body.profile.transform(places * self.length)) / self.length
+        room.nodes[zone.G_], share = gaps, room.nodes[zone.SHARE_]
+        for row, part in ((zone.SUM_, share), (zone.SUM_G_, share * gaps), (zone.SUM_GG_, share * gaps**2)):
+            room.nodes[row, 1:] = np.cumsum(part[:-1])
+        moduli, rates, creep = self.branches
+        room.branches[:, zone.MODULUS_], room.branches[:, zone.PACE_] = moduli / self.modulus, rates * self.time
+        room.branches[:, zone.CREEP_], room.bridge[...] = creep / (self.modulus * self.time), self.bridge / self.time
+        room.ends[zone.FIRM_] = float(self.body.modulus.equilibrium_modulus) / self.modulus
+        room.counts[zone.WAITS_] = 1
         stress, reach = (float(np.asarray(value)) for value in (self.body.adhesion.stress, self.body.adhesion.range))
         inertia = mass / (self.modulus * self.length * self.time**2)
-        return Bodies(stress / self.modulus, reach / self.length, inertia, cell, cell, False, 0.0, 0.0, 0.0), room
+        return zone.Bodies(stress / self.modulus, reach / self.length, inertia, cell, cell, False, 0.0, 0.0, 0.0), room
 
     def result(self, end: int, room: Any) -> March:
         """Return the result of a march in SI."""
