@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from restitution.contact.adhesion import Adhesion
 from restitution.impact.status import Status
-from restitution.indentation.attraction import FEWEST, FILLED, MOST, ROOM, WIDER, March, Sticky, peak
+from restitution.indentation.attraction import FEWEST, FILLED, ROOM, WIDER, March, Sticky, peak
 from restitution.numerics.richardson import Richardson
 
-# Elements of the march that finds the scales.
-_SCALING = 64
+# Elements of the march that finds the scales, and those of the attracted ring: a thinner one hardly changes the scales.
+_SCALING, _RINGED = 64, 1.5
 # Largest number of trials for the scales, and of scales, and factor of a duration that was too short.
 _TRIALS, _WIDENED, _LONGER = 120, 8, 4.0
 # Marches in a row that must capture the body.
@@ -82,9 +83,10 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
     """March with more and more elements on one scale until e is known, or a march does not end."""
     from restitution.kernel.zone import HELD, SEPARATED
 
-    count, held, series = FEWEST, 0, Richardson()
+    count, most = problem.body.counts(width)
+    held, series = 0, Richardson()
     kinetic = 0.5 * problem.mass * problem.velocity**2
-    while count <= MOST:
+    while count <= most:
         march = problem.march(width, time, count)
         if march.end not in (HELD, SEPARATED):
             return _failed(Status.NOT_ACCURATE, march)
@@ -130,6 +132,7 @@ def scales(problem: Problem) -> tuple[float, float]:
     width = min(_first_width(problem), _widest(problem))
     body = problem.body
     time = 4.0 * float(body.profile.transform(width) + np.asarray(body.adhesion.range)) / problem.velocity
+    problem = _blunt(problem, width)
     for _ in range(_TRIALS):
         march = problem.march(width, time, _SCALING)
         if march.end == NO_ROOM:
@@ -145,6 +148,16 @@ def scales(problem: Problem) -> tuple[float, float]:
             # A body may be held at the instant of its jump into contact.
             return min(1.02 * march.widest, _widest(problem)), march.duration or time
     return math.nan, time
+
+
+def _blunt(problem: Problem, width: float) -> Problem:
+    """Return the impact with the same work of adhesion and a ring that a few elements resolve."""
+    body = problem.body
+    thin = _SCALING * body.ring / (_RINGED * width)
+    if thin >= 1.0:
+        return problem
+    stress = float(np.asarray(body.adhesion.stress)) * math.sqrt(thin)
+    return problem._replace(body=body._replace(adhesion=Adhesion(body.adhesion.work, stress)))
 
 
 def _first_width(problem: Problem) -> float:
@@ -197,8 +210,9 @@ def sticking(problem: Problem, rtol: float) -> tuple[float, float]:
     width, time = scales(problem._replace(velocity=high))
     if not math.isfinite(width):
         return math.nan, math.inf
-    count, last, series = FEWEST, math.nan, Richardson()
-    while count <= MOST:
+    fewest, most = problem.body.counts(width)
+    count, last, series = fewest, math.nan, Richardson()
+    while count <= most:
         escapes = partial(_escapes, problem, width=width, time=time, count=count)
         low, high = _widened(escapes, low, high)
         if math.isnan(high):
@@ -208,7 +222,7 @@ def sticking(problem: Problem, rtol: float) -> tuple[float, float]:
             low, high = (low, middle) if escapes(middle) else (middle, high)
         after, error = (float(each) for each in series.add(high))
         # One change may be small by chance, and a bracket has an error of its own.
-        if count > 4 * FEWEST and error <= rtol * after:
+        if count > 4 * fewest and error <= rtol * after:
             return after, error / after
         spread = 4.0 * abs(high - last) / high if math.isfinite(last) else _SPREAD
         last = high
@@ -239,7 +253,7 @@ def _bracket(problem: Problem) -> tuple[float, float]:
 
     def escapes(velocity: float) -> bool:
         width, time = scales(problem._replace(velocity=velocity))
-        return not math.isfinite(width) or _escapes(problem, velocity, width, time, FEWEST)
+        return not math.isfinite(width) or _escapes(problem, velocity, width, time, problem.body.counts(width)[0])
 
     start = problem.velocity
     up = not escapes(start)

@@ -18,10 +18,13 @@ from restitution.indentation.solid import branches_of, compliance_of
 from restitution.material.prony import PronySeries
 from restitution.parallel import checkpoint
 
-# Elements of the first march that counts, and of the finest.
-FEWEST, MOST = 100, 12800
+# Elements of the first march that counts, and of the finest; those of the ring that a first march needs, and the finest
+# march over the first one where the ring is thin.
+FEWEST, MOST, _RINGED, _FINEST = 100, 12800, 0.25, 16
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
+# Rows of the motion for each element, and for each further one of a fine march.
+_ROWS, _FINE_ROWS = 24, 6
 # Changes of elements in one call of the kernel: some tenths of a second.
 _PIECE = 10_000_000
 # Share of the room that the largest zone takes at least, and factor of a zone that was too small.
@@ -92,6 +95,19 @@ class Sticky(NamedTuple):
     modulus: PronySeries
     adhesion: Adhesion
 
+    @property
+    def ring(self) -> float:
+        """Width [m] of the attracted ring around a contact on the glass, where it is thin: ``pi w E0/(8 sigma0^2)``."""
+        work, stress = (float(np.asarray(value)) for value in (self.adhesion.work, self.adhesion.stress))
+        return math.pi * work * float(self.modulus.instantaneous_modulus) / (8.0 * stress * stress)
+
+    def counts(self, width: float) -> tuple[int, int]:
+        """Return the number of elements of the first march in a zone of this largest radius [m], and of the finest."""
+        count = FEWEST
+        while count * self.ring < _RINGED * width:
+            count *= 2
+        return count, max(MOST, _FINEST * count)
+
     def march(self, width: float, time: float, count: int, *, mass: float, velocity: float) -> March:
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
 
@@ -100,7 +116,7 @@ class Sticky(NamedTuple):
         from restitution.kernel import adhesion as kernel
 
         scaled = _Scaled(self, width, time)
-        bodies, room = scaled.begin(count, mass, 24 * count)
+        bodies, room = scaled.begin(count, mass, _ROWS * min(count, MOST) + _FINE_ROWS * max(count - MOST, 0))
         speed = velocity * time / width
         return scaled.result(
             self._whole(room, lambda most: kernel.march(scaled.solid, bodies, speed, most, room)), room

@@ -267,16 +267,21 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         after = _neighbour(edge, way, h)
         if after > limit:
             return NO_ROOM
+        if edge == start_edge:
+            above = excess(solid, bodies, 0.0, edge, room)
         f = excess(solid, bodies, 0.0, after, room)
-        if way * f >= 0.0:
-            if edge == start_edge:
-                above = excess(solid, bodies, 0.0, edge, room)
+        there = way * f >= 0.0
+        if there:
             if way * above < 0.0:
                 after = _root(solid, bodies, False, 0.0, (edge, above, after, f), room)
                 f = 0.0
-            energy += 0.5 * abs(after - edge) * abs(edge * above + after * f)
+            else:
+                above = 0.0
+        middle = 0.5 * (edge + after)
+        inside = excess(solid, bodies, 0.0, middle, room)
+        energy += abs(after - edge) * abs(edge * above + 4.0 * middle * inside + after * f) / 6.0
+        if there:
             break
-        energy += 0.5 * abs(after - edge) * abs(edge * above + after * f)
         if not bodies.sprung:
             # Elements have no memory of the way: those that it has passed need not be asked again.
             _accept(solid, bodies, 0.0, after, room)
