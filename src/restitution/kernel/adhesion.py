@@ -218,7 +218,7 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     write_bases(solid, dt, low, top, room)
     counts[ASTRAY_] += _all_elements(solid, dt, depth, low, top, room)
     lost = carry(solid, dt, depth - now[D_], room) if dt > 0.0 and counts[WAITS_] > 0 else 0.0
-    radius = contact_radius(solid, bodies, room)
+    radius = contact_radius(solid, bodies, edge, room)
     force = normal_force(bodies, edge, radius, depth, room)
     if dt > 0.0:
         now[VISCOUS_] += 2.0 * h * (lost + _remember(solid, dt, low, top, room))

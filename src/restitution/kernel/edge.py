@@ -80,7 +80,7 @@ def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
                 break
             count += 1
         counts[IN1_] = count
-        radius = contact_radius(solid, bodies, room)
+        radius = contact_radius(solid, bodies, edge, room)
         wide = max(radius, 0.5 * bodies.cell)
         excess = normal_force(bodies, edge, radius, depth, room) + stiffness * depth - load
         step = excess / (2.0 * wide / (solid.compliance + ends[S_RISE_]) + stiffness)
@@ -148,7 +148,7 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
         wake(solid, bodies, 0, 0, room)
         write_bases(solid, dt, 0, 1, room)
         return 0.5 * math.pi * (nodes[BASE_, 0] - depth) - target
-    radius = contact_radius(solid, bodies, room)
+    radius = contact_radius(solid, bodies, edge, room)
     if radius >= edge:
         return -target
     if int(edge / h) + 1 >= size:

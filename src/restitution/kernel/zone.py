@@ -285,16 +285,29 @@ def write_element(solid: Solid, dt: float, depth: float, i: int, room: Room) -> 
 
 
 @compiled
-def contact_radius(solid: Solid, bodies: Bodies, room: Room) -> float:
-    """Return a from the last element that follows and the first that is loaded."""
+def contact_radius(solid: Solid, bodies: Bodies, edge: float, room: Room) -> float:
+    """Return a, where the load of what follows falls to the cohesive one.
+
+    Between the last element that follows and the first that is loaded it is linear in x^2.
+    """
     count, nodes, h = room.counts[IN1_], room.nodes, bodies.cell
     if count == 0:
         return 0.0
     press = nodes[P1_, count - 1]
     ahead = nodes[H1_, count] / (solid.compliance + room.ends[S_RISE_])
     inner, outer = (count - 1) * h, count * h
-    square = inner * inner + (outer - inner) * (outer + inner) * press / (press + ahead)
-    return math.sqrt(square)
+    whole = (outer - inner) * (outer + inner)
+    if edge <= inner:
+        return math.sqrt(inner * inner + whole * press / (press + ahead))
+    load = press + nodes[Q1_, count - 1]
+    slope = (nodes[Q1_, count] - ahead - load) / whole
+    # The root u of load + 2 sigma u at x^2 = c^2 - u^2.
+    short = -load - slope * (edge - inner) * (edge + inner)
+    root = bodies.stress * bodies.stress - slope * short
+    if short <= 0.0 or root < 0.0:
+        return edge
+    u = short / (bodies.stress + math.sqrt(root))
+    return math.sqrt(min(max((edge - u) * (edge + u), inner * inner), outer * outer))
 
 
 @compiled
