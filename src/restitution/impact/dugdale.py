@@ -9,13 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restitution.contact.adhesion import Adhesion
 from restitution.impact.status import Status
 from restitution.indentation.attraction import FEWEST, FILLED, ROOM, WIDER, March, Sticky, peak
 from restitution.numerics.richardson import Richardson
 
-# Elements of the march that finds the scales, and those of the attracted ring: a thinner one hardly changes the scales.
-_SCALING, _RINGED = 64, 1.5
+# Elements of the march that finds the scales.
+_SCALING = 64
 # Largest number of trials for the scales, and of scales, and factor of a duration that was too short.
 _TRIALS, _WIDENED, _LONGER = 120, 8, 4.0
 # Marches in a row that must capture the body.
@@ -83,7 +82,7 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
     """March with more and more elements on one scale until e is known, or a march does not end."""
     from restitution.kernel.zone import HELD, SEPARATED
 
-    count, most = problem.body.counts(width)
+    count, most = problem.body.counts(width, time)
     held, series = 0, Richardson()
     kinetic = 0.5 * problem.mass * problem.velocity**2
     while count <= most:
@@ -132,7 +131,6 @@ def scales(problem: Problem) -> tuple[float, float]:
     width = min(_first_width(problem), _widest(problem))
     body = problem.body
     time = 4.0 * float(body.profile.transform(width) + np.asarray(body.adhesion.range)) / problem.velocity
-    problem = _blunt(problem, width)
     for _ in range(_TRIALS):
         march = problem.march(width, time, _SCALING)
         if march.end == NO_ROOM:
@@ -148,16 +146,6 @@ def scales(problem: Problem) -> tuple[float, float]:
             # A body may be held at the instant of its jump into contact.
             return min(1.02 * march.widest, _widest(problem)), march.duration or time
     return math.nan, time
-
-
-def _blunt(problem: Problem, width: float) -> Problem:
-    """Return the impact with the same work of adhesion and a ring that a few elements resolve."""
-    body = problem.body
-    thin = _SCALING * body.ring / (_RINGED * width)
-    if thin >= 1.0:
-        return problem
-    stress = float(np.asarray(body.adhesion.stress)) * math.sqrt(thin)
-    return problem._replace(body=body._replace(adhesion=Adhesion(body.adhesion.work, stress)))
 
 
 def _first_width(problem: Problem) -> float:
@@ -210,7 +198,7 @@ def sticking(problem: Problem, rtol: float) -> tuple[float, float]:
     width, time = scales(problem._replace(velocity=high))
     if not math.isfinite(width):
         return math.nan, math.inf
-    fewest, most = problem.body.counts(width)
+    fewest, most = problem.body.counts(width, time)
     count, last, series = fewest, math.nan, Richardson()
     while count <= most:
         escapes = partial(_escapes, problem, width=width, time=time, count=count)
@@ -253,7 +241,7 @@ def _bracket(problem: Problem) -> tuple[float, float]:
 
     def escapes(velocity: float) -> bool:
         width, time = scales(problem._replace(velocity=velocity))
-        return not math.isfinite(width) or _escapes(problem, velocity, width, time, problem.body.counts(width)[0])
+        return not math.isfinite(width) or _escapes(problem, velocity, width, time, problem.body.counts(width, time)[0])
 
     start = problem.velocity
     up = not escapes(start)

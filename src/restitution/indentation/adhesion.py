@@ -268,7 +268,7 @@ def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolu
 
     profile, history = body.profile, lines.history
     width = _first_width(body, lines, name)
-    fewest, most = body.counts(width)
+    fewest, most = body.counts(width, float(history.knots[-1]) - lines.touch)
     count, trials, series = fewest, 0, Richardson()
     while count <= most and trials < _TRIALS:
         march = body.follow(width, lines.program(count), count)
@@ -279,7 +279,7 @@ def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolu
             if not ROOM * width < float(np.asarray(profile.max_contact_radius)):
                 given = "force" if name == "force" else "depth"
                 raise InputError(given, rule=f"must not bring the attraction beyond the profile, {profile.end}")
-            fewest, most = body.counts(width)
+            fewest, most = body.counts(width, float(history.knots[-1]) - lines.touch)
             count, series = fewest, Richardson()
             continue
         if not ended:

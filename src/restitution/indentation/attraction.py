@@ -18,9 +18,9 @@ from restitution.indentation.solid import branches_of, compliance_of
 from restitution.material.prony import PronySeries
 from restitution.parallel import checkpoint
 
-# Elements of the first march that counts, and of the finest; those of the ring that a first march needs, and the finest
-# march over the first one where the ring is thin.
-FEWEST, MOST, _RINGED, _FINEST = 100, 12800, 0.25, 16
+# Elements of the first march that counts, and of the finest. Where the attracted ring is thin: its elements in a first
+# march, the finest one over this, and the largest number of all.
+FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
 # Rows of the motion for each element, and for each further one of a fine march.
@@ -101,12 +101,16 @@ class Sticky(NamedTuple):
         work, stress = (float(np.asarray(value)) for value in (self.adhesion.work, self.adhesion.stress))
         return math.pi * work * float(self.modulus.instantaneous_modulus) / (8.0 * stress * stress)
 
-    def counts(self, width: float) -> tuple[int, int]:
-        """Return the number of elements of the first march in a zone of this largest radius [m], and of the finest."""
-        count = FEWEST
-        while count * self.ring < _RINGED * width:
-            count *= 2
-        return count, max(MOST, _FINEST * count)
+    def counts(self, width: float, time: float) -> tuple[int, int]:
+        """Return the number of elements of the first march, and of the finest, for a largest zone [m] and a time [s].
+
+        A ring thinner than a cell has the right work, but loads its material too slowly. Relaxation times below a step
+        would not see this, unless the ring is resolved.
+        """
+        ring = _RINGED * width / self.ring
+        fastest = time / float(self.modulus.relaxation_times.min(initial=math.inf))
+        first, most = (2 ** math.ceil(math.log2(max(need / FEWEST, 1.0))) for need in (min(ring, fastest), ring))
+        return FEWEST * first, min(max(MOST, _FINEST * FEWEST * most), _LARGEST)
 
     def march(self, width: float, time: float, count: int, *, mass: float, velocity: float) -> March:
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
