@@ -15,6 +15,8 @@ from restitution.numerics.richardson import Richardson
 
 # Elements of the march that finds the scales.
 _SCALING = 64
+# Tolerance from which the first march may have half as many elements.
+_LOOSE = 1e-4
 # Largest number of trials for the scales, and of scales, and factor of a duration that was too short.
 _TRIALS, _WIDENED, _LONGER = 120, 8, 4.0
 # Marches in a row that must capture the body.
@@ -83,6 +85,8 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
     from restitution.kernel.zone import HELD, SEPARATED
 
     count, most = problem.body.counts(width, time)
+    if rtol >= _LOOSE:
+        count //= 2
     held, series = 0, Richardson()
     kinetic = 0.5 * problem.mass * problem.velocity**2
     while count <= most:

@@ -269,16 +269,16 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
             return NO_ROOM
         if edge == start_edge:
             above = excess(solid, bodies, 0.0, edge, room)
-        f = excess(solid, bodies, 0.0, after, room)
-        there = way * f >= 0.0
-        if there:
-            if way * above < 0.0:
-                after = _root(solid, bodies, False, 0.0, (edge, above, after, f), room)
-                f = 0.0
-            else:
-                above = 0.0
         middle = 0.5 * (edge + after)
         inside = excess(solid, bodies, 0.0, middle, room)
+        f = excess(solid, bodies, 0.0, after, room)
+        there = way * f >= 0.0
+        if there and way * above < 0.0:
+            after = _root(solid, bodies, False, 0.0, (edge, above, after, f), room)
+            f, middle = 0.0, 0.5 * (edge + after)
+            inside = excess(solid, bodies, 0.0, middle, room)
+        elif there:
+            above = 0.0
         energy += abs(after - edge) * abs(edge * above + 4.0 * middle * inside + after * f) / 6.0
         if there:
             break
