@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+import restitution as rs
+from restitution.indentation import attraction
+from restitution.indentation.solid import branches_of, compliance_of
 from restitution.kernel import adhesion as kernel
-from restitution.kernel import zone
+from restitution.kernel import waiting, zone
 
 
 def plain(function):
@@ -43,7 +46,7 @@ def room_of(solid, gaps):
 def test_factors_are_integrals_of_the_memory(rate):
     dt = 0.7
     room = room_of(zone.Solid(1.0, np.array([1.0]), np.array([rate])), [0.0])
-    plain(zone._set_factors)(zone.Solid(1.0, np.array([1.0]), np.array([rate])), dt, room)
+    plain(zone.set_factors)(zone.Solid(1.0, np.array([1.0]), np.array([rate])), dt, room)
     loads = (lambda t: 1.0 - t / dt), (lambda t: t / dt), (lambda t: 1.0)
     exact = [quad(lambda t, load=load: math.exp(-rate * (dt - t)) * load(t), 0.0, dt)[0] for load in loads]
     assert room.factors[0, 1:] == pytest.approx(exact, rel=1e-10)
@@ -52,7 +55,8 @@ def test_factors_are_integrals_of_the_memory(rate):
 
 @pytest.mark.parametrize("rate", [0.0, 1e-3, 0.3, 40.0])
 def test_the_energy_of_a_step_is_an_integral(rate, monkeypatch):
-    monkeypatch.setattr(kernel, "_spent", plain(kernel._spent))
+    for name in ("_spent", "dot"):
+        monkeypatch.setattr(kernel, name, plain(getattr(kernel, name)))
     dt, first, slope, weight = 0.7, 0.4, -1.3, 1.7
 
     def drive(t):
@@ -63,13 +67,14 @@ def test_the_energy_of_a_step_is_an_integral(rate, monkeypatch):
     exact = quad(lambda t: drive(t) ** 2, 0.0, dt, epsabs=1e-13)[0]
     solid = zone.Solid(1.0, np.array([weight]), np.array([rate]))
     room = room_of(solid, [0.0, 1.0])
-    plain(zone._set_factors)(solid, dt, room)
-    # An element at the axis, which counts half, and one beside it.
+    plain(zone.set_factors)(solid, dt, room)
+    # An element at the axis and one beside it, with weights that are exact for lines in x^2: 2/3, and 1/3 + 5/9.
     room.nodes[zone.Q_], room.nodes[zone.Q1_] = first, first + slope * dt
-    found = plain(kernel._remember)(solid, dt, 2, room)
+    found = plain(kernel._remember)(solid, dt, 0, 2, room)
     # Below a rate times step of 1e-3 the drive counts as linear: its greatest distance from a line is r dt^2 slope/8.
     linear = 0.25 * rate * dt**3 * abs(slope) * max(first, abs(drive(dt))) if rate * dt < 1e-3 else 0.0
-    assert found == pytest.approx(1.5 * weight * exact, abs=1.5 * weight * (linear + 1e-9 * exact))
+    whole = (2.0 / 3.0 + 8.0 / 9.0) * weight
+    assert found == pytest.approx(whole * exact, abs=whole * (linear + 1e-9 * exact))
 
 
 def test_an_element_that_changes_its_state_has_the_impulse_of_a_broken_line():
@@ -80,7 +85,7 @@ def test_an_element_that_changes_its_state_has_the_impulse_of_a_broken_line():
         room.nodes[zone.P_, 0], room.nodes[zone.H_, 0] = nodes_before
         # W = J0 q + 2 M, and the body at depth 0 - H of the start.
         room.memory[0, 0] = (0.0 - nodes_before[1] - 0.5 * nodes_before[0]) / 2.0 + 0.02
-        plain(zone._set_factors)(solid, dt, room)
+        plain(zone.set_factors)(solid, dt, room)
         plain(zone.write_bases)(solid, dt, 0, 1, room)
         plain(zone.write_element)(solid, dt, depth, 0, room)
         load, gap = room.nodes[zone.P1_, 0], room.nodes[zone.H1_, 0]
@@ -92,3 +97,93 @@ def test_an_element_that_changes_its_state_has_the_impulse_of_a_broken_line():
         # Displacement at the end: J0 q + 2 (M + impulse), which is that of the body plus the gap.
         surface = 0.5 * load + 2.0 * (room.memory[0, 0] + impulse)
         assert surface == pytest.approx(depth + gap, abs=1e-14)
+
+
+def relaxed(equilibrium, moduli, rates, knots, depths, gap):
+    """Displacement, load and branch loads of an element that follows lines of the depth, as functions of time."""
+    knots, depths = np.asarray(knots), np.asarray(depths)
+    slopes = np.diff(depths) / np.diff(knots)
+
+    def branch(k, t):
+        low, high = np.minimum(knots[:-1], t), np.minimum(knots[1:], t)
+        fading = np.exp(-rates[k] * (t - high)) - np.exp(-rates[k] * (t - low))
+        return float(moduli[k] / rates[k] * slopes @ fading)
+
+    def load(t):
+        return equilibrium * (np.interp(t, knots, depths) - gap) + sum(branch(k, t) for k in range(moduli.size))
+
+    return branch, load
+
+
+def test_an_element_that_waits_has_the_memory_of_one_that_follows(monkeypatch):
+    monkeypatch.setattr(waiting, "cohesive_load", plain(zone.cohesive_load))
+    rng = np.random.default_rng(8)
+    for equilibrium in (0.3, 0.0):
+        moduli = rng.uniform(0.1, 1.0, 3)
+        series = rs.PronySeries(equilibrium, moduli, 10.0 ** rng.uniform(-1.5, 1.0, 3))
+        soft, weights, recoveries = compliance_of(series)
+        (moduli, rates, creep), bridge = branches_of(series)
+        solid = zone.Solid(soft, weights, recoveries)
+        room = room_of(solid, [0.0, 0.0])
+        room.branches[:, zone.MODULUS_], room.branches[:, zone.PACE_] = moduli, rates
+        room.branches[:, zone.CREEP_], room.bridge[...], room.ends[zone.FIRM_] = creep, bridge, equilibrium
+        room.nodes[zone.SUM_, 1] = room.nodes[zone.SHARE_, 0]
+        # The surface is loaded from time 0 on, and waits from 0.4 to 1.5, while the depth turns at 0.9.
+        knots, depths = np.array([0.0, 0.4, 0.9, 1.5]), np.array([0.0, 0.2, 0.5, 0.3])
+        branch, load = relaxed(equilibrium, moduli, rates, knots, depths, 0.0)
+
+        def memory(j, t, load=load, recoveries=recoveries):
+            points = [knot for knot in (0.4, 0.9) if knot < t]
+            return quad(lambda s: math.exp(-recoveries[j] * (t - s)) * load(s), 0.0, t, points=points, limit=200)[0]
+
+        room.now[zone.T_], room.now[zone.D_] = 0.4, 0.2
+        room.nodes[zone.P_, 0] = load(0.4)
+        room.memory[:, 0] = [memory(j, 0.4) for j in range(3)]
+        plain(waiting._let_follow)(solid, 0, room)
+        room.counts[zone.LOW_], room.counts[zone.WAITS_] = 1, 1
+        share, spent = room.nodes[zone.SHARE_, 0], 0.0
+        for k in range(3):
+            assert room.branches[k, zone.FIRST_] == pytest.approx(share * branch(k, 0.4), rel=1e-8)
+        for dt, depth in ((0.5, 0.5), (0.6, 0.3)):
+            spent += plain(waiting.carry)(solid, dt, depth - room.now[zone.D_], room)
+            room.now[zone.T_] += dt
+            room.now[zone.D_] = depth
+        lost = sum(
+            rates[k] / moduli[k] * quad(lambda t, k=k: branch(k, t) ** 2, 0.4, 1.5, points=[0.9])[0] for k in range(3)
+        )
+        assert spent == pytest.approx(share * lost, rel=1e-8)
+        stored = equilibrium * 0.3**2 + sum(branch(k, 1.5) ** 2 / moduli[k] for k in range(3))
+        assert plain(waiting.waiting_energy)(solid, room) == pytest.approx(share * stored, rel=1e-8)
+        plain(waiting._wake_inside)(zone.Bodies(0.0, 0.1, 1.0, 1.0, 1.0, False, 0.0, 0.0, 0.0), 0, room)
+        assert room.nodes[zone.P_, 0] == pytest.approx(load(1.5), rel=1e-8)
+        assert room.memory[:, 0] == pytest.approx([memory(j, 1.5) for j in range(3)], rel=1e-7)
+        assert room.branches[:, zone.FIRST_] == pytest.approx(0.0, abs=1e-14)
+
+
+@pytest.mark.parametrize("equilibrium", [1.0, 0.0])
+def test_a_march_in_which_elements_wait_is_that_of_all_elements(equilibrium, monkeypatch):
+    series = rs.PronySeries(equilibrium, [3.0, 2.0, 1.0], [2.0, 0.3, 0.01])
+    body = attraction.Sticky(rs.Parabola(1.0), series, rs.Adhesion(0.02, 1.5))
+    begin = attraction._Scaled.begin
+
+    def impatient(*arguments):
+        bodies, room = begin(*arguments)
+        room.counts[zone.WAITS_] = 0
+        return bodies, room
+
+    def ends():
+        impact = body.march(0.9, 2.5, 300, mass=1.0, velocity=0.8)
+        program = attraction.Program(np.array([0.0, 1.0, 1.5, 2.0, 4.0]), np.array([-0.1, 0.4, 0.2, 0.3, -1.0]))
+        return impact, body.follow(0.9, program, 300)
+
+    waits = ends()
+    monkeypatch.setattr(attraction._Scaled, "begin", impatient)
+    for one, other in zip(waits, ends(), strict=True):
+        # Loads of one are lines over a step, displacements of the other: both of second order.
+        assert one.end == other.end
+        assert len(one.jumps) == len(other.jumps)
+        assert one.motion[-1] == pytest.approx(other.motion[-1], abs=1e-3)
+        assert one.left == pytest.approx(other.left, abs=1e-4)
+        for n in (1, 3):
+            assert one.motion[:, n].max() == pytest.approx(other.motion[:, n].max(), rel=1e-4)
+            assert one.motion[:, n].min() == pytest.approx(other.motion[:, n].min(), rel=1e-3)

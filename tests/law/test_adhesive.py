@@ -144,7 +144,7 @@ def test_a_closed_path_of_the_depth_takes_work():
                 moved += abs(mean * (part - start))
         end = law.read(state)
         assert end.zone_radius == 0.0
-        assert work > end.dissipated_energy + end.jump_energy - 5e-3 * moved
+        assert work > end.dissipated_energy + end.jump_energy - 2e-2 * moved
         assert work > 0.0
 
 

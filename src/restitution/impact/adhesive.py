@@ -27,7 +27,7 @@ LEAST_RTOL = 1e-6
 """Smallest tolerance of e with adhesion."""
 
 # Maugis' parameter at the static modulus from which the zone is too thin for the elements, and the one advised.
-_THINNEST, _ADVISED = 20.0, 5.0
+_THINNEST, _ADVISED = 1000.0, 5.0
 
 
 def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:

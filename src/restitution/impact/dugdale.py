@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from restitution.impact.status import Status
-from restitution.indentation.attraction import FEWEST, FILLED, MOST, ROOM, WIDER, March, Sticky, peak
+from restitution.indentation.attraction import FEWEST, FILLED, ROOM, WIDER, March, Sticky, peak
 from restitution.numerics.richardson import Richardson
 
 # Elements of the march that finds the scales.
 _SCALING = 64
+# Tolerance from which the first march may have half as many elements.
+_LOOSE = 1e-4
 # Largest number of trials for the scales, and of scales, and factor of a duration that was too short.
 _TRIALS, _WIDENED, _LONGER = 120, 8, 4.0
 # Marches in a row that must capture the body.
@@ -82,9 +84,12 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
     """March with more and more elements on one scale until e is known, or a march does not end."""
     from restitution.kernel.zone import HELD, SEPARATED
 
-    count, held, series = FEWEST, 0, Richardson()
+    count, most = problem.body.counts(width, time)
+    if rtol >= _LOOSE:
+        count //= 2
+    held, series = 0, Richardson()
     kinetic = 0.5 * problem.mass * problem.velocity**2
-    while count <= MOST:
+    while count <= most:
         march = problem.march(width, time, count)
         if march.end not in (HELD, SEPARATED):
             return _failed(Status.NOT_ACCURATE, march)
@@ -197,8 +202,9 @@ def sticking(problem: Problem, rtol: float) -> tuple[float, float]:
     width, time = scales(problem._replace(velocity=high))
     if not math.isfinite(width):
         return math.nan, math.inf
-    count, last, series = FEWEST, math.nan, Richardson()
-    while count <= MOST:
+    fewest, most = problem.body.counts(width, time)
+    count, last, series = fewest, math.nan, Richardson()
+    while count <= most:
         escapes = partial(_escapes, problem, width=width, time=time, count=count)
         low, high = _widened(escapes, low, high)
         if math.isnan(high):
@@ -208,7 +214,7 @@ def sticking(problem: Problem, rtol: float) -> tuple[float, float]:
             low, high = (low, middle) if escapes(middle) else (middle, high)
         after, error = (float(each) for each in series.add(high))
         # One change may be small by chance, and a bracket has an error of its own.
-        if count > 4 * FEWEST and error <= rtol * after:
+        if count > 4 * fewest and error <= rtol * after:
             return after, error / after
         spread = 4.0 * abs(high - last) / high if math.isfinite(last) else _SPREAD
         last = high
@@ -239,7 +245,7 @@ def _bracket(problem: Problem) -> tuple[float, float]:
 
     def escapes(velocity: float) -> bool:
         width, time = scales(problem._replace(velocity=velocity))
-        return not math.isfinite(width) or _escapes(problem, velocity, width, time, FEWEST)
+        return not math.isfinite(width) or _escapes(problem, velocity, width, time, problem.body.counts(width, time)[0])
 
     start = problem.velocity
     up = not escapes(start)

@@ -15,9 +15,7 @@ from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import Contact
 from restitution.errors import InputError
 from restitution.indentation.attraction import (
-    FEWEST,
     FILLED,
-    MOST,
     ROOM,
     WIDER,
     Jump,
@@ -270,17 +268,19 @@ def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolu
 
     profile, history = body.profile, lines.history
     width = _first_width(body, lines, name)
-    count, trials, series = FEWEST, 0, Richardson()
-    while count <= MOST and trials < _TRIALS:
+    fewest, most = body.counts(width, float(history.knots[-1]) - lines.touch)
+    count, trials, series = fewest, 0, Richardson()
+    while count <= most and trials < _TRIALS:
         march = body.follow(width, lines.program(count), count)
         ended = march.end in (HELD, SEPARATED)
-        if march.end == NO_ROOM or (ended and march.widest < FILLED * width and count == FEWEST):
+        if march.end == NO_ROOM or (ended and march.widest < FILLED * width and count == fewest):
             width = WIDER * width if march.end == NO_ROOM else 1.02 * march.widest
             trials += 1
             if not ROOM * width < float(np.asarray(profile.max_contact_radius)):
                 given = "force" if name == "force" else "depth"
                 raise InputError(given, rule=f"must not bring the attraction beyond the profile, {profile.end}")
-            count, series = FEWEST, Richardson()
+            fewest, most = body.counts(width, float(history.knots[-1]) - lines.touch)
+            count, series = fewest, Richardson()
             continue
         if not ended:
             break

@@ -14,14 +14,17 @@ from restitution.contact.adhesion import Adhesion, require_smooth
 from restitution.contact.geometry import Contact
 from restitution.contact.profiles import Profile, as_profile
 from restitution.errors import InputError
-from restitution.indentation.solid import compliance_of
+from restitution.indentation.solid import branches_of, compliance_of
 from restitution.material.prony import PronySeries
 from restitution.parallel import checkpoint
 
-# Elements of the first march that counts, and of the finest.
-FEWEST, MOST = 100, 12800
+# Elements of the first march that counts, and of the finest. Where the attracted ring is thin: its elements in a first
+# march, the finest one over this, and the largest number of all.
+FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
+# Rows of the motion for each element, and for each further one of a fine march.
+_ROWS, _FINE_ROWS = 24, 6
 # Changes of elements in one call of the kernel: some tenths of a second.
 _PIECE = 10_000_000
 # Share of the room that the largest zone takes at least, and factor of a zone that was too small.
@@ -92,6 +95,23 @@ class Sticky(NamedTuple):
     modulus: PronySeries
     adhesion: Adhesion
 
+    @property
+    def ring(self) -> float:
+        """Width [m] of the attracted ring around a contact on the glass, where it is thin: ``pi w E0/(8 sigma0^2)``."""
+        work, stress = (float(np.asarray(value)) for value in (self.adhesion.work, self.adhesion.stress))
+        return math.pi * work * float(self.modulus.instantaneous_modulus) / (8.0 * stress * stress)
+
+    def counts(self, width: float, time: float) -> tuple[int, int]:
+        """Return the number of elements of the first march, and of the finest, for a largest zone [m] and a time [s].
+
+        A ring thinner than a cell has the right work, but loads its material too slowly. Relaxation times below a step
+        would not see this, unless the ring is resolved.
+        """
+        ring = _RINGED * width / self.ring
+        fastest = time / float(self.modulus.relaxation_times.min(initial=math.inf))
+        first, most = (2 ** math.ceil(math.log2(max(need / FEWEST, 1.0))) for need in (min(ring, fastest), ring))
+        return FEWEST * first, min(max(MOST, _FINEST * FEWEST * most), _LARGEST)
+
     def march(self, width: float, time: float, count: int, *, mass: float, velocity: float) -> March:
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
 
@@ -100,7 +120,7 @@ class Sticky(NamedTuple):
         from restitution.kernel import adhesion as kernel
 
         scaled = _Scaled(self, width, time)
-        bodies, room = scaled.begin(count, mass, 24 * count)
+        bodies, room = scaled.begin(count, mass, _ROWS * min(count, MOST) + _FINE_ROWS * max(count - MOST, 0))
         speed = velocity * time / width
         return scaled.result(
             self._whole(room, lambda most: kernel.march(scaled.solid, bodies, speed, most, room)), room
@@ -109,6 +129,7 @@ class Sticky(NamedTuple):
     def follow(self, width: float, program: Program, count: int) -> March:
         """March along a program of straight lines, from the first attraction on."""
         from restitution.kernel import adhesion as kernel
+        from restitution.kernel import zone
 
         knots, values, stiffness = program
         start, time = float(knots[0]), float(knots[-1] - knots[0])
@@ -119,6 +140,8 @@ class Sticky(NamedTuple):
             soft = stiffness / (scaled.modulus * width)
             scaled_values = scaled_values * soft if stiffness else values / (scaled.modulus * width**2)
             bodies = bodies._replace(sprung=True, stiffness=soft)
+            # Each trial of a depth asks all elements for their force.
+            room.counts[zone.WAITS_] = 0
         times = (knots - start) / time
         end = self._whole(room, lambda most: kernel.follow(scaled.solid, bodies, times, scaled_values, most, room))
         march = scaled.result(end, room)
@@ -189,18 +212,27 @@ class _Scaled:
         compliance, weights, rates = compliance_of(body.modulus)
         self.modulus = 1.0 / compliance
         self.solid = Solid(1.0, weights * (self.modulus * time), rates * time)
+        self.branches, self.bridge = branches_of(body.modulus)
 
     def begin(self, count: int, mass: float, steps: int) -> tuple[Any, Any]:
         """Return the numbers of the bodies and the room of a march."""
-        from restitution.kernel.zone import G_, Bodies, allocate_room
+        from restitution.kernel import zone
 
         cell = 1.0 / count
         places = cell * np.arange(int(ROOM * count) + 8)
-        room = allocate_room(places.size, cell, self.solid.rates.size, steps, _JUMPS)
-        room.nodes[G_] = np.asarray(self.body.profile.transform(places * self.length)) / self.length
+        room = zone.allocate_room(places.size, cell, self.solid.rates.size, steps, _JUMPS)
+        gaps = np.asarray(self.body.profile.transform(places * self.length)) / self.length
+        room.nodes[zone.G_], share = gaps, room.nodes[zone.SHARE_]
+        for row, part in ((zone.SUM_, share), (zone.SUM_G_, share * gaps), (zone.SUM_GG_, share * gaps**2)):
+            room.nodes[row, 1:] = np.cumsum(part[:-1])
+        moduli, rates, creep = self.branches
+        room.branches[:, zone.MODULUS_], room.branches[:, zone.PACE_] = moduli / self.modulus, rates * self.time
+        room.branches[:, zone.CREEP_], room.bridge[...] = creep / (self.modulus * self.time), self.bridge / self.time
+        room.ends[zone.FIRM_] = float(self.body.modulus.equilibrium_modulus) / self.modulus
+        room.counts[zone.WAITS_] = 1
         stress, reach = (float(np.asarray(value)) for value in (self.body.adhesion.stress, self.body.adhesion.range))
         inertia = mass / (self.modulus * self.length * self.time**2)
-        return Bodies(stress / self.modulus, reach / self.length, inertia, cell, cell, False, 0.0, 0.0, 0.0), room
+        return zone.Bodies(stress / self.modulus, reach / self.length, inertia, cell, cell, False, 0.0, 0.0, 0.0), room
 
     def result(self, end: int, room: Any) -> March:
         """Return the result of a march in SI."""

@@ -52,6 +52,18 @@ def compliance_of(series: PronySeries) -> tuple[float, Array, Array]:
     return 1.0 / (equilibrium + float(moduli.sum())), np.ascontiguousarray(weights), np.ascontiguousarray(rates)
 
 
+def branches_of(series: PronySeries) -> tuple[tuple[Array, Array, Array], Array]:
+    """Return E_k, s_k of the branches and sum_k E_k/(s_k - r_j), and 1/(s_k - r_j), with r_j of `compliance_of`."""
+    series = series.simplified()
+    equilibrium, moduli = float(series.equilibrium_modulus), series.branch_moduli[::-1].copy()
+    times = series.relaxation_times[::-1].copy()
+    roots = secular_roots(equilibrium, 0.0, moduli, times)
+    bridge, creep = -roots.terms * roots.times[:, None], equilibrium * roots.times
+    if equilibrium == 0.0:
+        bridge, creep = np.concatenate([times[None], bridge]), np.append(float(moduli @ times), creep)
+    return (moduli, 1.0 / times, creep), np.ascontiguousarray(bridge)
+
+
 def in_units(solid: Solid, modulus: float, time: float) -> Solid:
     """Return the same numbers in units of a modulus [Pa] and a time [s]."""
     return Solid(

@@ -19,27 +19,29 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.edge import excess
+from restitution.kernel.waiting import carry, rest, waiting_energy
 from restitution.kernel.zone import (
-    A_,
     ASTRAY_,
     AT_,
+    A_,
     BASE_,
     BUMP_,
     C_,
-    D_,
     DECAY_,
     DEPTH1_,
     DEPTH_,
     DEPTH_NOW_,
+    D_,
     EDGE1_,
     EDGE_,
     ENERGY_,
-    F_,
     FALL_,
+    F_,
     G_,
     H1_,
-    H_,
     HELD,
+    H_,
     IN1_,
     IN_,
     JUMPED_,
@@ -48,39 +50,42 @@ from restitution.kernel.zone import (
     LEFT_,
     LINE_,
     LOST_,
+    LOW_,
     MADE_,
     MEAN_,
-    N_NOW,
-    NO_ROOM,
     NOT_DISC,
+    NO_ROOM,
+    N_NOW,
     P1_,
-    P_,
     PAUSED,
+    P_,
     Q1_,
     Q_,
     RADIUS1_,
     RADIUS_,
     REST_,
     RISE_,
-    S_RISE_,
     SEPARATED,
     SHAPE_,
+    SHARE_,
     SOUGHT_,
     STEPS_,
     STUCK,
-    T_,
+    S_RISE_,
     TOO_LONG,
     TOP_,
     TRIED_,
-    V_,
+    T_,
     VISCOUS_,
+    V_,
+    WAITS_,
     WAY_,
     WEIGHED_,
     Bodies,
     Room,
     Solid,
     contact_radius,
-    excess,
+    dot,
     normal_force,
     write_bases,
     write_element,
@@ -143,65 +148,62 @@ def _spent(rate: float, before: float, slope: float, decay: float, dt: float) ->
 
 
 @compiled
-def _remember(solid: Solid, dt: float, top: int, room: Room) -> float:
-    """Take the memory of elements over a step; return what they dissipate, with half the element at the axis."""
-    nodes, per = room.nodes, 1.0 / dt
+def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
+    """Take the memory of elements over a step; return what they dissipate."""
+    nodes, per, size = room.nodes[:, low:top], 1.0 / dt, top - low
     load, press, load1, press1 = nodes[Q_], nodes[P_], nodes[Q1_], nodes[P1_]
     # Two rows that the next step writes anew.
     before, after, bump, lost = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[LOST_]
-    for i in range(top):
+    for i in range(size):
         before[i] = load[i] + press[i]
-    for i in range(top):
+    for i in range(size):
         after[i] = load1[i] + press1[i]
-    for i in range(top):
+    for i in range(size):
         lost[i] = 0.0
     for k in range(solid.rates.shape[0]):
-        factors, memory, rate, weight = room.factors[k], room.memory[k], solid.rates[k], solid.weights[k]
+        factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
         decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_] * per
         if rate * dt < _LINEAR:
             share = weight * dt / 3.0
-            for i in range(top):
+            for i in range(size):
                 old = memory[i]
                 new = decay * old + fall * before[i] + rise * after[i] + mean * bump[i]
                 memory[i] = new
                 start, end = before[i] - rate * old, after[i] - rate * new
                 lost[i] += share * (start * start + start * end + end * end)
         else:
-            for i in range(top):
+            for i in range(size):
                 old = memory[i]
                 new = decay * old + fall * before[i] + rise * after[i] + mean * bump[i]
                 memory[i] = new
                 lost[i] += weight * _spent(rate, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
-    total = -0.5 * lost[0]
-    for i in range(top):
-        total += lost[i]
-    return total
+    return dot(nodes[SHARE_], lost)
 
 
 @compiled
-def _all_elements(solid: Solid, dt: float, depth: float, top: int, room: Room) -> int:
-    """Write loads and gaps of all elements at the end of a step; return how many are astray from the disc."""
-    nodes, counts, soft = room.nodes, room.counts, solid.compliance + room.ends[S_RISE_]
+def _all_elements(solid: Solid, dt: float, depth: float, low: int, top: int, room: Room) -> int:
+    """Write loads and gaps of elements at the end of a step; return how many are astray from the disc."""
+    nodes, counts, soft = room.nodes[:, low:top], room.counts, solid.compliance + room.ends[S_RISE_]
     press, gap, pull = nodes[P1_], nodes[H1_], nodes[Q1_]
     base, rest, bump, shape = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[SHAPE_]
-    count = counts[IN1_]
-    inner, outer = min(counts[IN_], count), min(max(counts[IN_], count), top)
-    for i in range(top):
+    size, count = top - low, counts[IN1_] - low
+    inner, outer = min(counts[IN_] - low, count), min(max(counts[IN_] - low, count), size)
+    for i in range(size):
         bump[i] = shape[i] * dt
-    for i in range(top):
+    for i in range(size):
         rest[i] = base[i] - depth
     # Those that follow before and after, and those that are loaded before and after.
     for i in range(inner):
         press[i], gap[i] = -(rest[i] + solid.compliance * pull[i]) / soft, 0.0
-    press_out, gap_out, rest_out, pull_out = press[outer:top], gap[outer:top], rest[outer:top], pull[outer:top]
-    for i in range(top - outer):
+    press_out, gap_out, rest_out, pull_out = press[outer:size], gap[outer:size], rest[outer:size], pull[outer:size]
+    for i in range(size - outer):
         gap_out[i], press_out[i] = rest_out[i] + solid.compliance * pull_out[i], 0.0
     for i in range(inner, outer):
-        write_element(solid, dt, depth, i, room)
+        write_element(solid, dt, depth, low + i, room)
     astray = 0
     for i in range(count):
         astray += 0 if press[i] > 0.0 else 1
-    for i in range(count, top):
+    for i in range(count, size):
         astray += 0 if press[i] == 0.0 and gap[i] >= 0.0 else 1
     return astray
 
@@ -212,18 +214,17 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     now, counts, nodes, h = room.now, room.counts, room.nodes, bodies.cell
     if room.ends[TRIED_] != dt or room.ends[MADE_] != edge:
         excess(solid, bodies, dt, edge, room)
-    count, depth = counts[IN1_], room.ends[DEPTH_NOW_]
-    top = max(counts[TOP_], int(max(edge, now[C_]) / h) + 2)
-    counts[TOP_] = top = min(top, nodes.shape[1])
-    write_bases(solid, dt, 0, top, room)
-    counts[ASTRAY_] += _all_elements(solid, dt, depth, top, room)
-    radius = contact_radius(solid, bodies, room)
-    force = normal_force(bodies, edge, radius, room)
+    count, depth, low, top = counts[IN1_], room.ends[DEPTH_NOW_], counts[LOW_], counts[TOP_]
+    write_bases(solid, dt, low, top, room)
+    counts[ASTRAY_] += _all_elements(solid, dt, depth, low, top, room)
+    lost = carry(solid, dt, depth - now[D_], room) if dt > 0.0 and counts[WAITS_] > 0 else 0.0
+    radius = contact_radius(solid, bodies, edge, room)
+    force = normal_force(bodies, edge, radius, depth, room)
     if dt > 0.0:
-        now[VISCOUS_] += 2.0 * h * _remember(solid, dt, top, room)
+        now[VISCOUS_] += 2.0 * h * (lost + _remember(solid, dt, low, top, room))
     for new, old in ((P1_, P_), (H1_, H_), (Q1_, Q_)):
         source, target = nodes[new], nodes[old]
-        for i in range(top):
+        for i in range(low, top):
             target[i] = source[i]
     if not bodies.sprung:
         now[V_] -= 0.5 * dt * (now[F_] + force) / bodies.mass
@@ -235,6 +236,8 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     room.ends[MADE_] = math.nan
     if dt > 0.0:
         room.ends[LAST_] = dt
+    if counts[WAITS_] > 0:
+        rest(solid, bodies, room)
 
 
 @compiled
@@ -264,16 +267,24 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         after = _neighbour(edge, way, h)
         if after > limit:
             return NO_ROOM
+        if edge == start_edge:
+            above = excess(solid, bodies, 0.0, edge, room)
+        middle = 0.5 * (edge + after)
+        inside = excess(solid, bodies, 0.0, middle, room)
         f = excess(solid, bodies, 0.0, after, room)
-        if way * f >= 0.0:
-            if edge == start_edge:
-                above = excess(solid, bodies, 0.0, edge, room)
-            if way * above < 0.0:
-                after = _root(solid, bodies, False, 0.0, (edge, above, after, f), room)
-                f = 0.0
-            energy += 0.5 * abs(after - edge) * abs(edge * above + after * f)
+        there = way * f >= 0.0
+        if there and way * above < 0.0:
+            after = _root(solid, bodies, False, 0.0, (edge, above, after, f), room)
+            f, middle = 0.0, 0.5 * (edge + after)
+            inside = excess(solid, bodies, 0.0, middle, room)
+        elif there:
+            above = 0.0
+        energy += abs(after - edge) * abs(edge * above + 4.0 * middle * inside + after * f) / 6.0
+        if there:
             break
-        energy += 0.5 * abs(after - edge) * abs(edge * above + after * f)
+        if not bodies.sprung:
+            # Elements have no memory of the way: those that it has passed need not be asked again.
+            _accept(solid, bodies, 0.0, after, room)
         edge, above = after, f
         if edge == 0.0:
             break
@@ -418,15 +429,15 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
 @compiled
 def _surface_energy(solid: Solid, bodies: Bodies, room: Room) -> float:
     """Return the energy of surface and attraction over that far apart."""
-    nodes, h, edge, total = room.nodes, bodies.cell, room.now[C_], 0.0
-    for i in range(room.counts[TOP_]):
+    nodes, edge, total = room.nodes, room.now[C_], waiting_energy(solid, room)
+    for i in range(room.counts[LOW_], room.counts[TOP_]):
         load = nodes[Q_, i] + nodes[P_, i]
         part = solid.compliance * load * load
         for k in range(solid.rates.shape[0]):
             part += solid.weights[k] * solid.rates[k] * room.memory[k, i] ** 2
         part -= 2.0 * nodes[Q_, i] * nodes[H_, i]
-        total += (0.5 if i == 0 else 1.0) * part
-    return h * total - math.pi * bodies.stress * bodies.reach * edge * edge
+        total += nodes[SHARE_, i] * part
+    return bodies.cell * total - math.pi * bodies.stress * bodies.reach * edge * edge
 
 
 @inlined

@@ -27,7 +27,9 @@ from restitution.kernel.zone import (
     JUMPS_,
     LAST_,
     LINE_,
+    LOW_,
     MADE_,
+    N_BRANCH,
     N_COUNTS,
     N_ENDS,
     N_FACTORS,
@@ -39,6 +41,7 @@ from restitution.kernel.zone import (
     P_,
     PLACE_,
     Q_,
+    REACHED_,
     SHARE_,
     SOUGHT_,
     STEPS_,
@@ -49,9 +52,9 @@ from restitution.kernel.zone import (
     TRIED_,
     V_,
     VISCOUS_,
+    WAITS_,
     WAY_,
     WEIGHED_,
-    WIDE_,
     Bodies,
     Room,
     Solid,
@@ -119,7 +122,7 @@ def unpack(law: NDArray, state: NDArray, room: Room) -> None:
     counts[IN_], counts[IN1_], counts[TOP_] = int(state[FOLLOWING]), 0, int(state[TOUCHED])
     counts[WAY_], counts[SOUGHT_], counts[STEPS_] = int(state[WAY]), int(state[SOUGHT]), 0
     counts[JUMPED_], counts[ASTRAY_], counts[LINE_] = 0, 0, 0
-    counts[WIDE_], counts[WEIGHED_] = size, size
+    counts[LOW_], counts[REACHED_], counts[WAITS_], counts[WEIGHED_] = 0, 0, 0, size
     ends[MADE_], ends[TRIED_], ends[LAST_] = math.nan, math.nan, state[LAST]
     now[D_], now[F_], now[C_], now[A_] = state[DEPTH], state[LOAD], state[EDGE], state[RADIUS]
     now[VISCOUS_], now[JUMPS_] = state[SPENT], state[RADIATED]
@@ -188,8 +191,8 @@ def advance(law: NDArray, state: NDArray, depth: float, dt: float, room: Room) -
 def make_room(size: int, modes: int) -> Room:
     """Return room for the march of one step, which keeps nothing for the next one."""
     return Room(
-        np.empty((N_NODES, size)), np.empty((modes, size)), np.empty((modes, N_FACTORS)), np.empty(N_NOW),
-        np.empty(N_COUNTS, np.int64), np.empty(N_ENDS), np.empty((0, N_NOW)), np.empty((0, N_JUMP)),
+        np.empty((N_NODES, size)), np.empty((modes, size)), np.empty((modes, N_FACTORS)), np.empty((0, N_BRANCH)),
+        np.empty((0, 0)), np.empty(N_NOW), np.empty(N_COUNTS, np.int64), np.empty(N_ENDS), np.empty((0, N_NOW)), np.empty((0, N_JUMP)),
     )  # fmt: skip
 
 

@@ -13,29 +13,36 @@ from restitution.kernel.compile import compiled, inlined
 # Rows of `nodes`: undeformed gap g; at the start of the step contact load p, gap and cohesive load; at its end contact
 # load, gap, cohesive load, gap without the displacement J0 q, impulse beyond that of a linear load; impulse of the
 # cohesive load beyond a linear one over the time, gap without J0 q and without the depth, weights of the gaps at both
-# ends of the cell behind the element, energy dissipated in the step; place x, weight of p in the force.
+# ends of the cell behind the element, energy dissipated in the step; place x, weight in integrals over x; of elements
+# that wait the time since when; sums of the weight, and of the weight with g and g^2, over all elements before.
 (
-    G_, P_, H_, Q_, P1_, H1_, Q1_, REST_, BUMP_, SHAPE_, BASE_, NEAR_, NEXT_, LOST_, PLACE_, SHARE_, N_NODES
-) = range(17)  # fmt: skip
+    G_, P_, H_, Q_, P1_, H1_, Q1_, REST_, BUMP_, SHAPE_, BASE_, NEAR_, NEXT_, LOST_, PLACE_, SHARE_, SINCE_, SUM_,
+    SUM_G_, SUM_GG_, N_NODES
+) = range(21)  # fmt: skip
 # Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant.
 DECAY_, FALL_, RISE_, MEAN_, N_FACTORS = range(5)
+# Columns of `branches`: modulus and rate of a branch; sum of E_k/(s_k - r_j) over the branches, for mode j; load of the
+# branch along the depth; sums of loads and of their squares over elements that wait and follow; sum of M_j^2 over those
+# that wait beyond the edge; load of the branch in one element.
+MODULUS_, PACE_, CREEP_, COMMON_, FIRST_, SECOND_, BEYOND_, KEPT_, N_BRANCH = range(9)
 # Members of `now`, and columns of `motion`: time, depth, velocity, force, edge of the zone, contact radius, energies
 # dissipated and lost in jumps.
 T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # Columns of `jumps`: time, depth, edge and contact radius before and after, energy, depth after.
 (AT_, DEPTH_, EDGE_, RADIUS_, EDGE1_, RADIUS1_, ENERGY_, DEPTH1_, N_JUMP) = range(9)
-# Members of `counts`: elements that follow at the start and at the end of a step, elements that may have memory,
-# rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold, elements astray from the
-# disc, elements with a cohesive load in `nodes`, first cell with weights, line of the program.
+# Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait, and
+# the first one behind it that waits, elements that may have memory, 1 if elements may wait, rows of `motion`, jumps,
+# direction of the last step of c, steps in a row that sought a fold, elements astray from the disc, first cell with
+# weights, line of the program.
 (
-    IN_, IN1_, TOP_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WIDE_, WEIGHED_, LINE_, N_COUNTS
-) = range(12)  # fmt: skip
+    IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, LINE_, N_COUNTS
+) = range(14)  # fmt: skip
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
-# which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step.
-S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, N_ENDS = range(9)
+# which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
+# equilibrium modulus.
+S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, FIRM_, N_ENDS = range(10)
 SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC, PAUSED = range(7)
 
-_MOST_DEPTHS = 200
 # Rate times step below which factors are series.
 _SERIES = 2e-2
 # Sine below which its angle is a series.
@@ -74,6 +81,8 @@ class Room(NamedTuple):
     nodes: Any  # (N_NODES, n)
     memory: Any  # (K, n): M_j
     factors: Any  # (K, N_FACTORS)
+    branches: Any  # (K, N_BRANCH)
+    bridge: Any  # (K, K): 1/(s_k - r_j) in row j
     now: Any  # (N_NOW,)
     counts: Any  # (N_COUNTS,) of integers
     ends: Any  # (N_ENDS,)
@@ -88,13 +97,14 @@ def allocate_room(elements: int, cell: float, modes: int, steps: int, jumps: int
     # The weight is 1 but for the curvature of x^2, also at the axis.
     nodes[SHARE_] = np.where(numbers > 0, 1.0 - 1.0 / (3.0 * (4.0 * numbers**2 - 1.0)), 2.0 / 3.0)
     return Room(
-        nodes, np.zeros((modes, elements)), np.zeros((modes, N_FACTORS)), np.zeros(N_NOW),
-        np.zeros(N_COUNTS, dtype=np.int64), np.zeros(N_ENDS), np.zeros((steps, N_NOW)), np.zeros((jumps, N_JUMP)),
+        nodes, np.zeros((modes, elements)), np.zeros((modes, N_FACTORS)), np.zeros((modes, N_BRANCH)),
+        np.zeros((modes, modes)), np.zeros(N_NOW), np.zeros(N_COUNTS, dtype=np.int64), np.zeros(N_ENDS),
+        np.zeros((steps, N_NOW)), np.zeros((jumps, N_JUMP)),
     )  # fmt: skip
 
 
 @compiled
-def _set_factors(solid: Solid, dt: float, room: Room) -> None:
+def set_factors(solid: Solid, dt: float, room: Room) -> None:
     """Write the factors of the modes over a step."""
     fall, rise, mean = 0.0, 0.0, 0.0
     for k in range(solid.rates.shape[0]):
@@ -115,7 +125,7 @@ def _set_factors(solid: Solid, dt: float, room: Room) -> None:
 
 
 @inlined
-def _pull(stress: float, edge: float, x: float) -> float:
+def cohesive_load(stress: float, edge: float, x: float) -> float:
     """Return the cohesive load of an element."""
     inside = (edge - x) * (edge + x)
     return -2.0 * stress * math.sqrt(inside) if inside > 0.0 else 0.0
@@ -142,7 +152,7 @@ def _small_angle(sine: float) -> float:
 
 
 @inlined
-def _dot(weights: Any, values: Any) -> float:
+def dot(weights: Any, values: Any) -> float:
     """Return the sum of products; four sums run side by side."""
     one, two, three, four = 0.0, 0.0, 0.0, 0.0
     count = weights.shape[0]
@@ -158,7 +168,7 @@ def _dot(weights: Any, values: Any) -> float:
 
 
 @inlined
-def _weights(edge: float, low: float, high: float) -> tuple[float, float]:
+def cell_weights(edge: float, low: float, high: float) -> tuple[float, float]:
     """Return weights of the gaps at both ends of a cell in ``int H/sqrt(c^2 - x^2) dx`` within the edge.
 
     The gap is linear in x^2 from `low` to `high`, and the edge may lie between them.
@@ -178,36 +188,34 @@ def _weights(edge: float, low: float, high: float) -> tuple[float, float]:
 
 
 @compiled
-def _prepare(bodies: Bodies, edge: float, room: Room) -> None:
-    """Write the cohesive loads of a step to an edge; the weights of cells are made when they are asked for."""
-    counts, nodes, h, edge0 = room.counts, room.nodes, bodies.cell, room.now[C_]
-    size = nodes.shape[1]
+def write_pulls(bodies: Bodies, edge: float, low: int, high: int, room: Room) -> None:
+    """Write the cohesive loads of elements over a step to an edge."""
+    nodes, h, edge0 = room.nodes, bodies.cell, room.now[C_]
     inner, outer = min(edge, edge0), max(edge, edge0)
-    both = min(int(inner / h) + 1, size)
-    while both > 0 and (both - 1) * h >= inner:
+    both = min(int(inner / h) + 1, high)
+    while both > low and (both - 1) * h >= inner:
         both -= 1
-    any_ = min(int(outer / h) + 1, size)
-    before, after, shape, stress = nodes[Q_], nodes[Q1_], nodes[SHAPE_], bodies.stress
-    place = nodes[PLACE_]
-    for i in range(both):
-        x = place[i]
+    both = max(both, low)
+    any_ = max(min(int(outer / h) + 1, high), both)
+    stress, place = bodies.stress, nodes[PLACE_, low:both]
+    before, after, shape = nodes[Q_, low:both], nodes[Q1_, low:both], nodes[SHAPE_, low:both]
+    for k in range(both - low):
+        x = place[k]
         pull = -2.0 * stress * math.sqrt((edge - x) * (edge + x))
-        change = pull - before[i]
-        after[i] = pull
-        shape[i] = change * change / (6.0 * (pull + before[i]))
+        change = pull - before[k]
+        after[k] = pull
+        shape[k] = change * change / (6.0 * (pull + before[k]))
     for i in range(both, any_):
         x = i * h
-        after[i] = _pull(stress, edge, x)
-        shape[i] = _bump(before[i], after[i], x, edge0, edge, 1.0)
-    for i in range(any_, counts[WIDE_]):
-        after[i], shape[i] = 0.0, 0.0
-    counts[WIDE_] = max(any_, counts[WIDE_])
-    counts[WEIGHED_] = size
-    room.ends[MADE_] = edge
+        pull = cohesive_load(stress, edge, x)
+        nodes[Q1_, i] = pull
+        nodes[SHAPE_, i] = _bump(nodes[Q_, i], pull, x, edge0, edge, 1.0)
+    for i in range(any_, high):
+        nodes[Q1_, i], nodes[SHAPE_, i] = 0.0, 0.0
 
 
 @compiled
-def _weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
+def weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     """Write the weights of all cells from one on that reach into the zone."""
     counts, h = room.counts, bodies.cell
     end = min(counts[WEIGHED_], room.nodes.shape[1] - 1)
@@ -226,7 +234,7 @@ def _weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     for k in range(inner, end):
         if place[k] >= edge:
             break
-        near[k], beyond[k] = _weights(edge, place[k], place[k + 1])
+        near[k], beyond[k] = cell_weights(edge, place[k], place[k + 1])
     counts[WEIGHED_] = low
 
 
@@ -277,151 +285,56 @@ def write_element(solid: Solid, dt: float, depth: float, i: int, room: Room) -> 
 
 
 @compiled
-def contact_radius(solid: Solid, bodies: Bodies, room: Room) -> float:
-    """Return a from the last element that follows and the first that is loaded."""
+def contact_radius(solid: Solid, bodies: Bodies, edge: float, room: Room) -> float:
+    """Return a, where the load of what follows falls to the cohesive one.
+
+    Between the last element that follows and the first that is loaded it is linear in x^2.
+    """
     count, nodes, h = room.counts[IN1_], room.nodes, bodies.cell
     if count == 0:
         return 0.0
     press = nodes[P1_, count - 1]
     ahead = nodes[H1_, count] / (solid.compliance + room.ends[S_RISE_])
     inner, outer = (count - 1) * h, count * h
-    square = inner * inner + (outer - inner) * (outer + inner) * press / (press + ahead)
-    return math.sqrt(square)
+    whole = (outer - inner) * (outer + inner)
+    if edge <= inner:
+        return math.sqrt(inner * inner + whole * press / (press + ahead))
+    load = press + nodes[Q1_, count - 1]
+    slope = (nodes[Q1_, count] - ahead - load) / whole
+    # The root u of load + 2 sigma u at x^2 = c^2 - u^2.
+    short = -load - slope * (edge - inner) * (edge + inner)
+    root = bodies.stress * bodies.stress - slope * short
+    if short <= 0.0 or root < 0.0:
+        return edge
+    u = short / (bodies.stress + math.sqrt(root))
+    return math.sqrt(min(max((edge - u) * (edge + u), inner * inner), outer * outer))
 
 
 @compiled
-def normal_force(bodies: Bodies, edge: float, radius: float, room: Room) -> float:
-    """Return the force at the end of a step; contact loads are linear in x^2 between elements."""
-    count, press, h, total = room.counts[IN1_], room.nodes[P1_], bodies.cell, 0.0
+def normal_force(bodies: Bodies, edge: float, radius: float, depth: float, room: Room) -> float:
+    """Return the force at the end of a step; loads of the contact are linear in x^2 between elements.
+
+    The sums of elements that wait are those at the end.
+    """
+    count, low, nodes, h, total = room.counts[IN1_], room.counts[LOW_], room.nodes, bodies.cell, 0.0
+    ring = 0.0
+    if edge > 0.0:
+        away = math.sqrt(max((edge - radius) * (edge + radius), 0.0))
+        angle = math.asin(min(away / edge, 1.0))
+        ring = bodies.stress * (edge * edge * angle - radius * away)
     if count > 0:
         last = count - 1
-        total = _dot(room.nodes[SHARE_, :last], press[:last])
+        if low > 0:
+            total = room.ends[FIRM_] * (depth * nodes[SUM_, low] - nodes[SUM_G_, low])
+            for k in range(room.branches.shape[0]):
+                total += room.branches[k, FIRST_]
+        total += dot(nodes[SHARE_, low:last], nodes[P1_, low:last]) + dot(nodes[SHARE_, low:last], nodes[Q1_, low:last])
+        load = nodes[P1_, last] + nodes[Q1_, last]
         if last > 0:
-            total += press[last] * (3.0 * last - 2.0) / (3.0 * (2.0 * last - 1.0))
+            total += load * (3.0 * last - 2.0) / (3.0 * (2.0 * last - 1.0))
         total *= h
         inner = last * h
         if radius > 0.0:
-            total += press[last] * (radius - inner) * (2.0 * radius + inner) / (3.0 * (radius + inner))
-    return 2.0 * total - math.pi * bodies.stress * edge * edge
-
-
-@compiled
-def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> float:
-    """Return the depth at which the spring bears the force; NaN under a force that no depth bears.
-
-    The elements of the contact are written. The force rises with the depth, and its slope does.
-    """
-    counts, nodes, ends = room.counts, room.nodes, room.ends
-    size = nodes.shape[1]
-    load, stiffness = bodies.load + dt * bodies.pace, bodies.stiffness
-    done = min(max(int(edge / bodies.cell), counts[IN_]) + 2, size)
-    write_bases(solid, dt, 0, done, room)
-    touch = nodes[BASE_, 0] + solid.compliance * nodes[Q1_, 0]
-    spare = load + math.pi * bodies.stress * edge * edge
-    if stiffness * touch >= spare:
-        counts[IN1_] = 0
-        depth = spare / stiffness if stiffness > 0.0 else math.nan
-        write_element(solid, dt, depth, 0, room)
-        return depth
-    depth = max(room.now[D_], touch)
-    if depth == touch:
-        depth += bodies.cell * bodies.cell
-    last = math.inf
-    for _ in range(_MOST_DEPTHS):
-        count = 0
-        while count < size - 2:
-            if count >= done:
-                write_bases(solid, dt, count, count + 1, room)
-                done = count + 1
-            write_element(solid, dt, depth, count, room)
-            if not nodes[P1_, count] > 0.0:
-                break
-            count += 1
-        counts[IN1_] = count
-        radius = contact_radius(solid, bodies, room)
-        wide = max(radius, 0.5 * bodies.cell)
-        excess = normal_force(bodies, edge, radius, room) + stiffness * depth - load
-        step = excess / (2.0 * wide / (solid.compliance + ends[S_RISE_]) + stiffness)
-        small = 1e-15 * (bodies.reach + abs(depth))
-        if abs(step) <= small or (abs(step) <= 1e3 * small and abs(step) >= last):
-            break
-        last = abs(step)
-        after = max(depth - step, touch)
-        depth = 0.5 * (depth + touch) if after == touch else after
-    return depth
-
-
-@compiled
-def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, room: Room) -> int:
-    """Return how many elements follow at a depth; those from the last of them on are written."""
-    nodes, count = room.nodes, room.counts[IN_]
-    size = nodes.shape[1]
-    low, high = max(count - 1, 0), min(max(int(edge / bodies.cell), count) + 2, size)
-    write_bases(solid, dt, low, high, room)
-    write_element(solid, dt, depth, count, room)
-    if nodes[P1_, count] > 0.0:
-        while nodes[P1_, count] > 0.0 and count < size - 2:
-            count += 1
-            if count >= high:
-                write_bases(solid, dt, count, count + 1, room)
-            write_element(solid, dt, depth, count, room)
-        return count
-    while count > 0:
-        if count - 1 < low:
-            low = count - 1
-            write_bases(solid, dt, low, low + 1, room)
-        write_element(solid, dt, depth, count - 1, room)
-        if nodes[P1_, count - 1] > 0.0:
-            break
-        count -= 1
-    return count
-
-
-@compiled
-def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> float:
-    """Return G after a step with the zone up to `edge`; the elements from the contact to the edge are written."""
-    now, counts, nodes, ends, h = room.now, room.counts, room.nodes, room.ends, bodies.cell
-    size, target = nodes.shape[1], 0.5 * math.pi * bodies.reach
-    if ends[MADE_] != edge:
-        _prepare(bodies, edge, room)
-    _set_factors(solid, dt, room)
-    ends[TRIED_] = dt
-    if bodies.sprung:
-        depth = _sprung(solid, bodies, dt, edge, room)
-        count = counts[IN1_]
-        if math.isnan(depth):
-            # A pull beyond that of the zone takes the body away.
-            return target if bodies.load + dt * bodies.pace < 0.0 or edge > 0.0 else -target
-    else:
-        depth = now[D_] + dt * (now[V_] - 0.5 * dt * now[F_] / bodies.mass)
-        count = _front(solid, bodies, dt, edge, depth, room)
-    counts[IN1_] = count
-    ends[DEPTH_NOW_] = depth
-    if edge <= 0.0:
-        write_bases(solid, dt, 0, 1, room)
-        return 0.5 * math.pi * (nodes[BASE_, 0] - depth) - target
-    radius = contact_radius(solid, bodies, room)
-    if radius >= edge:
-        return -target
-    if int(edge / h) + 1 >= size:
-        return math.nan
-    total = -2.0 * bodies.stress * solid.compliance * (edge - radius) - target
-    if count > 0:
-        near, beyond = _weights(edge, radius, count * h)
-        total += near * -solid.compliance * _pull(bodies.stress, edge, radius) + beyond * nodes[REST_, count]
-    # Elements that leave within the step have the impulse of a broken line.
-    left = min(max(counts[IN_], count), int(edge / h) + 2)
-    for i in range(count, left):
-        write_element(solid, dt, depth, i, room)
-    if count < counts[WEIGHED_]:
-        _weigh(bodies, edge, count, room)
-    base, rest, near_of, beyond_of = nodes[BASE_], nodes[REST_], nodes[NEAR_], nodes[NEXT_]
-    for i in range(left, min(int(edge / h) + 2, size)):
-        rest[i] = base[i] - depth
-    end = int(edge / h)
-    while end * h < edge:
-        end += 1
-    while end > 0 and (end - 1) * h >= edge:
-        end -= 1
-    end = max(end, count)
-    return total + _dot(near_of[count:end], rest[count:end]) + _dot(beyond_of[count:end], rest[count + 1 : end + 1])
+            at_end = load * (2.0 * radius + inner) + cohesive_load(bodies.stress, edge, radius) * (radius + 2.0 * inner)
+            total += (radius - inner) * at_end / (3.0 * (radius + inner))
+    return 2.0 * (total - ring)

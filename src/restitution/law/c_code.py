@@ -27,7 +27,8 @@ _READ = ("law", "grip", "way", "moduli", "times")
 # Types of the members of named tuples that are no numbers.
 _MEMBERS = {
     "weights": "array", "rates": "array", "now": "array", "ends": "array", "counts": "integers", "nodes": "matrix",
-    "memory": "matrix", "factors": "matrix", "motion": "matrix", "jumps": "matrix",
+    "memory": "matrix", "factors": "matrix", "branches": "matrix",
+    "bridge": "matrix", "motion": "matrix", "jumps": "matrix",
 }  # fmt: skip
 _STRUCTURES = {
     "array": "double *at; int size;", "integers": "int *at; int size;",

@@ -1,0 +1,175 @@
+"""Equation of the edge of a Dugdale zone: the gap there after a step, as it depends on the step and the edge.
+
+See `restitution.kernel.adhesion` for the equations.
+"""
+
+import math
+
+from restitution.kernel.compile import compiled
+from restitution.kernel.waiting import wake
+from restitution.kernel.zone import (
+    BASE_,
+    C_,
+    DEPTH_NOW_,
+    D_,
+    F_,
+    IN1_,
+    IN_,
+    LOW_,
+    MADE_,
+    NEAR_,
+    NEXT_,
+    P1_,
+    Q1_,
+    REST_,
+    S_RISE_,
+    TOP_,
+    TRIED_,
+    V_,
+    WEIGHED_,
+    Bodies,
+    Room,
+    Solid,
+    cell_weights,
+    cohesive_load,
+    contact_radius,
+    dot,
+    normal_force,
+    set_factors,
+    weigh,
+    write_bases,
+    write_element,
+    write_pulls,
+)
+
+_MOST_DEPTHS = 200
+
+
+@compiled
+def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> float:
+    """Return the depth at which the spring bears the force; NaN under a force that no depth bears.
+
+    The elements of the contact are written. The force rises with the depth, and its slope does.
+    """
+    counts, nodes, ends = room.counts, room.nodes, room.ends
+    size = nodes.shape[1]
+    load, stiffness = bodies.load + dt * bodies.pace, bodies.stiffness
+    done = min(max(int(edge / bodies.cell), counts[IN_]) + 2, size)
+    wake(solid, bodies, 0, done + 1, room)
+    write_bases(solid, dt, 0, done, room)
+    touch = nodes[BASE_, 0] + solid.compliance * nodes[Q1_, 0]
+    spare = load + math.pi * bodies.stress * edge * edge
+    if stiffness * touch >= spare:
+        counts[IN1_] = 0
+        depth = spare / stiffness if stiffness > 0.0 else math.nan
+        write_element(solid, dt, depth, 0, room)
+        return depth
+    depth = max(room.now[D_], touch)
+    if depth == touch:
+        depth += bodies.cell * bodies.cell
+    last = math.inf
+    for _ in range(_MOST_DEPTHS):
+        count = 0
+        while count < size - 2:
+            if count >= done:
+                wake(solid, bodies, 0, count + 2, room)
+                write_bases(solid, dt, count, count + 1, room)
+                done = count + 1
+            write_element(solid, dt, depth, count, room)
+            if not nodes[P1_, count] > 0.0:
+                break
+            count += 1
+        counts[IN1_] = count
+        radius = contact_radius(solid, bodies, edge, room)
+        wide = max(radius, 0.5 * bodies.cell)
+        excess = normal_force(bodies, edge, radius, depth, room) + stiffness * depth - load
+        step = excess / (2.0 * wide / (solid.compliance + ends[S_RISE_]) + stiffness)
+        small = 1e-15 * (bodies.reach + abs(depth))
+        if abs(step) <= small or (abs(step) <= 1e3 * small and abs(step) >= last):
+            break
+        last = abs(step)
+        after = max(depth - step, touch)
+        depth = 0.5 * (depth + touch) if after == touch else after
+    return depth
+
+
+@compiled
+def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, room: Room) -> int:
+    """Return how many elements follow at a depth; those from the last of them on are written."""
+    nodes, count = room.nodes, room.counts[IN_]
+    size = nodes.shape[1]
+    low, high = max(count - 1, 0), min(max(int(edge / bodies.cell), count) + 2, size)
+    wake(solid, bodies, low, high + 1, room)
+    write_bases(solid, dt, low, high, room)
+    write_element(solid, dt, depth, count, room)
+    if nodes[P1_, count] > 0.0:
+        while nodes[P1_, count] > 0.0 and count < size - 2:
+            count += 1
+            if count >= high:
+                wake(solid, bodies, low, count + 2, room)
+                write_bases(solid, dt, count, count + 1, room)
+            write_element(solid, dt, depth, count, room)
+        return count
+    while count > 0:
+        if count - 1 < low:
+            low = count - 1
+            wake(solid, bodies, low, 0, room)
+            write_bases(solid, dt, low, low + 1, room)
+        write_element(solid, dt, depth, count - 1, room)
+        if nodes[P1_, count - 1] > 0.0:
+            break
+        count -= 1
+    return count
+
+
+@compiled
+def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> float:
+    """Return G after a step with the zone up to `edge`; the elements from the contact to the edge are written."""
+    now, counts, nodes, ends, h = room.now, room.counts, room.nodes, room.ends, bodies.cell
+    size, target = nodes.shape[1], 0.5 * math.pi * bodies.reach
+    wake(solid, bodies, max(counts[IN_] - 1, 0), int(max(edge, now[C_]) / h) + 3, room)
+    if ends[MADE_] != edge:
+        write_pulls(bodies, edge, counts[LOW_], counts[TOP_], room)
+        counts[WEIGHED_], ends[MADE_] = size, edge
+    set_factors(solid, dt, room)
+    ends[TRIED_] = dt
+    if bodies.sprung:
+        depth = _sprung(solid, bodies, dt, edge, room)
+        count = counts[IN1_]
+        if math.isnan(depth):
+            # A pull beyond that of the zone takes the body away.
+            return target if bodies.load + dt * bodies.pace < 0.0 or edge > 0.0 else -target
+    else:
+        depth = now[D_] + dt * (now[V_] - 0.5 * dt * now[F_] / bodies.mass)
+        count = _front(solid, bodies, dt, edge, depth, room)
+    counts[IN1_] = count
+    ends[DEPTH_NOW_] = depth
+    if edge <= 0.0:
+        wake(solid, bodies, 0, 0, room)
+        write_bases(solid, dt, 0, 1, room)
+        return 0.5 * math.pi * (nodes[BASE_, 0] - depth) - target
+    radius = contact_radius(solid, bodies, edge, room)
+    if radius >= edge:
+        return -target
+    if int(edge / h) + 1 >= size:
+        return math.nan
+    total = -2.0 * bodies.stress * solid.compliance * (edge - radius) - target
+    if count > 0:
+        near, beyond = cell_weights(edge, radius, count * h)
+        total += near * -solid.compliance * cohesive_load(bodies.stress, edge, radius) + beyond * nodes[REST_, count]
+    # Elements that leave within the step have the impulse of a broken line.
+    left = min(max(counts[IN_], count), int(edge / h) + 2)
+    for i in range(count, left):
+        write_element(solid, dt, depth, i, room)
+    if count < counts[WEIGHED_]:
+        weigh(bodies, edge, count, room)
+    base, rest, near_of, beyond_of = nodes[BASE_], nodes[REST_], nodes[NEAR_], nodes[NEXT_]
+    for i in range(left, min(int(edge / h) + 2, size)):
+        rest[i] = base[i] - depth
+    end = int(edge / h)
+    while end * h < edge:
+        end += 1
+    while end > 0 and (end - 1) * h >= edge:
+        end -= 1
+    end = max(end, count)
+    return total + dot(near_of[count:end], rest[count:end]) + dot(beyond_of[count:end], rest[count + 1 : end + 1])
