@@ -10,7 +10,6 @@ import numpy as np
 
 from restitution.checks import Array, Numeric
 from restitution.contact.adhesion import maugis_number, rest
-from restitution.impact.batch import flat
 from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive
 from restitution.impact.solution import Progress
 from restitution.impact.status import Status
@@ -88,7 +87,8 @@ def adhesive_columns(
     """Return all outputs of adhesive impacts by name, raveled, and their status."""
     columns, _ = marched(impact, max(rtol, LEAST_RTOL), workers, progress)
     numbers = of_each(impact, lambda single: [getattr(single, name) for name in BODY])
-    bodies = {name: flat(column, shape_of(impact)) for name, column in zip(BODY, numbers, strict=True)}
+    shape = shape_of(impact)
+    bodies = {name: np.broadcast_to(each, shape).reshape(-1) for name, each in zip(BODY, numbers, strict=True)}
     outputs = derived(columns | bodies)
     return {name: outputs[name] for name in (*IMPACT_OUTPUTS, STATUS) if name in outputs}
 
