@@ -1,6 +1,8 @@
 """Adhesion in `identify`: work and stress as unknowns, sticking as a datum, and curves with a pull-off."""
 
 import math
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +12,10 @@ import restitution as rs
 from refusals import named
 from restitution.identification.adhesion import Bodies, surprise
 from restitution.identification.parameters import OfData, parameters
-from restitution.identification.pull_off import _means, deviations_at_jumps, lines_of
+from restitution.identification.pull_off import Lines, PullOff, _means, deviations_at_jumps, lines_of
 from restitution.identification.uncertainty import Uncertainty
 from restitution.indentation.attraction import March
+from restitution.material.fit import RelaxationTable
 
 RADIUS, STRESS, WORK = 5e-6, 1e7, 0.05
 MASS = 1200.0 * 4.0 / 3.0 * math.pi * RADIUS**3
@@ -67,6 +70,60 @@ def test_predictions_are_those_of_solve(exact):
     np.testing.assert_allclose(found["restitution_coefficient"][0], exact, atol=1.5e-3)
     stuck = exact == 0.0
     assert np.array_equal(np.isnan(found["contact_time"][0]), stuck)
+
+
+def test_bands_of_predictions_are_those_of_solves_at_the_ends_of_the_work(exact):
+    """With one unknown the band of an output lies between its values at both ends of the interval of the work."""
+    found = rs.identify(measured(exact, np.random.default_rng(1)), rs.standard_solid, fixed=KNOWN, profiles=False)
+    work = found.parameters["work"]
+    body = rs.Impact(rs.Material(1e9, math.inf), rs.Parabola(RADIUS), MASS, 1.0)
+    velocity = rs.sticking_velocity(
+        replace(body, material=rs.standard_solid(**CONSTANTS), adhesion=found.adhesion), rtol=1e-3
+    ) * np.array([0.5, 0.985, 1.005, 1.3, 2.0, 6.0])  # fmt: skip
+    # The contact just above the threshold is longer than all of the data.
+    with pytest.warns(rs.RestitutionWarning, match="1 of 6 impacts leave the window"):
+        bands = found.predict(replace(body, velocity=velocity))
+    ends = [
+        rs.solve(
+            rs.Impact(rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), MASS, velocity,
+                      adhesion=rs.Adhesion(end, stress=STRESS)), rtol=1e-5)
+        for end in (work.interval[1], work.value, work.interval[0])
+    ]  # fmt: skip
+    low, middle, high = (np.asarray(end.restitution_coefficient) for end in ends)
+    np.testing.assert_allclose(bands["restitution_coefficient"], middle, atol=2e-5)
+    # The first sticks for sure, the next two by chance, the others rebound.
+    names = "restitution_coefficient_low", "restitution_coefficient_high"
+    assert bands[names[0]].values[:3].tolist() == [0.0, 0.0, 0.0]
+    assert bands[names[1]].values[0] == 0.0
+    assert np.all(bands[names[1]].values[1:3] > 0.0)
+    assert np.all(high[1:3] > 0.0)
+    for name, end in zip(names, (low, high), strict=True):
+        np.testing.assert_allclose((bands[name] - middle)[3:], (end - middle)[3:], rtol=0.15)
+    assert np.all(np.isinf(bands["contact_time_high"].values[:3]))
+    assert np.isinf(bands["contact_time_low"].values[0])
+    assert bands["contact_time_low"].values[1] == 0.0
+    for name in ("contact_time", "max_force"):
+        width = np.log([np.asarray(getattr(end, name))[4:] for end in (ends[0], ends[2])])
+        stated = np.log([bands[f"{name}_{side}"].values[4:] for side in ("low", "high")])
+        np.testing.assert_allclose(np.ptp(stated, axis=0), np.ptp(width, axis=0), rtol=0.15)
+
+
+def test_an_adhesion_that_is_known_is_kept(exact):
+    """A fit of moduli alone has no adhesion, and that of the impact counts."""
+    time = np.geomspace(1e-9, 1e-5, 12)
+    solid = rs.standard_solid(**CONSTANTS)
+    table = RelaxationTable(time, solid.shear.relaxation_modulus(time), "shear")
+    found = rs.identify(table, rs.standard_solid, fixed={"poisson_ratio": 0.4}, profiles=False)
+    impact = rs.Impact(solid, rs.Parabola(RADIUS), MASS, [0.05, 0.5], adhesion=rs.Adhesion(WORK, stress=STRESS))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        bands = found.predict(impact)
+    expected = rs.solve(impact, rtol=1e-5).restitution_coefficient
+    assert expected[0] == 0.0
+    # The table has no noise.
+    for name in ("restitution_coefficient", "restitution_coefficient_low", "restitution_coefficient_high"):
+        np.testing.assert_allclose(bands[name], expected, atol=1e-4)
+    assert bands["contact_time_low"].values[0] == math.inf
 
 
 def test_the_sticking_velocity_is_that_of_the_search(exact):
@@ -220,6 +277,34 @@ def test_forces_of_a_curve_are_those_of_indent(stiffness):
     np.testing.assert_allclose(found[quiet], force[quiet], atol=6e-3 * np.ptp(force))
 
 
+def test_a_record_that_begins_within_the_attraction_goes_on_from_before():
+    """The approach before the record has the speed of its first line, as that of `rs.indent` does."""
+    time, depth, force, _ = pulled(5e5)
+    first = 30
+    lines = Lines(np.array([time[first], *KNOTS[1:]]), np.array([depth[first], *DEPTHS[1:]]))
+    # It begins 9 nm above first touch, and the range of the attraction is 20 nm.
+    assert -0.02e-6 < depth[first] - TOUCH < -0.008e-6
+    record = PullOff(TIP, time[first:], lines, max(DEPTHS), None, 200)
+    solid = rs.reduced_modulus(rs.standard_solid(**GEL, poisson_ratio=0.5)).broadcast_to((1, 1))
+    sticky = materials(**GEL | {"poisson_ratio": 0.5}, work=PULL, stress=5e5)
+    found = record.forces(solid, np.array([TOUCH]), sticky)[0] + 2e-9
+    assert force[first] < 0.0
+    np.testing.assert_allclose(found[:50], force[first : first + 50], atol=6e-3 * np.ptp(force))
+
+
+def test_a_fit_starts_also_where_the_approach_jumps():
+    """A push that begins with a jump over most of its force has moduli to start from."""
+    time, depth, force, deviation = pulled(5e5)
+    at = int(np.argmax(force > 0.3 * force.max()))
+    force = np.where(time < time[at], np.minimum(force, 2e-9), force)
+    noise = rs.Noise(force=deviation)
+    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, adhesion=True)
+    table = curve.effective_moduli()
+    glass = 4.0 * (GEL["equilibrium_modulus"] + GEL["branch_modulus"])
+    assert np.all(table.storage_modulus > 0.1 * GEL["equilibrium_modulus"])
+    assert np.all(table.storage_modulus < 10.0 * glass)
+
+
 @pytest.mark.parametrize("name", ["stress", "range"])
 def test_a_thin_zone_leaves_stress_and_range_open(name):
     """Near the limit of Johnson, Kendall and Roberts a curve shows the work alone, and one end of the other."""
@@ -311,14 +396,29 @@ def test_lines_of_a_noisy_depth():
     assert np.sqrt(np.mean(off**2)) < 3e-3
 
 
-def test_a_map_refuses_adhesion():
-    time, depth, force, deviation = pulled(5e5)
+def test_a_map_has_the_work_of_each_curve():
+    """The same numbers as `identify`; a curve of the other kind is refused."""
+    time, depth, force, deviation = pulled(5e5, np.random.default_rng(5))
+    curves = [rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)]
+    with_stress = {**GEL, "poisson_ratio": 0.5, "stress": 5e5}
     plain = np.maximum(force, 0.0)
-    curves = [rs.IndentationCurve(time, depth, plain, profile=TIP, noise=rs.Noise(force=deviation), adhesion=sticky)
-              for sticky in (False, True)]  # fmt: skip
-    found = rs.identify_map(curves, rs.elastic, fixed={"poisson_ratio": 0.5}, progress=False)
-    assert found["status"].values[1] == 3
+    curves.append(rs.IndentationCurve(time, depth, plain, profile=TIP, noise=rs.Noise(force=deviation)))
+    fixed = {name: value for name, value in with_stress.items() if name != "equilibrium_modulus"}
+    found = rs.identify_map(curves, rs.standard_solid, fixed=fixed, progress=False)
+    assert found["status"].values.tolist() == [0, 3]
     assert "adhesion" in str(found["message"].values[1])
+    alone = rs.identify(curves[0], rs.standard_solid, fixed=fixed, profiles=False)
+    for name, value in (("work", PULL), ("equilibrium_modulus", GEL["equilibrium_modulus"])):
+        one, error = found[name].values[0], found[f"{name}_standard_error"].values[0]
+        assert one == pytest.approx(alone.parameters[name].value, rel=1e-12)
+        assert abs(one - value) < 4.0 * error < 0.3 * value
+    assert found["contact_point"].values[0] == pytest.approx(alone.nuisances["contact_point"].value, rel=1e-12)
+    # The baseline is 2 nN.
+    assert found["baseline"].values[0] == pytest.approx(2e-9, abs=deviation)
+    assert alone.nuisances["baseline"].value == pytest.approx(found["baseline"].values[0], rel=1e-9)
+    # A map without adhesion refuses a curve that has it.
+    other = rs.identify_map(curves[::-1], rs.elastic, fixed={"poisson_ratio": 0.5}, progress=False)
+    assert other["status"].values.tolist() == [0, 3]
 
 
 @pytest.mark.slow

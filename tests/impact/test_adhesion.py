@@ -247,6 +247,28 @@ def test_arrays_of_numbers_and_of_adhesion():
     assert result.to_dataset(["restitution_coefficient", "pull_off_force"]).pull_off_force.shape == (2, 2)
 
 
+def test_a_list_has_the_results_of_its_impacts():
+    other = rs.Impact(solid([2.0], [0.3]), rs.PowerLaw(3.0, 0.5), 2.0, 1.0, adhesion=rs.Adhesion(0.01, 0.2))
+    impacts = [ball(STANDARD, 0.02, 0.3, 0.5), ball(STANDARD, 0.05, 0.5, 0.5), other]
+    together, apart = rs.solve(impacts, rtol=1e-4), [rs.solve(each, rtol=1e-4) for each in impacts]
+    names = ("restitution_coefficient", "status", "pull_off_force", "contact_time", "zone_width", "restitution_error")
+    for name in names:
+        assert getattr(together, name).tolist() == [getattr(each, name) for each in apart]
+    assert together.energy.kinetic_out.tolist() == [each.energy.kinetic_out for each in apart]
+    numbers = np.transpose(together.maugis_numbers)
+    assert np.array_equal(numbers, [each.maugis_numbers for each in apart], equal_nan=True)
+    for n, check in enumerate(together.validity):
+        worst = [each.validity[check.kind].value for each in apart]
+        assert check.value is None or check.value in worst, n
+    assert len(together.plot().axes) == 2
+
+
+def test_a_list_raises_for_the_impact_that_fails():
+    impacts = [ball(STANDARD, 0.02, 0.3, 0.5), ball(solid(), 0.01, 50.0, 0.5)]
+    with pytest.raises(SolverError, match="impact 1 of 2"):
+        rs.solve(impacts, rtol=1e-3, errors="raise")
+
+
 def test_names_of_axes_stay():
     import xarray as xr
 
@@ -289,7 +311,8 @@ def test_what_the_theory_does_not_have_is_refused():
     dashpot = rs.Material(rs.PronySeries(1.0, [1.0], [1.0], parallel_viscosity=0.1), bulk=math.inf)
     assert in_one_line(lambda: rs.solve(replace(impact, material=dashpot))).field == "material"
     assert in_one_line(lambda: rs.solve(impact, "elements")).field == "method"
-    assert in_one_line(lambda: rs.solve([impact])).field == "adhesion"
+    assert in_one_line(lambda: rs.solve([impact, replace(impact, adhesion=None)])).field == "impact"
+    assert in_one_line(lambda: rs.solve([impact], "elements")).field == "method"
     assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
     assert in_one_line(lambda: rs.bounces(impact, height=1.0)).field == "adhesion"
     plain = rs.solve(replace(impact, adhesion=None))

@@ -385,6 +385,10 @@ class IndentationCurve(ForceRecord):
         weights = weights_of(self.deviations, slopes, self.depth_deviations)
         return without_baseline((forces - self.force) * weights, self._columns.T * weights[..., None])
 
+    def baseline_factors(self, materials: Material, nuisances: Array) -> Array:
+        """Return minus the offset [N] and the slope [N/s] of the baseline of materials, shape (m, 2)."""
+        return self._fitted(materials, nuisances)[1]
+
     def _linear(self, materials: Material, nuisances: Array) -> tuple[Array, Array, float]:
         """Return the fitted force, the factors of the baseline, and the gain of the first row."""
         forces, factors = self.forces(materials, nuisances)[0], -self._fitted(materials, nuisances)[1][0]
@@ -460,11 +464,7 @@ class IndentationCurve(ForceRecord):
     def effective_moduli(self) -> DynamicTable:
         """Return moduli of the best of a few standard solids, each times the best factor; with adhesion of a push."""
         if self.adhesion:
-            loading = IndentationCurve(
-                self.time, self.depth, np.maximum(self.force, float(np.median(self.force[:_FEWEST]))),
-                profile=self.profile, spring_constant=self.spring_constant, segment="approach",
-            )  # fmt: skip
-            return loading.effective_moduli()
+            return self._push().effective_moduli()
         shares, times = (grid.ravel() for grid in np.meshgrid(_SHARES, np.array(_TIMES) * self._contact_duration))
         series = PronySeries.from_checked(1.0 - shares, shares[:, None], times[:, None])
         block = self.block
@@ -485,6 +485,15 @@ class IndentationCurve(ForceRecord):
         omega = np.geomspace(*self.window(), _FREQUENCIES)
         moduli = series.scaled(modulus).column.complex_modulus(omega)[best]
         return DynamicTable(omega, moduli.real, np.maximum(moduli.imag, 0.01 * moduli.real), source=self.label)
+
+    def _push(self) -> IndentationCurve:
+        """Return the first approach without adhesion, and without the pulls; no datum, but a start of a fit."""
+        push = copy(self)
+        vars(push).pop("block", None)
+        push.adhesion, push.force = False, np.maximum(self.force, float(np.median(self.force[:_FEWEST])))
+        push._keep_approach()
+        push._set_noise(None, Touch(self.nuisances[0].start, 0.0))
+        return push
 
     @property
     def tip(self) -> Array:

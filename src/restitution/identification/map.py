@@ -18,7 +18,7 @@ from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.identification.curves import IndentationCurve, curves_block, weights_of, without_baseline
 from restitution.identification.fit import Estimation, estimate
 from restitution.identification.observations import modulus
-from restitution.identification.parameters import MOST_TERMS, Parameters, parameters, penalties, rows_of
+from restitution.identification.parameters import MOST_TERMS, OfData, Parameters, parameters, penalties, rows_of
 from restitution.identification.uncertainty import FAR, Uncertainty, quantile
 from restitution.numerics.least_squares import descend
 from restitution.parallel import on_threads
@@ -194,7 +194,7 @@ def identify_map(
     ----------
     curves : iterable of IndentationCurve or callable
         Curves, or functions without arguments that return one. A function may raise an error, which does not stop the
-        map.
+        map. All or none of them have adhesion.
     model, fixed, bounds, start, prior, terms
         See `identify`. Each curve has its own unknowns.
     shape : tuple of int, optional
@@ -216,12 +216,15 @@ def identify_map(
     Raises
     ------
     InputError
-        If an argument is wrong, or none of the first curves can be fitted.
+        If an argument is wrong, or none of the first curves can be fitted, or read with adhesion.
 
     Notes
     -----
     The first curve that can be fitted is the start of all others, with one factor on all moduli. Curves that fit much
     worse than the others are fitted again as in `identify`. Standard errors are those of the linearised problem.
+
+    Curves with adhesion are fitted one by one as in `identify` with ``profiles=False``, which takes seconds for each.
+    Work and stress of the attraction, or its range, are columns then.
 
     Examples
     --------
@@ -251,20 +254,24 @@ def identify_map(
         raise InputError("shape", dimensions, f"must be that of {len(items)} curves")
     space = parameters(
         model, fixed=fixed, bounds=bounds, start=start, prior=prior, shift=None,
-        terms=whole("terms", terms, 1, MOST_TERMS),
+        terms=whole("terms", terms, 1, MOST_TERMS), of_data=OfData(adhesion=(adhesive := _adhesive(items))),
     )  # fmt: skip
     table = _Table(space, len(items))
-    seed = _seed(items, space)
+    seed = None if adhesive else _seed(items, space)
     report = _progress(progress, len(items))
 
     def run(first: int) -> None:
         places, ready = list[int](), list[IndentationCurve]()
-        for place in range(first, min(first + _CHUNK, len(items))):
+        for place in range(first, min(first + chunk, len(items))):
             try:
-                ready.append(_curve(items[place]))
+                ready.append(_curve(items[place], adhesive))
                 places.append(place)
             except InputError as error:
                 table.refuse(place, str(error))
+        if seed is None:
+            for place, curve in zip(places, ready, strict=True):
+                table.enter(np.array([place]), *_alone(curve, space))
+            return
         for alike in _alike(ready):
             group = [ready[n] for n in alike]
             descent = Descent(group, seed, space)
@@ -273,8 +280,9 @@ def identify_map(
             baselines = descent.fitted(fits.points, np.arange(len(group)))[1]
             table.enter(np.array(places)[alike], fits, reasons, group, baselines)
 
+    chunk = 1 if adhesive else _CHUNK
     try:
-        on_threads(run, range(0, len(items), _CHUNK), workers, lambda: report(table.done))
+        on_threads(run, range(0, len(items), chunk), workers, lambda: report(table.done))
     except KeyboardInterrupt:
         text = f"interrupted: {len(items) - table.done} of {len(items)} curves are not done"
         warnings.warn(RestitutionWarning("interrupted", text), stacklevel=2)
@@ -360,13 +368,57 @@ class _Table:
         return xr.Dataset({name: (names, data.reshape(shape), about) for name, (data, about) in columns.items()})
 
 
-def _curve(item: IndentationCurve | Callable[[], IndentationCurve]) -> IndentationCurve:
+def _curve(item: IndentationCurve | Callable[[], IndentationCurve], adhesive: bool | None = None) -> IndentationCurve:
+    """Return a curve, with adhesion or without it as those before."""
     curve = item() if callable(item) else item
     if not isinstance(curve, IndentationCurve):
         raise InputTypeError("curves", curve, "must be an IndentationCurve, or a function that returns one")
-    if curve.adhesion:
-        raise InputError("adhesion", rule="must be left out in a map; identify takes such curves one by one")
+    if adhesive not in (None, curve.adhesion):
+        raise InputError("adhesion", curve.adhesion, f"must be {adhesive} as that of the first curve of the map")
     return curve
+
+
+def _adhesive(items: list[Any]) -> bool:
+    """Return whether the first of the curves that can be read has adhesion."""
+    for item in items[:_SEEDS]:
+        try:
+            return _curve(item).adhesion
+        except InputTypeError:
+            raise
+        except InputError:
+            continue
+    return False
+
+
+def _alone(
+    curve: IndentationCurve, space: Parameters
+) -> tuple[CurveFits, dict[int, str], list[IndentationCurve], Array]:
+    """Return the fit of one curve as in `identify`, the reason if there is none, the curve and its baseline."""
+    q, unit = len(space.free) + 1, np.array([curve.nuisances[0].step])
+    nothing, never = np.full((1, q), np.nan), np.zeros((1, q), dtype=np.bool_)
+    freedom = np.array([max(curve.size - q - 2, 1)])
+    fits = CurveFits(nothing, nothing.copy(), np.full(1, np.inf), freedom, unit, never, np.zeros(1, dtype=np.bool_))
+    try:
+        uncertainty = Uncertainty(estimate([curve], space))
+    except InputError as error:
+        return fits, {0: str(error)}, [curve], np.full((1, 2), np.nan)
+    _replace_fit(fits, 0, uncertainty)
+    for k, parameter in enumerate(space.free):
+        found = uncertainty.estimate(k, profiled=False)
+        ends = parameter.inward(np.array(found.interval)) if found.determined else np.array([0.0, np.inf])
+        fits.errors[0, k] = 0.5 * np.ptp(ends) / uncertainty.quantile()
+    problem, here = uncertainty.estimation.problem, uncertainty.estimation.fit.coordinates[None]
+    return fits, {}, [curve], -curve.baseline_factors(problem.materials(here), problem.nuisances(here)[0])
+
+
+def _replace_fit(fits: CurveFits, n: int, uncertainty: Uncertainty) -> None:
+    """Enter the fit of one curve in place of another one."""
+    problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
+    z = fit.coordinates
+    fits.points[n], fits.errors[n] = z, uncertainty.standard_errors
+    fits.chi2[n] = fit.cost * problem.factors[0] ** 2
+    fits.bound[n] = (z - problem.low < EDGE) | (problem.high - z < EDGE)
+    fits.ended[n] = True
 
 
 def _seed(items: list[Any], space: Parameters) -> Estimation:
@@ -410,12 +462,8 @@ def _improved(fits: CurveFits, curves: list[IndentationCurve], space: Parameters
             reasons[int(n)] = str(error)
             continue
         problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
-        chi2 = fit.cost * problem.factors[0] ** 2
-        if chi2 < fits.chi2[n] or not fits.ended[n]:
-            fits.points[n], fits.errors[n], fits.chi2[n] = fit.coordinates, uncertainty.standard_errors, chi2
-            z = fit.coordinates
-            fits.bound[n] = (z - problem.low < EDGE) | (problem.high - z < EDGE)
-            fits.ended[n] = True
+        if fit.cost * problem.factors[0] ** 2 < fits.chi2[n] or not fits.ended[n]:
+            _replace_fit(fits, int(n), uncertainty)
     return reasons
 
 

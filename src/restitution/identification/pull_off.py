@@ -89,6 +89,9 @@ class PullOff:
         self.profile, self.time, self.lines, self.count = profile, time, lines, count
         self._deepest, self._stiffness = deepest, stiffness
         steps = np.diff(time)
+        # Speed [m/s] of the approach, also before the record: that of its first line, or the mean one if it is faster.
+        places = np.array([1, max(int(np.argmax(lines.depth)), 1)])
+        self._pace = float(((lines.depth[places] - lines.depth[0]) / (lines.time[places] - lines.time[0])).max())
         # A sample is the mean over its time: so a jump between two samples changes both continuously.
         self._starts = time - 0.5 * np.append(steps[0], steps)
         self._ends = time + 0.5 * np.append(steps, steps[-1])
@@ -124,6 +127,10 @@ class PullOff:
         from restitution.kernel.zone import HELD, NO_ROOM, SEPARATED
 
         depth, time, reach = self.lines.depth - touch, self.lines.time, float(np.asarray(body.adhesion.range))
+        if depth[0] > -reach and self._pace > 0.0:
+            # The attraction has begun before the record.
+            time = np.append(time[0] - (depth[0] + reach) / self._pace, time)
+            depth = np.append(-reach, depth)
         near = np.flatnonzero(depth > -reach)
         if depth[0] > -reach or not near.size:
             return np.full(self.time.size, np.nan)

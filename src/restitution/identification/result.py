@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -17,11 +16,12 @@ from numpy.typing import ArrayLike
 from restitution import checks
 from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion
-from restitution.errors import InputError, RestitutionWarning
+from restitution.errors import InputError
 from restitution.files import whole_file
 from restitution.identification.fit import Estimation, EstimationProblem
 from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Curve, Observations
+from restitution.identification.prediction import predicted
 from restitution.identification.records import BounceTimes, ForceHistory
 from restitution.identification.statements import knowledge
 from restitution.identification.uncertainty import (
@@ -37,14 +37,12 @@ from restitution.identification.uncertainty import (
     limits,
     modulus_functions,
 )
-from restitution.impact.batch import solve_columns
 from restitution.impact.problem import Impact
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material, reduced_modulus
-from restitution.quantities import DEFAULT_OUTPUTS, MODULI, NUMBER, OUTPUTS, Quantity
+from restitution.quantities import MODULI, Quantity
 from restitution.result import Result, Summary, plain
-from restitution.variation import varied
 
 if TYPE_CHECKING:
     import xarray
@@ -382,6 +380,16 @@ class Identification(FittedResult):
     def predict(self, impact: Impact, *, level: float = _LEVEL) -> xarray.Dataset:
         """Return outputs of impacts on the identified material, with bands; the material of `impact` is not used.
 
+        Where the surfaces of the data adhere, those of the impacts do as well, with the identified work and stress;
+        an adhesion of `impact` is not used then. It counts as known if no surfaces of the data adhere.
+
+        Notes
+        -----
+        Bands follow from slopes at the best fit: of the logarithms of outputs, with adhesion of e^2 and of the
+        logarithms of the others. The band of e begins at 0 where a body may stick, and ends at 0 where it sticks for
+        sure. A contact that may not end has an infinite end of the band of its time, and one that may end though the
+        best one does not has 0 as the other end.
+
         Warns
         -----
         RestitutionWarning
@@ -389,31 +397,9 @@ class Identification(FittedResult):
         """
         if not isinstance(impact, Impact):
             raise InputError("impact", impact, "must be an Impact")
-        if self.adhesion is not None or impact.adhesion is not None:
-            rule = "must be left out for bands; solve an Impact on the material and the adhesion of the result"
-            raise InputError("adhesion", rule=rule)
-
-        velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
-        # A row for each impact, beside which the materials have an axis of their own.
-        flat = impact.take(np.arange(velocity.size))
-
-        def functions(coordinates: Array) -> Array:
-            trials = varied(flat, {"material": self.problem.materials(coordinates)})
-            outcomes = solve_columns(trials, 1e-9, workers=1)
-            return np.stack([outcomes[name].reshape(len(coordinates), -1) for name in DEFAULT_OUTPUTS], axis=1)
-
-        axis = Quantity("impact", NUMBER, "number of the impact")
-        numbers = np.arange(velocity.size, dtype=np.float64)
-        bands = self._banded(axis, numbers, [OUTPUTS[name] for name in DEFAULT_OUTPUTS], functions, level)
-        low, high = self.window
-        frequency = math.pi / bands["contact_time"].to_numpy()
-        inside = (frequency > low * (1.0 - 1e-9)) & (frequency < high * (1.0 + 1e-9))
-        if math.isfinite(low) and not np.all(inside):
-            outside = int((~inside).sum())
-            text = (f"{outside} of {velocity.size} impacts leave the window of the data, contact times from "
-                    f"{math.pi / high:.3g} to {math.pi / low:.3g} s")  # fmt: skip
-            warnings.warn(RestitutionWarning("window", text), stacklevel=2)
-        return bands.assign_coords(velocity=("impact", velocity))
+        if self.problem.space.adhesion:
+            impact = replace(impact, adhesion=self.adhesion)
+        return predicted(self.uncertainty, impact, self.window, self._level(level))
 
     @cached_property
     def functionals(self) -> dict[str, Estimate]:

@@ -388,19 +388,22 @@ class Uncertainty:
         *costs, least = squares(problem.residuals(np.concatenate([moves, best[None]])))
         return bool(np.all(np.abs(np.array(costs) - least) < _UNSEEN * max(least, 1.0)))
 
-    def linearised(self, functions: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """Return positive functions of m rows of coordinates at the best fit, and the errors of their logs."""
-        best = self.estimation.fit.coordinates
-        steps = np.diag(self.estimation.problem.steps)
+    def linearised(
+        self, functions: Callable[[Array], Array], *, logarithms: bool = True, least_step: float = 0.0
+    ) -> tuple[Array, Array]:
+        """Return functions of m rows of coordinates at the best fit, and the errors of their logs or of themselves."""
+        best, problem = self.estimation.fit.coordinates, self.estimation.problem
+        steps = problem.steps
+        steps[: problem.n_parameters] = np.maximum(steps[: problem.n_parameters], least_step)
         n = best.size
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            points = np.concatenate([best[None], best + steps, best - steps])
+            points = np.concatenate([best[None], best + np.diag(steps), best - np.diag(steps)])
             values = rows_of(lambda rows: functions(points[rows]), len(points))
-            logs = np.log(values[1:])
+            logs = np.log(values[1:]) if logarithms else values[1:]
             rise = logs[:n] - logs[n:]
         # A loss that is zero at all points does not change.
         rise[np.isneginf(logs[:n]) & np.isneginf(logs[n:])] = 0.0
-        gradient = rise / (2.0 * self.estimation.problem.steps.reshape(-1, *(1,) * (logs.ndim - 1)))
+        gradient = rise / (2.0 * steps.reshape(-1, *(1,) * (logs.ndim - 1)))
         s, rows = self._decomposed
         along = np.tensordot(rows, gradient, axes=1)
         # Along an exact direction the covariance is huge, and would enlarge the error of a derivative.

@@ -14,7 +14,17 @@ from numpy.typing import ArrayLike
 from restitution import checks
 from restitution.checks import Array, Numeric
 from restitution.errors import InputError
-from restitution.impact.adhesive import LEAST_RTOL, attraction_numbers, marched, maugis_numbers, problem_of, too_thin
+from restitution.impact.adhesive import (
+    LEAST_RTOL,
+    attraction_numbers,
+    marched,
+    maugis_numbers,
+    of_each,
+    problem_of,
+    shape_of,
+    single_of,
+    too_thin,
+)
 from restitution.impact.batch import shaped
 from restitution.impact.dugdale import sticking
 from restitution.impact.problem import Impact
@@ -97,15 +107,12 @@ class AdhesiveResult(ImpactResult):
         The larger one says how thin the zone is: below 0.1 as Derjaguin, Muller and Toporov (DMT) have it, above 5
         nearly as Johnson, Kendall and Roberts (JKR) do.
         """
-        impact = self.impact
-        assert isinstance(impact, Impact)
-        return maugis_numbers(impact)
+        static, glass = of_each(self.impact, maugis_numbers)
+        return static, glass
 
     @property
     def _compared(self) -> dict[str, Any]:
-        impact = self.impact
-        assert isinstance(impact, Impact)
-        return super()._compared | attraction_numbers(impact, self._by_name)
+        return super()._compared | attraction_numbers(self.impact, self._by_name)
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
@@ -183,12 +190,12 @@ def _zone_in_words(impact: Impact) -> str:
 
 
 def solve_with_adhesion(
-    impact: Impact, rtol: float, errors: Literal["raise", "warn"] | None, workers: int | None,
+    impact: Impact | list[Impact], rtol: float, errors: Literal["raise", "warn"] | None, workers: int | None,
     progress: Progress | None,
 ) -> AdhesiveResult:  # fmt: skip
-    """Solve one adhesive impact or an array of them; see `solve`."""
-    shape, limit = impact.shape, max(rtol, LEAST_RTOL)
-    if not shape and errors != "warn" and (thin := too_thin(impact)):
+    """Solve one adhesive impact, an array or a list of them; see `solve`."""
+    shape, limit = shape_of(impact), max(rtol, LEAST_RTOL)
+    if isinstance(impact, Impact) and not shape and errors != "warn" and (thin := too_thin(impact)):
         raise SolverError(Status.NOT_ACCURATE, thin)
     columns, march = marched(impact, limit, workers, progress)
     status = columns[STATUS]
@@ -196,8 +203,7 @@ def solve_with_adhesion(
     if message and (errors or ("warn" if shape else "raise")) == "raise":
         first = int(np.argmax(status >= Status.TOO_MANY_STEPS))
         place = f"impact {first} of {status.size}: " if status.size > 1 else ""
-        single = impact.take(np.asarray(first)) if shape else impact
-        raise SolverError(Status(int(status[first])), place + _zone_in_words(single))
+        raise SolverError(Status(int(status[first])), place + _zone_in_words(single_of(impact, first)))
     warn({"failed": message} if message else {}, 4)
     result = _result(impact, limit, columns, march)
     if shape:
@@ -205,9 +211,11 @@ def solve_with_adhesion(
     return result
 
 
-def _result(impact: Impact, rtol: float, columns: Mapping[str, Array], march: March | None) -> AdhesiveResult:
+def _result(
+    impact: Impact | list[Impact], rtol: float, columns: Mapping[str, Array], march: March | None
+) -> AdhesiveResult:
     """Return the result of the columns of all impacts."""
-    shape, axes = impact.shape, impact.axes
+    shape, axes = shape_of(impact), None if isinstance(impact, list) else impact.axes
     numbers: dict[str, Any] = {name: shaped(column, shape) for name, column in columns.items() if name != STATUS}
     status = columns[STATUS]
     codes: Any = status.astype(np.int64).reshape(shape) if shape else Status(int(status[0]))
@@ -270,7 +278,7 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
     velocities = np.full(count, np.nan)
 
     def run(place: int) -> None:
-        single = impact.take(np.asarray(place)) if impact.shape else impact
+        single = single_of(impact, place)
         if thin := too_thin(single):
             raise SolverError(Status.NOT_ACCURATE, thin)
         velocities[place] = sticking(problem_of(single), limit)[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,14 +43,22 @@ def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
     return static, glass
 
 
-def attraction_numbers(impact: Impact, columns: Mapping[str, Any]) -> dict[str, Any]:
+def of_each(impact: Impact | list[Impact], numbers: Callable[[Impact], Sequence[Numeric]]) -> list[Numeric]:
+    """Return some numbers of an array of impacts, or columns of those of each impact of a list."""
+    if isinstance(impact, list):
+        return [np.array(column, dtype=np.float64) for column in zip(*map(numbers, impact), strict=True)]
+    return list(numbers(impact))
+
+
+def attraction_numbers(impact: Impact | list[Impact], columns: Mapping[str, Any]) -> dict[str, Any]:
     """Return the columns of the validity report that belong to the attraction."""
-    assert impact.adhesion is not None
-    static, glass = maugis_numbers(impact)
-    return {
-        "maugis_number": static, "instantaneous_maugis_number": glass, "attraction_range": impact.adhesion.range,
-        "zone_width": columns["zone_width"],
-    }  # fmt: skip
+
+    def numbers(single: Impact) -> list[Any]:
+        assert single.adhesion is not None
+        return [*maugis_numbers(single), single.adhesion.range]
+
+    names = "maugis_number", "instantaneous_maugis_number", "attraction_range"
+    return dict(zip(names, of_each(impact, numbers), strict=True)) | {"zone_width": columns["zone_width"]}
 
 
 def problem_of(impact: Impact) -> Problem:
@@ -74,20 +82,34 @@ def too_thin(impact: Impact) -> str:
 
 
 def adhesive_columns(
-    impact: Impact, rtol: float, *, workers: int | None = None, progress: Progress | None = None
+    impact: Impact | list[Impact], rtol: float, *, workers: int | None = None, progress: Progress | None = None
 ) -> dict[str, Array]:
     """Return all outputs of adhesive impacts by name, raveled, and their status."""
     columns, _ = marched(impact, max(rtol, LEAST_RTOL), workers, progress)
-    bodies = {name: np.broadcast_to(getattr(impact, name), impact.shape).reshape(-1) for name in BODY}
+    numbers = of_each(impact, lambda single: [getattr(single, name) for name in BODY])
+    shape = shape_of(impact)
+    bodies = {name: np.broadcast_to(each, shape).reshape(-1) for name, each in zip(BODY, numbers, strict=True)}
     outputs = derived(columns | bodies)
     return {name: outputs[name] for name in (*IMPACT_OUTPUTS, STATUS) if name in outputs}
 
 
+def shape_of(impact: Impact | list[Impact]) -> tuple[int, ...]:
+    """Return the shape of the results of an impact or of a list."""
+    return (len(impact),) if isinstance(impact, list) else impact.shape
+
+
+def single_of(impact: Impact | list[Impact], place: int) -> Impact:
+    """Return the impact at a place of the raveled shape."""
+    if isinstance(impact, list):
+        return impact[place]
+    return impact.take(np.asarray(place)) if impact.shape else impact
+
+
 def marched(
-    impact: Impact, rtol: float, workers: int | None, progress: Progress | None
+    impact: Impact | list[Impact], rtol: float, workers: int | None, progress: Progress | None
 ) -> tuple[dict[str, Array], March | None]:
     """Return the stored outputs of impacts by name, raveled, with the error of e; and the march of a single one."""
-    shape = impact.shape
+    shape = shape_of(impact)
     count, names = math.prod(shape), (*_STORED, "restitution_error")
     columns = {name: np.full(count, np.nan) for name in names}
     columns[STATUS] = np.full(count, int(Status.NOT_ACCURATE))
@@ -96,7 +118,7 @@ def marched(
 
     def run(place: int) -> None:
         nonlocal done
-        single = impact.take(np.asarray(place)) if shape else impact
+        single = single_of(impact, place)
         done += 1
         if too_thin(single):
             return

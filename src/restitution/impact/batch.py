@@ -335,7 +335,7 @@ def solve_columns(
     energy: bool = False, pressure: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the outputs of impacts by name, raveled; see `Batch.solve`. With adhesion these are all."""
-    if not isinstance(impact, list) and impact.adhesion is not None:
+    if (impact[0] if isinstance(impact, list) else impact).adhesion is not None:
         from restitution.impact.adhesive import adhesive_columns
 
         return adhesive_columns(impact, rtol, workers=workers, progress=progress)

@@ -51,7 +51,7 @@ def solve(
     ----------
     impact : Impact, or sequence of Impact
         One impact, an array of impacts (an `Impact` with arrays), or a list of single ones. All or none of a list
-        have friction.
+        have friction, and all or none adhesion.
     method : {"exact", "elements"}
         "exact": collocation of the reduced equations, of any accuracy. "elements": the elements and the explicit Euler
         scheme of the paper, of first order, without friction.
@@ -77,7 +77,7 @@ def solve(
     -------
     ImpactResult
         Numbers for a single impact, arrays for several. With friction an `ObliqueResult`, which has e_t, the spin
-        and the angle of the rebound as well.
+        and the angle of the rebound as well; with adhesion an `AdhesiveResult`.
 
     Raises
     ------
@@ -121,6 +121,8 @@ def solve(
         raise InputError("surface", rule="belongs to a single impact, not to a list")
     if method != "exact":
         raise InputError("method", method, "must be 'exact' for a list; other methods take one impact at a time")
+    if impacts[0].adhesion is not None:
+        return _solve_adhesive(impacts, method, rtol, surface, errors, workers, progress)
     return solve_exact(impacts, rtol, errors, workers, progress)
 
 
@@ -143,6 +145,8 @@ def _as_list(impact: Any) -> list[Impact]:
         raise InputError("impact", rule="must hold at least one impact")
     if len({member.friction is None for member in impacts}) > 1:
         raise InputError("impact", rule="must all have friction, or none of them; 0 is that of a smooth contact")
+    if len({member.adhesion is None for member in impacts}) > 1:
+        raise InputError("impact", rule="must all have adhesion, or none of them; solve both kinds apart")
     return impacts
 
 
@@ -317,8 +321,8 @@ def _solve_on(
 
 
 def _solve_adhesive(
-    impact: Impact, method: str, rtol: float, surface: Surface | None, errors: Errors | None, workers: int | None,
-    progress: Progress | None,
+    impact: Impact | list[Impact], method: str, rtol: float, surface: Surface | None, errors: Errors | None,
+    workers: int | None, progress: Progress | None,
 ) -> ImpactResult:  # fmt: skip
     """Solve impacts with adhesion."""
     from restitution.impact.adhesion import solve_with_adhesion
