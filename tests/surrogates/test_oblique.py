@@ -191,6 +191,12 @@ def test_its_table_has_both_ends_of_sliding(ball):
     assert any(line.startswith("coupling") for line in ball.warnings)
 
 
+def test_a_tolerance_that_e_t_does_not_reach_is_refused():
+    error = in_one_line(lambda: rs.surrogate(THROWN, RANGE, rtol=9e-6))
+    assert error.field == "rtol"
+    assert "must be in [1e-05, 0.01] with friction" in str(error)
+
+
 @pytest.mark.slow
 def test_other_bodies_and_a_constant_force():
     polymer = rs.standard_solid(3e6, 1e8, 1e4, poisson_ratio=0.2)

@@ -39,7 +39,14 @@ _NORMAL_RTOL = 1e-9
 # Most rows of one task, which share a normal solution.
 _TASK = 16
 # Outputs that a march gives, in its order, and what else a row has.
-_SOLVED = ("tangential_restitution_coefficient", "tangential_error", "friction", "viscous", "stored")
+_SOLVED = (
+    "tangential_restitution_coefficient",
+    "tangential_error",
+    "tangential_split_error",
+    "friction",
+    "viscous",
+    "stored",
+)
 _ROW = (*_SOLVED, "stick", "gaps", "impulse")
 
 
@@ -68,8 +75,9 @@ class ObliqueResult(ImpactResult):
         energies of the normal motion are in `energy`.
     tangential_energy_residual : float or array
         (friction + dissipated + stored + out - in)/in [-]. e_t does not depend on the split into parts.
-    tangential_error : float or array
-        Estimate of the error of e_t [-].
+    tangential_error, tangential_split_error : float or array
+        Estimates of the errors [-] of e_t, and of each of the three parts over `tangential_energy_in`. `rtol` bounds
+        the first one alone; the second one is larger where a slipping rim is thin and relaxation fast.
 
     Notes
     -----
@@ -103,6 +111,7 @@ class ObliqueResult(ImpactResult):
     tangential_stored_energy: Numeric
     tangential_energy_residual: Numeric
     tangential_error: Numeric
+    tangential_split_error: Numeric
     _motion: dict[str, Array] | None = field(default=None, repr=False)
 
     _default_outputs = (*DEFAULT_OUTPUTS, *OBLIQUE)
@@ -339,7 +348,7 @@ def _at_rest(solution: Solution) -> Tangential:
     """Return the motion of a contact point that rests and feels no force."""
     motion = np.zeros((2, len(MOTION)))
     motion[:, 0], motion[:, 3] = (0.0, solution.end), math.inf
-    return Tangential(math.nan, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
+    return Tangential(math.nan, 0.0, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
 
 
 def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangential, rtol: float) -> None:
@@ -347,7 +356,7 @@ def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangentia
     if not tangential.error <= rtol:
         rows[STATUS][n] = Status.NOT_ACCURATE
         return
-    for name, value in zip(_SOLVED, tangential[:5], strict=True):
+    for name, value in zip(_SOLVED, tangential[:6], strict=True):
         rows[name][n] = value
     durations = np.diff(tangential.motion[:, 0])
     rows["stick"][n] = float(durations @ (tangential.motion[1:, 3] > 0.0)) * slider.solution.units.time
@@ -481,4 +490,5 @@ def _outputs(
         "tangential_stored_energy": parts["stored"],
         "tangential_energy_residual": np.where(solved, residual, np.nan),
         "tangential_error": rows["tangential_error"],
+        "tangential_split_error": rows["tangential_split_error"],
     }

@@ -23,12 +23,6 @@ from restitution.surrogates.oblique import E_T, ObliqueSurrogate, Sliding
 from restitution.surrogates.pieces import NotMet, build_pieces
 from restitution.surrogates.velocity import Surrogate, lookup_table, value
 
-LEAST = 1e-5
-"""Smallest tolerance of e_t."""
-
-NORMAL_SHARE = 0.1
-"""Tolerance of e over that of e_t."""
-
 # The solves are more accurate than the tolerance by this factor, down to that of the solver, and count this often in
 # the error.
 _FINER, _SOLVER_SHARE = 0.1, 2.0
