@@ -257,6 +257,7 @@ OBLIQUE = _by_name(
     _nonnegative("tangential_stored_energy", ENERGY, "energy stored by tangential loads", r"$E_{x\mathrm{s}}$"),
     Quantity("tangential_energy_residual", NUMBER, "residual of the tangential energy balance", r"$r_x$"),
     _nonnegative("tangential_error", NUMBER, "estimate of the error of e_t", r"$\Delta e_t$"),
+    _nonnegative("tangential_split_error", NUMBER, "estimate of the error of the parts over E_x0", r"$\Delta E_x$"),
 )
 """Outputs of an impact with friction, besides those that friction does not change."""
 

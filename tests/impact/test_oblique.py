@@ -12,7 +12,7 @@ import restitution as rs
 from refusals import in_one_line, named, warns
 from restitution.impact import tangential
 from restitution.impact.batch import Batch
-from restitution.impact.oblique import slider_of
+from restitution.impact.oblique import Sliders
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.5)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
@@ -235,7 +235,7 @@ def test_a_thin_slipping_rim_has_the_limit_of_no_slip():
     limit = thrown(steel, friction=math.inf, **options)
     e_t = "tangential_restitution_coefficient"
     solution = Batch.from_impact(steel).solve_stored(1e-9)[1]
-    followed = slider_of(steel, solution)._march(0.008, 3.5, 3e-7)
+    followed = Sliders(steel).on(0, solution)._march(0.008, 3.5, 3e-7)
     assert getattr(thin, e_t) == pytest.approx(followed.restitution, abs=1e-6)
     assert getattr(rough, e_t) == pytest.approx(getattr(limit, e_t), abs=1e-8)
     step = (getattr(thin, e_t) - getattr(limit, e_t)) / 0.008

@@ -142,6 +142,35 @@ def test_energy_closes_without_slip():
         assert abs(shares(found)[1]) < 1e-9
 
 
+def parts_of(found):
+    return np.array([found.friction, found.viscous, found.stored])
+
+
+def test_parts_of_the_energy_are_within_their_stated_error():
+    """Random solids against marches with far more steps, and a row of two programs, to the digits it has."""
+    rng = np.random.default_rng()
+    for _ in range(8):
+        drawn = solid(rng.uniform(-0.9, 0.5), 10.0 ** rng.uniform(-3.0, 1.0), 10.0 ** rng.uniform(-2.0, 1.5))
+        slides, slope = slider(drawn), 10.0 ** rng.uniform(-1.3, 0.7)
+        found = slides.solve(slope, SPHERE, 1e-4)
+        coarse, fine = (parts_of(slides._step(slope, SPHERE, count)) for count in (768, 1536))
+        exact, uncertain = (4.0 * fine - coarse) / 3.0, np.abs(fine - coarse).max()
+        assert np.abs(parts_of(found) - exact).max() <= found.split_error + uncertain, (drawn, slope)
+        assert found.split_error >= abs(found.residual)
+    row = slider(solid(0.3, 0.1, 1.0)).solve(2.0, SPHERE, 1e-4)
+    expected = np.array([0.3832, 0.5975, 0.0193]) * (1.0 - 0.0529265**2)
+    assert np.abs(parts_of(row) - expected).max() < row.split_error + 5e-5
+    assert row.split_error < 1e-3
+
+
+def test_parts_of_a_thin_rim_are_not_negative():
+    """Interpolated parts of the energy; of these solids the lines through two marches go below zero."""
+    for nu, p2, p3 in ((0.368, 0.0016, 0.0393), (-0.179, 0.00103, 0.0969), (0.325, 0.0015, 0.039)):
+        found = slider(solid(nu, p2, p3))._thin(1e-4, 2.6, 1e-4)
+        assert parts_of(found).min() >= 0.0
+        assert abs(found.residual) <= found.split_error
+
+
 def test_full_sliding_is_recognised_and_exact():
     """e_t = -1 + (1 + 1/kappa)(1 + e)/slope; for (0.5, 0.1, 1) from the slope 3.9354 on."""
     one = slider(solid(0.5, 0.1, 1.0), (1.5, 1.5))

@@ -15,7 +15,7 @@ import restitution as rs
 from cases import BALL
 from refusals import in_one_line
 from restitution.impact.batch import Batch
-from restitution.impact.oblique import slider_of
+from restitution.impact.oblique import Sliders
 from restitution.surrogates.oblique import E_T
 from restitution.surrogates.velocity import content_hash
 
@@ -94,7 +94,7 @@ def test_marches_find_the_slope_of_full_sliding():
     # Where the ratio of the moduli is constant, theta = M (1 + e) - E*/G* e, with E*/G* = 3/2.
     ball = replace(BALL, material=rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.5))
     _, solution = Batch.from_impact(ball).solve_stored(1e-9)
-    slider = slider_of(ball, solution)
+    slider = Sliders(ball).on(0, solution)
     e = slider.impulse - 1.0
     expected = 3.5 * (1.0 + e) - 1.5 * e
     assert slider.sliding_slope(3.5) == pytest.approx(expected, rel=1e-9)
@@ -189,6 +189,12 @@ def test_its_table_has_both_ends_of_sliding(ball):
     assert "tangential restitution coefficient" in text
     # The friction of the impact is small beside Dundurs' parameter.
     assert any(line.startswith("coupling") for line in ball.warnings)
+
+
+def test_a_tolerance_that_e_t_does_not_reach_is_refused():
+    error = in_one_line(lambda: rs.surrogate(THROWN, RANGE, rtol=9e-6))
+    assert error.field == "rtol"
+    assert "must be in [1e-05, 0.01] with friction" in str(error)
 
 
 @pytest.mark.slow

@@ -36,7 +36,6 @@ _AXES = completed("quantities.INPUTS", "quantities.ALIASES", sign="=")
 # Suffix, default range and tolerance, and columns of a surrogate.
 _SAVED = ".json"
 _RANGE = (1e-3, 10.0)
-_RTOL = 1e-6
 
 
 def sweep(
@@ -260,7 +259,7 @@ def surrogate(
         tuple[float, float] | None,
         quantity("--velocity", VELOCITY, "Range of velocities. Default: 1mm/s 10m/s.", "LOW HIGH"),
     ] = None,
-    rtol: Annotated[float | None, option(f"Largest relative error. Default: {_RTOL:g}.")] = None,
+    rtol: Annotated[float | None, option("Largest relative error. Default: 1e-6, with friction 1e-5.")] = None,
     out: Annotated[Path | None, target("Save it, or a table of it", "--out", _SAVED, *TABLES)] = None,
     at: Annotated[
         list[float] | None, quantity("--at", VELOCITY, "Evaluate it at a velocity; may be repeated.")
@@ -280,9 +279,7 @@ def surrogate(
                 raise cli.BadInput(f"{name}: belongs to a case file; {source} is a surrogate already")
         result, notes = rs.Surrogate.load(source), []
     else:
-        result, notes = build_surrogate(
-            source, velocity or _RANGE, _RTOL if rtol is None else rtol, workers, extrapolate=extrapolate
-        )
+        result, notes = build_surrogate(source, velocity or _RANGE, rtol, workers, extrapolate=extrapolate)
     rows = [(v, result(v), result.contact_time(v), result.max_force(v)) for v in at or ()]
     if out is not None:
         if out.suffix.lower() == _SAVED:
@@ -302,8 +299,9 @@ def surrogate(
 
 
 def build_surrogate(
-    path: Path, velocity: tuple[float, float], rtol: float, workers: int | None = None, *, extrapolate: bool = False
-) -> tuple[rs.Surrogate, list[str]]:
+    path: Path, velocity: tuple[float, float], rtol: float | None, workers: int | None = None, *,
+    extrapolate: bool = False,
+) -> tuple[rs.Surrogate, list[str]]:  # fmt: skip
     """Return the surrogate of a case, and notes on its materials."""
     from restitution.case.impact import notes_on, read_case
 

@@ -138,6 +138,13 @@ class Batch:
         """Number of impacts."""
         return self.masses.size
 
+    def row(self, n: int) -> Batch:
+        """Return one row, where the profile is the same for all."""
+        rows = {
+            name: value[n : n + 1] for name, value in vars(self).items() if np.shape(value)[:1] == self.masses.shape
+        }
+        return replace(self, **rows)
+
     def scaled(self, depth_factor: Numeric = _DEPTH_FACTOR, rtol: float = 0.0) -> ScaledBlock:
         """Return the dimensionless numbers of the impacts; see `restitution.impact.scaling.table_block`."""
         # Without a row there is nothing to tabulate.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -39,7 +39,14 @@ _NORMAL_RTOL = 1e-9
 # Most rows of one task, which share a normal solution.
 _TASK = 16
 # Outputs that a march gives, in its order, and what else a row has.
-_SOLVED = ("tangential_restitution_coefficient", "tangential_error", "friction", "viscous", "stored")
+_SOLVED = (
+    "tangential_restitution_coefficient",
+    "tangential_error",
+    "tangential_split_error",
+    "friction",
+    "viscous",
+    "stored",
+)
 _ROW = (*_SOLVED, "stick", "gaps", "impulse")
 
 
@@ -68,8 +75,9 @@ class ObliqueResult(ImpactResult):
         energies of the normal motion are in `energy`.
     tangential_energy_residual : float or array
         (friction + dissipated + stored + out - in)/in [-]. e_t does not depend on the split into parts.
-    tangential_error : float or array
-        Estimate of the error of e_t [-].
+    tangential_error, tangential_split_error : float or array
+        Estimates of the errors [-] of e_t, and of each of the three parts over `tangential_energy_in`. `rtol` bounds
+        the first one alone; the second one is larger where a slipping rim is thin and relaxation fast.
 
     Notes
     -----
@@ -103,6 +111,7 @@ class ObliqueResult(ImpactResult):
     tangential_stored_energy: Numeric
     tangential_energy_residual: Numeric
     tangential_error: Numeric
+    tangential_split_error: Numeric
     _motion: dict[str, Array] | None = field(default=None, repr=False)
 
     _default_outputs = (*DEFAULT_OUTPUTS, *OBLIQUE)
@@ -195,14 +204,15 @@ def normal_rtol(rtol: float) -> float:
 
 
 def solve_sliding(
-    impact: Impact, normal: dict[str, Array], rtol: float, workers: int | None = None, progress: Progress | None = None
-) -> Sliding:
+    impact: Impact, normal: dict[str, Array], rtol: float, workers: int | None = None,
+    progress: Progress | None = None, solution: Solution | None = None,
+) -> Sliding:  # fmt: skip
     """Solve the tangential half of impacts with friction; `normal` has the raveled outputs of their normal half.
 
-    The tolerance of the latter is `normal_rtol`.
+    The tolerance of the latter is `normal_rtol`. `solution` is that of a single impact, where it is known.
     """
     columns = {name: flat(getattr(impact, name), impact.shape) for name in SLIDING}
-    rows, motion = _solved(impact, columns, rtol, workers, progress)
+    rows, motion = _solved(impact, columns, rtol, workers, progress, solution)
     status = np.where(normal[STATUS] == Status.SEPARATED, rows.pop(STATUS), normal[STATUS])
     gaps = rows["gaps"][rows["gaps"] > _GAPS_LIMIT]
     notes = [] if not gaps.size else [
@@ -228,11 +238,16 @@ def _unbalanced(rows: dict[str, Array], rtol: float) -> list[str]:
 
 def join_sliding(
     impact: Impact | list[Impact], columns: dict[str, Any], rtol: float, workers: int | None = None,
-    progress: Progress | None = None,
+    progress: Progress | None = None, solution: Solution | None = None,
 ) -> Sliding | None:  # fmt: skip
-    """Add the outputs of the tangential half of impacts to the columns of their normal half; None without friction."""
+    """Add the outputs of the tangential half of impacts to the columns of their normal half; None without friction.
+
+    `solution` is that of the normal half of a single impact, where it is known.
+    """
     if isinstance(impact, Impact):
-        sliding = None if impact.friction is None else solve_sliding(impact, columns, rtol, workers, progress)
+        if impact.friction is None:
+            return None
+        sliding = solve_sliding(impact, columns, rtol, workers, progress, solution)
     else:
         if any(each.friction is None for each in impact):
             return None
@@ -240,7 +255,7 @@ def join_sliding(
         parts = [solve_sliding(each, row, rtol, workers) for each, row in zip(impact, rows, strict=True)]
         joined = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
         sliding = Sliding(joined, tuple(dict.fromkeys(note for part in parts for note in part.notes)), None)
-    columns |= {} if sliding is None else sliding.columns
+    columns |= sliding.columns
     return sliding
 
 
@@ -285,11 +300,12 @@ def _of_each(impacts: list[Impact], number: Callable[[Impact], Any]) -> Array:
 
 
 def _solved(
-    impact: Impact, columns: dict[str, Array], rtol: float, workers: int | None, progress: Progress | None
-) -> tuple[dict[str, Array], dict[str, Array] | None]:
+    impact: Impact, columns: dict[str, Array], rtol: float, workers: int | None, progress: Progress | None,
+    solution: Solution | None,
+) -> tuple[dict[str, Array], dict[str, Array] | None]:  # fmt: skip
     """Solve all rows; return what the marches give by name, with the status, and the motion of a single impact."""
     problem, shape, limit = impact.normal, impact.shape, max(rtol, TANGENTIAL_RTOL)
-    size, done = columns["friction"].size, list[int]()
+    size, done, sliders = columns["friction"].size, list[int](), Sliders(problem)
     rows = {name: np.full(size, np.nan) for name in (*_ROW, STATUS)}
     velocity = flat(contact_point(impact)[0], shape)
     # Rows of the same normal impact share its solution.
@@ -300,20 +316,20 @@ def _solved(
     motions = list[dict[str, Array]]()
 
     def run(mine: NDArray[np.intp]) -> None:
-        single = problem.take(places[mine[:1]].reshape(())) if problem.shape else problem
-        batch, solution = Batch.from_impact(single).solve_stored(normal_rtol(rtol))
-        rows[STATUS][mine] = batch["status"][0]
+        place = int(places[mine[0]])
+        known = None if solution is None else sliders.on(place, solution)
+        status, slider = (Status.SEPARATED, known) if known is not None else sliders.solve(place, rtol)
+        rows[STATUS][mine] = status
         done.append(mine.size)
-        if solution is None:
+        if slider is None:
             return
-        slider = slider_of(single, solution)
         for n in mine.tolist():
             speed, friction, kappa = (float(each[n]) for each in (velocity, columns["friction"], columns["gyration"]))
-            slope = math.inf if friction == 0.0 else abs(speed) / friction / float(single.velocity)
-            motion = slider.solve(slope, 1.0 + 1.0 / kappa, limit) if speed else _at_rest(solution)
+            slope = math.inf if friction == 0.0 else abs(speed) / friction / slider.solution.velocity
+            motion = slider.solve(slope, 1.0 + 1.0 / kappa, limit) if speed else _at_rest(slider.solution)
             _write(rows, n, slider, motion, limit)
             if not shape:
-                motions.append(_motion(solution, motion, speed))
+                motions.append(_motion(slider.solution, motion, speed))
 
     def report() -> None:
         if progress is not None:
@@ -332,7 +348,7 @@ def _at_rest(solution: Solution) -> Tangential:
     """Return the motion of a contact point that rests and feels no force."""
     motion = np.zeros((2, len(MOTION)))
     motion[:, 0], motion[:, 3] = (0.0, solution.end), math.inf
-    return Tangential(math.nan, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
+    return Tangential(math.nan, 0.0, 0.0, 0.0, 0.0, 0.0, motion, 0.0)
 
 
 def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangential, rtol: float) -> None:
@@ -340,7 +356,7 @@ def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangentia
     if not tangential.error <= rtol:
         rows[STATUS][n] = Status.NOT_ACCURATE
         return
-    for name, value in zip(_SOLVED, tangential[:5], strict=True):
+    for name, value in zip(_SOLVED, tangential[:6], strict=True):
         rows[name][n] = value
     durations = np.diff(tangential.motion[:, 0])
     rows["stick"][n] = float(durations @ (tangential.motion[1:, 3] > 0.0)) * slider.solution.units.time
@@ -359,25 +375,87 @@ def _motion(solution: Solution, tangential: Tangential, velocity: float) -> dict
     }
 
 
-def slider_of(impact: Impact, solution: Solution) -> Slider:
-    """Return the solver of the tangential half of a single impact."""
-    material, counter = impact.material, impact.counter_material
-    spectrum = reduced_shear_modulus(material, counter)
-    return Slider(solution, spectrum, impact.reduced_modulus, _ratios(material, counter))
+class _Part(NamedTuple):
+    """Rows of normal impacts that one batch holds; E* and G* of each, or of all, with the ratios of E* to G*."""
+
+    batch: Batch
+    modulus: PronySeries
+    spectrum: PronySeries
+    ratios: Array  # (2, n) or (2,), as `_ratios`
+
+    @classmethod
+    def of(cls, impact: Impact) -> _Part:
+        material, counter, shape = impact.material, impact.counter_material, impact.shape
+
+        def raveled(series: PronySeries) -> PronySeries:
+            return series.broadcast_to(shape).reshaped((math.prod(shape),)) if series.shape else series
+
+        ratios = _ratios(material, counter)
+        if impact.contact.shape:
+            ratios = np.stack([flat(each, shape) for each in ratios])
+        spectrum = reduced_shear_modulus(material, counter)
+        return cls(Batch.from_impact(impact), raveled(impact.reduced_modulus), raveled(spectrum), ratios)
+
+    def slider(self, row: int, solution: Solution) -> Slider:
+        """Return the solver on the solution of a row."""
+        modulus, spectrum = (each.row(row) if each.shape else each for each in (self.modulus, self.spectrum))
+        glass, static = self.ratios[:, row].tolist() if self.ratios.ndim > 1 else self.ratios.tolist()
+        return Slider(solution, spectrum, modulus, None if math.isnan(glass) else (glass, static))
 
 
-def _ratios(material: Material, counter: Material | None) -> tuple[float, float] | None:
-    """Return E*/G* of the instantaneous and the static moduli where it rises in between; None where it may not."""
-    bodies = [material] if counter is None else [material, counter]
-    if all(bool(body.is_incompressible) for body in bodies):
-        return 1.5, 1.5
-    if counter is not None and counter != material:
-        return None
-    bulk = material.bulk
-    if isinstance(bulk, PronySeries) and not np.all(bulk.is_elastic):
-        return None
-    glass, static = float(material.instantaneous_poisson_ratio), float(material.poisson_ratio)
-    return (2.0 - glass) / (2.0 * (1.0 - glass)), (2.0 - static) / (2.0 * (1.0 - static))
+class Sliders:
+    """Solvers of the tangential half of impacts, on the solutions of their normal half.
+
+    What belongs to all rows of an array is computed once. `n` is a place in the raveled shape.
+    """
+
+    def __init__(self, impact: Impact) -> None:
+        self._of = dict[int, tuple[_Part, int]]()
+        for places, rows in impact.parts():
+            part = _Part.of(rows)
+            self._of |= {n: (part, row) for row, n in enumerate(places.tolist())}
+
+    def on(self, n: int, solution: Solution) -> Slider:
+        """Return the solver on the solution of a row."""
+        part, row = self._of[n]
+        return part.slider(row, solution)
+
+    def solve(self, n: int, rtol: float) -> tuple[Status, Slider | None]:
+        """Solve the normal half of a row; return its status, and the solver if the body separates."""
+        part, row = self._of[n]
+        outcome, solution = part.batch.row(row).solve_stored(normal_rtol(rtol))
+        return Status(int(outcome[STATUS][0])), None if solution is None else part.slider(row, solution)
+
+
+def _ratios(material: Material, counter: Material | None) -> Array:
+    """Return E*/G* of the instantaneous and the static moduli where it rises in between; NaN where it may not."""
+    bodies, bulk = [material] if counter is None else [material, counter], material.bulk
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.stack([
+            (2.0 - nu) / (2.0 * (1.0 - nu))
+            for nu in map(np.asarray, (material.instantaneous_poisson_ratio, material.poisson_ratio))
+        ])  # fmt: skip
+    known = np.asarray(bulk.is_elastic) if isinstance(bulk, PronySeries) else np.asarray(True)
+    if counter is not None:
+        known = known & _equal(material, counter)
+    rigid = reduce(np.logical_and, [np.asarray(body.is_incompressible) for body in bodies])
+    return np.where(rigid, 1.5, np.where(known, ratios, np.nan))
+
+
+def _equal(material: Material, counter: Material) -> Any:
+    """Return whether the moduli of two materials are the same, of each pair of two arrays."""
+    same: Any = True
+    for first, other in ((material.shear, counter.shear), (material.bulk, counter.bulk)):
+        if not isinstance(first, PronySeries) or not isinstance(other, PronySeries):
+            same = same & (first is other or first == other)
+        elif first.branch_moduli.shape[-1] != other.branch_moduli.shape[-1]:
+            return False
+        else:
+            for name in ("equilibrium_modulus", "parallel_viscosity"):
+                same = same & (np.asarray(getattr(first, name)) == np.asarray(getattr(other, name)))
+            for name in ("branch_moduli", "relaxation_times"):
+                same = same & (getattr(first, name) == getattr(other, name)).all(axis=-1)
+    return same
 
 
 def _outputs(
@@ -412,4 +490,5 @@ def _outputs(
         "tangential_stored_energy": parts["stored"],
         "tangential_energy_residual": np.where(solved, residual, np.nan),
         "tangential_error": rows["tangential_error"],
+        "tangential_split_error": rows["tangential_split_error"],
     }

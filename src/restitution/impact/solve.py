@@ -266,7 +266,7 @@ def solve_exact(
             raise InputError("profile", rule=rule)
         if progress is not None:
             progress(1, 1)
-    sliding = join_sliding(impact, columns, rtol, workers, progress)
+    sliding = join_sliding(impact, columns, rtol, workers, progress, solution)
     judge(columns["status"], errors or ("warn" if shape else "raise"), stacklevel=4)
     columns = {
         name: column for name, column in columns.items() if name == STATUS or IMPACT_OUTPUTS[name].derive is None

@@ -24,6 +24,8 @@ from restitution.surrogates.pieces import NotMet, build_pieces
 from restitution.surrogates.velocity import NEAR, OUTPUTS, Surrogate, velocity_range
 from restitution.variation import vary
 
+# Tolerance by default; with friction the smallest one of e_t, and that of e over it.
+_RTOL, _LEAST_SLIDING, _NORMAL_SHARE = 1e-6, 1e-5, 0.1
 # Below this e its error is absolute, as for the solver.
 _SMALL = 1e-3
 # The solves are more accurate than `rtol` by this factor, down to the smallest tolerance.
@@ -42,7 +44,7 @@ _TABLE_RATIO = 8.0
 def surrogate(
     impact: Impact,
     velocity: tuple[float, float] = (1e-3, 10.0),
-    rtol: float = 1e-6,
+    rtol: float | None = None,
     *,
     extrapolate: bool = False,
     workers: int | None = None,
@@ -58,9 +60,10 @@ def surrogate(
         A single impact; its own velocity does not matter. Its friction and tangential velocity are defaults.
     velocity : tuple of float
         Lowest and highest impact velocity v0 [m/s], > 0.
-    rtol : float
-        Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2. With adhesion at
-        least 1e-4, see `Surrogate`; for e_t absolute and at least 1e-5, see `ObliqueSurrogate`.
+    rtol : float, optional
+        Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2, and 1e-6 by
+        default. With adhesion at least 1e-4, see `Surrogate`. With friction it is that of e_t, absolute, from 1e-5 on,
+        which is the default; that of e is a tenth of it. See `ObliqueSurrogate`.
     extrapolate : bool
         Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     workers : int, optional
@@ -98,19 +101,25 @@ def surrogate(
     if not isinstance(impact, Impact):
         raise InputTypeError("impact", impact, "must be an Impact")
     low, high = velocity_range(velocity)
-    tolerance = single("rtol", within("rtol", rtol, 1e-10, 1e-2))
     if progress is not None:
         function("progress", progress, "must be callable with (impacts done, all impacts)", 2)
     impact = vary(impact, {"velocity": 1.0})
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape} beside its velocity")
-    if impact.friction is None:
+    slides = impact.friction is not None
+    tolerance = (
+        (_LEAST_SLIDING if slides else _RTOL) if rtol is None else single("rtol", within("rtol", rtol, 1e-10, 1e-2))
+    )
+    if slides and tolerance < _LEAST_SLIDING:
+        raise InputError(
+            "rtol", tolerance, f"must be in [{_LEAST_SLIDING:g}, 0.01] with friction, for the sake of e_t"
+        )
+    if not slides:
         return _normal(impact, (low, high), tolerance, extrapolate, workers, progress)
-    from restitution.surrogates.sliding import LEAST, NORMAL_SHARE, with_friction
+    from restitution.surrogates.sliding import with_friction
 
-    sliding = max(tolerance, LEAST)
-    normal = _normal(impact, (low, high), min(tolerance, NORMAL_SHARE * sliding), extrapolate, workers, progress)
-    return replace(with_friction(normal, impact, sliding, workers, progress), rtol=tolerance)
+    normal = _normal(impact, (low, high), _NORMAL_SHARE * tolerance, extrapolate, workers, progress)
+    return replace(with_friction(normal, impact, tolerance, workers, progress), rtol=tolerance)
 
 
 def _normal(

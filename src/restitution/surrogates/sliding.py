@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from restitution.checks import Array
-from restitution.impact.batch import Batch
-from restitution.impact.oblique import TANGENTIAL_RTOL, contact_point, normal_rtol, slider_of
+from restitution.impact.oblique import TANGENTIAL_RTOL, Sliders, contact_point
 from restitution.impact.problem import Impact
 from restitution.impact.solution import Progress
 from restitution.impact.status import SolverError, Status
@@ -23,12 +22,6 @@ from restitution.surrogates.boxes import build_boxes
 from restitution.surrogates.oblique import E_T, ObliqueSurrogate, Sliding
 from restitution.surrogates.pieces import NotMet, build_pieces
 from restitution.surrogates.velocity import Surrogate, lookup_table, value
-
-LEAST = 1e-5
-"""Smallest tolerance of e_t."""
-
-NORMAL_SHARE = 0.1
-"""Tolerance of e over that of e_t."""
 
 # The solves are more accurate than the tolerance by this factor, down to that of the solver, and count this often in
 # the error.
@@ -96,13 +89,14 @@ def _at_each(
     """Call `work` with the solver at each velocity, and the places that have this velocity."""
     logs, place_of = np.unique(log_velocity, return_inverse=True)
 
+    velocities = np.exp(logs)
+    sliders = Sliders(replace(impact, velocity=velocities))
+
     def run(n: int) -> None:
-        velocity = math.exp(logs[n])
-        single = replace(impact, velocity=velocity)
-        batch, solution = Batch.from_impact(single).solve_stored(normal_rtol(rtol))
-        if solution is None:
-            raise SolverError(Status(int(batch["status"][0])), f"at velocity = {velocity:.6g} m/s")
-        work(slider_of(single, solution), np.flatnonzero(place_of == n))
+        status, slider = sliders.solve(n, rtol)
+        if slider is None:
+            raise SolverError(status, f"at velocity = {velocities[n]:.6g} m/s")
+        work(slider, np.flatnonzero(place_of == n))
 
     # The first one compiles.
     run(0)
