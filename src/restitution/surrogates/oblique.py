@@ -19,13 +19,12 @@ import numpy as np
 from restitution.checks import Array, Numeric, finite, nonnegative, one_of, positive, within
 from restitution.errors import InputError
 from restitution.quantities import VELOCITY, check
-from restitution.surrogates.boxes import Boxes, box_value, fill, ready
+from restitution.surrogates.boxes import Boxes, Pieces, box_value, fill, ready
 from restitution.surrogates.standard_solid import compiled
 from restitution.surrogates.velocity import (
     OBLIQUE_,
     OUTPUTS,
     ROUNDING,
-    Pieces,
     Surrogate,
     check_pieces,
     lookup_table,
