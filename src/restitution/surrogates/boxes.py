@@ -172,8 +172,10 @@ def _grid(*axes: Array) -> Array:
 def _values(series: Array, x: Array, degree: int) -> Array:
     """Return the values of series at places, shape (n, n_variable), in one box."""
     axes = range(2, 2 + x.shape[1])
-    polynomials = [part for axis in axes for part in (chebvander(x[:, axis - 2], degree), [1, axis])]
-    return np.asarray(np.einsum(series, [0, *axes], *polynomials, [0, 1]))
+    operands: list[Any] = [series, [0, *axes]]
+    for axis in axes:
+        operands += [chebvander(x[:, axis - 2], degree), [1, axis]]
+    return np.asarray(np.einsum(*operands, [0, 1]))
 
 
 def _roughest(series: Array) -> int:

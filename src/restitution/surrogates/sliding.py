@@ -48,7 +48,7 @@ def with_friction(
     try:
         limit, _ = build_pieces(log_limits, _relative, float(ends[0]), float(ends[1]), _SLOPE_RTOL)
     except NotMet as failure:
-        raise _missed("the slope of full sliding", *failure.place, failure.error, _SLOPE_RTOL) from None
+        raise _missed("the slope of full sliding", failure.place[0], failure.error, _SLOPE_RTOL) from None
     firsts = list[float]()
     each(ends[:1], lambda slider, _: firsts.append(slider.first_slope))
     (start,) = firsts
