@@ -9,6 +9,7 @@ import xarray as xr
 import restitution as rs
 from cases import BALL, FAST, case_file
 from commands import done, refused
+from restitution.surrogates.boxes import OF_PIECES
 
 FRACTIONAL = """
 model = "fractional_kelvin_voigt"
@@ -98,7 +99,7 @@ def test_bad_input_is_one_line(arguments: tuple[str, ...], message: str) -> None
 
 
 def test_an_unattainable_tolerance_is_a_failed_solve(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("restitution.surrogates.pieces.DEEPEST", 0)
+    monkeypatch.setattr("restitution.surrogates.boxes.OF_PIECES", OF_PIECES._replace(deepest=0))
     message = refused("surrogate", "ball.toml", "--rtol", "1e-9", "--out", "ball.json", exit_code=3)
     assert "NOT_ACCURATE" in message
     assert "rtol = 1e-09" in message

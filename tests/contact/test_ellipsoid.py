@@ -166,7 +166,7 @@ def test_gaps_of_two_bodies():
         (lambda: rs.Ellipsoid(1.0, math.inf), "radius_2", ""),
         (lambda: rs.Ellipsoid(1.0, [1.0, math.nan]), "radius_2", ""),
         (lambda: rs.Ellipsoid(10e3, 5e-3), "radius_1/radius_2", "must be at most 1e+06"),
-        (lambda: rs.Ellipsoid([1.0, 2.0], [1.0, 2.0, 3.0]), "radius_1, radius_2", "(2,), (3,)"),
+        (lambda: rs.Ellipsoid([1.0, 2.0], [1.0, 2.0, 3.0]), "radius_1, radius_2", "radius_1 (2,), radius_2 (3,)"),
         (lambda: rs.crossed_cylinders(1.0, 1.0, angle=0.0), "angle", ""),
         (lambda: rs.crossed_cylinders(1.0, 1.0, angle=90.0), "angle", ""),
         (lambda: rs.crossed_cylinders(0.0, 1.0), "radii_1", "must be of a size"),

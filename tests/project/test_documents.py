@@ -183,3 +183,17 @@ def test_pages_that_load_from_another_host_are_found(tmp_path, monkeypatch):
         (tmp_path / name).write_text(text)
     assert {line.partition(":")[0] for line in found(tmp_path)} == there.keys()
     assert all("other.example" in line for line in found(tmp_path))
+
+
+def test_the_architecture_names_every_package_and_only_those_there_are():
+    text = (ROOT / "docs" / "development" / "architecture.md").read_text()
+    rooms = re.findall(r"^\| (`.*?) \|", text, flags=re.MULTILINE)
+    named = [name for row in rooms for name in re.findall(r"`(\w+)`", row)]
+    folder = ROOT / "src" / "restitution"
+    there = [path.stem for path in folder.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()]
+    assert sorted(named) == sorted(name for name in there if not name.startswith("__"))
+    assert [
+        path
+        for path in re.findall(r"`((?:\w+/)*\w+\.py)`", text)
+        if not any((start / path).exists() for start in (folder, ROOT))
+    ] == []

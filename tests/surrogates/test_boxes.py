@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restitution.surrogates.boxes import DEEPEST, DEGREE, NotMet, box_value, build_boxes, fill, ready
+from restitution.surrogates.boxes import OF_BOXES, NotMet, box_value, build_boxes, fill, ready
 
 LOW, HIGH = np.array([-1.0, 2.0]), np.array([3.0, 2.5])
 
@@ -19,7 +19,7 @@ def points(n, seed=3):
 
 def test_a_polynomial_needs_one_box():
     def function(x, y):
-        return x**DEGREE * (y - 2.2) ** DEGREE - 3.0 * x * y
+        return x**OF_BOXES.degree * (y - 2.2) ** OF_BOXES.degree - 3.0 * x * y
 
     boxes, error = build_boxes(function, LOW, HIGH, 1e-6)
     assert len(boxes.levels) == 1
@@ -55,9 +55,9 @@ def test_a_jump_and_nan_are_not_met_at_their_place(function):
     with pytest.raises(NotMet) as caught:
         build_boxes(function, LOW, HIGH, 1e-3)
     assert not caught.value.error <= 1e-3
-    assert LOW[1] <= caught.value.y <= HIGH[1]
-    width = (HIGH[0] - LOW[0]) * 0.5**DEEPEST
-    assert caught.value.x > 0.5 or abs(caught.value.x - 0.123) < width
+    assert LOW[1] <= caught.value.place[1] <= HIGH[1]
+    width = (HIGH[0] - LOW[0]) * 0.5**OF_BOXES.deepest
+    assert caught.value.place[0] > 0.5 or abs(caught.value.place[0] - 0.123) < width
 
 
 def test_boxes_that_overlap_or_leave_gaps_do_not_fill():
@@ -74,7 +74,7 @@ def test_boxes_that_overlap_or_leave_gaps_do_not_fill():
         part,
         boxes._replace(places=boxes.places + 1),
         boxes._replace(levels=boxes.levels - 1),
-        boxes._replace(levels=boxes.levels + DEEPEST),
+        boxes._replace(levels=boxes.levels + OF_BOXES.deepest),
         boxes._replace(low=boxes.high),
         boxes._replace(coefficients=boxes.coefficients[:, 1:]),
         boxes._replace(levels=boxes.levels[:, :1]),

@@ -77,7 +77,7 @@ def test_shapes_broadcast_and_single_numbers_are_floats():
     assert picture.shape == (5, 7)
     assert picture[2, 3] == rs.standard_solid_surrogate(0.45, np.logspace(-3, 1, 5)[2], 1.0)
     assert rs.standard_solid_surrogate([], 1.0, 1.0).shape == (0,)
-    with pytest.raises(ValueError, match="nu, p2, p3: must have shapes that broadcast"):
+    with pytest.raises(ValueError, match=r"^nu, p2, p3: have shapes that do not broadcast"):
         rs.standard_solid_surrogate([0.1, 0.2], [1.0, 2.0, 3.0], 1.0)
 
 

@@ -185,9 +185,9 @@ def test_a_liquid_into_which_the_body_sinks_is_refused() -> None:
 
 
 def test_an_unattainable_tolerance_is_reported_with_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
-    from restitution.surrogates import pieces
+    from restitution.surrogates import boxes
 
-    monkeypatch.setattr(pieces, "DEEPEST", 0)
+    monkeypatch.setattr(boxes, "OF_PIECES", boxes.OF_PIECES._replace(deepest=0))
     with pytest.raises(rs.SolverError) as caught:
         rs.surrogate(KINK, (1e-3, 10.0), 1e-6)
     assert caught.value.status is rs.Status.NOT_ACCURATE

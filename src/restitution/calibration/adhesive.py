@@ -29,7 +29,7 @@ from restitution.impact.adhesion import sticking_velocity
 from restitution.impact.adhesive import marched, too_thin
 from restitution.impact.status import SolverError, Status
 from restitution.impact.window import compared, require_known
-from restitution.quantities import STATUS
+from restitution.quantities import STATUS, VELOCITY
 
 # Tolerance of e, which no law without memory follows nearer, and of the sticking velocity.
 _RTOL, _STICKING_RTOL = 1e-4, 1e-3
@@ -110,7 +110,7 @@ def collisions(
         raise SolverError(Status(int(status[np.argmax(odd)])), f"at {speeds[np.argmax(odd)]:g} m/s")
     if held.all():
         rule = f"must reach a velocity with which the bodies do not stick; up to {speeds[-1]:g} m/s they all do"
-        raise InputError("velocity", velocity, rule, "m/s")
+        raise InputError("velocity", velocity, rule, VELOCITY.unit)
     # The search begins between the bodies that stick and those that do not.
     near = math.sqrt(float(speeds[held][-1] * speeds[~held][0])) if held.any() else float(speeds[0])
     sticks = float(sticking_velocity(replace(impact, velocity=near), rtol=_STICKING_RTOL))

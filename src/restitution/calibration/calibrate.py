@@ -21,7 +21,7 @@ from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError
 from restitution.impact.oblique import SOLID_BALL
 from restitution.impact.problem import Body, Impact
-from restitution.units import SI
+from restitution.units import SI, VELOCITY
 
 # Style of friction in LAMMPS if none is stated.
 _STYLE = "mindlin_rescale/force"
@@ -284,7 +284,7 @@ def _of_events(name: str, cases: Collisions, rough: tuple[Any, ...] | None) -> C
         e = float(table.restitution_coefficient[0])
         parameters = {
             "restitution": TypedParameter(e, "", "coefficient of restitution at all velocities"),
-            "threshold": TypedParameter(threshold, "m/s", words),
+            "threshold": TypedParameter(threshold, VELOCITY.unit, words),
         }
     remarks = [*heading(code["words"], cases, SI), *code.get("notes", ())]
     comment = code.get("comment", "# {}")

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, Numeric, between, finite, number, plain, refuse, single
+from restitution.checks import Array, Numeric, between, common_shape, finite, number, plain, refuse, single
 from restitution.contact.geometry import Geometry, as_array
 from restitution.contact.profiles import Parabola, Profile
 from restitution.errors import InputError, InputTypeError
@@ -76,12 +76,8 @@ class Ellipsoid(Geometry, case_name="ellipsoid"):
         from scipy.special import elliprd, elliprf
 
         super().__post_init__()
-        try:
-            first, second = np.broadcast_arrays(self.radius_1, self.radius_2)
-        except ValueError:
-            shapes = f"{np.shape(self.radius_1)}, {np.shape(self.radius_2)}"
-            rule = f"have shapes that do not broadcast against each other: {shapes}"
-            raise InputError("radius_1, radius_2", rule=rule) from None
+        common_shape({name: np.shape(getattr(self, name)) for name in ("radius_1", "radius_2")})
+        first, second = np.broadcast_arrays(self.radius_1, self.radius_2)
         large, small = np.maximum(first, second), np.minimum(first, second)
         with np.errstate(over="ignore"):
             ratio = large / small

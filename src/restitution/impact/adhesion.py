@@ -43,7 +43,7 @@ from restitution.quantities import (
     derived,
 )
 from restitution.result import Summary, draw
-from restitution.units import in_words
+from restitution.units import VELOCITY, in_words
 from restitution.validity import warn
 
 if TYPE_CHECKING:
@@ -290,4 +290,4 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
         which = f"impact {missing[0]} of {count}: " if count > 1 else ""
         raise SolverError(Status.NOT_ACCURATE, f"{which}no velocity found at which capture and rebound meet")
     values = shaped(velocities, impact.shape)
-    return values if impact.axes is None else impact.axes.array(values, "sticking_velocity", {"units": "m/s"})
+    return values if impact.axes is None else impact.axes.array(values, "sticking_velocity", {"units": VELOCITY.unit})

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.axes import Axes, aligned
-from restitution.checks import Array, function, items, one_of, single, whole, within
+from restitution.checks import Array, common_shape, function, items, one_of, single, whole, within
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, flat, shaped, solve_columns
 from restitution.impact.oblique import ObliqueResult, Sliding, join_sliding, normal_rtol
@@ -193,12 +193,7 @@ def standard_solid_restitution(
     nu, p2, p3 = numbers.values()
     groups = check("poisson_ratio", nu, "nu"), check("p2", p2), check("p3", p3)
     _check_options(method, rtol, errors, workers, progress)
-    shapes = [np.shape(x) for x in groups]
-    try:
-        shape = np.broadcast_shapes(*shapes)
-    except ValueError:
-        rule = f"have shapes that do not broadcast against each other: {shapes}"
-        raise InputError("nu, p2, p3", rule=rule) from None
+    shape = common_shape({name: np.shape(x) for name, x in zip(numbers, groups, strict=True)})
     p1, p2, p3 = (flat(x, shape) for x in groups)
     if method != "exact":
         triples = zip(p1, p2, p3, strict=True)

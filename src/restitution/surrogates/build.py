@@ -20,7 +20,7 @@ from restitution.impact.status import SolverError, Status
 from restitution.impact.window import compared, require_known, require_separation
 from restitution.quantities import VELOCITY
 from restitution.result import plain
-from restitution.surrogates.pieces import NotMet, build_pieces
+from restitution.surrogates.boxes import NotMet, build_pieces
 from restitution.surrogates.velocity import NEAR, OUTPUTS, Surrogate, velocity_range
 from restitution.variation import vary
 
@@ -156,7 +156,7 @@ def _normal(
         pieces, error = build_pieces(sample, deviation, first, last, tolerance - share, progress)
     except NotMet as failure:
         name = list(OUTPUTS)[failure.function]
-        where = f"surrogate: {name} at velocity = {sticking + np.exp(failure.place):.6g} m/s"
+        where = f"surrogate: {name} at velocity = {sticking + np.exp(failure.place[0]):.6g} m/s"
         what = f"{where} is off by {failure.error:.2g}, rtol = {tolerance:g}"
         raise SolverError(Status.NOT_ACCURATE, what) from None
     from restitution.sweeps.plan import describe

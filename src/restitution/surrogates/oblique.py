@@ -16,16 +16,15 @@ from typing import Any, ClassVar, NamedTuple
 import numba
 import numpy as np
 
-from restitution.checks import Array, Numeric, finite, nonnegative, one_of, positive, within
+from restitution.checks import Array, Numeric, common_shape, finite, nonnegative, one_of, positive, within
 from restitution.errors import InputError
 from restitution.quantities import VELOCITY, check
-from restitution.surrogates.boxes import Boxes, box_value, fill, ready
+from restitution.surrogates.boxes import Boxes, Pieces, box_value, fill, ready
 from restitution.surrogates.standard_solid import compiled
 from restitution.surrogates.velocity import (
     OBLIQUE_,
     OUTPUTS,
     ROUNDING,
-    Pieces,
     Surrogate,
     check_pieces,
     lookup_table,
@@ -239,13 +238,9 @@ class ObliqueSurrogate(Surrogate):
                 raise InputError("spin", spin, rule, "rad/s")
             point = point + self.radius * turning
         mu = self.friction if friction is None else check("friction", friction)
-        shapes = [np.shape(each) for each in (v, point, mu)]
-        try:
-            shape = np.broadcast_shapes(*shapes)
-        except ValueError:
-            rule = f"must have shapes that broadcast, not {shapes}"
-            raise InputError("velocity, tangential_velocity, friction", rule=rule) from None
-        columns = [np.array(np.broadcast_to(each, shape), dtype=np.float64, order="C") for each in (v, point, mu)]
+        numbers = {"velocity": v, "tangential_velocity": point, "friction": mu}
+        shape = common_shape({name: np.shape(each) for name, each in numbers.items()})
+        columns = [np.array(np.broadcast_to(each, shape), dtype=np.float64, order="C") for each in numbers.values()]
         out = np.empty(shape)
         tangential_values(*(each.reshape(-1) for each in columns), out.reshape(-1), self._sliding_table)
         return out[()], columns[0][()], columns[1][()]

@@ -17,10 +17,8 @@ from restitution.impact.solution import Progress
 from restitution.impact.status import SolverError, Status
 from restitution.impact.tangential import Slider
 from restitution.parallel import on_threads
-from restitution.surrogates import boxes
-from restitution.surrogates.boxes import build_boxes
+from restitution.surrogates.boxes import NotMet, build_boxes, build_pieces
 from restitution.surrogates.oblique import E_T, ObliqueSurrogate, Sliding
-from restitution.surrogates.pieces import NotMet, build_pieces
 from restitution.surrogates.velocity import Surrogate, lookup_table, value
 
 # The solves are more accurate than the tolerance by this factor, down to that of the solver, and count this often in
@@ -43,7 +41,7 @@ def with_friction(
     try:
         limit, _ = build_pieces(log_limits, _relative, float(ends[0]), float(ends[1]), _SLOPE_RTOL)
     except NotMet as failure:
-        raise _missed("the slope of full sliding", failure.place, failure.error, _SLOPE_RTOL) from None
+        raise _missed("the slope of full sliding", failure.place[0], failure.error, _SLOPE_RTOL) from None
     firsts = list[float]()
     each(ends[:1], lambda slider, _: firsts.append(slider.first_slope))
     (start,) = firsts
@@ -65,9 +63,9 @@ def with_friction(
     for slips in (False, True):
         try:
             part, error = build_boxes(partial(sample, slips=slips), low, high, rtol - share, progress)
-        except boxes.NotMet as failure:
-            place = float(slope_of(np.array([failure.x]), np.array([failure.y]), slips=slips)[0])
-            raise _missed(f"e_t at v_c/(mu v0) = {place:.6g}", failure.x, failure.error, rtol) from None
+        except NotMet as failure:
+            slope = float(slope_of(*np.array(failure.place)[:, None], slips=slips)[0])
+            raise _missed(f"e_t at v_c/(mu v0) = {slope:.6g}", failure.place[0], failure.error, rtol) from None
         parts.append(part)
         errors.append(error)
     sliding = Sliding(mobility, float(impact.external_force) / float(impact.mass), start, limit, *parts)

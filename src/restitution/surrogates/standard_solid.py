@@ -23,8 +23,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from restitution.checks import Array, within
-from restitution.errors import InputError
+from restitution.checks import Array, common_shape, within
 from restitution.kernel.compile import cached
 
 P2 = (1e-3, 10.0)
@@ -83,18 +82,14 @@ def standard_solid_surrogate(nu: ArrayLike, p2: ArrayLike, p3: ArrayLike) -> Any
     >>> print(round(standard_solid_surrogate(0.49, 1e-3, 10.0), 5))
     0.21971
     """
-    values = (
-        within("nu", nu, -1.0, 0.5),
-        within("p2", p2, P2[0] * (1.0 - _SLACK), P2[1] * (1.0 + _SLACK)),
-        within("p3", p3, P3[0] * (1.0 - _SLACK), P3[1] * (1.0 + _SLACK)),
-    )
-    shapes = [np.shape(group) for group in values]
-    try:
-        shape = np.broadcast_shapes(*shapes)
-    except ValueError:
-        raise InputError("nu, p2, p3", rule=f"must have shapes that broadcast, not {shapes}") from None
+    values = {
+        "nu": within("nu", nu, -1.0, 0.5),
+        "p2": within("p2", p2, P2[0] * (1.0 - _SLACK), P2[1] * (1.0 + _SLACK)),
+        "p3": within("p3", p3, P3[0] * (1.0 - _SLACK), P3[1] * (1.0 + _SLACK)),
+    }
+    shape = common_shape({name: np.shape(group) for name, group in values.items()})
     # Copies, as the compiler makes a version for each kind of views.
-    columns = [np.array(np.broadcast_to(group, shape), order="C").reshape(-1) for group in values]
+    columns = [np.array(np.broadcast_to(group, shape), order="C").reshape(-1) for group in values.values()]
     e = np.empty(columns[0].size)
     restitution(*columns, _boxes(), e)
     return e.reshape(shape) if shape else float(e[0])

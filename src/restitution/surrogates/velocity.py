@@ -23,6 +23,7 @@ from restitution.files import path_of, write_text
 from restitution.quantities import INPUTS, VELOCITY, check, dataset
 from restitution.quantities import OUTPUTS as QUANTITIES
 from restitution.result import Result, Summary, Table, draw
+from restitution.surrogates.boxes import OF_PIECES, Pieces
 from restitution.surrogates.standard_solid import compiled
 from restitution.validity import Validity
 
@@ -34,9 +35,6 @@ if TYPE_CHECKING:
 
 OUTPUTS = ("restitution_coefficient", "contact_time", "max_force")
 """Names of the outputs."""
-
-DEEPEST = 12
-"""Halvings of a piece, at most."""
 
 _FORMAT = "restitution surrogate over velocity"
 # Versions of files: over the velocity alone, with a sticking velocity, with friction.
@@ -53,17 +51,6 @@ NEAR = 1e-3
 _OF_STICKING = {"restitution_coefficient": (0.0, 0.5), "contact_time": (math.inf, 0.0), "max_force": (math.nan, 0.0)}
 # The logarithm of another mathematical library may differ in the last bits.
 ROUNDING = 1e-12
-
-
-class Pieces(NamedTuple):
-    """Chebyshev series in a variable that runs from -1 to 1 over each piece of an interval.
-
-    The n + 1 `edges` increase; the widths are the whole over powers of two. `coefficients` have the shape (n_function,
-    n, degree + 1).
-    """
-
-    edges: Array
-    coefficients: Array
 
 
 class LookupTable(NamedTuple):
@@ -409,5 +396,8 @@ def check_pieces(pieces: Pieces, count: int) -> None:
         raise InputError(_SERIES, rule=f"must have a row for each of the {widths.size} pieces")
     halvings = np.log2((edges[-1] - edges[0]) / widths)
     places = (edges[:-1] - edges[0]) / widths
-    if any(np.abs(x - np.round(x)).max() > 1e-6 for x in (halvings, places)) or halvings.max() > DEEPEST + 0.5:
+    if (
+        any(np.abs(x - np.round(x)).max() > 1e-6 for x in (halvings, places))
+        or halvings.max() > OF_PIECES.deepest + 0.5
+    ):
         raise InputError("log_velocity_edges", rule="must be those of an interval halved again and again")
