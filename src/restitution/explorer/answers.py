@@ -30,11 +30,12 @@ from restitution.explorer.inputs import State, case_content, indentation_content
 from restitution.impact.batch import solve_columns
 from restitution.impact.bounces import Ending
 from restitution.impact.window import compared, window_around
+from restitution.indentation.cantilever import MOST_MODES
 from restitution.indentation.solve import MOST_ELEMENTS, indent
-from restitution.indentation.tapping import COLUMNS, TappingStatus, tap
+from restitution.indentation.tapping import COLUMNS, MODES, TappingStatus, tap
 from restitution.material.fractional import Window
 from restitution.paper import figures
-from restitution.quantities import ADHESION, BUDGET, DEFAULT_OUTPUTS, INDENTATION
+from restitution.quantities import ADHESION, BUDGET, DEFAULT_OUTPUTS, INDENTATION, Quantity
 from restitution.result import nullable, plain
 from restitution.surrogates import standard_solid
 from restitution.variation import vary
@@ -266,6 +267,8 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     late = _clock(share)
     if sections.counter_body is not None or motion.impedance is not None:
         raise InputError("target", rule="must be a half-space or a layer for a body that bounces")
+    if sections.adhesion is not None:
+        raise InputError("sticking", rule="must be none for a body that bounces; the tab Impact has single impacts")
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
     result = rs.bounces(
         problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=rtol,
@@ -334,6 +337,12 @@ def tapping_case(state: Mapping[str, Any]) -> TappingCase:
     return TappingCase(Path(), None, material, profile, None, sections.tapping.options)
 
 
+def mode_swings() -> dict[str, Quantity]:
+    """Return the columns of the ways of the higher modes, from the second one on."""
+    words = "half of the way of mode"
+    return {f"mode_swing_{n}": MODES["mode_swing"]._replace(words=f"{words} {n}") for n in range(2, MOST_MODES + 2)}
+
+
 def tapping(state: Mapping[str, Any]) -> Answer:
     """Return amplitude, phase, forces and loss of a tapping cantilever over the distance."""
     case = tapping_case(state)
@@ -345,6 +354,9 @@ def tapping(state: Mapping[str, Any]) -> Answer:
     steady = result.status <= TappingStatus.FREE
     columns = {name: np.where(steady, getattr(result, name), np.nan) for name in COLUMNS}
     columns["distance"], columns["loss_per_tap"] = result.distance, columns.pop("dissipated")
+    # The first mode has nearly all of the amplitude.
+    swings = zip(mode_swings(), result.mode_swing.T[1:], strict=False)
+    columns |= {name: np.where(steady, swing, np.nan) for name, swing in swings}
     count = int(np.sum(~steady))
     return {
         "numbers": numbers_of({name: values[-1] for name, values in columns.items()})

@@ -102,7 +102,7 @@ def indentation_python(state: Mapping[str, Any]) -> str:
     arguments = ", ".join([repr(largest), _keywords(course)])
     lines = [
         "import restitution as rs", "", f"material = {material}",
-        f"profile = rs.{case.profile!r}", f"{case.prescribed} = rs.{shape}({arguments})",
+        f"profile = {_profile(case.profile)}", f"{case.prescribed} = rs.{shape}({arguments})",
         f"result = rs.indent(material, profile, {case.prescribed}={case.prescribed})", "print(result)", "",
     ]  # fmt: skip
     return "\n".join(lines)
@@ -110,11 +110,16 @@ def indentation_python(state: Mapping[str, Any]) -> str:
 
 def tapping_python(state: Mapping[str, Any]) -> str:
     """Return the text of a program that solves the tapping of a state."""
-    case = tapping_case(state)
+    case, content = tapping_case(state), tapping_content(state)
+    arguments = dict(content["tapping"])
+    factors = arguments.pop("beam_quality_factors", None)
+    numbers = _keywords(arguments)
+    if factors is not None:
+        beam = {name: arguments[name] for name in ("spring_constant", "frequency")} | {"quality_factors": factors}
+        numbers += f", modes=rs.beam_modes({_keywords(beam)})"
     lines = [
-        "import restitution as rs", "", f"material = {_windowed(tapping_content(state)['material'], case.material)}",
-        f"profile = rs.{case.profile!r}",
-        f"result = rs.tap(material, profile, {_keywords(tapping_content(state)['tapping'])})", "print(result)", "",
+        "import restitution as rs", "", f"material = {_windowed(content['material'], case.material)}",
+        f"profile = {_profile(case.profile)}", f"result = rs.tap(material, profile, {numbers})", "print(result)", "",
     ]  # fmt: skip
     return "\n".join(lines)
 

@@ -46,10 +46,16 @@ SIDES, SPOT, NEAREST = "profile.sides", "bounces.spot", "tapping.nearest"
 """Keys that are no quantities of a case file, or choices of whole numbers."""
 INFINITE, SOFT = "incompressible", "target"
 """The volume that does not change, and the body that deforms unless the case states it."""
+_BASES = {"bonded": "sticks to its base", "frictionless": "slides on its base"}
 _STRAIGHT, _NONE, _CYCLES, _MOST_CYCLES, _DISTANCES = "straight", "none", "indentation.count", 50.0, 21
 _EDGED = ("flat_punch", "flat_ended_parabola", "truncated_cone")
 
 _OF_IMPACTS, _OF_TIPS = ("impact", "paper", "bounce"), ("indentation", "tapping")
+SAMPLE, HAMAKER, MODES = "sample", "tapping.hamaker", "tapping.beam_quality_factors"
+"""Keys of inputs that a case file has in another place, or leaves out."""
+# Numbers of the profile whose sliders have other ranges for tips than for bodies that hit.
+_PROFILE_OF_TIPS = ("radius", "thickness", "base")
+_KEYS_OF_TIPS = (SAMPLE, *(f"indentation.{name}" for name in _PROFILE_OF_TIPS))
 _TABS_OF = {
     "material": (*_OF_IMPACTS, *_OF_TIPS), "body": _OF_IMPACTS, "target": _OF_IMPACTS, "impact": _OF_IMPACTS,
     "bounces": ("bounce",), "indentation": ("indentation",), "tapping": ("tapping",),
@@ -61,6 +67,7 @@ _GROUPS = {
     "impact.impedance": "target", "motion": "impact", "sticking": "impact", "adhesion": "impact",
     "impact.gravity": "bounces", "drop_height": "bounces",
     "prescribed": "indentation", "indentation.radius": "body",
+    SAMPLE: "target", "indentation.thickness": "target", "indentation.base": "target",
 }  # fmt: skip
 
 
@@ -110,7 +117,7 @@ class Input(NamedTuple):
     @property
     def tabs(self) -> tuple[str, ...]:
         """Tabs of the page that have it."""
-        if self.key == "indentation.radius":
+        if self.key in _KEYS_OF_TIPS:
             return _OF_TIPS
         return _TABS_OF[self.group] + (_OF_TIPS if self.key.startswith("profile.") and self.group == "body" else ())
 
@@ -176,7 +183,7 @@ class Input(NamedTuple):
 
 _LETTERS = {
     "alpha": "α", "nu": "ν", "phi": "φ", "eta": "η", "tau": "τ", "theta": "θ", "rho": "ρ", "zeta": "ζ", "omega": "ω",
-    "delta": "δ", "infty": "∞", "tan": "tan ", "bar": "", "dot": "", "mathrm": "",
+    "delta": "δ", "sigma": "σ", "infty": "∞", "tan": "tan ", "bar": "", "dot": "", "mathrm": "",
 }  # fmt: skip
 
 
@@ -338,7 +345,7 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("impact.gravity", INPUTS["gravity"])
     words = {"fresh": "on a fresh surface", SAME: "on the same spot"}
     yield _choice(SPOT, "each bounce", words, only={SAME: {"motion": [_STRAIGHT]}})
-    yield from _indentation_inputs(of_round)
+    yield from _indentation_inputs(of_round, has_theory)
 
 
 def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
@@ -354,8 +361,7 @@ def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
     yield _choice("target", "the body hits", words, only=only)
     of_layer, of_ball = {"target": [LAYER]}, {"target": [BALL]}
     yield _number("profile.thickness", INPUTS["thickness"], of_layer)
-    words = {"bonded": "sticks to its base", "frictionless": "slides on its base"}
-    yield _choice("profile.base", "the layer", words, of_layer)
+    yield _choice("profile.base", "the layer", _BASES, of_layer)
     yield _number("impact.impedance", INPUTS["impedance"], {"target": [PLATE]})
     yield _number("counter_body.radius", INPUTS["radius"], of_ball, "radius of the second ball")
     yield _number("counter_body.mass", INPUTS["mass"], of_ball, "mass of the second ball")
@@ -364,8 +370,13 @@ def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
     yield _choice("partner", "the other body is", words, {"target": [HALF_SPACE, PLATE, BALL]}, only)
 
 
-def _indentation_inputs(of_round: When) -> Iterator[Input]:
+def _indentation_inputs(of_round: When, has_theory: Sequence[str]) -> Iterator[Input]:
     yield _number("indentation.radius", INPUTS["radius"], of_round, "radius of the tip")
+    words = {HALF_SPACE: "a half-space", LAYER: "a layer on a rigid base"}
+    yield _choice(SAMPLE, "the tip presses on", words, only={LAYER: {"profile.type": has_theory}})
+    of_layer = {SAMPLE: [LAYER]}
+    yield _number("indentation.thickness", INPUTS["thickness"], of_layer)
+    yield _choice("indentation.base", "the layer", _BASES, of_layer)
     shapes = ("triangle", "cycles", "hold", "ramp", "sine_arch")
     yield _choice("prescribed", "prescribed", {"depth": "depth", "force": "force"})
     words = {shape: _readable(shape) for shape in shapes}
@@ -400,6 +411,12 @@ def _tapping_inputs() -> Iterator[Input]:
         yield _number(f"tapping.{name}", Quantity(name, dimension, words, low=low, open=True))
     words = "smallest distance over that amplitude"
     yield _number(NEAREST, Quantity("nearest", units.NUMBER, words, low=-1.0, high=0.99))
+    words = "Hamaker constant of the van der Waals force"
+    # The force is that of a ball before a plane.
+    round_tip = {"profile.type": ["parabola", "sphere"], SAMPLE: [HALF_SPACE]}
+    yield _number(HAMAKER, Quantity("hamaker", units.ENERGY, words, "$H$", low=0.0, open=False), round_tip)
+    words = "quality factors of the second mode, the third, ... of a beam"
+    yield Input(MODES, words, quantity=Quantity("beam_quality_factors", units.NUMBER, words, "$Q_2$", low=0.0))
 
 
 def drop_height() -> Input:
@@ -508,10 +525,10 @@ def case_content(state: Mapping[str, Any]) -> dict[str, Any]:
 def indentation_content(state: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of the case file of an indentation."""
     values = settled(state)
-    content = nested({key: value for key, value in values.items() if inputs()[key].group != "target"})
+    of_tips = {key: value for key, value in values.items() if key in _KEYS_OF_TIPS or inputs()[key].group != "target"}
+    content = nested(of_tips)
     indentation, profile = content["indentation"], content["profile"]
-    if "radius" in indentation:
-        profile["radius"] = indentation.pop("radius")
+    profile |= {name: indentation.pop(name) for name in _PROFILE_OF_TIPS if name in indentation}
     return {"profile": profile, "material": _material(values), "indentation": indentation}
 
 
@@ -521,6 +538,10 @@ def tapping_content(state: Mapping[str, Any]) -> dict[str, Any]:
     tapping = nested(settled(state))["tapping"]
     shares = np.linspace(1.0, tapping.pop("nearest"), _DISTANCES)
     tapping["distance"] = (tapping["free_amplitude"] * shares).tolist()
+    for key in (HAMAKER, MODES):
+        name = key.partition(".")[2]
+        if not tapping.get(name):
+            tapping.pop(name, None)
     return {"profile": content["profile"], "material": content["material"], "tapping": tapping}
 
 

@@ -195,6 +195,7 @@ def _about() -> dict[str, Any]:
     height = drop_height()
     registries = COLUMNS | ADHESION | INPUTS | MODULI | BOUNCES | dict(VALIDITY) | HISTORY | OBLIQUE | OUTPUTS
     registries |= {quantity.name: quantity for quantity in (*_FURTHER, height.quantity) if quantity is not None}
+    registries |= answers.mode_swings()
     quantities = [*(control.quantity for control in inputs().values()), *registries.values()]
     return {
         "version": version("restitution"),

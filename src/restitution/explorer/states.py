@@ -21,11 +21,13 @@ from restitution.explorer.inputs import (
     HALF_SPACE,
     INFINITE,
     LAYER,
+    MODES,
     NEAREST,
     OBLIQUE,
     PLATE,
     RIGID,
     SAME,
+    SAMPLE,
     SIDES,
     SOFT,
     SPOT,
@@ -110,8 +112,7 @@ def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
     indentation = sections.indentation
     spring = sections.indentation.spring_constant is not None
     _refuse({
-        "counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer,
-        "indentation.spring_constant": spring,
+        "counter_material": case.counter_material is not None, "indentation.spring_constant": spring,
     })  # fmt: skip
     if indentation.shape is None:
         raise InputError("indentation", rule="must have a shape over time: the page shows no list of points")
@@ -131,7 +132,10 @@ def of_indentation(case: IndentationCase, sections: IndentationFile) -> State:
 
 def _of_tip(profile: dict[str, Any]) -> State:
     """Return the state of the tip in a section of the profile."""
-    values = flat({"profile": profile})
+    values = {SAMPLE: LAYER if "thickness" in profile else HALF_SPACE} | flat({"profile": profile})
+    for name in ("thickness", "base"):
+        if (key := f"profile.{name}") in values:
+            values[f"indentation.{name}"] = values.pop(key)
     if "profile.radius" in values and Geometry.registered[profile["type"]].body_radius:
         values["indentation.radius"] = values.pop("profile.radius")
     return values
@@ -141,13 +145,15 @@ def _of_tapping(case: TappingCase, sections: TappingFile) -> State:
     """Return the state of the case file of tapping; refuse one that the page cannot show."""
     tapping, options = sections.tapping, case.options
     _refuse({
-        "counter_material": case.counter_material is not None, "profile.thickness": sections.profile.on_layer,
-        **{f"tapping.{name}": name in options for name in ("drive", "hamaker", "modes")},
+        "counter_material": case.counter_material is not None,
+        **{f"tapping.{name}": name in options for name in ("drive", "intermolecular_distance")},
+        "tapping.modes": tapping.modes is not None,
         "tapping.resonance_frequency": options.get("resonance_frequency", tapping.frequency) != tapping.frequency,
     })  # fmt: skip
     written: dict[str, Any] = sections.model_dump(include={"profile", "material"}, exclude_none=True)
-    names = ("spring_constant", "quality_factor", "frequency", "free_amplitude")
-    values = _of_tip(written["profile"]) | {f"tapping.{name}": options[name] for name in names}
+    names = ("spring_constant", "quality_factor", "frequency", "free_amplitude", "hamaker")
+    values = _of_tip(written["profile"]) | {f"tapping.{name}": options[name] for name in names if name in options}
+    values[MODES] = tapping.beam_quality_factors or []
     values[NEAREST] = min(options["distance"]) / options["free_amplitude"]
     return values | _of_section(written["material"], lambda: case.material) | {"page.tab": "tapping"}
 

@@ -85,14 +85,17 @@ const FORCES = [
   { name: "mean_force", label: "mean", colour: "second", dash: "dashed" },
 ];
 
+const MODE_STYLES = [{ colour: "accent" }, { colour: "second", dash: "dashed" }, { colour: "second", dash: "dotted" }];
+
 // A cantilever over the distance of its rest from the surface, in steady taps.
 export class TappingTab extends MotionTab {
   constructor(root, app) {
     super(root, app, ["amplitude", "phase", "max_force", "loss_per_tap", "contact_share", "max_indentation_depth"],
-      { amplitude: "Amplitude over distance", phase: "Phase over distance", forces: "Force over distance", loss: "Loss per tap over distance" });
+      { amplitude: "Amplitude over distance", phase: "Phase over distance", forces: "Force over distance", loss: "Loss per tap over distance",
+        modes: "Way of the higher modes over distance" });
   }
 
-  draw({ numbers }, sets, outputs) {
+  draw({ numbers, curves }, sets, outputs) {
     this.numbers.show(numbers);
     const show = (panel, ys, words) => this.panels[panel].show({
       ...picture(sets("tapping"), "distance", ys, outputs, { xRoom: true, words }),
@@ -102,5 +105,8 @@ export class TappingTab extends MotionTab {
     show("phase", [{ name: "phase" }]);
     show("forces", FORCES, "force");
     show("loss", [{ name: "loss_per_tap" }]);
+    const higher = Object.keys(curves.tapping).filter((name) => name.startsWith("mode_swing_"));
+    this.panels.modes.root.hidden = !higher.length;
+    if (higher.length) show("modes", higher.map((name, n) => ({ name, label: `mode ${n + 2}`, ...MODE_STYLES[n % MODE_STYLES.length] })), "half of the way");
   }
 }
