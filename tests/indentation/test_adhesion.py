@@ -38,6 +38,14 @@ def static_pull(modulus, adhesion):
     ).fun  # fmt: skip
 
 
+@pytest.mark.parametrize("lam", [30.0, 1000.0])
+def test_the_pull_of_an_elastic_body_tends_to_that_of_jkr(lam):
+    adhesion = rs.Adhesion(0.01, lam / float(maugis_number(0.01, 1.0, 1.0, 1.0)))
+    result = pull(solid(), adhesion, 1.0, rtol=1e-4)
+    assert result.pull_off_force == pytest.approx(static_pull(1.0, adhesion), rel=1e-4)
+    assert result.pull_off_force == pytest.approx(1.5 * math.pi * 0.01, rel=1e-4 + 0.2 / lam**2)
+
+
 def test_an_elastic_indentation_follows_maugis():
     adhesion = rs.Adhesion(0.01, 0.157768)
     result = pull(solid(), adhesion, 1.0, rtol=1e-5)
