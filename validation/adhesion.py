@@ -184,9 +184,7 @@ def limits() -> None:
 
 def thin_rings() -> None:
     """Print e and processor time over lambda at the instantaneous modulus, of elastic and of viscoelastic balls."""
-    print(
-        "| lambda | elastic, 1e-4 | time [ms] | 1e-5 | time | viscoelastic, 1e-4 | time | 1e-5 | time |"
-    )
+    print("| lambda | elastic, 1e-4 | time [ms] | 1e-5 | time | viscoelastic, 1e-4 | time | 1e-5 | time |")
     print("|---|---|---|---|---|---|---|---|---|")
     elastic = rs.PronySeries(1.0, [], [])
     sticks = math.sqrt(2.0 * JKR_LOSS * 0.01 ** (5.0 / 3.0))

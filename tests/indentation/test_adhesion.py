@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize_scalar
 import restitution as rs
 from adhesive_elements import Held, adhesive_program
 from refusals import in_one_line
-from restitution.contact.adhesion import static_contact
+from restitution.contact.adhesion import maugis_number, static_contact
 
 TIP = rs.Parabola(1.0)
 
