@@ -173,16 +173,31 @@ def limits() -> None:
     print("|---|---|---|---|---|---|")
     work = 0.01
     sticks = math.sqrt(2.0 * JKR_LOSS * work ** (5.0 / 3.0))
-    for lam in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0):
-        stress = lam / float(maugis_number(work, 1.0, 1.0, 1.0))
-        rtol = 1e-5 if lam < 5.0 else 1e-4 if lam < 10.0 else 1e-3
+    for lam in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 30.0, 100.0, 300.0, 1000.0):
+        stress, rtol = lam / float(maugis_number(work, 1.0, 1.0, 1.0)), 1e-5
         result = rs.solve(impact(rs.PronySeries(1.0, [], []), work, stress, 1.5 * sticks), rtol=rtol)
         loss, e = float(result.radiated_energy) / work ** (5.0 / 3.0), float(result.restitution_coefficient)
         static = f"{static_loss(lam):.4f}" if lam >= 2.0 else ""
         print(f"| {lam:g} | {rtol:g} | {e:.5f} | {loss:.4f} | {static} | {float(result.restitution_error):.0e} |")
-    for lam in (100.0, 1000.0):
-        print(f"| {lam:g} | | | | {static_loss(lam):.4f} | |")
     print(f"| JKR | | {math.sqrt(1.0 - 1.0 / 1.5**2):.5f} | {JKR_LOSS:.7f} | {extrapolated_loss():.7f} | |")
+
+
+def thin_rings() -> None:
+    """Print e and processor time over lambda at the instantaneous modulus, of elastic and of viscoelastic balls."""
+    print("| lambda | elastic, 1e-4 | time [ms] | 1e-5 | time | viscoelastic, 1e-4 | time | 1e-5 | time |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    elastic = rs.PronySeries(1.0, [], [])
+    sticks = math.sqrt(2.0 * JKR_LOSS * 0.01 ** (5.0 / 3.0))
+    for lam in (1.0, 3.0, 10.0, 20.0, 50.0, 100.0, 300.0):
+        cells = []
+        for modulus, work, velocity in ((elastic, 0.01, 1.5 * sticks), (STANDARD, 0.02, 0.8)):
+            stress = lam / float(maugis_number(work, 1.0, modulus.instantaneous_modulus, 1.0))
+            for rtol in (1e-4, 1e-5):
+                start = time.process_time()
+                result = rs.solve(impact(modulus, work, stress, velocity), rtol=rtol)
+                spent = 1e3 * (time.process_time() - start)
+                cells.append(f"{float(result.restitution_coefficient):.6f} | {spent:.0f}")
+        print(f"| {lam:g} | {' | '.join(cells)} |", flush=True)
 
 
 def random_impact(rng: np.random.Generator) -> rs.Impact:
@@ -246,6 +261,8 @@ def main() -> int:
     rows()
     print()
     limits()
+    print()
+    thin_rings()
     print()
     boundary_elements()
     return 0

@@ -9,7 +9,7 @@ from scipy.optimize import brentq, minimize_scalar
 import restitution as rs
 from adhesive_elements import Held, adhesive_program
 from refusals import in_one_line
-from restitution.contact.adhesion import static_contact
+from restitution.contact.adhesion import maugis_number, static_contact
 
 TIP = rs.Parabola(1.0)
 
@@ -36,6 +36,14 @@ def static_pull(modulus, adhesion):
         lambda a: static_contact(TIP, modulus, adhesion, a).force, bounds=(1e-6, 0.6), method="bounded",
         options={"xatol": 1e-10},
     ).fun  # fmt: skip
+
+
+@pytest.mark.parametrize("lam", [30.0, 1000.0])
+def test_the_pull_of_an_elastic_body_tends_to_that_of_jkr(lam):
+    adhesion = rs.Adhesion(0.01, lam / float(maugis_number(0.01, 1.0, 1.0, 1.0)))
+    result = pull(solid(), adhesion, 1.0, rtol=1e-4)
+    assert result.pull_off_force == pytest.approx(static_pull(1.0, adhesion), rel=1e-4)
+    assert result.pull_off_force == pytest.approx(1.5 * math.pi * 0.01, rel=1e-4 + 0.2 / lam**2)
 
 
 def test_an_elastic_indentation_follows_maugis():

@@ -149,7 +149,8 @@ def test_an_element_that_waits_has_the_memory_of_one_that_follows(monkeypatch):
             room.now[zone.T_] += dt
             room.now[zone.D_] = depth
         lost = sum(
-            rates[k] / moduli[k] * quad(lambda t, k=k: branch(k, t) ** 2, 0.4, 1.5, points=[0.9])[0] for k in range(3)
+            rates[k] / moduli[k] * quad(lambda t, k=k, branch=branch: branch(k, t) ** 2, 0.4, 1.5, points=[0.9])[0]
+            for k in range(3)
         )
         assert spent == pytest.approx(share * lost, rel=1e-8)
         stored = equilibrium * 0.3**2 + sum(branch(k, 1.5) ** 2 / moduli[k] for k in range(3))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from restitution.impact.status import Status
-from restitution.indentation.attraction import FEWEST, FILLED, ROOM, WIDER, March, Sticky, peak
+from restitution.indentation.attraction import FILLED, ROOM, WIDER, March, Sticky, peak
 from restitution.numerics.richardson import Richardson
 
 # Elements of the march that finds the scales.
@@ -245,7 +245,9 @@ def _bracket(problem: Problem) -> tuple[float, float]:
 
     def escapes(velocity: float) -> bool:
         width, time = scales(problem._replace(velocity=velocity))
-        return not math.isfinite(width) or _escapes(problem, velocity, width, time, problem.body.counts(width, time)[0])
+        if not math.isfinite(width):
+            return True
+        return _escapes(problem, velocity, width, time, problem.body.counts(width, time)[0])
 
     start = problem.velocity
     up = not escapes(start)

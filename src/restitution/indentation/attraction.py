@@ -27,6 +27,8 @@ ROOM, _JUMPS = 1.3, 256
 _ROWS, _FINE_ROWS = 24, 6
 # Changes of elements in one call of the kernel: some tenths of a second.
 _PIECE = 10_000_000
+# Steps of one call at least, where most elements wait.
+_SHORTEST = 50
 # Share of the room that the largest zone takes at least, and factor of a zone that was too small.
 FILLED, WIDER = 0.6, 1.6
 
@@ -97,7 +99,7 @@ class Sticky(NamedTuple):
 
     @property
     def ring(self) -> float:
-        """Width [m] of the attracted ring around a contact on the glass, where it is thin: ``pi w E0/(8 sigma0^2)``."""
+        """Width [m] of a thin attracted ring around a contact on the glass: ``pi w E0/(8 sigma0^2)``."""
         work, stress = (float(np.asarray(value)) for value in (self.adhesion.work, self.adhesion.stress))
         return math.pi * work * float(self.modulus.instantaneous_modulus) / (8.0 * stress * stress)
 
@@ -153,7 +155,7 @@ class Sticky(NamedTuple):
         from restitution.kernel.zone import PAUSED
 
         modes, elements = room.memory.shape
-        most = max(_PIECE // (elements * (modes + 2)), 1)
+        most = max(_PIECE // (elements * (modes + 2)), _SHORTEST)
         while (end := march(most)) == PAUSED:
             checkpoint()
         return end

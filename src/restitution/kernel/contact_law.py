@@ -192,7 +192,8 @@ def make_room(size: int, modes: int) -> Room:
     """Return room for the march of one step, which keeps nothing for the next one."""
     return Room(
         np.empty((N_NODES, size)), np.empty((modes, size)), np.empty((modes, N_FACTORS)), np.empty((0, N_BRANCH)),
-        np.empty((0, 0)), np.empty(N_NOW), np.empty(N_COUNTS, np.int64), np.empty(N_ENDS), np.empty((0, N_NOW)), np.empty((0, N_JUMP)),
+        np.empty((0, 0)), np.empty(N_NOW), np.empty(N_COUNTS, np.int64), np.empty(N_ENDS), np.empty((0, N_NOW)),
+        np.empty((0, N_JUMP)),
     )  # fmt: skip
 
 

@@ -10,8 +10,8 @@ from restitution.kernel.waiting import wake
 from restitution.kernel.zone import (
     BASE_,
     C_,
-    DEPTH_NOW_,
     D_,
+    DEPTH_NOW_,
     F_,
     IN1_,
     IN_,

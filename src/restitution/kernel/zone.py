@@ -21,19 +21,19 @@ from restitution.kernel.compile import compiled, inlined
 ) = range(21)  # fmt: skip
 # Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant.
 DECAY_, FALL_, RISE_, MEAN_, N_FACTORS = range(5)
-# Columns of `branches`: modulus and rate of a branch; sum of E_k/(s_k - r_j) over the branches, for mode j; load of the
-# branch along the depth; sums of loads and of their squares over elements that wait and follow; sum of M_j^2 over those
-# that wait beyond the edge; load of the branch in one element.
+# Columns of `branches`: modulus and rate of a branch; sum of E_k/(s_k - r_j) over the branches, for mode j; load of
+# the branch along the depth; sums of loads and of their squares over elements that wait and follow; sum of M_j^2 over
+# those that wait beyond the edge; load of the branch in one element.
 MODULUS_, PACE_, CREEP_, COMMON_, FIRST_, SECOND_, BEYOND_, KEPT_, N_BRANCH = range(9)
 # Members of `now`, and columns of `motion`: time, depth, velocity, force, edge of the zone, contact radius, energies
 # dissipated and lost in jumps.
 T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # Columns of `jumps`: time, depth, edge and contact radius before and after, energy, depth after.
 (AT_, DEPTH_, EDGE_, RADIUS_, EDGE1_, RADIUS1_, ENERGY_, DEPTH1_, N_JUMP) = range(9)
-# Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait, and
-# the first one behind it that waits, elements that may have memory, 1 if elements may wait, rows of `motion`, jumps,
-# direction of the last step of c, steps in a row that sought a fold, elements astray from the disc, first cell with
-# weights, line of the program.
+# Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait,
+# and the first one behind it that waits, elements that may have memory, 1 if elements may wait, rows of `motion`,
+# jumps, direction of the last step of c, steps in a row that sought a fold, elements astray from the disc, first cell
+# with weights, line of the program.
 (
     IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, LINE_, N_COUNTS
 ) = range(14)  # fmt: skip
@@ -302,11 +302,11 @@ def contact_radius(solid: Solid, bodies: Bodies, edge: float, room: Room) -> flo
     load = press + nodes[Q1_, count - 1]
     slope = (nodes[Q1_, count] - ahead - load) / whole
     # The root u of load + 2 sigma u at x^2 = c^2 - u^2.
-    short = -load - slope * (edge - inner) * (edge + inner)
-    root = bodies.stress * bodies.stress - slope * short
-    if short <= 0.0 or root < 0.0:
+    missing = -load - slope * (edge - inner) * (edge + inner)
+    root = bodies.stress * bodies.stress - slope * missing
+    if missing <= 0.0 or root < 0.0:
         return edge
-    u = short / (bodies.stress + math.sqrt(root))
+    u = missing / (bodies.stress + math.sqrt(root))
     return math.sqrt(min(max((edge - u) * (edge + u), inner * inner), outer * outer))
 
 
@@ -328,13 +328,15 @@ def normal_force(bodies: Bodies, edge: float, radius: float, depth: float, room:
             total = room.ends[FIRM_] * (depth * nodes[SUM_, low] - nodes[SUM_G_, low])
             for k in range(room.branches.shape[0]):
                 total += room.branches[k, FIRST_]
-        total += dot(nodes[SHARE_, low:last], nodes[P1_, low:last]) + dot(nodes[SHARE_, low:last], nodes[Q1_, low:last])
+        share = nodes[SHARE_, low:last]
+        total += dot(share, nodes[P1_, low:last]) + dot(share, nodes[Q1_, low:last])
         load = nodes[P1_, last] + nodes[Q1_, last]
         if last > 0:
             total += load * (3.0 * last - 2.0) / (3.0 * (2.0 * last - 1.0))
         total *= h
         inner = last * h
         if radius > 0.0:
-            at_end = load * (2.0 * radius + inner) + cohesive_load(bodies.stress, edge, radius) * (radius + 2.0 * inner)
-            total += (radius - inner) * at_end / (3.0 * (radius + inner))
+            both = load * (2.0 * radius + inner)
+            both += cohesive_load(bodies.stress, edge, radius) * (radius + 2.0 * inner)
+            total += (radius - inner) * both / (3.0 * (radius + inner))
     return 2.0 * (total - ring)
