@@ -261,7 +261,7 @@ def by_kratos(
 
 
 LIGGGHTS = """
-soft_particles yes
+{particles} yes
 atom_style granular
 atom_modify map array
 boundary f f f
@@ -293,7 +293,10 @@ def by_liggghts(
     if shutil.which("liggghts") is None:
         raise ImportError("LIGGGHTS is not installed")
     balls = [(radius, -velocity)] if wall else [(-radius, 0.5 * velocity), (radius, -0.5 * velocity)]
+    young = re.search(r"youngsModulus peratomtype (\S+)", snippet)
+    assert young is not None
     script = LIGGGHTS.format(
+        particles="hard_particles" if float(young[1]) > 1e9 else "soft_particles",
         snippet=snippet, radius=radius, diameter=2.0 * radius, density=density, step=step, count=round(end / step),
         low=-4.0 * radius, high=4.0 * radius, rebound="vz[1]" if wall else "vz[2]-vz[1]",
         balls="\n".join(

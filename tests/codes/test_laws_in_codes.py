@@ -105,6 +105,28 @@ def test_liggghts_gives_the_promise(codes, wall):
     assert e == pytest.approx(law.restitution_coefficient(v), abs=3e-4)
 
 
+@pytest.mark.skipif(shutil.which("liggghts") is None, reason="needs LIGGGHTS")
+def test_liggghts_with_cohesion_gives_the_promise(codes):
+    """The cohesion sjkr, at two times after the contact: grains that stick swing together, others keep their speed."""
+    polymer = rs.standard_solid(1e9, 1e9, 20.0, poisson_ratio=0.35, density=1200.0)
+    grain = rs.Body(polymer, radius=10e-6)
+    sticky = rs.Adhesion(work=0.05, stress=1e7)
+    law = rs.calibrate((grain, grain), "liggghts-sjkr", velocity=(0.1, 5.0), adhesion=sticky, points=4)
+    # The cohesion of LIGGGHTS has another area of contact, which errs by d/(4 R).
+    for share, tolerance in ((1.03, 3e-3), (1.3, 1e-3), (3.0, 1e-3), (20.0, 1e-3)):
+        v = share * law.sticking_velocity
+        time = float(law.contact_time(v))
+        e, _ = codes.by_liggghts(law.snippet, grain.radius, polymer.density, v, time / 800.0, 4.0 * time, False)
+        assert e == pytest.approx(law.restitution_coefficient(v), abs=tolerance)
+    v, time = 0.8 * law.sticking_velocity, float(law.contact_time(1.3 * law.sticking_velocity))
+    assert law.restitution_coefficient(v) == 0.0
+    ends = [
+        codes.by_liggghts(law.snippet, grain.radius, polymer.density, v, time / 400.0, n * time, False)[0]
+        for n in (4.0, 4.3, 4.6)
+    ]
+    assert max(ends) - min(ends) > 0.02
+
+
 def test_mujoco_gives_the_promised_restitution_and_contact_time(codes):
     need("mujoco")
     law, ball = codes.calibrated("mujoco-solref", wall=True), codes.BALL

@@ -214,6 +214,28 @@ def test_energy_closes_in_random_impacts():
     assert not any(status.failed for status in ends)
 
 
+@pytest.mark.slow
+def test_a_fractional_material_has_the_impact_of_its_prony_series_to_their_error():
+    """Two series of one model, of other windows and errors, have one rebound within the larger error, 1e-3."""
+    rng = np.random.default_rng(3)
+    model = rs.fractional_zener(0.25, rng.uniform(0.5, 2.0), rng.uniform(0.3, 3.0), rng.uniform(0.4, 0.6))
+    rough, fine = (rs.FractionalMaterial(model, math.inf, rtol=rtol) for rtol in (1e-3, 1e-5))
+    speed = rng.uniform(0.5, 1.0)
+    e = [
+        rs.solve(ball(material, 0.02, 0.3, speed), rtol=1e-4).restitution_coefficient
+        for material in (rough.within((1e-3, 30.0)), fine.within((1e-4, 300.0)))
+    ]
+    assert 0.2 < e[1] < 0.95
+    assert e[0] == pytest.approx(e[1], abs=1e-3)
+    # The window is found also where an impact has adhesion, and where it sticks.
+    for velocity in (speed, 0.05):
+        found = rs.for_contact(lambda window, v=velocity: ball(rough.within(window), 0.02, 0.3, v))
+        result = rs.solve(found, rtol=1e-4)
+        assert found.material.window[0] < 1e-3
+        expected = e[1] if velocity == speed else 0.0
+        assert result.restitution_coefficient == pytest.approx(expected, abs=1e-3)
+
+
 def test_units_drop_out():
     # The same groups for a dust grain, a boulder, and at random: energies scale with the unit of energy.
     unit = rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-5)

@@ -488,9 +488,17 @@ class IndentationCurve(ForceRecord):
 
     def _push(self) -> IndentationCurve:
         """Return the first approach without adhesion, and without the pulls; no datum, but a start of a fit."""
-        push = copy(self)
+        force = np.maximum(self.force, float(np.median(self.force[:_FEWEST])))
+        try:
+            return IndentationCurve(
+                self.time, self.depth, force, profile=self.profile, spring_constant=self.spring_constant,
+                segment="approach",
+            )  # fmt: skip
+        except InputError:
+            # A push that jumps, or has no first touch of its own, takes that of the whole record.
+            push = copy(self)
         vars(push).pop("block", None)
-        push.adhesion, push.force = False, np.maximum(self.force, float(np.median(self.force[:_FEWEST])))
+        push.adhesion, push.force = False, force
         push._keep_approach()
         push._set_noise(None, Touch(self.nuisances[0].start, 0.0))
         return push
