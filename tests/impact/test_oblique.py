@@ -18,9 +18,9 @@ RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.5)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
 
 
-def thrown(impact, rtol=1e-6, workers=None, **numbers):
+def thrown(impact, rtol=1e-6, workers=None, errors=None, **numbers):
     """Solve an impact with friction, and tangential velocity, angle, speed, spin or gyration by name."""
-    return rs.solve(rs.vary(impact, numbers), rtol=rtol, workers=workers)
+    return rs.solve(rs.vary(impact, numbers), rtol=rtol, workers=workers, errors=errors)
 
 
 def test_momentum_spin_and_energy_of_random_impacts():
@@ -88,6 +88,43 @@ def test_rows_of_an_array_have_the_bits_of_single_impacts():
             )  # fmt: skip
             for name in ("tangential_restitution_coefficient", "rebound_spin", "friction_energy", "stick_time"):
                 assert getattr(one, name) == getattr(several, name)[i, j]
+
+
+def many_kinds():
+    """Three impacts in an array of each kind, and each of them alone."""
+    rng, depths = np.random.default_rng(), np.linspace(0.0, 0.01, 41)
+    modulus, velocity, ratio = rng.uniform(1e6, 1e7, 3), rng.uniform(0.02, 0.2, 3), rng.choice([0.2, 0.3, 0.5], 3)
+    solids = rs.standard_solid(1e6, modulus, 1e3, poisson_ratio=ratio)
+    alone = [rs.standard_solid(1e6, m, 1e3, poisson_ratio=nu) for m, nu in zip(modulus, ratio, strict=True)]
+    bulks = rs.Material(rs.PronySeries(1e6, [1e7], [1e-3]), rs.PronySeries(modulus, [1e7], [1e-2]))
+    table, tip, ball = rs.Tabulated(depths, 40.0 * depths**2), rs.FlatEndedParabola(0.01, 5e-4), rs.Parabola(0.01)
+    other = rs.standard_solid(2e6, modulus[::-1], 1e3, poisson_ratio=0.4)
+    others = [rs.standard_solid(2e6, m, 1e3, poisson_ratio=0.4) for m in modulus[::-1]]
+    for profile in (table, tip, ball):
+        yield (rs.Impact(solids, profile, 0.005, velocity), [rs.Impact(solid, profile, 0.005, v)
+               for solid, v in zip(alone, velocity, strict=True)])  # fmt: skip
+    # The first row has equal bodies, whose full sliding is recognised before anything is computed.
+    mixed, some = rs.standard_solid(1e6, modulus * [1.0, 2.0, 3.0], 1e3, poisson_ratio=ratio), [alone[0]]
+    some += [rs.standard_solid(1e6, k * modulus[k - 1], 1e3, poisson_ratio=ratio[k - 1]) for k in (2, 3)]
+    for counter, each in ((solids, alone), (other, others), (mixed, some)):
+        yield (rs.Impact(solids, ball, 0.005, velocity, counter_material=counter),
+               [rs.Impact(solid, ball, 0.005, v, counter_material=second)
+                for solid, v, second in zip(alone, velocity, each, strict=True)])  # fmt: skip
+    singles = [rs.Material(bulks.shear, rs.PronySeries(m, [1e7], [1e-2])) for m in modulus]
+    yield (rs.Impact(bulks, ball, 0.005, velocity), [rs.Impact(solid, ball, 0.005, v)
+           for solid, v in zip(singles, velocity, strict=True)])  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+def test_rows_of_any_kind_have_the_bits_of_single_impacts():
+    rng = np.random.default_rng()
+    for impacts, singles in many_kinds():
+        options = {"friction": rng.choice([0.03, 0.3]), "tangential_velocity": rng.uniform(0.01, 0.4), "rtol": 1e-4}
+        several = thrown(impacts, **options)
+        for n, single in enumerate(singles):
+            one = thrown(single, errors="warn", **options)
+            for name in ("status", "tangential_restitution_coefficient", "friction_energy", "tangential_split_error"):
+                assert np.array_equal(getattr(one, name), getattr(several, name)[n], equal_nan=True), (name, single)
 
 
 def test_dataarrays_meet_by_name():

@@ -140,9 +140,8 @@ class Batch:
 
     def row(self, n: int) -> Batch:
         """Return one row, where the profile is the same for all."""
-        rows = {
-            name: value[n : n + 1] for name, value in vars(self).items() if np.shape(value)[:1] == self.masses.shape
-        }
+        arrays = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        rows = {name: value[n : n + 1] for name, value in arrays.items() if value.shape[:1] == (self.size,)}
         return replace(self, **rows)
 
     def scaled(self, depth_factor: Numeric = _DEPTH_FACTOR, rtol: float = 0.0) -> ScaledBlock:
