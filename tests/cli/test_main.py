@@ -19,7 +19,6 @@ from cases import case_file
 from commands import done, refused, run
 from restitution import ImpactResult, SolverError, Status, read_case
 from restitution.cli import terminal
-from restitution.cli.main import app
 from restitution.impact import band, bounces
 from restitution.impact import solve as solver
 from restitution.impact.solution import Sampled, Trajectory
@@ -341,14 +340,6 @@ def test_version_and_help() -> None:
     assert answer.returncode == 0
     for command in ("standard-solid", "solve", "reproduce", "--install-completion", "130"):
         assert command in answer.stdout
-
-
-def test_the_help_of_a_command_is_its_whole_docstring() -> None:
-    for command in app.registered_commands:
-        assert command.callback is not None
-        shown = run(command.name or command.callback.__name__, "--help").stdout
-        # Words in brackets would be taken for styles and left out.
-        assert {*(command.callback.__doc__ or "").replace("\b", "").split()} <= {*shown.split()}, command.name
 
 
 def test_help_loads_nothing_heavy() -> None:
