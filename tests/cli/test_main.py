@@ -19,7 +19,6 @@ from cases import case_file
 from commands import done, refused, run
 from restitution import ImpactResult, SolverError, Status, read_case
 from restitution.cli import terminal
-from restitution.cli.main import app
 from restitution.impact import band, bounces
 from restitution.impact import solve as solver
 from restitution.impact.solution import Sampled, Trajectory
@@ -343,14 +342,6 @@ def test_version_and_help() -> None:
         assert command in answer.stdout
 
 
-def test_the_help_of_a_command_is_its_whole_docstring() -> None:
-    for command in app.registered_commands:
-        assert command.callback is not None
-        shown = run(command.name or command.callback.__name__, "--help").stdout
-        # Words in brackets would be taken for styles and left out.
-        assert {*(command.callback.__doc__ or "").replace("\b", "").split()} <= {*shown.split()}, command.name
-
-
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; sys.argv = ['restitution', '--help']\n"
@@ -370,22 +361,14 @@ def test_no_command_shows_the_help_and_is_a_usage_error() -> None:
     assert "standard-solid" in answer.stdout + answer.stderr
 
 
-def test_bad_input_gives_no_traceback(tmp_path: Path) -> None:
+def test_bad_input_gives_no_traceback_also_on_an_ascii_terminal(tmp_path: Path) -> None:
     case = tmp_path / "ball.toml"
-    case_file(case, body='mass = "5 g"\nradius = "10 s"')
-    answer = program("solve", str(case))
+    case_file(case, body='mass = "5 g"\nradius = "10 ä"')
+    answer = program("solve", str(case), env=os.environ | {"PYTHONIOENCODING": "ascii"})
     assert (answer.returncode, answer.stdout) == (2, "")
     assert answer.stderr == (
-        f'error: {case}: body.radius = "10 s": is a time, not a length; write e.g. "10 mm", or a plain number in m\n'
+        f'error: {case}: body.radius = "10 \\xe4": unknown unit \'\\xe4\'; write e.g. "10 mm", or a plain number in m\n'
     )
-
-
-def test_an_ascii_terminal(tmp_path: Path) -> None:
-    case = tmp_path / "ball.toml"
-    case.write_text("ä = 1", encoding="utf-8")
-    answer = program("solve", str(case), env=os.environ | {"PYTHONIOENCODING": "ascii"})
-    assert answer.returncode == 2
-    assert "Traceback" not in answer.stderr
 
 
 def test_ctrl_c_ends_with_the_signal_and_one_line(ball: Path) -> None:
