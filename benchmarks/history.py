@@ -24,7 +24,7 @@ def summary(results: dict[str, Any]) -> dict[str, Any]:
     for row in results["profiles"]:
         numbers[f"profile {row['profile']} [µs]"] = row["seconds"] * MICRO
     for row in results["start"]["processes"]:
-        subject = row["subject"].strip("`")
+        subject = row["subject"].replace("`", "")
         numbers[f"first {subject} [s]"] = row["first_processor"]
         numbers[f"later {subject} [s]"] = row["later"]
     errors = {f"{row['domain']}, rtol {row['rtol']:.0e}": row["error"] for row in results["domains"]}

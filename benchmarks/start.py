@@ -19,6 +19,8 @@ SOLVE = (
     "rs.solve(rs.Impact(solid, rs.Parabola(1.0), mass=1.0, velocity=1.0))"
 )
 
+# Without the switch the first single problems run as plain Python.
+_AT_ONCE = ", compiled at once"
 COMMAND = [sys.executable, "-c", "from restitution.cli.main import main; main()"]
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -47,8 +49,8 @@ def start(repeats: int, note: Note) -> dict[str, Any]:
     beyond_numpy = imports(2 * repeats + 1)
     note(f"import beyond NumPy: {beyond_numpy:.3f} s")
     subjects = {
-        "`rs.standard_solid_restitution`": [sys.executable, "-c", ARRAY_CALL],
-        "`rs.solve`": [sys.executable, "-c", SOLVE],
+        f"`rs.standard_solid_restitution`{_AT_ONCE}": [sys.executable, "-c", ARRAY_CALL],
+        f"`rs.solve`{_AT_ONCE}": [sys.executable, "-c", SOLVE],
         "`restitution standard-solid`": [*COMMAND, "standard-solid", "--nu", "0.3", "--p2", "0.1", "--p3", "1"],
         "`restitution solve`": [*COMMAND, "solve", str(EXAMPLES / "rubber_ball.toml")],
         "`restitution indent`": [*COMMAND, "indent", str(EXAMPLES / "afm_indent.toml")],
@@ -57,6 +59,10 @@ def start(repeats: int, note: Note) -> dict[str, Any]:
     for name, command in subjects.items():
         with tempfile.TemporaryDirectory() as empty:
             environment = os.environ | {"NUMBA_CACHE_DIR": empty}
+            if name.endswith(_AT_ONCE):
+                environment["NUMBA_DISABLE_JIT"] = "0"
+            else:
+                environment.pop("NUMBA_DISABLE_JIT", None)
             first, processor = _seconds(command, environment)
             later = min(_seconds(command, environment)[0] for _ in range(repeats))
         rows.append({"subject": name, "first": first, "first_processor": processor, "later": later})

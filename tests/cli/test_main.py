@@ -429,6 +429,20 @@ def test_a_case_of_another_command_is_refused_with_its_name(ball: Path) -> None:
     assert answer.stderr.endswith(": does not belong here; an impact is for `restitution solve`\n")
 
 
+def test_a_file_of_another_command_is_refused_with_its_name(ball: Path) -> None:
+    Path("tip.toml").write_text(
+        '[profile]\nradius = 1\n[material]\nlibrary = "steel"\n[indentation]\ndepth = "1 um"\n'
+    )
+    for command in ("tap", "oscillate", "solve"):
+        assert "indentation: does not belong here; a prescribed indentation is for" in refused(command, "tip.toml")
+    Path("e.csv").write_text("t,E\n1,2\n")
+    Path("e.wav").write_bytes(b"RIFF\xff\xff")
+    assert "--material" in refused("solve", "e.csv")
+    assert "`restitution bounces`" in refused("bounce", "e.wav")
+    assert "`restitution bounce` " in refused("bounces", "ball.toml", "--radius", "1cm")
+    assert refused("solve", "none.csv") == "none.csv: no such file"
+
+
 def test_without_dimensions_only_the_poisson_ratio_is_checked() -> None:
     assert done("standard-solid", "--nu", "0.45", "--p2", "1", "--p3", "1").stderr == ""
     answer = run("standard-solid", "--nu", "0.45", "--p2", "0.01", "--p3", "1")

@@ -13,7 +13,7 @@ from pydantic import Field, StrictBool, StrictInt, field_validator, model_valida
 from restitution.case.material import AnyMaterial, FileSection
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import Reader, nonnegative, of, positive
-from restitution.case.section import Section, in_file, read_sections, read_toml, refuse, without_deviations
+from restitution.case.section import MOTIONS, Section, in_file, read_sections, read_toml, refuse, without_deviations
 from restitution.checks import plain
 from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import BALL_ON_TARGET
@@ -213,10 +213,7 @@ class UncertaintySection(Section):
 class CaseFile(Section):
     """A whole case file."""
 
-    elsewhere: ClassVar[dict[str, str]] = {
-        "indentation": "a prescribed indentation is for `restitution indent`",
-        "oscillation": "an oscillating indentation is for `restitution oscillate`",
-        "tapping": "tapping is for `restitution tap`",
+    elsewhere: ClassVar[dict[str, str]] = MOTIONS | {
         "oblique": "friction, tangential_velocity or angle, and spin stand in [impact]",
         "axes": "axes are for `restitution sweep`",
         "samples": "random draws are for `restitution sweep`",

@@ -14,7 +14,7 @@ from restitution.case.impact import AccuracySection, AdhesionSection, notes_on
 from restitution.case.material import AnyMaterial
 from restitution.case.profile import AnyProfile
 from restitution.case.quantity import LIST, named_columns, nonnegative, positive, read_columns, within
-from restitution.case.section import IN_FILE, Section, in_file, read_sections, read_toml, refuse
+from restitution.case.section import IN_FILE, MOTIONS, Section, in_file, read_sections, read_toml, refuse
 from restitution.contact.geometry import Geometry
 from restitution.impact.window import window_around
 from restitution.indentation.history import History, cycles, hold, ramp, sine_arch, triangle
@@ -133,6 +133,11 @@ class IndenterFile(Section):
     elsewhere: ClassVar[dict[str, str]] = dict.fromkeys(
         ("body", "impact", "counter_body"), "an impact is for `restitution solve`"
     )
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Name the commands of the other motions, where one of them stands in the file of this one."""
+        super().__init_subclass__(**options)
+        cls.elsewhere = cls.elsewhere | {key: text for key, text in MOTIONS.items() if key not in cls.__annotations__}
 
     title: str | None = None
     profile: AnyProfile

@@ -100,6 +100,16 @@ def in_file(path: str | Path, section: str = "", **sections: str) -> Generator[N
         raise CaseError(InputError(section, rule=str(error)), where=path) from None
 
 
+MOTIONS = {
+    "indentation": "a prescribed indentation is for `restitution indent`",
+    "oscillation": "an oscillating indentation is for `restitution oscillate`",
+    "tapping": "tapping is for `restitution tap`",
+}
+"""The command for each section of a motion that is no impact."""
+_TABLE = "is no case file; `restitution solve` has the option --material for the table of a material"
+_OTHER_FILES = {".csv": _TABLE, ".xlsx": _TABLE, ".wav": "is no case file; a sound is for `restitution bounces`"}
+
+
 class Section(BaseModel):
     """A table of a case file, whose keys are the fields and no others."""
 
@@ -181,7 +191,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except OSError as error:
         fail(f"cannot be read: {error.strerror}")
     except ValueError:
-        fail("cannot be read: not a text file in UTF-8")
+        fail(_OTHER_FILES.get(path.suffix.lower(), "cannot be read: not a text file in UTF-8"))
     if len(text) > _LARGEST_FILE:
         fail(f"is too long: must have at most {_LARGEST_FILE} characters; give long tables as CSV files")
     if deep := _DEEP_KEY.search(text):
@@ -189,6 +199,8 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
+        if path.suffix.lower() in _OTHER_FILES:
+            fail(_OTHER_FILES[path.suffix.lower()])
         what, where = str(error), ""
         if match := re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|(end of document))\)", what, re.DOTALL):
             what = match[1]
