@@ -1,7 +1,8 @@
 """Random histories by panels: how many are solved, and how far they are from stricter solutions and single elements.
 
 `python validation/histories.py [number of programs]` prints the table of docs/development/decisions/histories.md, and
-`python validation/histories.py --followers [number of programs]` the comparison with elements followed alone, and
+`python validation/histories.py --followers [number of programs]` the comparison with elements followed alone,
+`python validation/histories.py --returns [number of programs]` counts forces that return from zero, and
 `python validation/histories.py --cycle [number of programs]` that with the kernel of one approach and one release.
 """
 
@@ -113,6 +114,44 @@ def check_followers(count):
           f"least dissipation over work {least:.1e}")  # fmt: skip
 
 
+def returning_force(rng, seed, liquid, dashpot, rests):
+    """A profile, a material, and a force of straight lines that is zero twice, for a while or, without `rests`, not."""
+    terms = int(rng.integers(1, 4))
+    viscosity = 0.3 * 10.0 ** rng.uniform(-2.0, 0.0) if dashpot else 0.0
+    moduli, times = 10.0 ** rng.uniform(-1.0, 1.0, (2, terms))
+    series = rs.PronySeries(0.0 if liquid else 1.0, moduli, times, parallel_viscosity=viscosity)
+    size = int(rng.integers(4, 9))
+    t, force = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.0, size))]), rng.uniform(0.2, 1.0, size + 1)
+    force[0] = 0.0
+    for n in rng.choice(np.arange(2, size), 2, replace=False):
+        force[n : n + (2 if rests else 1)] = 0.0
+    tips = (rs.Parabola(1.0), rs.Cone(1.1), rs.Sphere(2.0), rs.TruncatedCone(1.1, 0.1), rs.Pyramid(1.2))
+    return tips[seed % len(tips)], series, History.from_points(t, force)
+
+
+def check_returns(count):
+    """Print how many programs of a force that returns from zero are solved, and the largest difference of depths."""
+    print("| material | dashpot | zero | solved | largest difference |\n|---|---|---|---|---|")
+    for liquid in (False, True):
+        for dashpot in (False, True):
+            for rests in (False, True):
+                solved, worst = 0, 0.0
+                for seed in range(count):
+                    rng = np.random.default_rng([seed, 8])
+                    problem = *returning_force(rng, seed, liquid, dashpot, rests), "force"
+                    try:
+                        solution = solve_by_panels(*problem, RTOL)
+                        solved += 1
+                        strict = solve_by_panels(*problem, 1e-2 * RTOL)
+                    except InputError:
+                        continue
+                    moments = np.linspace(strict.history.start, strict.history.stop, 101)
+                    values, expected = solution.at(moments)[0], strict.at(moments)[0]
+                    worst = max(worst, float(np.abs(values - expected).max() / expected.max()))
+                words = "liquid" if liquid else "solid", "yes" if dashpot else "no", "a while" if rests else "a moment"
+                print(f"| {' | '.join(words)} | {solved} of {count} | {worst:.1e} |", flush=True)
+
+
 def single_cycle(rng, peak):
     """One approach and one release: straight lines, with a hold or without, or a smooth function."""
     up, down, rest = rng.uniform(0.1, 1.5, 3)
@@ -169,6 +208,9 @@ def main():
     warnings.simplefilter("ignore")
     if "--cycle" in sys.argv:
         compare_cycles(int(sys.argv[2]) if len(sys.argv) > 2 else 300)
+        return
+    if "--returns" in sys.argv:
+        check_returns(int(sys.argv[2]) if len(sys.argv) > 2 else 110)
         return
     if "--followers" in sys.argv:
         check_followers(int(sys.argv[2]) if len(sys.argv) > 2 else 1000)

@@ -15,7 +15,6 @@ from restitution import PronySeries, indent
 
 STANDARD, LIQUID = PronySeries(1.0, [4.0], [1.0]), PronySeries(0.0, [4.0, 1.0], [1.0, 0.2])
 THREE = PronySeries(0.5, [1.0, 2.0, 4.0], [0.05, 0.5, 5.0])
-DAMPED = PronySeries(1.0, [4.0], [1.0], parallel_viscosity=0.3)
 TIP, CONE = rs.Parabola(1.0), rs.Cone(1.1)
 TIME, FORCE = np.array([0.0, 1.0, 1.5, 2.5, 3.0, 3.3, 4.0]), np.array([0.0, 1.0, 0.0, 0.7, 0.0, 0.0, 0.9])
 # Contact radius over the root y of the depth of an elastic contact.
@@ -39,7 +38,7 @@ def check_against_elements(series, profile, time, force, count=150, steps=40):
     depths, change = result.sample(moments[::2]).indentation_depth.values, np.abs(fine - coarse)
     # Of an error of first order all of the change is left, of one of second order a third, and more where steps are
     # long for fast terms.
-    left, size = (1.3, 2e-2) if series.parallel_viscosity > 0.0 else (0.6, 3e-3)
+    left, size = (1.5, 2e-2) if series.parallel_viscosity > 0.0 else (0.6, 3e-3)
     assert change.max() <= size * depths.max()
     assert np.abs(depths - fine).max() <= left * change.max()
 
@@ -50,19 +49,26 @@ def test_a_force_that_returns_at_once_and_after_a_rest(series, profile):
     check_against_elements(series, profile, TIME, FORCE)
 
 
-def test_a_force_that_returns_after_a_rest_on_a_dashpot():
-    """It is solved, or refused."""
-    refused, time = [], np.array([0.0, 1.0, 1.5, 1.8, 2.5, 3.0])
-    for viscosity in (0.003, 0.01, 0.03, 0.1):
-        series = PronySeries(1.0, [4.0], [1.0], parallel_viscosity=viscosity)
-        try:
-            check_against_elements(series, TIP, time, np.array([0.0, 1.0, 0.0, 0.0, 0.7, 0.4]))
-        except rs.InputError as error:
-            refused.append(error)
-    assert len(refused) <= 2
-    for error in refused:
-        assert error.field == "time"
-        assert error.value == pytest.approx(1.8)
+@pytest.mark.parametrize("viscosity", [0.003, 0.01, 0.03, 0.1, 0.3])
+def test_a_force_that_returns_after_a_rest_on_a_dashpot(viscosity):
+    series = PronySeries(1.0, [4.0], [1.0], parallel_viscosity=viscosity)
+    time, force = np.array([0.0, 1.0, 1.5, 1.8, 2.5, 3.0]), np.array([0.0, 1.0, 0.0, 0.0, 0.7, 0.4])
+    check_against_elements(series, TIP, time, force)
+
+
+@pytest.mark.parametrize("viscosity", [0.003, 0.03, 0.3])
+def test_a_force_that_returns_at_once_on_a_dashpot(viscosity):
+    """The imprint is there as flat as y^5."""
+    check_against_elements(PronySeries(1.0, [4.0], [1.0], parallel_viscosity=viscosity), TIP, TIME, FORCE)
+
+
+@pytest.mark.parametrize("profile", [TIP, CONE], ids=lambda tip: type(tip).__name__)
+@pytest.mark.parametrize("series", [THREE, LIQUID], ids=["three terms", "liquid"])
+def test_a_force_that_returns_at_once_on_spectra_with_a_dashpot(series, profile):
+    damped = PronySeries(
+        series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, parallel_viscosity=0.1
+    )  # fmt: skip
+    check_against_elements(damped, profile, TIME, FORCE)
 
 
 def random_force(rng, size):
@@ -136,12 +142,6 @@ def test_without_a_force_the_tip_lies_on_the_recovering_surface():
     decay = np.exp(-np.array([0.0, 0.1, 0.29]) / 5.0)
     depth = resting.indentation_depth.values
     assert depth == pytest.approx(depth[0] * decay, rel=1e-8)
-
-
-def test_a_dashpot_needs_a_rest():
-    error = in_one_line(lambda: indent(half_space(DAMPED), TIP, time=TIME, force=FORCE))
-    assert error.field == "force"
-    assert "1.5 s" in str(error)
 
 
 def test_a_liquid_that_lies_in_its_own_imprint_is_refused():

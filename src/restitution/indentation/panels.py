@@ -483,9 +483,7 @@ def solve_by_panels(
     peak, field = float(history.coefficients.sum(axis=1).max()), name
     level = 0.0 if surface is None else surface.depth
     if name == "force":
-        part = contact_part(history, name)
-        if series.parallel_viscosity > 0.0:
-            _check_rests(part)
+        contact_part(history, name)
         bound = largest_depth(series, profile, peak, history.stop - history.start) + level
         drive = Drive(history, False, bound, touch=path_power(profile, bound)[0] + 2.0, depth=level)
     else:
@@ -509,18 +507,6 @@ def solve_by_panels(
     if solution.max_depth > deepest:
         raise InputError(field, rule=f"must not press the tip deeper than {deepest:g} m, {profile.end}")
     return solution
-
-
-def _check_rests(history: History) -> None:
-    """Refuse a force that returns from zero at once, where a dashpot has left the imprint flat at the axis."""
-    most = NO_FORCE * float(history.coefficients.sum(axis=1).max())
-    values = np.column_stack([history.coefficients[:, 0], history.coefficients.sum(axis=1)])
-    before, behind = values[:-1].max(axis=1), values[1:].max(axis=1)
-    at_zero = (values[:-1, 1] <= most) & (values[1:, 0] <= most) & (before > most) & (behind > most)
-    if np.any(at_zero):
-        time = history.knots[int(np.argmax(at_zero)) + 1]
-        rule = f"is zero for a moment at time = {time:g} s; with a dashpot in parallel it must rest there for a while"
-        raise InputError("force", rule=rule)
 
 
 def check_depth(part: History, profile: Geometry, dashpot: float) -> None:

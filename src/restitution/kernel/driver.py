@@ -30,7 +30,7 @@ DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 # Numbers in `Room.state` and in `Room.places`, and rows of `Room.nodes`.
 TIME, FRONT, DEPTH, RATE, WORK, FORCE = range(6)
 PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET, CROWD = range(6)
-D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL = range(11)
+D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL, BELOW = range(12)
 
 NEVER = np.zeros(0, dtype=np.bool_)
 # Halvings of a number of panels.
@@ -116,7 +116,8 @@ class Room(NamedTuple):
     sums: Any  # (K,): L_k now
     times: Any  # (N,)
     weights: Any  # (N,): slope of the time over z
-    nodes: Any  # (11, N), see D; PACE is the rate of GIVEN, SLOPE that of load or gap over y at the front
+    nodes: Any  # (12, N), see D; PACE: rate of GIVEN; SLOPE: that of load or gap over y at the front; BELOW: of D, the
+    # part below the surface at the axis, which lies at EVENT, where a contact begins
     h: Any  # (K, N)
     L: Any  # (K, N)
     loads: Any  # (K, N): l_k at the front
@@ -154,7 +155,7 @@ def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
     )  # fmt: skip
     return Room(
         stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(6, dtype=whole), np.zeros(K),
-        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((11, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
+        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((12, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
         np.zeros((J, N)), np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)),
         np.zeros((S, S)), np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
         np.zeros((S, 2 * S + 1)), np.zeros((S, S)), np.zeros(S), np.zeros((M, S, S)), np.zeros((M, 2)),

@@ -108,6 +108,8 @@ _FRONT_SHARE = 0.1
 _RESOLVED = 1e-3
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
+# Rounding of the rate where a contact begins, times the length of the step over the depth.
+_ROUNDING_OF_RATE = 5e-14
 _MOST_TRIES = 200
 # Breaks without a step between them.
 _MOST_SWITCHES = 60
@@ -122,13 +124,17 @@ _CROWDED = 64
 
 
 @compiled
-def memory_error(problem: Problem, room: Room) -> float:
-    """Return the error of the sums of loads that a growing contact leaves to its panel."""
+def memory_error(problem: Problem, room: Room, scatters: bool) -> float:
+    """Return the error of the sums of loads that a growing contact leaves to its panel.
+
+    Where the front scatters and loads do not feel it, sums over elements scatter with it.
+    """
     solid, scales, nodes = problem.solid, problem.scales, room.nodes
     values, row, worst = room.vectors[5], room.vectors[6], 0.0
     for k in range(solid.rates.shape[0]):
+        common = room.loads[k, NODES - 1] - solid.moduli[k] * room.h[k, NODES - 1] if scatters else 0.0
         for i in range(NODES):
-            values[i] = room.L[k, i] - solid.moduli[k] * room.h[k, i] * nodes[A, i]
+            values[i] = room.L[k, i] - (solid.moduli[k] * room.h[k, i] + common) * nodes[A, i]
         worst = max(worst, tail(problem.rule, values, row) / scales.force)
     return worst
 
@@ -150,6 +156,8 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
                 values[i] = surface_at_axis(solid, room, room.times[i])
             worst = max(worst, tail(rule, values, row) / scales.depth * scales.tolerance / _RESOLVED)
         return worst
+    # A contact that begins on an imprint, whose depths below the surface may be rounding.
+    touches = phase == GROWS and not nodes[A, 0] > 0.0 and is_light(problem) and room.places[FREE_PANELS] > 0
     for i in range(NODES):
         values[i] = 0.0
         for k in range(solid.rates.shape[0]):
@@ -160,12 +168,10 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
         # Comparisons with NaN are false.
         if not part <= worst:
             worst = part
-    if phase == GROWS:
-        part = memory_error(problem, room)
-        if not part <= worst:
-            worst = part
     if solid.viscosity > 0.0 and not problem.driver.by_depth and length > 0.0 and phase != FREE:
         rounding = 0.0
+        if touches:
+            rounding = _ROUNDING_OF_RATE * nodes[D, NODES - 1] * solid.viscosity / (length * scales.stress)
         for i in range(NODES):
             values[i] = nodes[V, i] * room.weights[i]
             if is_light(problem) and i > 0:
@@ -178,13 +184,19 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
     # On virgin surface y^2 = d may be a polynomial where y is not.
     front = max(tail(rule, values, row), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y], row))
     front *= _FRONT_SHARE / scales.depth
-    if front > scales.tolerance:
+    scatters = False
+    if front > scales.tolerance or touches:
         steepest = 0.0
         for i in range(1, NODES):
             steepest = max(steepest, nodes[SLOPE, i])
         scatter = tail(rule, nodes[Y], row) * steepest * (solid.glass if phase == GROWS else 1.0)
-        if scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress):
+        scatters = scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
+        if scatters:
             front = 0.0
+    if phase == GROWS:
+        part = memory_error(problem, room, scatters and touches)
+        if not part <= worst:
+            worst = part
     return front if not front <= worst else worst
 
 

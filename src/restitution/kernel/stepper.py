@@ -13,6 +13,7 @@ import math
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.driver import (
+    BELOW,
     DEPTH,
     EVENT,
     FOLLOWING,
@@ -76,6 +77,8 @@ _MOST_ITERATIONS = 60
 _SETTLED = 0.05
 # Difference of the forces of a panel and of the step before, over the error of a step.
 _SAME_FORCE = 10.0
+# Rounding of a depth, over the depth.
+_DEPTH_ROUNDING = 1e-15
 
 
 @compiled
@@ -341,6 +344,32 @@ def apply_correction(rule: Scheme, room: Room, moving: bool, amount: float) -> N
             nodes[V, i] = total / room.weights[i]
 
 
+@compiled
+def correct_touch(solid: Solid, rule: Scheme, room: Room, amount: float) -> None:
+    """Add the correction in the last column of the matrix to the depths below the surface of a contact that begins.
+
+    The rates follow from these depths and from the surface: differences of depths would be rounding where the gap is
+    flat.
+    """
+    nodes, p = room.nodes, room.places[FREE_PANELS] - 1
+    nodes[BELOW, 0] = 0.0
+    for i in range(1, NODES):
+        nodes[BELOW, i] += amount * room.matrix[i - 1, STAGES]
+        nodes[D, i] = nodes[EVENT, i] + nodes[BELOW, i]
+    for i in range(1, NODES):
+        if room.weights[i] > 0.0:
+            total = 0.0
+            for j in range(NODES):
+                total += rule.derivative[i, j] * nodes[BELOW, j]
+            nodes[V, i] = total / room.weights[i]
+            if p >= 0:
+                write_displacements(
+                    solid, room.free, p, room.free.end[p], room.times[i], room.parts, room.basis[0], room.basis[1]
+                )
+                for j in range(solid.recoveries.shape[0]):
+                    nodes[V, i] -= solid.recoveries[j] * room.parts[j]
+
+
 @inlined
 def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
     """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
@@ -372,14 +401,17 @@ def newton_step_of_touch(room: Room) -> tuple[bool, float]:
     nodes, M, most = room.nodes, room.matrix, 0.0
     for i in range(STAGES):
         for j in range(STAGES):
-            M[i, j] *= nodes[D, j + 1] - nodes[EVENT, j + 1]
+            M[i, j] *= nodes[BELOW, j + 1]
     if not solve_linear(M):
         return False, 0.0
     for i in range(STAGES):
         most = max(most, abs(M[i, STAGES]))
     part = min(1.0, 1.0 / most) if most > 0.0 else 1.0
     for i in range(STAGES):
-        M[i, STAGES] = (nodes[D, i + 1] - nodes[EVENT, i + 1]) * math.expm1(part * M[i, STAGES])
+        below = nodes[BELOW, i + 1]
+        change, least = below * math.expm1(part * M[i, STAGES]), _DEPTH_ROUNDING * abs(nodes[EVENT, i + 1])
+        # A smaller depth below the surface would be rounding, and its force is not felt.
+        M[i, STAGES] = change if below + change > least else least - below
     return True, part
 
 
@@ -478,9 +510,11 @@ def predict(problem: Problem, room: Room, phase: int) -> None:
             modulus = solid.glass
             if solid.viscosity > 0.0:
                 modulus += solid.viscosity / max(room.times[i] - room.times[0], 1e-300)
-            nodes[D, i], nodes[EVENT, i] = level, level
+            nodes[EVENT, i], nodes[BELOW, i] = level, 0.0
             if force > 0.0:
-                nodes[D, i] += first_depth(problem, room, room.times[i], level, modulus, force)
+                below = first_depth(problem, room, room.times[i], level, modulus, force)
+                nodes[BELOW, i] = max(below, _DEPTH_ROUNDING * abs(level))
+            nodes[D, i] = level + nodes[BELOW, i]
     if solid.viscosity > 0.0 and phase != FREE and driver.mass == 0.0 and not nodes[A, 0] > 0.0:
         differentiate(problem.rule, nodes[D], slopes)
         for i in range(1, NODES):
@@ -578,7 +612,10 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     if driver.mass > 0.0 and not write_response(driver, rule, room):
         return False
     predict(problem, room, phase)
-    apply_correction(rule, room, moving, 0.0)
+    if is_by_logarithm(solid, driver, room, phase):
+        correct_touch(solid, rule, room, 0.0)
+    else:
+        apply_correction(rule, room, moving, 0.0)
     write_forces(solid, driver, path, rule, room, phase)
     write_pull(solid, driver, room, phase)
     # Without a force the first guess is the solution.
@@ -612,20 +649,27 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
         change, size = 0.0, 1.0
         for i in range(STAGES):
             part = abs(room.matrix[i, STAGES]) * reach
-            if by_logarithm and nodes[D, i + 1] > nodes[EVENT, i + 1]:
+            felt = abs(room.matrix[i, STAGES]) > _DEPTH_ROUNDING * abs(nodes[D, i + 1])
+            if by_logarithm and felt and nodes[SLOPE, i + 1] > 0.0:
+                # On a flat imprint the front is much further than the depth.
+                part = max(part, 2.0 * nodes[Y, i + 1] / nodes[SLOPE, i + 1] * part)
+            if by_logarithm and felt and nodes[BELOW, i + 1] > 0.0:
                 # The rate, which loads a dashpot, is about a multiple of the depth below the surface.
                 pace = abs(nodes[V, i + 1]) * solid.viscosity / scales.stress
-                part = max(part, abs(room.matrix[i, STAGES]) * pace / (nodes[D, i + 1] - nodes[EVENT, i + 1]))
+                part = max(part, abs(room.matrix[i, STAGES]) * pace / nodes[BELOW, i + 1])
             # Rounding of forces that few elements share.
             if not (light and part <= rounding_of_load(problem, room, i + 1)):
                 change = max(change, part)
             size = max(size, abs(nodes[D, i + 1]) / scales.depth, abs(nodes[V, i + 1]) * reach)
-        ratio = change / last
+        ratio = change / last if last > 0.0 else 0.0
         if not change < math.inf or (iteration > 8 and ratio > 2.0):
             return False
         if touches and moving:
             amount = part_above_surface(rule, room, moving)
-        apply_correction(rule, room, moving, 1.0 if by_logarithm else amount)
+        if by_logarithm:
+            correct_touch(solid, rule, room, 1.0)
+        else:
+            apply_correction(rule, room, moving, amount)
         write_forces(solid, driver, path, rule, room, phase)
         write_pull(solid, driver, room, phase)
         left = change * ratio / (1.0 - ratio) if iteration > 0 and ratio < 0.5 else change
