@@ -321,3 +321,12 @@ def test_compliances_have_no_covariance_of_moduli():
     fit = fit_prony(CreepTable(time, TRUTH.creep_compliance(time), "shear"))
     assert fit.covariance is None
     assert named(lambda: fit.scattered(bulk_modulus=2e9))[0] == "data"
+
+
+def test_the_note_on_a_fit_counts_its_terms() -> None:
+    """One Maxwell branch needs one term, three over six decades more."""
+    t = np.geomspace(1e-4, 1e6, 201)
+    for times, words in (([1.0], "1 Prony term fitted"), ([1e-2, 1e1, 1e4], " Prony terms fitted")):
+        series = PronySeries(1e6, [1e6] * len(times), times)
+        data = RelaxationTable(t, series.relaxation_modulus(t), "shear")
+        assert words in str(fit_prony(data).material(bulk_modulus=2e9).assumptions)

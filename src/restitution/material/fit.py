@@ -269,7 +269,8 @@ class PronyFit:
         stated = self.data.deformation
         shear, bulk = shear_and_bulk(self.series, bulk_modulus, poisson_ratio, stated, deformation)
         source = self.data.source or None
-        assumptions = f"{self.n_terms} Prony terms fitted to the data, relative misfit {self.misfit:.2g}"
+        terms = "Prony term" if self.n_terms == 1 else "Prony terms"
+        assumptions = f"{self.n_terms} {terms} fitted to the data, relative misfit {self.misfit:.2g}"
         fitted = Material(shear, bulk, density=density, name=name, source=source, window=self.window)
         return replace(fitted, assumptions=assumptions, derivation="fit")
 
