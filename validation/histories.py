@@ -115,7 +115,7 @@ def check_followers(count):
 
 
 def returning_force(rng, seed, liquid, dashpot, rests):
-    """A profile, a material, and a force of straight lines that is zero twice, for a while or, without `rests`, not."""
+    """A profile, a material, and a force of straight lines that is zero twice, for a while or for a moment."""
     terms = int(rng.integers(1, 4))
     viscosity = 0.3 * 10.0 ** rng.uniform(-2.0, 0.0) if dashpot else 0.0
     moduli, times = 10.0 ** rng.uniform(-1.0, 1.0, (2, terms))
