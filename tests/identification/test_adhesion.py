@@ -385,6 +385,21 @@ def test_an_interval_holds_other_minima_that_fit_as_well(exact):
         assert (wider[0] <= value * (1.0 + 1e-9) and value * (1.0 - 1e-9) <= wider[1]) == inside
 
 
+@pytest.mark.slow
+def test_intervals_without_profiles_go_along_the_valley_of_the_stress():
+    """A soft cantilever, whose best fit is 1.2 MPa at all larger stresses, and whose moduli are true at 0.5 MPa."""
+    time, depth, force, deviation = pulled(5e5, np.random.default_rng(0), spring_constant=0.3)
+    curve = rs.IndentationCurve(
+        time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True, spring_constant=0.3
+    )
+    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    known = GEL | {"work": PULL, "stress": 5e5}
+    for name in ("equilibrium_modulus", "branch_modulus", "work", "stress"):
+        low, high = found.parameters[name].interval
+        assert low < known[name] < high, name
+    assert any("hardly show stress" in line for line in found.warnings)
+
+
 def test_lines_of_a_noisy_depth():
     """Few lines, closer to the true depth than the noise."""
     rng = np.random.default_rng(1)

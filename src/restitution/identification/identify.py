@@ -156,7 +156,7 @@ def identify(
         uncertainty = Uncertainty(moved(estimation.problem, loss, best, estimation.fits))
         estimates = _estimates(uncertainty, profiles, report)
     result = Identification(uncertainty, estimates, nuisance_estimates(uncertainty))
-    return replace(result, warnings=_warnings(result))
+    return replace(result, warnings=_warnings(result, profiles))
 
 
 def _estimates(
@@ -195,7 +195,7 @@ def _middle_temperature(sets: Sequence[Observations]) -> float | None:
     return float(np.median(np.concatenate(temperatures))) if temperatures else None
 
 
-def _warnings(result: Identification) -> tuple[str, ...]:
+def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
     """Return doubts about a fit."""
     from scipy.special import gammainc
 
@@ -215,6 +215,11 @@ def _warnings(result: Identification) -> tuple[str, ...]:
     for record, nuisances in zip(problem.data, problem.nuisances(here), strict=True):
         lines += hollow_balls(getattr(record, "mass", None), getattr(record, "profile", None))
         lines += record.doubts(problem.materials(here), nuisances)
+    if profiles is False and (unseen := result.uncertainty.unseen_adhesion):
+        lines.append(
+            f"the data hardly show {' and '.join(unseen)}: intervals are those over a few of the values that fit as "
+            "well; profiles=True follows all of them"
+        )
     # The parameters with a value may have another one in another minimum.
     stated = np.array([estimate.determined for estimate in result.parameters.values()])
     n, best = problem.n_parameters, estimation.fit

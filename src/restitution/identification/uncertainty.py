@@ -235,6 +235,8 @@ _BENT = 0.1
 CLOSE, UNDETERMINED = 1.3, 3.0
 """Factors between an estimate and the ends of its interval: a determined value, and one that results warn of."""
 _LEVEL = 0.95
+# Steps of the logarithm of an adhesion along its valley, their number to each side, and the excess that ends them.
+_PACE, _PACES, _LEFT = 0.12, 16, 12.0
 
 
 class Estimate(NamedTuple):
@@ -445,12 +447,45 @@ class Uncertainty:
             for end in (fit.coordinates - move, fit.coordinates + move)
         )
 
-    def _others(self, k: int, level: float) -> list[float]:
-        """Return a coordinate in all minima that fit as well; with adhesion they are no parts of one valley."""
-        problem, fit = self.estimation.problem, self.estimation.fit
+    @property
+    def unseen_adhesion(self) -> list[str]:
+        """Names of the numbers of an adhesion whose size the data hardly show."""
+        space = self.estimation.problem.space
+        places = hidden(self.standard_errors, self.estimation.problem.n_parameters)
+        return [space.names[k] for k in places if space.names[k] in space.adhesion]
+
+    @cached_property
+    def _others(self) -> tuple[Fit, ...]:
+        """Other minima with adhesion, which are no parts of one valley, and points along a rough work or stress.
+
+        Where a fit no longer changes with a stress, others have no slope over it, though they change along the valley.
+        Its way has many small minima, so that each point starts from the one before.
+        """
+        problem, fit, loss = self.estimation.problem, self.estimation.fit, self.estimation.loss
+        if not problem.space.adhesion:
+            return ()
+        others = list(self.estimation.fits)
+        for k in np.flatnonzero(self.standard_errors[: problem.n_parameters] > _LINEAR):
+            if problem.space.names[k] not in problem.space.adhesion:
+                continue
+            for step in (-_PACE, _PACE):
+                point = fit.coordinates
+                for _ in range(_PACES):
+                    point = point + step * np.eye(point.size)[k]
+                    if not problem.low[k] < point[k] < problem.high[k]:
+                        break
+                    others.append(minimise(problem, point, loss, int(k), 1e-3))
+                    if others[-1].cost > fit.cost + _LEFT:
+                        break
+                    point = others[-1].coordinates
+        return tuple(others)
+
+    def _spread(self, k: int, level: float) -> tuple[float, float]:
+        """Return the ends of a coordinate over all fits that are as good."""
+        fit = self.estimation.fit
         enough = fit.cost + self.quantile(level) ** 2 * self._efficiency[1]
-        others = self.estimation.fits if problem.space.adhesion else ()
-        return [float(other.coordinates[k]) for other in (fit, *others) if other.cost <= enough]
+        values = [float(other.coordinates[k]) for other in (fit, *self._others) if other.cost <= enough]
+        return min(values), max(values)
 
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
         """Return the estimate of parameter k; from its profile on request, or if its error is not small."""
@@ -458,6 +493,7 @@ class Uncertainty:
         z, error = float(self.estimation.fit.coordinates[k]), float(self.standard_errors[k])
         width = problem.high[k] - problem.low[k]
         free = any(direction.exact and parameter.name in direction.exponents for direction in self.flat_directions)
+        ends = self._spread(k, level)
         if free:
             low, high = -math.inf, math.inf
         # The linearised problem fails where an error is large, or where the least sum of squares is no parabola.
@@ -465,20 +501,22 @@ class Uncertainty:
             low, high = self.profile(k, level)[2:4]
         else:
             reach = self.quantile(level) * error
-            low, high = (z - reach, z + reach) if reach < FAR else (-math.inf, math.inf)
-        low, high = min(low, *self._others(k, level)), max(high, *self._others(k, level))
+            low, high = (ends[0] - reach, ends[1] + reach) if reach < FAR else (-math.inf, math.inf)
+        low, high = min(low, ends[0]), max(high, ends[1])
+        if ends[1] > ends[0] and math.isfinite(high - low):
+            error = max(error, 0.5 * (high - low) / self.quantile(level))
         # The data do not bound an estimate that lies at the end of its range.
         if z - problem.low[k] < 1e-6 * width or low < problem.low[k]:
             low = -math.inf
         if problem.high[k] - z < 1e-6 * width or high > problem.high[k]:
             high = math.inf
-        ends = math.isinf(low), math.isinf(high)
+        opened = math.isinf(low), math.isinf(high)
         with np.errstate(over="ignore"):
             interval = float(parameter.outward(low)), float(parameter.outward(high))
-        determined = not any(ends)
+        determined = not any(opened)
         value = float(parameter.outward(z)) if determined else None
         size = error * float(parameter.slope(z)) if determined else None
-        return Estimate(value, size, interval, determined, parameter.quantity.unit, ends)
+        return Estimate(value, size, interval, determined, parameter.quantity.unit, opened)
 
 
 def nuisance_estimates(uncertainty: Uncertainty) -> dict[str, Estimate]:

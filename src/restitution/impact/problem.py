@@ -155,7 +155,7 @@ class Impact:
     def refuse_adhesion(self) -> None:
         """Refuse adhesion, for what has no theory of it."""
         if self.adhesion is not None:
-            raise InputError("adhesion", rule="must be left out here; solve has it for one Impact, single or an array")
+            raise InputError("adhesion", rule="must be left out here; solve and sweeps have it")
 
     def _check_adhesion(self) -> None:
         """Refuse what the theory of adhesive impacts does not have."""
