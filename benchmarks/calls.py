@@ -52,18 +52,18 @@ velocity = "%s m/s"
 def calls(work: Callable[[], Any]) -> tuple[Counter[CodeType], int]:
     """Calls by code of the package outside the kernel, and the number of all, of the second run of `work`."""
     work()
-    found: Counter[CodeType] = Counter()
+    result: Counter[CodeType] = Counter()
 
     def note(frame: FrameType, event: str, _: object) -> None:
         if event == "call" and frame.f_code.co_name not in _PARTS:
-            found[frame.f_code] += 1
+            result[frame.f_code] += 1
 
     sys.setprofile(note)
     try:
         work()
     finally:
         sys.setprofile(None)
-    return Counter({code: n for code, n in found.items() if is_outside(code)}), found.total()
+    return Counter({code: n for code, n in result.items() if is_outside(code)}), result.total()
 
 
 def is_outside(code: CodeType) -> bool:
@@ -116,13 +116,13 @@ def holders(work: Callable[[], Any]) -> list[str]:
     import restitution.kernel.impact as kernel
 
     work()
-    found: dict[str, None] = {}
+    results: dict[str, None] = {}
 
     def note(frame: FrameType, event: str, _: object) -> None:
         code = frame.f_code
         if event == "return" and is_outside(code) and any(map(_is_marked, frame.f_locals.values())):
             module = str(Path(code.co_filename).relative_to(PACKAGE).with_suffix(""))
-            found[f"{module}: {code.co_qualname.split('.<locals>')[0]}"] = None
+            results[f"{module}: {code.co_qualname.split('.<locals>')[0]}"] = None
 
     def arrive(*_: object) -> None:
         raise KeyboardInterrupt
@@ -136,7 +136,7 @@ def holders(work: Callable[[], Any]) -> list[str]:
     finally:
         sys.setprofile(None)
         kernel.solve_block = solve_block
-    return list(found)
+    return list(results)
 
 
 def answer(file: Path) -> tuple[Any, ...]:
@@ -189,8 +189,8 @@ def main() -> None:
         file = Path(folder) / "case.toml"
         for name, numbers in {"velocity": ("4", MARKER), "relaxation time": (MARKER, "4")}.items():
             file.write_text(CASE % numbers, encoding="utf-8")
-            found = holders(lambda: read_case(file).solve())
-            print(f"{name}: held by {len(found)} functions", *found, sep="\n    ")
+            result = holders(lambda: read_case(file).solve())
+            print(f"{name}: held by {len(result)} functions", *result, sep="\n    ")
 
 
 def shortest(work: Callable[[], Any], repeats: int = 50) -> float:

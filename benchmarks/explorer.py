@@ -112,14 +112,14 @@ async def drag(address: str, key: str, place: float, seconds: float, found: dict
 
 def pages(address: str, key: str, number: int, seconds: float = SECONDS) -> tuple[dict[str, list[float]], float]:
     """Return the times from input to answer [s] of pages that all move a slider, and the processor time of these."""
-    found: dict[str, list[float]] = {"impact": [], "velocity": []}
+    results: dict[str, list[float]] = {"impact": [], "velocity": []}
 
     async def all_of_them() -> None:
-        await asyncio.gather(*(drag(address, key, n / number, seconds, found) for n in range(number)))
+        await asyncio.gather(*(drag(address, key, n / number, seconds, results) for n in range(number)))
 
     before = time.process_time()
     asyncio.run(all_of_them())
-    return found, time.process_time() - before
+    return results, time.process_time() - before
 
 
 def quantiles(times: Any) -> str:
@@ -176,9 +176,11 @@ def main() -> None:
         browser.close()
         for number in (1, 8):
             for key in START:
-                found, own = others.submit(pages, address, key, number).result()
-                rate = len(found["impact"]) / SECONDS / number
-                more.append(f"| {number} | {SLIDERS[key]} | {rate:.0f} | {quantiles(1e3 * np.array(found['impact']))}")
+                result, own = others.submit(pages, address, key, number).result()
+                rate = len(result["impact"]) / SECONDS / number
+                more.append(
+                    f"| {number} | {SLIDERS[key]} | {rate:.0f} | {quantiles(1e3 * np.array(result['impact']))}"
+                )
                 print(more[-1], f"their own time {own / SECONDS:.2f} of a core", flush=True)
     load = os.getloadavg()[0]
     about = f"{describe().lines()[0]}, Chromium {version} without a graphics card; load of the machine {load:.1f}."

@@ -66,7 +66,7 @@ def main() -> None:
     """Measure and write the table."""
     warnings.simplefilter("ignore")
     rows = ["| answer | median | 99 % | longest |", "|---|---:|---:|---:|"]
-    found: dict[str, list[float]] = {kind: [] for kind in KINDS}
+    results: dict[str, list[float]] = {kind: [] for kind in KINDS}
     for seed in map(int, sys.argv[1:] or ["1", "2"]):
         rng = random.Random(seed)
         for n in range(UNMEASURED + STATES):
@@ -74,11 +74,11 @@ def main() -> None:
             for kind in KINDS:
                 spent = cost(kind, state)
                 if n >= UNMEASURED:
-                    found[kind].append(spent)
-    for kind, times in found.items():
+                    results[kind].append(spent)
+    for kind, times in results.items():
         median, high, longest = 1e3 * np.quantile(times, [0.5, 0.99, 1.0])
         rows.append(f"| {kind} | {median:.1f} ms | {high:.0f} ms | {longest:.0f} ms |")
-    about = f"{len(found['impact'])} states; {describe().lines()[0]}."
+    about = f"{len(results['impact'])} states; {describe().lines()[0]}."
     TABLE.write_text("\n".join(["", *rows, "", about, ""]), encoding="utf-8")
     print(TABLE.read_text(encoding="utf-8"))
 

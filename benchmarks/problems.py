@@ -89,8 +89,8 @@ class Impacts:
         """Restitution coefficients, in one call for each array."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RestitutionWarning)  # random bodies exceed the limits of the theory
-            found = [solve(impact, rtol=rtol, workers=workers) for impact in self.arrays]
-        return np.concatenate([np.asarray(one.restitution_coefficient) for one in found])
+            results = [solve(impact, rtol=rtol, workers=workers) for impact in self.arrays]
+        return np.concatenate([np.asarray(one.restitution_coefficient) for one in results])
 
     def copies(self, n: int, count: int) -> Impacts:
         """Impact n, `count` times."""

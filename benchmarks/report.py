@@ -81,15 +81,15 @@ def _duration(seconds: float) -> str:
 
 def machine(results: dict[str, Any]) -> str:
     """Description of the machine and its load."""
-    found = results["machine"]
-    versions = dict(found["versions"])
+    result = results["machine"]
+    versions = dict(result["versions"])
     if "lammps" in results:
         versions["LAMMPS"] = str(results["lammps"]["version"])
     load = max(results["load"].values())
     words = ", ".join(f"{name} {number}" for name, number in versions.items())
     minutes = results["seconds"] / 60.0
     return (
-        f"{found['processor']}, {found['cores']} cores, {found['system']}; {words}. "
+        f"{result['processor']}, {result['cores']} cores, {result['system']}; {words}. "
         f"{minutes:.0f} minutes in all; at most {load:.1f} processes were running or waiting, as the mean of "
         "a minute, this one included."
     )
@@ -217,7 +217,7 @@ def costs(results: dict[str, Any]) -> str:
 
 def start(results: dict[str, Any]) -> str:
     """Table of the times until the first result."""
-    found = results["start"]
+    result = results["start"]
     rows = [
         [
             row["subject"],
@@ -225,12 +225,12 @@ def start(results: dict[str, Any]) -> str:
             f"{row['first_processor']:.1f}",
             f"{row['later']:.2f} (≤ 1)",
         ]
-        for row in found["processes"]
+        for row in result["processes"]
     ]
     header = ("whole process", "empty cache, s", "processor time, s", "later processes, s")
     return (
-        f"The import of `restitution` takes {1e3 * found['import']:.1f} ms more than that of NumPy (≤ 500 ms); "
-        f"a process that imports only NumPy takes {found['numpy']:.2f} s.\n\n{_table(header, rows)}"
+        f"The import of `restitution` takes {1e3 * result['import']:.1f} ms more than that of NumPy (≤ 500 ms); "
+        f"a process that imports only NumPy takes {result['numpy']:.2f} s.\n\n{_table(header, rows)}"
     )
 
 
@@ -292,20 +292,20 @@ def equal_accuracy(results: dict[str, Any]) -> str:
 
 def lammps(results: dict[str, Any]) -> str:
     """Table of the times of a collision in LAMMPS and in this package."""
-    found = results["lammps"]
+    result = results["lammps"]
     rows = [
         [
             f"LAMMPS, `{run['style']}`, {run['steps']} steps", "none", _us(run["seconds"]), f"{run['error']:.1e}",
         ]
-        for run in found["runs"]
+        for run in result["runs"]
     ]  # fmt: skip
     rows += [
         [f"this package, rtol {_power(run['rtol'])}", "Kelvin-Voigt", _us(run["seconds"]), f"{run['error']:.1e}"]
-        for run in found["ours"]
+        for run in result["ours"]
     ]  # fmt: skip
     plane = next(row for row in results["domains"] if row["domain"] == "paper's plane" and row["rtol"] == 1e-8)
     rows.append(["this package, rtol 1e-8", "standard solids, the plane", _us(plane["mean"]), f"{plane['error']:.1e}"])
-    for row in found["surrogates"]:
+    for row in result["surrogates"]:
         words = "a surrogate with errors below 1e-8, with its construction", "the same, without its construction"
         rows += [
             [name, row["material"], f"{MICRO * row[key]:.2f}", f"{row['error']:.1e}"]
@@ -322,8 +322,8 @@ def lammps(results: dict[str, Any]) -> str:
     )
     table = _table(("", "memory", "µs per collision", "error of e"), rows)
     return (
-        f"{found['pairs']} pairs, b = {found['loss']:g}; e is {found['law']:.6f} by the law of LAMMPS and "
-        f"{found['exact']:.6f} for Kelvin-Voigt bodies.\n\n{table}"
+        f"{result['pairs']} pairs, b = {result['loss']:g}; e is {result['law']:.6f} by the law of LAMMPS and "
+        f"{result['exact']:.6f} for Kelvin-Voigt bodies.\n\n{table}"
     )
 
 

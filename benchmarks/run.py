@@ -33,7 +33,7 @@ def sections(small: bool, python: Path | None) -> dict[str, Section]:
     cores = sorted({1, 2, os.cpu_count() or 1})
     if small:
         count = 6
-        found: dict[str, Section] = {
+        results: dict[str, Section] = {
             "start": lambda note: start.start(2, note),
             "domains": lambda note: speed.domains(4_000, 60, 2, note),
             "profiles": lambda note: speed.profiles(6, 200, 2, note),
@@ -48,7 +48,7 @@ def sections(small: bool, python: Path | None) -> dict[str, Section]:
         }
     else:
         count = 20
-        found = {
+        results = {
             "start": lambda note: start.start(5, note),
             "domains": lambda note: speed.domains(100_000, 1_000, 3, note),
             "profiles": lambda note: speed.profiles(30, 2_000, 3, note),
@@ -63,8 +63,8 @@ def sections(small: bool, python: Path | None) -> dict[str, Section]:
         }  # fmt: skip
     if python is not None:
         steps, repeats = ([50, 100], 2) if small else ([50, 100, 200, 1000], 5)
-        found["lammps"] = lambda note: peers.lammps(python, 2_000, steps, repeats, note)
-    return found
+        results["lammps"] = lambda note: peers.lammps(python, 2_000, steps, repeats, note)
+    return results
 
 
 def main() -> None:
@@ -75,15 +75,15 @@ def main() -> None:
     parser.add_argument("--only", metavar="NAME", nargs="+", help="measure these again and keep the rest")
     parser.add_argument("--draw", action="store_true", help="measure nothing: tables and pictures from results.json")
     parser.add_argument("--out", metavar="FILE", type=Path, default=FOLDER / "results.json")
-    given = parser.parse_args()
-    if given.peers is None:
+    options = parser.parse_args()
+    if options.peers is None:
         print("LAMMPS: left out (--peers PYTHON or RESTITUTION_PEERS is not given)", file=sys.stderr)
-    if not given.draw:
-        measure(given)
-    results = json.loads(given.out.read_text(encoding="utf-8"))
-    standard = given.out.resolve() == (FOLDER / "results.json").resolve()
-    pictures = FOLDER.parent / "docs" / "_static" / "benchmarks" if standard else given.out.parent
-    report.write(results, FOLDER / "tables" if standard else given.out.parent, pictures)
+    if not options.draw:
+        measure(options)
+    results = json.loads(options.out.read_text(encoding="utf-8"))
+    standard = options.out.resolve() == (FOLDER / "results.json").resolve()
+    pictures = FOLDER.parent / "docs" / "_static" / "benchmarks" if standard else options.out.parent
+    report.write(results, FOLDER / "tables" if standard else options.out.parent, pictures)
 
 
 def measure(given: argparse.Namespace) -> None:

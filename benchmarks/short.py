@@ -167,9 +167,9 @@ def main() -> None:
         if shown:
             print(f"\rmeasuring {100 * done // total:3d} %", end="" if done < total else "\n", file=sys.stderr)
 
-    found = measure(size, progress)
+    result = measure(size, progress)
     print("\n".join(describe().lines()))
-    print(table(found))
+    print(table(result))
 
 
 if __name__ == "__main__":

@@ -67,12 +67,12 @@ def profiles(materials: int, masses: int, repeats: int, note: Note) -> list[dict
     rows = []
     for name, profile in tips().items():
         problems = of_profile(profile, materials, masses)
-        exact, found = problems.solve(1e-11), problems.solve(RTOL)
+        exact, result = problems.solve(1e-11), problems.solve(RTOL)
         seconds = best(partial(problems.solve, RTOL), repeats) / problems.size
         table = 0.0
         if profile.path_exponent is None:
             table = best(partial(path_table, profile, 4.0), repeats)
-        error = float((np.abs(found - exact) / np.maximum(exact, 1e-3)).max())
+        error = float((np.abs(result - exact) / np.maximum(exact, 1e-3)).max())
         rows.append({"profile": name, "seconds": seconds, "table": table, "error": error, "masses": masses})
         note(f"{name}: {1e6 * seconds:.1f} us, {error:.1e}, table {1e3 * table:.2f} ms")
     return rows

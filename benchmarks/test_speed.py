@@ -36,8 +36,8 @@ EXACT = FEW.solve(1e-12)
 def test_domain(benchmark, name):
     problems = DOMAINS[name]()
     exact = problems.solve(1e-11)
-    found = benchmark(problems.solve, RTOL)
-    assert np.all(np.abs(found - exact) < RTOL * np.maximum(exact, 1e-3))
+    result = benchmark(problems.solve, RTOL)
+    assert np.all(np.abs(result - exact) < RTOL * np.maximum(exact, 1e-3))
 
 
 @pytest.mark.parametrize("name", PROFILES)
@@ -45,8 +45,8 @@ def test_domain(benchmark, name):
 def test_profile(benchmark, name):
     problems = of_profile(PROFILES[name], 4, 500)
     exact = problems.solve(1e-11)
-    found = benchmark(problems.solve, RTOL)
-    assert np.all(np.abs(found - exact) < RTOL * np.maximum(exact, 1e-3))
+    result = benchmark(problems.solve, RTOL)
+    assert np.all(np.abs(result - exact) < RTOL * np.maximum(exact, 1e-3))
 
 
 @pytest.mark.parametrize("terms", [1, 10, 100])
@@ -60,16 +60,16 @@ def test_terms(benchmark, terms):
 def test_tolerance(benchmark, rtol):
     problems = plane(POINTS)
     exact = problems.solve(1e-12)
-    found = benchmark(problems.solve, rtol)
-    assert np.all(np.abs(found - exact) < rtol * np.maximum(exact, 1e-3) + 1e-12)
+    result = benchmark(problems.solve, rtol)
+    assert np.all(np.abs(result - exact) < rtol * np.maximum(exact, 1e-3) + 1e-12)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.benchmark(group="threads, 20 000 impacts")
 def test_threads(benchmark, workers):
     problems = plane(20_000)
-    found = benchmark(problems.solve, RTOL, workers)
-    assert np.array_equal(found, problems.solve(RTOL))
+    result = benchmark(problems.solve, RTOL, workers)
+    assert np.array_equal(result, problems.solve(RTOL))
 
 
 @pytest.mark.parametrize(("method", "rtol", "error"), [("exact", 1e-8, 1e-8), ("elements", 1e-9, 2e-3)])
@@ -78,5 +78,5 @@ def test_method(benchmark, method, rtol, error):
     def solve():
         return rs.standard_solid_restitution(FEW.nu, FEW.p2, FEW.p3, method=method, rtol=rtol)
 
-    found = benchmark.pedantic(solve, rounds=20 if method == "exact" else 1, warmup_rounds=0)
-    assert np.abs(found - EXACT).max() < error
+    result = benchmark.pedantic(solve, rounds=20 if method == "exact" else 1, warmup_rounds=0)
+    assert np.abs(result - EXACT).max() < error

@@ -149,8 +149,8 @@ def table(subjects: dict[str, Subject], times: dict[tuple[str, str], float]) -> 
 def test_array(benchmark: Any, subjects: dict[str, Subject], times: dict[Any, float], name: str) -> None:
     subject = subjects[name]
     assert subject.measured <= 1e-6
-    found = benchmark(subject.query)
-    record(benchmark, times, (name, "array"), np.size(found))
+    result = benchmark(subject.query)
+    record(benchmark, times, (name, "array"), np.size(result))
 
 
 @pytest.mark.parametrize("name", NAMES[: len(IMPACTS)])

@@ -114,13 +114,13 @@ def readers(annotation: Any) -> Iterator[Reader]:
 def row(key: str, section: type[Section]) -> str:
     """Row of the table of a section."""
     field = section.model_fields[key]
-    found = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
+    result = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
     choices = [f'`"{one}"`' for part in (field.annotation, *typing.get_args(field.annotation))
                for one in typing.get_args(part) if isinstance(one, str)]  # fmt: skip
-    words = field.description or WORDS.get(key) or (found.quantity.words if found else "")
+    words = field.description or WORDS.get(key) or (result.quantity.words if result else "")
     if len(choices) > 1:
         words += ": " + ", ".join(choices)
-    unit = "" if found is None else found.quantity.unit or "-"
+    unit = "" if result is None else result.quantity.unit or "-"
     if not field.is_required() and field.default is not None and isinstance(field.default, (int, float, str)):
         words += f"; the default is {field.default}" if not isinstance(field.default, bool) else ""
     return f"| `{key}`{' (required)' if field.is_required() else ''} | {unit} | {words} |"
@@ -234,8 +234,8 @@ def page() -> str:
 
 def _unit(section: type[Section], key: str) -> str:
     field = section.model_fields[key]
-    found = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
-    return f" [{found.quantity.unit}]" if found is not None and found.quantity.unit else ""
+    result = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
+    return f" [{result.quantity.unit}]" if result is not None and result.quantity.unit else ""
 
 
 def write() -> None:

@@ -208,8 +208,8 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--seed", type=int, default=DEFAULT_SEED)
-    given = parser.parse_args()
-    for path in write(given.out, QUICK if given.quick else FULL, given.seed):
+    options = parser.parse_args()
+    for path in write(options.out, QUICK if options.quick else FULL, options.seed):
         print(path)
 
 

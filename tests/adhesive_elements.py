@@ -97,10 +97,10 @@ class Held:
         """Edge down the slope of the energy from an earlier one."""
 
         def excess(c):
-            found = self.state(c, load)
-            if found is None:
+            result = self.state(c, load)
+            if result is None:
                 return -1.0 if c <= 0.0 and load >= 0.0 else 1.0
-            return found[2]
+            return result[2]
 
         way = 1.0 if excess(c) < 0.0 else -1.0
         low = c

@@ -131,7 +131,7 @@ def pressed_elements(series, radius_of, times, forces, widest, count):
     edges = np.linspace(0.0, widest, count + 1)
     s, weights = (0.5 * (edges[1:] + edges[:-1])) ** 2, np.diff(radius_of(edges))
     rates, moduli = 1.0 / series.relaxation_times, series.branch_moduli
-    surface, loads, found = np.zeros(count), np.zeros((rates.size, count)), [0.0]
+    surface, loads, result = np.zeros(count), np.zeros((rates.size, count)), [0.0]
     for n in range(times.size - 1):
         x = rates * (times[n + 1] - times[n])
         decay, gain = np.exp(-x), moduli * -np.expm1(-x) / x
@@ -142,9 +142,9 @@ def pressed_elements(series, radius_of, times, forces, widest, count):
         order = np.argsort(s + free)
         levels, areas = (s + free)[order], np.cumsum(weights[order])
         sums = np.cumsum(weights[order] * levels)
-        wanted = forces[n + 1] / (2.0 * stiffness)
-        k = int(np.searchsorted(areas * levels - sums, wanted, side="right")) - 1
-        found.append(levels[0] if wanted <= 0.0 else (wanted + sums[k]) / areas[k])
-        after = np.maximum(found[-1] - s, free)
+        expected = forces[n + 1] / (2.0 * stiffness)
+        k = int(np.searchsorted(areas * levels - sums, expected, side="right")) - 1
+        result.append(levels[0] if expected <= 0.0 else (expected + sums[k]) / areas[k])
+        after = np.maximum(result[-1] - s, free)
         loads, surface = decay[:, None] * loads + gain[:, None] * (after - surface), after
-    return np.array(found)
+    return np.array(result)

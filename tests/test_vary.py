@@ -151,7 +151,7 @@ def test_what_cannot_be_varied_is_refused(field, numbers):
 def test_numbers_come_back_by_name(name: str) -> None:
     (low, high), make = SINGLES[name] if name != "p3" else ((0.01, 1.0), lambda x: rs.vary(BALL, {"p3": x}))
     x = float(RNG.uniform(low, high))
-    found = numbers_by_name(make(x), [name])
-    assert list(found.values()) == pytest.approx([x], rel=1e-12)
+    result = numbers_by_name(make(x), [name])
+    assert list(result.values()) == pytest.approx([x], rel=1e-12)
     if name == "p3":
-        assert found["p3"] == pytest.approx(float(rs.dimensionless_groups(make(x)).p3), rel=1e-12)
+        assert result["p3"] == pytest.approx(float(rs.dimensionless_groups(make(x)).p3), rel=1e-12)

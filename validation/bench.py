@@ -87,8 +87,8 @@ def balls() -> list[Row]:
         radius, mass = body or (20e-3, 40e-3)
         noise = rs.Noise(restitution_coefficient=real_data.SCATTER)
         slower = rs.Rebounds(velocity[:-2], e[:-2], radius=radius, mass=mass, noise=noise)
-        found = real_data.fitted(slower, "springpot")
-        bands = [real_data.restitution_at(found, v) for v in velocity[-2:]]
+        result = real_data.fitted(slower, "springpot")
+        bands = [real_data.restitution_at(result, v) for v in velocity[-2:]]
         own = (bands[0][2] - bands[0][0]) / (2.0 * 1.96)
         rows.append(
             Row(
@@ -107,15 +107,15 @@ def rubber() -> list[Row]:
     measured = real_data.isotherms()
     others = [table for table in measured.tables if abs(table.temperature - real_data.ROOM) > 1.0]
     (own,) = (table for table in measured.tables if table not in others)
-    found = real_data.fitted(rs.Isotherms(others, source="EPDM"), "fractional_kelvin_voigt", shift=rs.WLF)
-    series = found.materials.at(real_data.ROOM).shear.row(0, 0)
+    result = real_data.fitted(rs.Isotherms(others, source="EPDM"), "fractional_kelvin_voigt", shift=rs.WLF)
+    series = result.materials.at(real_data.ROOM).shear.row(0, 0)
     omega = own.angular_frequency
     storage = np.log(series.storage_modulus(omega) / own.storage_modulus)
     tangent = np.log(series.loss_tangent(omega) * own.storage_modulus / own.loss_modulus)
     # The misfit of the other temperatures, of the same model: what it does not describe there it will not here.
     parts: list[tuple[np.ndarray, np.ndarray]] = []
     for table in others:
-        at = found.materials.at(table.temperature).shear.row(0, 0)
+        at = result.materials.at(table.temperature).shear.row(0, 0)
         ratio = at.loss_tangent(omega) * table.storage_modulus / table.loss_modulus
         parts.append((np.log(at.storage_modulus(omega) / table.storage_modulus), np.log(ratio)))
     common = (
@@ -147,10 +147,10 @@ def cells() -> Row:
     """Relaxation times of egg cells, from the page of `real_data.py`."""
     text = (FOLDER / "real_data.md").read_text(encoding="utf-8")
     number = r"([\d.]+)"
-    found = re.findall(
+    result = re.findall(
         rf"^\| \d{{4}} \| {number} \+- {number} \| {number} \+- {number} \| {number} \| {number} \|$", text, re.M
     )
-    values = np.array(found, dtype=float)
+    values = np.array(result, dtype=float)
     residuals = values[:, [0, 2]] - values[:, 4:]
     return Row(
         "egg cells under a cantilever, 15 records", "Battistella et al., Bioeng. Transl. Med. 7 (2022) e10294",

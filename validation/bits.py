@@ -76,10 +76,10 @@ def draw_impacts(rng: np.random.Generator) -> dict[str, dict[str, Any]]:
 def columns(arguments: dict[str, Any], material: rs.Material, velocity: Any, workers: int | None = None) -> np.ndarray:
     """Outputs of an impact, one row each."""
     if isinstance(velocity, list):
-        found = rs.solve([rs.Impact(material, velocity=v, **arguments) for v in velocity], workers=workers)
+        result = rs.solve([rs.Impact(material, velocity=v, **arguments) for v in velocity], workers=workers)
     else:
-        found = rs.solve(rs.Impact(material, velocity=velocity, **arguments), workers=workers)
-    return np.array([getattr(found, name) for name in NAMES], dtype=float).reshape(len(NAMES), -1)
+        result = rs.solve(rs.Impact(material, velocity=velocity, **arguments), workers=workers)
+    return np.array([getattr(result, name) for name in NAMES], dtype=float).reshape(len(NAMES), -1)
 
 
 def compared(seed: int, number: int) -> tuple[Counter[str], Counter[str]]:
@@ -100,8 +100,8 @@ def compared(seed: int, number: int) -> tuple[Counter[str], Counter[str]]:
             (order, columns(arguments, material, v[order], 1)),
             (order, columns(arguments, material, v[order], 3)),
         ]
-        for rows, found in others:
-            wrong = found.view(np.int64) != np.ascontiguousarray(whole[:, rows]).view(np.int64)
+        for rows, result in others:
+            wrong = result.view(np.int64) != np.ascontiguousarray(whole[:, rows]).view(np.int64)
             tried[kind] += len(rows)
             differ[kind] += int(np.count_nonzero(wrong.any(axis=0)))
     return tried, differ
@@ -195,8 +195,8 @@ def flipped(seed: int, count: int) -> Counter[tuple[str, str]]:
             changed[rng.randrange(len(changed))] ^= 1 << rng.randrange(8)
             path.write_bytes(changed)
             try:
-                found = rs.Surrogate.load(path)
-                same = found.sample(100).identical(known) and found.velocity == made.velocity
+                result = rs.Surrogate.load(path)
+                same = result.sample(100).identical(known) and result.velocity == made.velocity
                 ends["flip in a surrogate", "same numbers" if same else "silent"] += 1
             except InputError:
                 ends["flip in a surrogate", "refused"] += 1
@@ -212,18 +212,22 @@ def main() -> None:
     parser.add_argument("--flips", type=int, default=3000, help="flipped bits of a surrogate")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
-    given = parser.parse_args()
+    options = parser.parse_args()
     warnings.simplefilter("ignore", RestitutionWarning)
     tried, differ = Counter[str](), Counter[str]()
-    for number in track(range(given.size), "bits"):
-        for total, found in zip((tried, differ), compared(given.seed, number), strict=True):
-            total.update(found)
-    lines = [f"Seed {given.seed}, {given.size} draws.", "", "| kind | compared | bits differ |", "|---|---|---|"]
+    for number in track(range(options.size), "bits"):
+        for total, result in zip((tried, differ), compared(options.seed, number), strict=True):
+            total.update(result)
+    lines = [f"Seed {options.seed}, {options.size} draws.", "", "| kind | compared | bits differ |", "|---|---|---|"]
     lines += [f"| {kind} | {tried[kind]:,} | {differ[kind]:,} |" for kind in tried]
-    ends = damaged(given.seed, given.stores) + killed(given.seed, given.kills) + flipped(given.seed, given.flips)
+    ends = (
+        damaged(options.seed, options.stores)
+        + killed(options.seed, options.kills)
+        + flipped(options.seed, options.flips)
+    )
     lines += ["", "| damage | what happened | count |", "|---|---|---|"]
     lines += [f"| {kind} | {end} | {n} |" for (kind, end), n in sorted(ends.items())]
-    given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    options.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

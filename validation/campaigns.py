@@ -32,13 +32,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--only", nargs="+", default=list(CAMPAIGNS), choices=list(CAMPAIGNS))
     parser.add_argument("--share", type=float, default=1.0)
-    given = parser.parse_args()
+    options = parser.parse_args()
     failed: list[str] = []
-    for name in given.only:
+    for name in options.only:
         option, size = CAMPAIGNS[name]
         script = Path(__file__).with_name(f"{name}.py")
-        size = max(round(given.share * size), 1)
-        command = [sys.executable, str(script), option, str(size), "--seed", str(given.seed)]
+        size = max(round(options.share * size), 1)
+        command = [sys.executable, str(script), option, str(size), "--seed", str(options.seed)]
         begin = time.monotonic()
         status = subprocess.run(command).returncode
         print(f"{name}: {size:,}, exit status {status}, {time.monotonic() - begin:.0f} s", flush=True)

@@ -307,11 +307,11 @@ def by_liggghts(
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "balls.txt").write_text(script)
         done = subprocess.run(["liggghts", "-in", "balls.txt"], cwd=folder, capture_output=True, text=True)
-    found = re.search(r"^e v = (\S+)$", done.stdout, re.MULTILINE)
-    if found is None:
+    result = re.search(r"^e v = (\S+)$", done.stdout, re.MULTILINE)
+    if result is None:
         last = (done.stdout + done.stderr).strip().splitlines()[-1].rstrip(".")
         raise ImportError(f"LIGGGHTS: {last}")
-    return float(found[1]) / velocity, re.findall(r"LIGGGHTS-\w+ ([\d.]+)", done.stdout)[0]
+    return float(result[1]) / velocity, re.findall(r"LIGGGHTS-\w+ ([\d.]+)", done.stdout)[0]
 
 
 MERCURY = """
@@ -415,11 +415,11 @@ def by_yade(snippet: str, radius: float, density: float, velocity: float, step: 
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "pair.py").write_text(script)
         done = subprocess.run(["yade", "-n", "-x", "-j1", "pair.py"], cwd=folder, capture_output=True, text=True)
-    found = [line.removeprefix("e = ") for line in done.stdout.splitlines() if line.startswith("e = ")]
-    if not found:
+    results = [line.removeprefix("e = ") for line in done.stdout.splitlines() if line.startswith("e = ")]
+    if not results:
         last = (done.stdout + done.stderr).strip().splitlines()[-1].rstrip(".")
         raise ImportError(f"YADE: {last}")
-    return float(found[0])
+    return float(results[0])
 
 
 BALL = rs.Body(rs.kelvin_voigt(1e6, 60.0, poisson_ratio=0.5, density=1100.0, name="soft rubber"), radius=0.005)
@@ -449,8 +449,8 @@ def calibrated(target: str, wall: bool = False, **options: Any) -> rs.Calibratio
 def exact(velocity: float, wall: bool = False) -> tuple[float, float]:
     """Coefficient of restitution and contact time [s] of two balls, or of a ball and a wall."""
     other = rs.Body(BALL.material) if wall else BALL
-    found = rs.solve(rs.collision(BALL, other, velocity))
-    return float(found.restitution_coefficient), float(found.contact_time)
+    result = rs.solve(rs.collision(BALL, other, velocity))
+    return float(result.restitution_coefficient), float(result.contact_time)
 
 
 def lammps_section() -> str:
@@ -462,8 +462,8 @@ def lammps_section() -> str:
             rows = []
             for v in map(float, VELOCITIES):
                 promise, (e, time) = law.restitution_coefficient(v), exact(v, wall)
-                found = [by_lammps(law.snippet, "si", BALL.radius, BALL.mass, v, time / n, wall) for n in STEPS]
-                rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+                results = [by_lammps(law.snippet, "si", BALL.radius, BALL.mass, v, time / n, wall) for n in STEPS]
+                rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
             if wall:
                 worst = max(abs(float(cells[-1])) for cells in rows)
                 text.append(f"\nA ball and a wall: at most {worst:.1e} from the promise at {STEPS[-1]} steps.\n")
@@ -482,11 +482,11 @@ def liggghts_section() -> str:
         law, rows = calibrated("liggghts", wall), []
         for v in map(float, VELOCITIES[::3]):
             promise, (e, time) = law.restitution_coefficient(v), exact(v, wall)
-            found = []
+            results = []
             for n in (50, 200, 800):
                 one, version = by_liggghts(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time, wall)
-                found.append(one)
-            rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+                results.append(one)
+            rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
         titles = [
             "v0 [m/s]",
             "exact",
@@ -591,8 +591,8 @@ def memory_section() -> str:
             hit = rs.collision(ball, ball, v)
             own, law = rs.solve(hit), rs.contact_law(hit)
             e, time = float(own.restitution_coefficient), float(own.contact_time)
-            found = [by_rebound_with_memory(law, ball.radius, ball.mass, v, time / n) for n in (25, 50, 100, 200)]
-            rows.append([str(material.name), f"{v:.3g}", e, *(f"{one - e:+.1e}" for one in found)])
+            results = [by_rebound_with_memory(law, ball.radius, ball.mass, v, time / n) for n in (25, 50, 100, 200)]
+            rows.append([str(material.name), f"{v:.3g}", e, *(f"{one - e:+.1e}" for one in results)])
     titles = ["material", "v0 [m/s]", "exact", *(f"error at {n} steps" for n in (25, 50, 100, 200))]
     text = "\n### The contact law with memory, in REBOUND\n\n`rs.contact_law` as `additional_forces`, leapfrog.\n\n"
     return text + table(titles, rows)
@@ -606,11 +606,18 @@ def mujoco_section() -> str:
     rows = []
     for v in map(float, VELOCITIES[::3]):
         e, time = exact(v, wall=True)
-        found = [by_mujoco(law.snippet, BALL.radius, BALL.mass, v, time / n) for n in (25, 100, 400)]
+        results = [by_mujoco(law.snippet, BALL.radius, BALL.mass, v, time / n) for n in (25, 100, 400)]
         promise, span = law.restitution_coefficient(v), law.contact_time(v)
-        errors = [f"{one - promise:+.1e}" for one, _ in found]
+        errors = [f"{one - promise:+.1e}" for one, _ in results]
         rows.append(
-            [f"{v:.3g}", e, promise, found[-1][0], *errors, *(f"{1e3 * t:.3f}" for t in (time, span, found[-1][1]))]
+            [
+                f"{v:.3g}",
+                e,
+                promise,
+                results[-1][0],
+                *errors,
+                *(f"{1e3 * t:.3f}" for t in (time, span, results[-1][1])),
+            ]
         )
     titles = ["v0 [m/s]", "exact", "promised", "MuJoCo, 400 steps", *(f"error at {n} steps" for n in (25, 100, 400))]
     times = [f"contact time [ms], {words}" for words in ("exact", "promised", "MuJoCo")]
@@ -630,8 +637,8 @@ def drake_section() -> str:
         for v in map(float, VELOCITIES[::3]):
             e, _ = exact(v, wall=True)
             promise, span = law.restitution_coefficient(v), law.contact_time(v)
-            found = [by_drake(law.snippet, BALL.radius, BALL.mass, v, span / n, 3.0 * span) for n in (50, 200, 800)]
-            rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+            results = [by_drake(law.snippet, BALL.radius, BALL.mass, v, span / n, 3.0 * span) for n in (50, 200, 800)]
+            rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
         errors = [f"error at {n} steps" for n in (50, 200, 800)]
         text += f"\nA ball on a floor, {words}:\n\n"
         text += table(["v0 [m/s]", "exact", "promised", "Drake, 800 steps", *errors], rows)
@@ -645,8 +652,8 @@ def kratos_section() -> str:
     for v in map(float, VELOCITIES[::3]):
         e, time = exact(v, wall=True)
         promise = law.restitution_coefficient(v)
-        found = [by_kratos(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time)[0] for n in (50, 200, 800)]
-        rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+        results = [by_kratos(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time)[0] for n in (50, 200, 800)]
+        rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
     titles = ["v0 [m/s]", "exact", "promised", "Kratos, 800 steps", *(f"error at {n} steps" for n in (50, 200, 800))]
     return "\n### Kratos DEM\n\nA ball on a wall.\n\n" + table(titles, rows)
 
@@ -659,13 +666,13 @@ def mercury_section() -> str:
         for v in map(float, VELOCITIES[::3]):
             e, time = exact(v, wall=wall)
             promise = law.restitution_coefficient(v)
-            found = []
+            results = []
             for n in (50, 200, 800):
                 numbers = BALL.radius, 1100.0, v, time / n, 3.0 * time, int(wall)
                 one, version = by_mercury(law.snippet, *numbers)
-                found.append(one)
+                results.append(one)
             bodies = "ball and wall" if wall else "two balls"
-            rows.append([bodies, f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+            rows.append([bodies, f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
     titles = ["", "v0 [m/s]", "exact", "promised", "MercuryDPM, 800 steps"]
     titles += [f"error at {n} steps" for n in (50, 200, 800)]
     text = (
@@ -694,8 +701,8 @@ def yade_section() -> str:
     for v in map(float, VELOCITIES[::3]):
         e, time = exact(v)
         promise = law.restitution_coefficient(v) if typed is None else typed
-        found = [by_yade(snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time)[0] for n in (50, 200, 800)]
-        rows.append([f"{v:.3g}", e, promise, found[-1], *(f"{one - promise:+.1e}" for one in found)])
+        results = [by_yade(snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time)[0] for n in (50, 200, 800)]
+        rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
     titles = ["v0 [m/s]", "exact", "promised", "YADE, 800 steps", *(f"error at {n} steps" for n in (50, 200, 800))]
     return f"\n### YADE ({yade_version()})\n\n{text}\n\n" + table(titles, rows)
 

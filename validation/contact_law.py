@@ -129,9 +129,9 @@ def error_lines() -> list[str]:
         cells: list[str] = []
         for steps in STEPS:
             dt = contact_time / steps
-            found = [verlet(law.constants, law.start(depth=-gap * dt), -gap * dt, dt) for gap in GAPS]
-            errors.append(max(abs(value - e) for value, _, _ in found))
-            cells.append(f"{errors[-1]:.0e} / {max(abs(largest / peak - 1.0) for _, largest, _ in found):.0e}")
+            results = [verlet(law.constants, law.start(depth=-gap * dt), -gap * dt, dt) for gap in GAPS]
+            errors.append(max(abs(value - e) for value, _, _ in results))
+            cells.append(f"{errors[-1]:.0e} / {max(abs(largest / peak - 1.0) for _, largest, _ in results):.0e}")
         order = -np.polyfit(np.log(STEPS), np.log(errors), 1)[0]
         lines.append(f"| {nu}, {p2}, {p3:g} | {e:.6f} | {' | '.join(cells)} | {order:.1f} |")
         print(lines[-1], flush=True)
@@ -146,10 +146,10 @@ def plane_lines() -> list[str]:
         impact = unit_impact(rs.standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu))
         exact, law = Batch.from_impact(impact).solve(1e-10), rs.contact_law(impact)
         widths = float(exact["contact_time"][0]) / np.array(COUNTS)
-        found = [verlet(law.constants, law.start(depth=-gap * dt), -gap * dt, dt)[0] for dt in widths]
+        results = [verlet(law.constants, law.start(depth=-gap * dt), -gap * dt, dt)[0] for dt in widths]
         fine = rs.contact_law(impact, max_nodes=10_000)
-        found.append(verlet_alone(fine.constants, fine.start(depth=-gap * widths[0]), -gap * widths[0], widths[0]))
-        errors.append(np.abs(found - exact["restitution_coefficient"]))
+        results.append(verlet_alone(fine.constants, fine.start(depth=-gap * widths[0]), -gap * widths[0], widths[0]))
+        errors.append(np.abs(results - exact["restitution_coefficient"]))
     table = np.quantile(errors, [0.5, 0.95, 1.0], axis=0).T
     heads = [*map(str, COUNTS), f"{COUNTS[0]}, nearly exact force"]
     return [f"| {n} | " + " | ".join(f"{x:.1e}" for x in row) + " |" for n, row in zip(heads, table, strict=True)]
@@ -188,7 +188,7 @@ def reloading_lines() -> list[str]:
     lines: list[str] = []
     times = np.linspace(0.0, 1.2, FINEST + 1)
     for kind in KINDS:
-        rng, found = np.random.default_rng(7), []
+        rng, result = np.random.default_rng(7), []
         for _ in range(MOTIONS):
             impact, depths = random_impact(rng, kind), random_depths(rng, times)
 
@@ -207,8 +207,8 @@ def reloading_lines() -> list[str]:
                     seen(law_forces(law.constants, law.start(), depths[k::k], times[k]))
                     for k in (FINEST // n for n in AGAIN)
                 ]
-            found.append([float(np.sqrt(np.mean((one - exact) ** 2))) / scale for one in runs])
-        middle, most = np.median(found, axis=0), np.max(found, axis=0)
+            result.append([float(np.sqrt(np.mean((one - exact) ** 2))) / scale for one in runs])
+        middle, most = np.median(result, axis=0), np.max(result, axis=0)
         cells = [f"{x:.0e} / {y:.0e}" for x, y in zip(middle, most, strict=True)]
         e, n = len(ELEMENTS), len(AGAIN)
         rows = [

@@ -74,12 +74,12 @@ def errors(family: str, count: int, rng: Generator) -> dict[str, Array]:
     reduced = reduced.scaled(14.0 / reduced.relaxation_modulus(0.5))
     materials = rs.Material(reduced.scaled(0.25), np.inf).reshaped((count, 1))
     ball = rs.Rebounds([1.0], [1.0], radius=1.0, mass=1.0)
-    found = {name: values[:, 0] for name, values in ball.predicted(materials).items()}
-    e = found["restitution_coefficient"]
+    results = {name: values[:, 0] for name, values in ball.predicted(materials).items()}
+    e = results["restitution_coefficient"]
     kept = np.flatnonzero((e >= 0.15) & (e <= 0.995))
     result: dict[str, Array] = {}
     for name, measured in (("time", "contact_time"), ("force", "max_force")):
-        size = {measured: found[measured][kept]}
+        size = {measured: results[measured][kept]}
         # The radius is 1 m and so is the depth; a small unit of length keeps the check of the time from refusing it.
         balls = rs.Rebounds(np.ones(kept.size), e[kept], profile=rs.Parabola(1.0), mass=1.0, **size)
         moduli = effective_moduli(balls)
@@ -99,9 +99,9 @@ def main(count: int = 1000) -> None:
     lines = [head, "|---" * 4 + "|"]
     rng = np.random.default_rng(1)
     for family in FAMILIES:
-        found, cells = errors(family, count, rng), list[str]()
+        result, cells = errors(family, count, rng), list[str]()
         for name in ("loss_tangent", "storage_by_time", "storage_by_force"):
-            size, stated = np.abs(found[name]), getattr(FORMULA_ERRORS[family], name)
+            size, stated = np.abs(result[name]), getattr(FORMULA_ERRORS[family], name)
             median, most = 100.0 * np.median(size), 100.0 * np.quantile(size, 0.95)
             cells.append(f"{median:.2g} / {most:.2g} ({100.0 * stated:.2g})")
         lines.append(f"| {family} | {' | '.join(cells)} |")

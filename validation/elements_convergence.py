@@ -44,12 +44,12 @@ def rows() -> list[str]:
         exact = solve_by_scipy(impact, 1e-11).restitution_coefficient
         before = math.nan
         for n in N_ELEMENTS:
-            found = solve_elements(impact, n_elements=n)
-            error = found.restitution_coefficient / exact - 1.0
-            estimate = found.restitution_error / exact
+            result = solve_elements(impact, n_elements=n)
+            error = result.restitution_coefficient / exact - 1.0
+            estimate = result.restitution_error / exact
             order = f"{math.log2(before / error):.3f}" if math.isfinite(before) else ""
             lines.append(
-                f"| {nu} | {p2} | {p3} | {n} | {found.time.size - 1} | {found.restitution_coefficient:.8f} "
+                f"| {nu} | {p2} | {p3} | {n} | {result.time.size - 1} | {result.restitution_coefficient:.8f} "
                 f"| {error:.3e} | {estimate:.3e} | {order} |"
             )
             print(lines[-1], flush=True)

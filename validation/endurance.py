@@ -47,10 +47,10 @@ def paper_batch(seed: int) -> dict[str, np.ndarray]:
     one = np.ones(BATCH)
     reduced = reduced_standard_solid(nu, one, 1.0 / p2, p2 * p3)
     batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
-    found = batch.solve(RTOL, workers=1, energy=True)
+    result = batch.solve(RTOL, workers=1, energy=True)
     work = solve_scaled(batch.scaled(), RTOL, workers=1)[:, 8]
     names = ("status", "restitution_coefficient", "energy_residual")
-    return {name: found[name] for name in names} | {"work": work}
+    return {name: result[name] for name in names} | {"work": work}
 
 
 def draw_series(random: np.random.Generator, terms: int, liquid: bool, dashpot: bool) -> rs.PronySeries:
@@ -81,8 +81,8 @@ def draw_profile(random: np.random.Generator, kind: int) -> Profile:
 
 def worn_tip(random: np.random.Generator, impact: rs.Impact) -> rs.Tabulated:
     """Table of 41 points of a wavy paraboloid, three times as wide as the contact of the plain one."""
-    found = rs.solve(impact, rtol=1e-4)
-    radii = np.linspace(0.0, 3.0 * float(found.max_contact_radius), 41)
+    result = rs.solve(impact, rtol=1e-4)
+    radii = np.linspace(0.0, 3.0 * float(result.max_contact_radius), 41)
     waves = 1.0 + random.uniform(0.0, 0.1) * np.sin(random.uniform(2.0, 8.0) * radii / radii[-1])
     return rs.Tabulated(radii, radii**2 / (2.0 * impact.profile.radius) * waves)
 

@@ -37,13 +37,13 @@ def main() -> None:
     parser.add_argument("--messages", type=int, default=12_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
-    given = parser.parse_args()
+    options = parser.parse_args()
     running = launch.listen(port=0)
     launch.warm_up()
     launch.in_thread(running)
-    rng = random.Random(given.seed)
+    rng = random.Random(options.seed)
     rows = [
-        ("random messages", bombard(running, rng, given.messages)),
+        ("random messages", bombard(running, rng, options.messages)),
         ("names of the machine", names(running, rng)),
         ("origins", origins(running, rng)),
         ("tokens", tokens(running, rng)),
@@ -53,9 +53,9 @@ def main() -> None:
         ("sockets at a time", crowd(running)),
     ]
     running.stop()
-    lines = [f"Seed {given.seed}.", "", "| part | tried | failed | seen |", "|---|---:|---:|---|"]
+    lines = [f"Seed {options.seed}.", "", "| part | tried | failed | seen |", "|---|---:|---:|---|"]
     lines += [f"| {name} | {tried:,} | {failed} | {words} |" for name, (tried, failed, words) in rows]
-    given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    options.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
     sys.exit(any(failed for _, (_, failed, _) in rows))
 
 
@@ -171,8 +171,8 @@ def paths(running: launch.Running, rng: random.Random) -> tuple[int, int, str]:
         "~",
     ]
     tried = ["/static/" + "/".join(rng.choices(parts, k=rng.randrange(1, 6))) for _ in range(200)]
-    found = [get(running, path.replace("\\", "%5c")) for path in tried]
-    failed = sum(one.status not in (404, 403, 400, 307) or b"import" in one.content for one in found)  # pyright: ignore
+    results = [get(running, path.replace("\\", "%5c")) for path in tried]
+    failed = sum(one.status not in (404, 403, 400, 307) or b"import" in one.content for one in results)  # pyright: ignore
     return len(tried), failed, "not found"
 
 

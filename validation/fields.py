@@ -21,9 +21,9 @@ DASHPOT = rs.Material(rs.PronySeries(1.0, [3.0], [0.5], parallel_viscosity=0.1),
 
 def states(result: rs.ImpactResult) -> list[tuple[float, float, float, float]]:
     """Time, contact radius, depth and force at instants of a contact."""
-    found = result.sample(SHARES * result.contact_time)
+    results = result.sample(SHARES * result.contact_time)
     names = ("contact_radius", "indentation_depth", "force")
-    columns = [found.time.values, *(found[name].values for name in names)]
+    columns = [results.time.values, *(results[name].values for name in names)]
     return [tuple(map(float, row)) for row in zip(*columns, strict=True)]
 
 

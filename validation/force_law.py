@@ -67,12 +67,12 @@ Forces at 40 to 400 random depths, with a noise of $10^{{-4}}$ of the largest fo
 
 def edges(n: int, far: float, near: float, factor: float) -> Any:
     """Edges of n equal cells from 0 to `near`, which then grow by a factor up to `far`."""
-    found = list(np.linspace(0.0, near, n + 1))
-    step = found[1]
-    while found[-1] < far:
+    result = list(np.linspace(0.0, near, n + 1))
+    step = result[1]
+    while result[-1] < far:
         step *= factor
-        found.append(found[-1] + step)
-    places = np.array(found)
+        result.append(result[-1] + step)
+    places = np.array(result)
     tail = places > near
     places[tail] = near + (places[tail] - near) * (far - near) / (places[-1] - near)
     return places
@@ -113,25 +113,25 @@ def elastic_forces(radius: float, bonded: bool, n: int, factor: float) -> tuple[
     rings = 2 * np.pi * places * (0.5 * np.diff(nodes)[:, None] * weights).ravel()
     averages = np.stack([np.interp(places, nodes, hat) for hat in hats])
     area, gap = averages @ rings, averages @ (rings * 0.5 * places**2)
-    found = []
+    results = []
     for k in range(3, n + 1):
         punch, body = (np.linalg.solve(compliance[:k, :k], side[:k]) for side in (area, gap))
         depth = body[-1] / punch[-1]
-        found.append((depth, area[:k] @ (depth * punch - body)))
-    depths, forces = np.array(found).T
+        results.append((depth, area[:k] @ (depth * punch - body)))
+    depths, forces = np.array(results).T
     return depths, forces
 
 
 def disc_lines() -> list[str]:
     """Rows of the discs."""
     rows = ["| radius | base | nodes | factor | e | difference | fit: p, degree | misfit | error |", "|---" * 9 + "|"]
-    for radius, bonded, wanted in DISCS:
+    for radius, bonded, expected in DISCS:
         for n, factor in ((60, 1.25), (60, 1.12), (60, 1.06), (120, 1.06)):
             law = rs.ForceLaw(*elastic_forces(radius, bonded, n, factor), modulus=1.0, poisson_ratio=POISSON_RATIO)
             e = rs.solve(rs.Impact(RUBBER, law, mass=1.0, velocity=1.0)).restitution_coefficient
             base = "bonded" if bonded else "frictionless"
             rows.append(
-                f"| {radius:g} | {base} | {n} | {factor} | {e:.7f} | {e - wanted:.1e} "
+                f"| {radius:g} | {base} | {n} | {factor} | {e:.7f} | {e - expected:.1e} "
                 f"| {law.fit.exponent:.4g}, {law.fit.degree} | {law.fit.misfit:.0e} | {law.fit.error:.0e} |"
             )
             print(rows[-1], flush=True)

@@ -164,7 +164,7 @@ def main() -> None:
             f"quadrature, {n} steps": extrapolated(kernel, force_integral, 2.0 * duration / n)
             for n in (400, 1600, 6400)
         }
-        wanted = rows["quadrature, 6400 steps"]
+        expected = rows["quadrature, 6400 steps"]
         for rtol in (1e-2, 1e-3, 1e-5, 1e-7):
             window = (1e-4 * duration, 10.0 * duration)
             material, error, _ = rs.FractionalMaterial(model, math.inf).approximation(window, rtol)
@@ -179,7 +179,7 @@ def main() -> None:
         way = f"chosen, {chosen.material.shear.n_branches} terms"
         rows[way] = result.restitution_coefficient, result.contact_time
         for way, (e, time) in rows.items():
-            off = " | ".join(f"{a / b - 1.0:.0e}" for a, b in zip((e, time), wanted, strict=True))
+            off = " | ".join(f"{a / b - 1.0:.0e}" for a, b in zip((e, time), expected, strict=True))
             lines.append(f"| `{name}` | {body} | {way} | {e:.8f} | {time:.7f} | {off} |")
             print(lines[-1], flush=True)
     Path(__file__).with_suffix(".md").write_text(INTRODUCTION + "\n".join(lines) + "\n", encoding="utf-8")

@@ -70,7 +70,7 @@ class Seed(NamedTuple):
 
 def seeds() -> list[Seed]:
     """Files that work as they are."""
-    found = [
+    results = [
         Seed(("solve",), "a.toml", _BODY + _SOLID),
         Seed(("solve",), "a.toml", _BODY + _SOLID + '[profile]\ntype = "cone"\nhalf_angle = "80 deg"\n'),
         Seed(("solve",), "a.toml", _BODY + _SOLID + '[profile]\ntype = "power_law"\nexponent = 3\ncoefficient = '
@@ -99,7 +99,7 @@ def seeds() -> list[Seed]:
         Seed(_SWEEP, "s.toml", "[axes]\nnu = 0.45\np2 = [0.1]\np3 = {logarithmic = [1, 2], n = 2}\n"),
     ]  # fmt: skip
     folder = EXAMPLES / "identification"
-    found += [
+    results += [
         Seed(("moduli",), "balls.csv", (folder / "balls.csv").read_text()),
         Seed(("design",), "design.toml", (folder / "design.toml").read_text()),
         # In the folder of the runs, where the cases of the tables are.
@@ -110,8 +110,8 @@ def seeds() -> list[Seed]:
         text = file.read_text()
         kind = next((command for word, command in commands.items() if word in file.name), "solve")
         command = _SWEEP if "[axes]" in text else (kind,)
-        found.append(Seed(command, file.name, text.replace("n = 40", "n = 3")))
-    return found + saved_surrogates()
+        results.append(Seed(command, file.name, text.replace("n = 40", "n = 3")))
+    return results + saved_surrogates()
 
 
 def saved_surrogates() -> list[Seed]:

@@ -37,7 +37,7 @@ def slope(series: Series, s: float) -> float:
 
 def times_where(function: Callable[[float], float], poles: Array) -> list[float]:
     """Times theta with function(-1/theta) = 0; the function rises between neighbouring poles (times)."""
-    found: list[float] = []
+    results: list[float] = []
     edges = np.log(np.sort(poles))
     for n in range(edges.size + 1):
         low = edges[n - 1] if n else edges[0] - 60.0
@@ -52,8 +52,8 @@ def times_where(function: Callable[[float], float], poles: Array) -> list[float]
             return function(-math.exp(-x))
 
         if value(low) * value(high) < 0.0:
-            found.append(math.exp(brentq(value, low, high, xtol=1e-15, rtol=1e-15)))
-    return found
+            results.append(math.exp(brentq(value, low, high, xtol=1e-15, rtol=1e-15)))
+    return results
 
 
 def from_shear(shear: Series, bulk: float) -> Series:
@@ -148,7 +148,7 @@ def main() -> None:
     shear = (4.9e6, (891e6 - 4.9e6) * epoxy[:, 1], epoxy[:, 0])
     block = from_shear(shear, 3e9)
     ball = 7800.0 * 4.0 / 3.0 * math.pi * 0.005**3
-    found = {"steel ball, R = 5 mm, on epoxy, 1 m/s": restitution(block, 0.005, ball, 1.0)}
+    results = {"steel ball, R = 5 mm, on epoxy, 1 m/s": restitution(block, 0.005, ball, 1.0)}
 
     rubber = rows(ROOT / "src" / "restitution" / "material" / "data" / "polyisobutylene.csv")
     tension: Series = (0.0, rubber[:, 1], rubber[:, 0])
@@ -156,7 +156,7 @@ def main() -> None:
         kelvin = celsius + 273.15 - 298.0
         shift = 10.0 ** (-8.61 * kelvin / (200.4 + kelvin))
         tension = (0.0, rubber[:, 1], rubber[:, 0] * shift)
-        found[f"steel ball, R = 5 mm, on polyisobutylene at {celsius:g} °C, 1 m/s"] = restitution(
+        results[f"steel ball, R = 5 mm, on polyisobutylene at {celsius:g} °C, 1 m/s"] = restitution(
             from_tension(tension, 3e9), 0.005, ball, 1.0
         )
 
@@ -166,7 +166,7 @@ def main() -> None:
     radius = 1.0 / (1.0 / 0.01 + 1.0 / 0.02)
     masses = 1100.0 * 4.0 / 3.0 * math.pi * 0.01**3, 920.0 * 4.0 / 3.0 * math.pi * 0.02**3
     mass = masses[0] * masses[1] / (masses[0] + masses[1])
-    found["rubber sphere, R = 10 mm, on polyisobutylene sphere, R = 20 mm, at 20 °C, 1 m/s"] = restitution(
+    results["rubber sphere, R = 10 mm, on polyisobutylene sphere, R = 20 mm, at 20 °C, 1 m/s"] = restitution(
         pair, radius, mass, 1.0
     )
 
@@ -174,10 +174,10 @@ def main() -> None:
     bulk = 2.0 * 25e6 * (1.0 + ratio) / (3.0 * (1.0 - 2.0 * ratio))
     hard = from_shear((25e6, np.array([25e6]), np.array([100e-6])), bulk)
     mass = 1100.0 * 4.0 / 3.0 * math.pi * 0.02**3
-    found["rubber ball, R = 20 mm, dropped from 100 mm, with its weight"] = restitution(
+    results["rubber ball, R = 20 mm, dropped from 100 mm, with its weight"] = restitution(
         hard, 0.02, mass, math.sqrt(2.0 * 9.81 * 0.1), mass * 9.81
     )
-    lines = ["| impact | e |", "|---|---|", *(f"| {name} | {e:.10f} |" for name, e in found.items())]
+    lines = ["| impact | e |", "|---|---|", *(f"| {name} | {e:.10f} |" for name, e in results.items())]
     Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -102,13 +102,13 @@ def repetition(name: str, seed: int) -> list[dict[str, Any]]:
         temperature=temperature, noise=rs.Noise(restitution_coefficient=SHARE, contact_time=SHARE),
     )  # fmt: skip
     begin = time.process_time()
-    found = rs.identify(balls, study.model, fixed=study.known, profiles=False, **_terms(study), **study.options)
+    result = rs.identify(balls, study.model, fixed=study.known, profiles=False, **_terms(study), **study.options)
     fitted = time.process_time() - begin
     begin = time.process_time()
-    intervals = found.interval()
+    intervals = result.interval()
     walked = time.process_time() - begin
     rows = []
-    for key, one in found.parameters.items():
+    for key, one in result.parameters.items():
         truth = _truth(study, key)
         low, high = intervals[key]
         error = one.standard_error / one.value if one.determined else math.nan
@@ -116,15 +116,15 @@ def repetition(name: str, seed: int) -> list[dict[str, Any]]:
         rows.append({"name": key, "error": error, "z": z, "profile": low <= truth <= high})
     omega = math.pi / float(np.exp(np.mean(np.log(exact[1]))))
     truth = rs.reduced_modulus(material)
-    wanted = truth.storage_modulus(omega) + 1j * truth.loss_modulus(omega)
-    moduli = found.moduli(omega)
-    for key, value in (("absolute_modulus", abs(wanted)), ("loss_modulus", wanted.imag),
-                       ("loss_tangent", wanted.imag / wanted.real)):  # fmt: skip
+    expected = truth.storage_modulus(omega) + 1j * truth.loss_modulus(omega)
+    moduli = result.moduli(omega)
+    for key, value in (("absolute_modulus", abs(expected)), ("loss_modulus", expected.imag),
+                       ("loss_tangent", expected.imag / expected.real)):  # fmt: skip
         low, middle, high = (float(moduli[f"{key}{end}"][0]) for end in ("_low", "", "_high"))
         error = math.log(high / low) / (2.0 * 1.959964)
         rows.append({"name": key, "error": error, "z": math.log(middle / value) / error, "profile": None})
     for row in rows:
-        row |= {"case": name, "seed": seed, "chi2": found.reduced_chi2, "fit": fitted, "profiles": walked}
+        row |= {"case": name, "seed": seed, "chi2": result.reduced_chi2, "fit": fitted, "profiles": walked}
     return rows
 
 
@@ -159,14 +159,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repetitions", type=int, default=400)
     parser.add_argument("--workers", type=int, default=2)
-    given = parser.parse_args()
-    tasks = [(name, seed) for seed in range(given.repetitions) for name in STUDIES]
-    with ProcessPoolExecutor(given.workers) as pool:
-        found = pool.map(repetition, *zip(*tasks, strict=True), chunksize=5)
-        rows = pd.DataFrame([row for rows in track(found, "fits", total=len(tasks)) for row in rows])
-    half = 196.0 * math.sqrt(0.95 * 0.05 / given.repetitions)
+    options = parser.parse_args()
+    tasks = [(name, seed) for seed in range(options.repetitions) for name in STUDIES]
+    with ProcessPoolExecutor(options.workers) as pool:
+        result = pool.map(repetition, *zip(*tasks, strict=True), chunksize=5)
+        rows = pd.DataFrame([row for rows in track(result, "fits", total=len(tasks)) for row in rows])
+    half = 196.0 * math.sqrt(0.95 * 0.05 / options.repetitions)
     times = rows.drop_duplicates(["case", "seed"]).groupby("case", sort=False)[["fit", "profiles", "chi2"]].median()
-    head = f"{given.repetitions} repetitions. Noise of 1 % in e and contact time. A coverage of 95 % is known to "
+    head = f"{options.repetitions} repetitions. Noise of 1 % in e and contact time. A coverage of 95 % is known to "
     lines = [head + f"{half:.1f} %.", "", *table(rows), ""]
     lines += ["| case | median of chi2/dof | a fit, ms | profiles of all parameters, ms |", "|---|---|---|---|"]
     lines += [f"| {case} | {one.chi2:.2f} | {1e3 * one.fit:.0f} | {1e3 * one.profiles:.0f} |"

@@ -95,15 +95,14 @@ def power_law(count, workers):
     model = rs.FractionalMaterial(rs.springpot(400.0, 0.25), bulk=np.inf, rtol=1e-6).within((1e-4, 30.0))
     force = rs.indent(model, TIP, depth=depth - 0.3e-6, time=times).force
     items = curves(count, force, depth=depth, times=times)
-    found = fit(items, rs.springpot, workers)
+    result = fit(items, rs.springpot, workers)
     names, truth = ("coefficient", "exponent", "contact_point"), (400.0, 0.25, 0.3e-6)
-    off = [100.0 * (found[name].values / value - 1.0) for name, value in zip(names[:2], truth, strict=False)]
-    touch = 1e9 * (found["contact_point"].values - truth[2])
+    off = [100.0 * (result[name].values / value - 1.0) for name, value in zip(names[:2], truth, strict=False)]
+    touch = 1e9 * (result["contact_point"].values - truth[2])
     wrong = float(fit(items, rs.standard_solid, workers)["chi2"].mean()) / times.size
-    cells = (
-        f"{spread(off[0])} | {spread(off[1])} | {spread(touch, 'nm')} | {found['chi2'].values.mean() / times.size:.2f}"
-    )
-    return f"| {cells} | {wrong:.2f} |", coverage("power law with a hold", found, truth, names)
+    right = result["chi2"].values.mean() / times.size
+    cells = f"{spread(off[0])} | {spread(off[1])} | {spread(touch, 'nm')}"
+    return f"| {cells} | {right:.2f} | {wrong:.2f} |", coverage("power law with a hold", result, truth, names)
 
 
 def speed(count, workers):
@@ -123,8 +122,8 @@ def speed(count, workers):
 
     fit(curves(2, pool[0]), workers=workers)
     begin, used = time.perf_counter(), time.process_time()
-    found = fit([reader(force) for force in noisy], workers=workers)
-    return time.perf_counter() - begin, time.process_time() - used, int((found["status"] == 0).sum())
+    result = fit([reader(force) for force in noisy], workers=workers)
+    return time.perf_counter() - begin, time.process_time() - used, int((result["status"] == 0).sum())
 
 
 def main() -> None:
@@ -146,11 +145,11 @@ def main() -> None:
             name = f"contact point held {sign * off * 1e9:+.0f} nm off"
             print(row(name, fit(held(curves(count // 4, force), sign * off), workers=workers), 480))
     for name, part in (("approach", APPROACH), ("both", WHOLE)):
-        found = fit(curves(count // 8, force, part), hertz, workers)
-        modulus, touch = 3.0 * found["shear_modulus"].values.mean(), found["contact_point"].values - CONTACT_POINT
+        result = fit(curves(count // 8, force, part), hertz, workers)
+        modulus, touch = 3.0 * result["shear_modulus"].values.mean(), result["contact_point"].values - CONTACT_POINT
         size = TIME[part].size
         print(f"| Hertz, {name} | E = {modulus:.0f} Pa | | | {spread(1e9 * touch, 'nm')} | "
-              f"{found['chi2'].values.mean() / size:.0f} |")  # fmt: skip
+              f"{result['chi2'].values.mean() / size:.0f} |")  # fmt: skip
     bent, few = soft(0.01), count // 4
     print(row("soft cantilever, compliance ignored", fit(curves(few, bent), workers=workers), 480))
     print(

@@ -122,13 +122,13 @@ def bias_table() -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for case in CASES:
-        found = series(case)
-        e, times, intervals = found.restitution_coefficient, found.contact_time[:-1], np.diff(found.touch_time)
+        result = series(case)
+        e, times, intervals = result.restitution_coefficient, result.contact_time[:-1], np.diff(result.touch_time)
         naive, less = (one[-1] / one[-2] - e[-2] for one in (intervals, intervals - times))
-        data = sound(found.touch_time)
+        data = sound(result.touch_time)
         error = data.predicted(column([material(case)]))[0] - intervals[1:]
         lines.append(
-            f"| {case} | {found.n_bounces} | {1e3 * times[0]:.2f} to {1e3 * times[-1]:.2f} | {e[-2]:.4f} | "
+            f"| {case} | {result.n_bounces} | {1e3 * times[0]:.2f} to {1e3 * times[-1]:.2f} | {e[-2]:.4f} | "
             f"{naive:+.4f} | {less:+.4f} | {np.abs(error).max() / NOISE:.1g} |"
         )
     return "\n".join(lines)
@@ -137,10 +137,10 @@ def bias_table() -> str:
 def error_table() -> str:
     lines = ["| case | noise, us | abs(E*) | E'' | tan delta |", "|---|---|---|---|---|"]
     for case in CASES:
-        found = series(case)
-        omega = math.pi / float(np.median(found.contact_time))
+        result = series(case)
+        omega = math.pi / float(np.median(result.contact_time))
         for noise in (NOISE, 2e-5):
-            errors = 100.0 * errors_of(sound(found.touch_time, noise), constants_of(case), omega)
+            errors = 100.0 * errors_of(sound(result.touch_time, noise), constants_of(case), omega)
             shown = " | ".join(f"{one:.2g}" if one < 100.0 else "> 100" for one in errors)
             lines.append(f"| {case} | {1e6 * noise:.0f} | {shown} |")
     return "\n".join(lines)
@@ -149,12 +149,12 @@ def error_table() -> str:
 def coverage_table() -> str:
     lines = ["| case | of | coverage of 95 % | deviation over error |", "|---|---|---|---|"]
     for case in ("A", "B", "D"):
-        found = series(case)
-        omega = math.pi / float(np.median(found.contact_time))
-        truth = functions_of(sound(found.touch_time), constants_of(case), omega)
+        result = series(case)
+        omega = math.pi / float(np.median(result.contact_time))
+        truth = functions_of(sound(result.touch_time), constants_of(case), omega)
         random, rows = np.random.default_rng([2, ord(case)]), []
         for _ in range(REPETITIONS):
-            data = sound(found.touch_time + NOISE * random.standard_normal(found.n_bounces))
+            data = sound(result.touch_time + NOISE * random.standard_normal(result.n_bounces))
             constants = fitted(case, data).coordinates[:3]
             rows.append((functions_of(data, constants, omega) - truth) / errors_of(data, constants, omega))
         z = np.array(rows)

@@ -69,8 +69,8 @@ def largest_error(model: partial[Any], velocity: Array, radius: Array) -> float:
 
     def logs(factors: Array) -> Array:
         impact = rs.Impact(model.func(*(guess * factors)), rs.Parabola(radius), mass, velocity)
-        found = rs.solve(impact, rtol=1e-11)
-        return np.log(np.concatenate([found.restitution_coefficient, found.contact_time])) / 0.01
+        result = rs.solve(impact, rtol=1e-11)
+        return np.log(np.concatenate([result.restitution_coefficient, result.contact_time])) / 0.01
 
     step, unit = 1e-3, np.eye(guess.size)
     slopes = [(logs(np.exp(step * one)) - logs(np.exp(-step * one))) / (2.0 * step) for one in unit]
@@ -90,8 +90,8 @@ def designed(model: partial[Any], radii: list[float], wrong: float = 1.0) -> flo
     """Largest error of the E-optimal 20 impacts, chosen for a guess that is wrong by a factor."""
     guess = partial(model.func, *(wrong * value for value in model.args))
     candidates = {"velocity": VELOCITIES, "radius": radii, "density": STEEL}
-    found = rs.design(guess, candidates, fixed=())
-    return largest_error(model, np.repeat(found.velocity, found.repeats), np.repeat(found.radius, found.repeats))
+    result = rs.design(guess, candidates, fixed=())
+    return largest_error(model, np.repeat(result.velocity, result.repeats), np.repeat(result.radius, result.repeats))
 
 
 def main() -> None:

@@ -137,9 +137,9 @@ def coverage_table() -> str:
         expected = np.concatenate([np.log(CASES[case]), moduli_of(truth, math.pi / duration)[0]])
         random, deviations = np.random.default_rng([1, ord(case)]), []
         for _ in range(REPETITIONS):
-            found = fitted(time, force + NOISE * peak * random.standard_normal(SAMPLES), peak)
-            values, errors = moduli_of(found, math.pi / duration)
-            estimates, sizes = np.concatenate([logs_of(found), values]), np.concatenate([errors_of(found), errors])
+            result = fitted(time, force + NOISE * peak * random.standard_normal(SAMPLES), peak)
+            values, errors = moduli_of(result, math.pi / duration)
+            estimates, sizes = np.concatenate([logs_of(result), values]), np.concatenate([errors_of(result), errors])
             deviations.append((estimates - expected) / sizes)
         z = np.array(deviations)
         inside, spread = 100.0 * np.mean(np.abs(z) < 1.96, axis=0), np.median(np.abs(z), axis=0) / 0.6745

@@ -101,20 +101,20 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
-    given = parser.parse_args()
-    with ProcessPoolExecutor(given.workers) as pool:
-        found = pool.map(repetition, [given.seed] * given.size, range(given.size), chunksize=2)
-        rows = pd.DataFrame([row for rows in track(found, "records", total=given.size) for row in rows])
+    options = parser.parse_args()
+    with ProcessPoolExecutor(options.workers) as pool:
+        result = pool.map(repetition, [options.seed] * options.size, range(options.size), chunksize=2)
+        rows = pd.DataFrame([row for rows in track(result, "records", total=options.size) for row in rows])
     one, open_ends = rows.drop_duplicates("number"), int(rows.inside.isna().sum())
     head = [
-        f"{given.size} records, seed {given.seed}; none is refused or without a fit. Of {len(rows)} unknowns "
+        f"{options.size} records, seed {options.seed}; none is refused or without a fit. Of {len(rows)} unknowns "
         f"{open_ends} are",
         "not determined. Intervals are those of 95 %; z is the error over the stated one. A fit of "
         f"{one.samples.mean():.0f} samples takes",
         f"{one.time.median():.2f} s of processor time (median).",
     ]
     lines = [*head, "", *table(rows)]
-    given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    options.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print("\n".join(lines))
     print(rows[rows.inside == 0.0].assign(size=lambda rows: rows.z.abs()).sort_values("size").tail(8).to_string())
 

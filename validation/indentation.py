@@ -148,13 +148,13 @@ def by_tamaas(force: Callable[[float], float], step: float) -> Any:
     solver = tm.MaxwellViscoelastic(model, np.ascontiguousarray(-square / 2.0), 1e-9, step, [BRANCH], [TAU])
     tm.ModelFactory.registerNonPeriodic(model, "dcfft")
     solver.setIntegralOperator("dcfft")
-    found: dict[float, float] = {}
+    results: dict[float, float] = {}
     for n in range(1, round(MOMENTS[-1] / step) + 1):
         solver.solve(force(n * step) / SIDE**2)
         for moment in MOMENTS:
             if abs(n * step - moment) < 1e-9:
-                found[moment] = math.sqrt(float((model.traction * square).sum() / model.traction.sum()))
-    return np.array([found[moment] for moment in MOMENTS])
+                results[moment] = math.sqrt(float((model.traction * square).sum() / model.traction.sum()))
+    return np.array([results[moment] for moment in MOMENTS])
 
 
 def pressure_radius(result: rs.IndentationResult, series: rs.PronySeries, t: float) -> float:

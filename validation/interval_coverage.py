@@ -73,14 +73,14 @@ def repetition(seed: int, number: int) -> list[dict[str, Any]]:
             data, truth = curve(modulus, ratio, share, noise, random)
         else:
             data, truth = rebounds(kind, modulus, ratio, share, noise, random)
-        found = rs.identify(data, rs.standard_solid, fixed=FIXED)
+        result = rs.identify(data, rs.standard_solid, fixed=FIXED)
     except rs.errors.InputError as error:
         return [row | {"name": "", "state": f"refused: {error.field}", "inside": True, "errors": 0.0}]
-    space = found.problem.space
-    best = dict(zip(space.names, space.numbers(found.coordinates[None])[0], strict=True))
+    space = result.problem.space
+    best = dict(zip(space.names, space.numbers(result.coordinates[None])[0], strict=True))
     rows = []
     for name, value in zip(NAMES, truth, strict=True):
-        one, middle = found.parameters[name], float(best[name])
+        one, middle = result.parameters[name], float(best[name])
         low, high = one.interval
         state = ("closed", "one-sided", "open")[sum(one.open_ends)]
         # The interval is that of the best value, which may lie beyond an open end.
@@ -124,14 +124,14 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
-    given = parser.parse_args()
-    with ProcessPoolExecutor(given.workers) as pool:
-        found = pool.map(repetition, [given.seed] * given.size, range(given.size), chunksize=2)
-        rows = pd.DataFrame([row for rows in track(found, "sets", total=given.size) for row in rows])
+    options = parser.parse_args()
+    with ProcessPoolExecutor(options.workers) as pool:
+        result = pool.map(repetition, [options.seed] * options.size, range(options.size), chunksize=2)
+        rows = pd.DataFrame([row for rows in track(result, "sets", total=options.size) for row in rows])
     counts = rows.state.value_counts()
-    head = f"{given.size} sets, seed {given.seed}. " + ", ".join(f"{n} {name}" for name, n in counts.items())
+    head = f"{options.size} sets, seed {options.seed}. " + ", ".join(f"{n} {name}" for name, n in counts.items())
     lines = [f"{head}. Open on both sides: not determined, and not counted.", "", *table(rows)]
-    given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    options.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print("\n".join(lines))
     worst = rows[~rows.inside].sort_values("errors", ascending=False).head(25)
     print(worst.drop(columns=["inside"]).to_string())

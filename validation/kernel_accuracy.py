@@ -32,15 +32,15 @@ def material_errors(seed: int) -> list[tuple[str, list[float]]]:
         shares = []
         try:
             result = rs.solve(impact, rtol=1e-11)
-            wanted = float(result.restitution_coefficient)
+            expected = float(result.restitution_coefficient)
             sinks = result.status is Status.SINKS_IN
         except SolverError:
             # Rounding does not permit the tightest tolerance here, which is not one of those in the table.
             continue
         for rtol in TOLERANCES:
             try:
-                found = rs.solve(impact, rtol=rtol).restitution_coefficient
-                shares.append(abs(float(found) - wanted) / (rtol * max(wanted, 1e-3)))
+                results = rs.solve(impact, rtol=rtol).restitution_coefficient
+                shares.append(abs(float(results) - expected) / (rtol * max(expected, 1e-3)))
             except SolverError:
                 shares.append(np.nan)
         rows.append((type(impact.profile).__name__ + (" (sinks in)" if sinks else ""), shares))
@@ -51,8 +51,8 @@ def random_materials() -> list[str]:
     """Table of random materials on all profiles."""
     seeds = range(FIRST_SEED, FIRST_SEED + MATERIALS // BATCH)
     with ProcessPoolExecutor() as pool:
-        found = pool.map(material_errors, seeds)
-        rows = [row for batch in track(found, "materials", len(seeds)) for row in batch]
+        result = pool.map(material_errors, seeds)
+        rows = [row for batch in track(result, "materials", len(seeds)) for row in batch]
     lines = [
         "",
         f"{len(rows):,} impacts with random materials, 1 to 30 terms in shear and in bulk over 14 decades, a tenth",
@@ -86,15 +86,15 @@ def main() -> None:
         nu[::3] = 0.5
         p2, p3 = 10.0 ** random.uniform(a, b, POINTS), 10.0 ** random.uniform(c, d, POINTS)
         with np.errstate(all="ignore"):
-            wanted = rs.standard_solid_restitution(nu, p2, p3, rtol=1e-12)
+            expected = rs.standard_solid_restitution(nu, p2, p3, rtol=1e-12)
         for rtol in (1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-11):
-            found = rs.standard_solid_restitution(nu, p2, p3, rtol=rtol)
-            error = np.abs(found - wanted)
-            share = error / (rtol * np.maximum(wanted, 1e-3))
+            result = rs.standard_solid_restitution(nu, p2, p3, rtol=rtol)
+            error = np.abs(result - expected)
+            share = error / (rtol * np.maximum(expected, 1e-3))
             middle = np.nanpercentile(share, [99, 50])
             lines.append(
                 f"| {name} | {rtol:.0e} | {np.nanmax(share):.2f} | {middle[0]:.2f} | {middle[1]:.4f} "
-                f"| {np.nanmax(error):.1e} | {int(np.isnan(found).sum())} |"
+                f"| {np.nanmax(error):.1e} | {int(np.isnan(result).sum())} |"
             )
     lines += random_materials()
     Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n")

@@ -66,8 +66,8 @@ def repeated(impact: rs.Impact) -> str:
         law = rs.contact_law(impact, elements=elements)
         state = law.start()
         depth = float(law.read(state).depth)
-        found = thrown(law.constants, state, duration / steps, (depth, *body), LONGEST * steps)
-        rows.append(f"| {elements} | {steps} | {found:.5f} | {found * found - e * e:.1e} |")
+        result = thrown(law.constants, state, duration / steps, (depth, *body), LONGEST * steps)
+        rows.append(f"| {elements} | {steps} | {result:.5f} | {result * result - e * e:.1e} |")
     times = ", ".join(f"{time / duration:.2g}" for time in np.ravel(impact.material.shear.relaxation_times))
     static, glass = (float(np.asarray(number)) for number in exact.maugis_numbers)
     return f"""\
@@ -94,19 +94,19 @@ def main(impacts: int, seed: int) -> str:
             dt = min(dt, float(exact.contact_time) / STEPS)
         state, most = law.start(), LONGEST * STEPS if e > 0.0 else HELD
         depth = float(law.read(state).depth)
-        found = thrown(law.constants, state, dt, (depth, speed, mass), most)
-        if math.isnan(found):
+        result = thrown(law.constants, state, dt, (depth, speed, mass), most)
+        if math.isnan(result):
             ended += 1
-        elif e == 0.0 or found == 0.0:
-            held, other = held + (e == found), other + (e != found)
+        elif e == 0.0 or result == 0.0:
+            held, other = held + (e == result), other + (e != result)
         else:
             now, kinetic = law.read(state), 0.5 * mass * speed * speed
-            if not errors or abs(found - e) > max(errors):
+            if not errors or abs(result - e) > max(errors):
                 worst = impact
-            errors.append(abs(found - e))
-            squares.append(abs(found * found - e * e))
-            above.append(found - e)
-            gains.append((now.dissipated_energy + now.jump_energy) / kinetic - 1.0 + found * found)
+            errors.append(abs(result - e))
+            squares.append(abs(result * result - e * e))
+            above.append(result - e)
+            gains.append((now.dissipated_energy + now.jump_energy) / kinetic - 1.0 + result * result)
     shares, energies = (
         ", ".join(f"{value:.1e}" for value in np.quantile(column, [0.5, 0.9, 0.99, 1.0]))
         for column in (errors, squares)

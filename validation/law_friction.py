@@ -85,19 +85,19 @@ def main() -> None:
         order = -np.polyfit(np.log(COUNTS), np.log(errors), 1)[0]
         cells = " | ".join(f"{error:.1e}" for error in errors)
         lines.append(f"| {nu:g}, {p2:g}, {p3:g} | {theta:g} | {e_t:.6f} | {cells} | {order:.2f} |")
-    rng, found = np.random.default_rng(7), []
+    rng, result = np.random.default_rng(7), []
     for _ in range(RANDOM):
         nu, p2, p3 = rng.uniform(-0.9, 0.5), 10.0 ** rng.uniform(-3.0, 1.0), 10.0 ** rng.uniform(-2.0, 2.0)
         theta, friction = 10.0 ** rng.uniform(-1.0, 1.0), 10.0 ** rng.uniform(-1.5, 0.5)
         impact, time, e_t = exact(nu, p2, p3, theta, friction)
         if math.isfinite(e_t):
             runs = [by_law(impact, time, theta, friction, n, float(rng.uniform()), 64) for n in (50, 100)]
-            found.append(
+            result.append(
                 [abs(value - e_t) for value, _ in runs]
                 + [max(abs(value) for value, _ in runs)]
                 + [min(least for _, least in runs)]
             )
-    table = np.array(found)
+    table = np.array(result)
     fifty, hundred = (np.quantile(table[:, k], (0.5, 0.99, 1.0)) for k in range(2))
     lines += [
         "",

@@ -186,18 +186,18 @@ def stiffness() -> dict[str, str]:
         [f"{chi:g}", *short(*(kappa(nu, chi) / known - 1.0 for nu, known in zip(COLUMNS, values, strict=True)))]
         for chi, values in KAPPA.items()
     ]
-    found = []
+    results = []
     for chi, values in PARABOLA.items():
         cells: list[float] = []
         for n, nu in enumerate((0.5, 0.3, None)):
             one = layer(nu, 1.0 / chi, rs.Parabola(1.0))
             d = depth_at(one, 1.0)
             cells += [d / values[2 * n] - 1.0, 1.5 * float(one.force_integral_at_depth(d)) / values[2 * n + 1] - 1.0]
-        found.append([f"{chi:g}", *short(*cells)])
+        results.append([f"{chi:g}", *short(*cells)])
     three = [
         f"{name}: {what}" for name in ("bonded, 0.5", "bonded, 0.3", "frictionless") for what in ("$d$", "$\\Pi$")
     ]
-    return {"kappa": table(["$a/h$", *heads], rows), "parabola": table(["$a/h$", *three], found)}
+    return {"kappa": table(["$a/h$", *heads], rows), "parabola": table(["$a/h$", *three], results)}
 
 
 def polynomial(coefficients: Sequence[float], chi: Array) -> Array:
@@ -255,10 +255,10 @@ def published() -> str:
 
 def differences(result: rs.ImpactResult, known: Sequence[float | None]) -> list[str]:
     """Relative differences of e, contact time, largest depth and force."""
-    found = (
+    results = (
         result.restitution_coefficient, result.contact_time, result.max_indentation_depth, result.max_force,
     )  # fmt: skip
-    return short(*(None if y is None else x / y - 1.0 for x, y in zip(found, known, strict=True)))
+    return short(*(None if y is None else x / y - 1.0 for x, y in zip(results, known, strict=True)))
 
 
 def impacts() -> str:
@@ -316,13 +316,13 @@ def plates() -> str:
     hard, ball = rs.Material(0.25 * 0.75, math.inf), rs.Parabola(1.0)
     for group, (e, time, depth) in ZENER.items():
         # k = (4/3) E* sqrt(R) = 1 in these units, so that lambda = 1/Z.
-        found = rs.solve(rs.Impact(hard, ball, mass=1.0, velocity=1.0, impedance=1.0 / group), rtol=1e-11)
-        rows.append([f"elastic, $\\lambda = {group:g}$", f"{found.restitution_coefficient:.9f}",
-                     *differences(found, (e, time, depth, None))])  # fmt: skip
+        result = rs.solve(rs.Impact(hard, ball, mass=1.0, velocity=1.0, impedance=1.0 / group), rtol=1e-11)
+        rows.append([f"elastic, $\\lambda = {group:g}$", f"{result.restitution_coefficient:.9f}",
+                     *differences(result, (e, time, depth, None))])  # fmt: skip
     for impedance, (e, time, force) in PLATES.items():
-        found = rs.solve(rs.Impact(series(3.0, 20.0), ball, mass=1.0, velocity=1.0, impedance=impedance), rtol=1e-11)
+        result = rs.solve(rs.Impact(series(3.0, 20.0), ball, mass=1.0, velocity=1.0, impedance=impedance), rtol=1e-11)
         name = f"memory, $Z = {impedance:g}$"
-        rows.append([name, f"{found.restitution_coefficient:.9f}", *differences(found, (e, time, None, force))])
+        rows.append([name, f"{result.restitution_coefficient:.9f}", *differences(result, (e, time, None, force))])
     return table(["target", "$e$", "$e$", "$T$", "$d_{\\max}$", "$F_{\\max}$"], rows)
 
 

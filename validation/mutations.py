@@ -89,15 +89,15 @@ def mutations(file: str, text: str) -> list[Mutation]:
     lines = [0]
     for line in text.splitlines(keepends=True):
         lines.append(lines[-1] + len(line))
-    found = {}
+    results = {}
     for node in code(ast.parse(text)):
         after = changed(node)
         if after is not None:
             # Columns are those of bytes; the sources of kernel and law are ASCII where code stands.
             start, stop = lines[node.lineno - 1] + node.col_offset, lines[node.end_lineno - 1] + node.end_col_offset
             written = f"({ast.unparse(ast.fix_missing_locations(after))})"
-            found[start, stop] = Mutation(file, node.lineno, start, stop, text[start:stop], written)
-    return list(found.values())
+            results[start, stop] = Mutation(file, node.lineno, start, stop, text[start:stop], written)
+    return list(results.values())
 
 
 def copy(folder: Path) -> None:

@@ -41,11 +41,11 @@ class Solid(NamedTuple):
     @property
     def compliances(self) -> list[tuple[float, float, float]]:
         """Instantaneous and static value, and retardation time, of 1/G and 1/(3K + G)."""
-        found = []
+        results = []
         for stiff in (0.0, 3.0 * self.bulk):
             static, glass = stiff + self.static, stiff + self.instantaneous
-            found.append((1.0 / glass, 1.0 / static, self.time * glass / static))
-        return found
+            results.append((1.0 / glass, 1.0 / static, self.time * glass / static))
+        return results
 
     @property
     def material(self) -> Any:
@@ -204,9 +204,9 @@ def main() -> None:
         dots = " | ".join(["", *["" for _ in COUNTS]])
         lines.append(f"| {solid.name} | {slope:g} | any | this package{dots} | $e$ {e:.4f}, $e_t$ {e_t:.4f} |")
         for words, mu, coupled in runs:
-            found = [impact(solid, mu, slope, n, coupled=coupled) for n in COUNTS]
-            limits = [extrapolated([pair[k] for pair in found]) for k in range(2)]
-            cells = " | ".join(f"{a:.4f}, {b:.4f}" for a, b in found)
+            results = [impact(solid, mu, slope, n, coupled=coupled) for n in COUNTS]
+            limits = [extrapolated([pair[k] for pair in results]) for k in range(2)]
+            cells = " | ".join(f"{a:.4f}, {b:.4f}" for a, b in results)
             name = f"{mu:g}" if coupled else "any"
             lines.append(
                 f"| {solid.name} | {slope:g} | {name} | {words} | {cells} | {limits[0]:.4f}, {limits[1]:.4f} |"

@@ -48,15 +48,15 @@ def line(name: str, profile: rs.Parabola) -> str:
     solid = rs.standard_solid(1.0, 10.0, 1.0, poisson_ratio=0.3)
     impact = rs.Impact(solid, profile, mass=1.0, velocity=1.0)
     exact = rs.solve(impact)
-    found = [rs.solve(impact, method="elements", n_elements=n) for n in N_ELEMENTS]
-    wanted = exact.restitution_coefficient
-    errors = [one.restitution_coefficient / wanted - 1.0 for one in found]
+    results = [rs.solve(impact, method="elements", n_elements=n) for n in N_ELEMENTS]
+    expected = exact.restitution_coefficient
+    errors = [one.restitution_coefficient / expected - 1.0 for one in results]
     order = math.log2(errors[-2] / errors[-1])
     cells = [f"{error:.2e}" for error in errors]
-    time = found[-1].contact_time / exact.contact_time - 1.0
-    force = found[-1].max_force / exact.max_force - 1.0
+    time = results[-1].contact_time / exact.contact_time - 1.0
+    force = results[-1].max_force / exact.max_force - 1.0
     return (
-        f"| `{name}` | {wanted:.9f} | {' | '.join(cells)} | {order:.3f} | {2.0 * errors[-1] - errors[-2]:.0e} "
+        f"| `{name}` | {expected:.9f} | {' | '.join(cells)} | {order:.3f} | {2.0 * errors[-1] - errors[-2]:.0e} "
         f"| {time:.0e} | {force:.0e} |"
     )
 

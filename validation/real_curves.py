@@ -97,12 +97,12 @@ def read(reader: CurveReader) -> tuple[rs.IndentationCurve | None, str]:
 def identified(curve: rs.IndentationCurve) -> tuple[bool, str]:
     """Whether a model fits, and the misfit and constants or the reason."""
     try:
-        found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+        result = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     except rs.InputError as error:
         return False, f"no fit: {line_of(error)}"
-    (fit,) = found.curves[0][1]
+    (fit,) = result.curves[0][1]
     misfit = np.sqrt(np.mean((fit.measured - fit.fitted) ** 2)) / np.ptp(fit.measured)
-    known = [f"{name.replace('_', ' ')} {one.words}" for name, one in found.parameters.items() if one.determined]
+    known = [f"{name.replace('_', ' ')} {one.words}" for name, one in result.parameters.items() if one.determined]
     return True, f"misfit {100.0 * misfit:.1f} %; {', '.join(known) or 'no constant is determined'}"
 
 
@@ -110,17 +110,17 @@ def adhering(curve: rs.IndentationCurve) -> tuple[bool, tuple[str, ...]]:
     """Whether a model with adhesion fits a whole record, and the cells of its row."""
     start = time.perf_counter()
     try:
-        found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+        result = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     except rs.InputError as error:
         return False, ("", "", "", f"no fit: {line_of(error)}", "")
     print(f"    {time.perf_counter() - start:.0f} s")
-    (fit,) = found.curves[0][1]
+    (fit,) = result.curves[0][1]
     misfit = np.sqrt(np.mean((fit.measured - fit.fitted) ** 2)) / np.ptp(fit.measured)
-    known = [f"{name.replace('_', ' ')} {one.words}" for name, one in found.parameters.items() if one.determined]
+    known = [f"{name.replace('_', ' ')} {one.words}" for name, one in result.parameters.items() if one.determined]
     # Numbers in a doubt are those of the constants.
-    doubts = [re.sub(r" \(p = .*?\)|: a stress above .*", "", line) for line in found.warnings]
+    doubts = [re.sub(r" \(p = .*?\)|: a stress above .*", "", line) for line in result.warnings]
     largest = float(np.median(fit.measured[:10]) - fit.measured.min())
-    pull = 1.75 * np.pi * float(found.adhesion.work) * tip_radius(curve)
+    pull = 1.75 * np.pi * float(result.adhesion.work) * tip_radius(curve)
     return True, (
         f"{largest:.2g} N", f"{pull:.2g} N", f"{100.0 * misfit:.1f} %",
         "; ".join(known) or "no constant is determined", "; ".join(doubts),
@@ -207,10 +207,10 @@ def pull_offs(folder: Path) -> str:
             print(reader.label, flush=True)
             count += 1
             try:
-                found, cells = adhering(reader(adhesion=True))
+                result, cells = adhering(reader(adhesion=True))
             except rs.InputError as error:
-                found, cells = False, ("", "", "", f"refused: {line_of(error)}", "")
-            fitted += found
+                result, cells = False, ("", "", "", f"refused: {line_of(error)}", "")
+            fitted += result
             rows.append((*numbered(reader.label), *cells))
             print("   ", *cells, sep=" | ", flush=True)
     head = ("file", "curve", "largest pull", "work of the fit times 1.75 pi R", "misfit", "determined", "doubts")

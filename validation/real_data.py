@@ -166,12 +166,12 @@ def balls() -> str:
         for name, (_, many, e) in BALLS.items()
     ]
     rows: list[tuple[str, ...]] = []
-    found: dict[tuple[str, str], rs.Identification] = {}
+    results: dict[tuple[str, str], rs.Identification] = {}
     for name in BALLS:
         data_of = rebounds(name)
         tangent = rs.effective_moduli(data_of).loss_tangent
-        found |= {(name, model): fitted(data_of, model) for model in MODELS}
-        fits = [found[name, model] for model in MODELS]
+        results |= {(name, model): fitted(data_of, model) for model in MODELS}
+        fits = [results[name, model] for model in MODELS]
         known = [key for one in fits for key, estimate in one.parameters.items() if estimate.determined]
         rows.append(
             (name, f"{tangent.min():.3f} to {tangent.max():.3f}", ", ".join(known) or "none",
@@ -187,9 +187,9 @@ def balls() -> str:
             *(f"e at 10 m/s, {name}" for name in names))  # fmt: skip
     return BALL_TEXT.format(
         scatter=SCATTER, data=table(("ball", *(f"{v} m/s" for v in velocities)), data), invariance=apart,
-        fits=table(head, rows), warning=found["table tennis", "kelvin_voigt"].warnings[-1],
-        itf=shown(restitution_at(found["tennis", "springpot"], 7.06)),
-        itf_kv=shown(restitution_at(found["tennis", "kelvin_voigt"], 7.06)),
+        fits=table(head, rows), warning=results["table tennis", "kelvin_voigt"].warnings[-1],
+        itf=shown(restitution_at(results["tennis", "springpot"], 7.06)),
+        itf_kv=shown(restitution_at(results["tennis", "kelvin_voigt"], 7.06)),
     )  # fmt: skip
 
 
@@ -277,8 +277,8 @@ def two_exponentials(time: np.ndarray, force: np.ndarray) -> tuple[float, float]
         return p[0] + p[1] * np.exp(-time / p[2]) + p[3] * np.exp(-time / p[4]) - force
 
     start = [force.min(), 100.0, 1.0, 50.0, 8.0]
-    found = least_squares(residuals, start, bounds=([-1e4, 0.0, 0.1, 0.0, 2.0], 1e4), x_scale=start, xtol=1e-12)
-    return float(found.x[2]), float(found.x[4])
+    result = least_squares(residuals, start, bounds=([-1e4, 0.0, 0.1, 0.0, 2.0], 1e4), x_scale=start, xtol=1e-12)
+    return float(result.x[2]), float(result.x[4])
 
 
 def cells(file: Path) -> str:

@@ -55,12 +55,12 @@ def write(file: Path, found: dict[str, Values]) -> None:
 
 def read(file: Path) -> dict[str, Values]:
     """Read the numbers that `write` wrote."""
-    found: dict[str, Values] = {}
+    results: dict[str, Values] = {}
     with np.load(file) as archive:
         for key in archive.files:
             name, _, output = key.partition("|")
-            found.setdefault(name, {})[output] = archive[key]
-    return found
+            results.setdefault(name, {})[output] = archive[key]
+    return results
 
 
 def compare(before: dict[str, Values], after: dict[str, Values], allow: list[str]) -> int:
@@ -118,16 +118,16 @@ def main() -> int:
         NAMES.write_text(public_names(), encoding="utf-8")
     if not (options.write or options.compare or options.write_data):
         return 0
-    found = compute(options.only)
+    result = compute(options.only)
     if options.write:
-        write(options.write, found)
+        write(options.write, result)
     if options.write_data:
         if options.only:
             parser.error("--write-data writes all problems")
-        write_data(found)
+        write_data(result)
     if options.compare:
-        before = {name: one for name, one in read(options.compare).items() if not options.only or name in found}
-        return int(compare(before, found, options.allow) > 0)
+        before = {name: one for name, one in read(options.compare).items() if not options.only or name in result}
+        return int(compare(before, result, options.allow) > 0)
     return 0
 
 

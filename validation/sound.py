@@ -91,7 +91,7 @@ def picks_of(samples: np.ndarray, rate: int) -> Picks:
 
 
 def trials(repetitions: int) -> list[Trial]:
-    found: list[Trial] = []
+    results: list[Trial] = []
     for n, (kind, parts) in enumerate(KINDS.items()):
         for k in range(repetitions * len(sounds.RATES)):
             rng = np.random.default_rng([24, n, k])
@@ -99,8 +99,8 @@ def trials(repetitions: int) -> list[Trial]:
             loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
             sound = sounds.sound(rng, rate, loudest=loudest, kinds=parts)
             if int(np.cumprod(sound.signal_to_noise > LEAST).sum()) >= FEWEST:
-                found.append(Trial(kind, sound, picks_of(sound.samples, rate)))
-    return found
+                results.append(Trial(kind, sound, picks_of(sound.samples, rate)))
+    return results
 
 
 def matched(trial: Trial) -> tuple[np.ndarray, np.ndarray, int]:
@@ -172,8 +172,8 @@ def empty(repetitions: int) -> tuple[int, int]:
 
 def main() -> None:
     repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else REPETITIONS
-    found = trials(repetitions)
-    single = [trial for trial in found if trial.kind != "all at once"]
+    result = trials(repetitions)
+    single = [trial for trial in result if trial.kind != "all at once"]
     rows = touches(single)
     by_noise: list[str] = []
     for low, high in ((3.0, 6.0), (6.0, 12.0), (12.0, 30.0), (30.0, 100.0), (100.0, np.inf)):
@@ -191,8 +191,8 @@ def main() -> None:
     e = restitution(single)
     count, wrong = empty(repetitions)
     text = TEXT.format(
-        count=len(found), rates=", ".join(map(str, sounds.RATES)), near=1e3 * NEAR, fewest=FEWEST,
-        by_kind=table_of_kinds(found), by_noise="\n".join(by_noise), by_rate="\n".join(by_rate), n_e=len(e),
+        count=len(result), rates=", ".join(map(str, sounds.RATES)), near=1e3 * NEAR, fewest=FEWEST,
+        by_kind=table_of_kinds(result), by_noise="\n".join(by_noise), by_rate="\n".join(by_rate), n_e=len(e),
         e_share=100.0 * np.mean(np.abs(e[:, 0]) < 1.96), e_error=np.median(e[:, 1]), empty=count, wrong=wrong,
     )  # fmt: skip
     print(text)

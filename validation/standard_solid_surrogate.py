@@ -65,17 +65,17 @@ def make_boxes(tolerance: float = TOLERANCE, progress: Progress | None = None) -
         corner = low + width * places
         points = corner[:, None, :] + width[:, None, :] * (0.5 * (np.vstack([nodes, tests]) + 1.0))
         matters = _in_the_plane(points.reshape(-1, 3)).reshape(points.shape[:2])
-        wanted = matters.any(axis=1)
-        exact = standard_solid_restitution(*groups(points[wanted].reshape(-1, 3)), rtol=RTOL, errors="raise")
+        expected = matters.any(axis=1)
+        exact = standard_solid_restitution(*groups(points[expected].reshape(-1, 3)), rtol=RTOL, errors="raise")
         values = exact.reshape(-1, points.shape[1])
         cubes = values[:, : len(nodes)].reshape(-1, TERMS, TERMS, TERMS)
         M = _TO_COEFFICIENTS
         coefficients = np.einsum("ai,bj,ck,nijk->nabc", M, M, M, cubes, optimize=True).astype(np.float32)
         approximate = np.einsum("ap,bp,cp,nabc->np", *np.moveaxis(basis, 2, 0), coefficients, optimize=True)
         error = np.abs(approximate - values[:, len(nodes) :])
-        error = np.where(matters[wanted][:, len(nodes) :], error, 0.0).max(axis=1)
+        error = np.where(matters[expected][:, len(nodes) :], error, 0.0).max(axis=1)
         following: list[Box] = []
-        for n, box in enumerate(np.flatnonzero(wanted)):
+        for n, box in enumerate(np.flatnonzero(expected)):
             level, place = open_[box]
             if error[n] <= tolerance:
                 done.append(((level, place), coefficients[n]))

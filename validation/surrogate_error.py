@@ -47,13 +47,13 @@ def ratios(impact: rs.Impact, made: rs.Surrogate, rng: np.random.Generator) -> l
     """Largest error of each output at random velocities, over the stated one."""
     v = np.clip(np.exp(rng.uniform(*np.log(RANGE), VELOCITIES)), *RANGE)
     exact = rs.solve(replace(impact, velocity=v), rtol=max(1e-6 * made.rtol, 1e-12))
-    found: list[float] = []
+    results: list[float] = []
     for name in OUTPUTS:
         truth = getattr(exact, name)
         least = 1e-3 if name == "restitution_coefficient" else 0.0
         error = np.abs(getattr(made, name)(v) - truth) / np.maximum(truth, least)
-        found.append(float(error.max() / made.error[name]))
-    return found
+        results.append(float(error.max() / made.error[name]))
+    return results
 
 
 def main() -> None:

@@ -174,14 +174,14 @@ class UnderDepth:
             forces.append(now + self.force(moment, depth))
             own_rounding.append(abs(self.force(moment + ulps, depth) - self.force(moment, depth)))
         moments = np.minimum(t + touch, result.history_given.stop)
-        found = result.sample(moments)
+        results = result.sample(moments)
         before, behind = (result.sample(np.clip(moments + n * ulps, *result.time[[0, -1]])) for n in (-1, 1))
         rounding = np.maximum(np.abs(behind.force.values - before.force.values), own_rounding)
         radii = np.asarray(self.profile.contact_radius(np.array(depths)))
         both = math.isfinite(end) or math.isfinite(result.contact_end_time)
         return {
-            "force": float((np.abs(found.force.values - forces) - rounding).max(initial=0.0)) / result.max_force,
-            "contact radius": float(np.abs(found.contact_radius - radii).max()) / result.max_contact_radius,
+            "force": float((np.abs(results.force.values - forces) - rounding).max(initial=0.0)) / result.max_force,
+            "contact radius": float(np.abs(results.contact_radius - radii).max()) / result.max_contact_radius,
             "end of contact": abs(result.contact_end_time - touch - end) / stop if both else 0.0,
         }
 
@@ -237,11 +237,11 @@ class UnderForce:
         """Errors of depth and radius, and the residual of Ting's condition."""
         turning, stop = result.turning_time - touch, self.time[-1]
         growing = turning * np.array([1e-3, 0.1, 0.5, 0.9])
-        found = result.sample(growing + touch)
+        results = result.sample(growing + touch)
         depths = np.array([self.depth(x) for x in self.integral(growing)])
-        worst = float(np.abs(found.indentation_depth - depths).max()) / result.max_indentation_depth
+        worst = float(np.abs(results.indentation_depth - depths).max()) / result.max_indentation_depth
         radii = np.asarray(self.profile.contact_radius(depths))
-        radius = float(np.abs(found.contact_radius - radii).max()) / result.max_contact_radius
+        radius = float(np.abs(results.contact_radius - radii).max()) / result.max_contact_radius
         residual = 0.0
 
         def sampled_radius(t: float) -> float:
@@ -342,10 +342,10 @@ def main(count: int, seed: int) -> None:
     for prescribed in ("depth", "force"):
         for rtol in (1e-6, 1e-8, 1e-10):
             errors, refused = study(prescribed, count, rtol, seed)
-            for name, found in errors.items():
-                above = sum(error > 1.0 for error in found)
+            for name, result in errors.items():
+                above = sum(error > 1.0 for error in result)
                 lines.append(
-                    f"| {prescribed} | {rtol:g} | {name} | {len(found)} | {refused} | {above} | {max(found):.2g} |"
+                    f"| {prescribed} | {rtol:g} | {name} | {len(result)} | {refused} | {above} | {max(result):.2g} |"
                 )
                 print(lines[-1], flush=True)
     text = TEXT.format(count=count, seed=seed, table="\n".join(lines))

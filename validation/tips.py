@@ -88,11 +88,11 @@ def errors(seed: int, depths: int) -> list[Row]:
     impact = draw_impacts(seed, depths)
     if impact is None:
         return [Row(PROCESSOR, seed, math.nan, 0, 0, 0, 0.0)]
-    wanted = rs.solve(impact, rtol=1e-12, workers=1).restitution_coefficient
+    expected = rs.solve(impact, rtol=1e-12, workers=1).restitution_coefficient
     rows = []
     for rtol in RTOL:
-        found = rs.solve(impact, rtol=rtol, workers=1).restitution_coefficient
-        ratio = np.abs(found - wanted) / rtol / np.maximum(wanted, 1e-3)
+        result = rs.solve(impact, rtol=rtol, workers=1).restitution_coefficient
+        ratio = np.abs(result - expected) / rtol / np.maximum(expected, 1e-3)
         failed, above = int(np.isnan(ratio).sum()), int(np.sum(ratio > 1.0))
         rows.append(Row(PROCESSOR, seed, rtol, ratio.size, above, failed, float(np.nanmax(ratio, initial=0.0))))
     return rows

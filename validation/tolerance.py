@@ -214,13 +214,13 @@ def judge(kind: str, seed: int, number: int) -> Row:
     warnings.simplefilter("ignore")
     problem = draw(kind, seed, number)
     try:
-        found = problem and [rs.solve(problem, rtol=r, errors="warn", workers=1) for r in (*RTOL, FINEST)]
+        result = problem and [rs.solve(problem, rtol=r, errors="warn", workers=1) for r in (*RTOL, FINEST)]
     except InputError:
-        found = None
+        result = None
     none = [0] * (len(RTOL) + 1)
-    if not found:
+    if not result:
         return Row(kind, number, 0, none, none, none, none, none, 0, none, none)
-    e, status = (np.array([getattr(one, name) for one in found])
+    e, status = (np.array([getattr(one, name) for one in result])
                  for name in ("restitution_coefficient", "status"))  # fmt: skip
     solved, known = np.isfinite(e), np.nanmax(np.nan_to_num(e), axis=0)
     error = np.abs(e - e[-1]) / np.maximum(e[-1], FLOOR) / np.array([*RTOL, FINEST])[:, None]
@@ -228,7 +228,7 @@ def judge(kind: str, seed: int, number: int) -> Row:
                   solved[:, n].any())  # fmt: skip
 
     def largest(name: str, where: np.ndarray) -> list[float]:
-        values = np.array([getattr(one, name) for one in found])
+        values = np.array([getattr(one, name) for one in result])
         with np.errstate(all="ignore"):
             relative = np.where(where & np.isfinite(values), np.abs(values / values[-1] - 1.0), 0.0)
         return np.nan_to_num(relative).max(axis=1).tolist()
@@ -327,8 +327,8 @@ def main() -> None:
             rows += [task.result() for task in track(as_completed(tasks), kind, len(tasks))]
             if kind not in NOT_COMPARED:
                 tasks = [pool.submit(by_scipy, kind, options.seed, n) for n in range(0, count, COMPARED)]
-                found = [task.result() for task in track(as_completed(tasks), "against SciPy", len(tasks))]
-                differences += [one for one in found if one is not None]
+                results = [task.result() for task in track(as_completed(tasks), "against SciPy", len(tasks))]
+                differences += [one for one in results if one is not None]
             # After each kind, so that an interrupted run leaves a table.
             options.out.write_text("\n".join(page(rows, differences, options.seed)) + "\n")
     for kind in kinds:

@@ -169,7 +169,7 @@ def good_objects(values: np.ndarray[Any, Any], unit: str) -> dict[str, Any]:
     strided = np.repeat(values, 2)[::2]
     read_only = values.copy()
     read_only.setflags(write=False)
-    found: dict[str, Any] = {
+    results: dict[str, Any] = {
         "list": values.tolist(),
         "tuple": tuple(values.tolist()),
         "integers and numbers": [*values.tolist()[:-1], np.float32(values[-1])],
@@ -194,8 +194,8 @@ def good_objects(values: np.ndarray[Any, Any], unit: str) -> dict[str, Any]:
         "memoryview": memoryview(values),
     }
     for kind in (np.float16, np.float32, np.longdouble):
-        found[kind.__name__] = values.astype(kind)
-    return found
+        results[kind.__name__] = values.astype(kind)
+    return results
 
 
 _MATERIAL = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
@@ -343,10 +343,10 @@ def parameters(call: Call) -> list[str]:
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     try:
         known = inspect.signature(call.function).parameters.values()
-        found = [one.name for one in known if one.kind in kinds and not one.name.startswith("_")]
+        results = [one.name for one in known if one.kind in kinds and not one.name.startswith("_")]
     except (TypeError, ValueError):
-        found = []
-    return list(dict.fromkeys([*found, *call.arguments]))
+        results = []
+    return list(dict.fromkeys([*results, *call.arguments]))
 
 
 def run(call: Call, arguments: dict[str, Any]) -> tuple[str, Any]:
@@ -406,8 +406,8 @@ def good_calls(seed: int) -> tuple[int, list[str]]:
             scale = 1e-3 if unit == "kg" and kind in _WITH_UNIT else 1.0
             expected = plain if scale == 1.0 else _restitution(field, scale * values)
             try:
-                found = _restitution(field, given)
-                error = float(np.max(np.abs(np.asarray(found) / expected - 1.0)))
+                result = _restitution(field, given)
+                error = float(np.max(np.abs(np.asarray(result) / expected - 1.0)))
             except Exception as fault:
                 wrong.append(f"`{field}` as {kind}: {type(fault).__name__}: {fault}")
                 continue

@@ -40,17 +40,17 @@ def balls(rng: np.random.Generator) -> None:
 def sound(rng: np.random.Generator) -> None:
     """A soft ball dropped from 0.3 m: the instants of its touches, to 50 us."""
     foam = rs.kelvin_voigt(**FOAM, poisson_ratio=0.5, density=1000.0)
-    found = rs.bounces(rs.drop(rs.Body(foam, radius=0.02), rs.Body(None), height=0.3), max_bounces=9)
-    write("sound.csv", "time [s]", found.touch_time + 5e-5 * rng.standard_normal(found.touch_time.size))
+    result = rs.bounces(rs.drop(rs.Body(foam, radius=0.02), rs.Body(None), height=0.3), max_bounces=9)
+    write("sound.csv", "time [s]", result.touch_time + 5e-5 * rng.standard_normal(result.touch_time.size))
 
 
 def recording(rng: np.random.Generator) -> None:
     """The sound of the same ball, made of damped tones and noise: 8000 samples a second of 16 bits."""
     foam = rs.kelvin_voigt(**FOAM, poisson_ratio=0.5, density=1000.0)
-    found = rs.bounces(rs.drop(rs.Body(foam, radius=0.02), rs.Body(None), height=0.3), max_bounces=9)
+    result = rs.bounces(rs.drop(rs.Body(foam, radius=0.02), rs.Body(None), height=0.3), max_bounces=9)
     rate, after = 8000, np.arange(400)
     samples = 0.004 * rng.standard_normal(int(4.2 * rate))
-    for touch, velocity in zip(found.touch_time + 0.5, found.velocity, strict=True):
+    for touch, velocity in zip(result.touch_time + 0.5, result.velocity, strict=True):
         first = int(np.ceil(touch * rate))
         t = (first + after) / rate - touch
         tones = np.sin(2.0 * np.pi * np.outer([700.0, 1230.0, 2110.0], t)) * np.exp(-t / 0.005)

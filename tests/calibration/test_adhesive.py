@@ -248,26 +248,26 @@ def test_usual_numbers_are_half_the_work_and_the_frequency_of_the_contact(cases)
 
 
 def test_result_and_texts(cases):
-    found = adhesive.calibrated("lammps-jkr-viscoelastic", cases, "cgs")
-    numbers = found.law.law.typed(found.law)
-    assert found.parameters["gamma"].value == pytest.approx(1e3 * numbers["gamma"].value)
-    assert found.parameters["eta_n0"].value == pytest.approx(1e-2 * numbers["eta_n0"].value)
-    table = found.table
+    result = adhesive.calibrated("lammps-jkr-viscoelastic", cases, "cgs")
+    numbers = result.law.law.typed(result.law)
+    assert result.parameters["gamma"].value == pytest.approx(1e3 * numbers["gamma"].value)
+    assert result.parameters["eta_n0"].value == pytest.approx(1e-2 * numbers["eta_n0"].value)
+    table = result.table
     held = table["restitution_coefficient"].to_numpy() == 0.0
     assert held.any()
     assert np.all(table["calibrated_restitution_coefficient"].to_numpy()[held] == 0.0)
     difference = table["calibrated_restitution_coefficient"] - table["restitution_coefficient"]
     np.testing.assert_array_equal(table["error"], difference)
-    assert found.largest_error == float(np.abs(difference).max())
-    texts = " ".join(f"{found.parameters[name].value:.8g}" for name in ("E", "eta_n0", "nu", "gamma"))
-    assert f"pair_coeff * * jkr {texts} tangential linear_nohistory 0 0 damping viscoelastic" in found.snippet
-    assert "sticks below" in str(found)
-    content = json.loads(found.to_json())
+    assert result.largest_error == float(np.abs(difference).max())
+    texts = " ".join(f"{result.parameters[name].value:.8g}" for name in ("E", "eta_n0", "nu", "gamma"))
+    assert f"pair_coeff * * jkr {texts} tangential linear_nohistory 0 0 damping viscoelastic" in result.snippet
+    assert "sticks below" in str(result)
+    content = json.loads(result.to_json())
     assert content["sticking_velocity"] == cases.sticking_velocity
     assert content["pull_off_force"] == pytest.approx(3.0 * math.pi * numbers["gamma"].value * 5e-6)
-    again = pickle.loads(pickle.dumps(found))
-    assert again.restitution_coefficient(1.0) == found.restitution_coefficient(1.0)
-    assert in_one_line(lambda: found.restitution_coefficient(1.0, radius=1e-5)).field == "radius"
+    again = pickle.loads(pickle.dumps(result))
+    assert again.restitution_coefficient(1.0) == result.restitution_coefficient(1.0)
+    assert in_one_line(lambda: result.restitution_coefficient(1.0, radius=1e-5)).field == "radius"
 
 
 @pytest.mark.slow

@@ -125,9 +125,9 @@ def test_the_dashpot_of_kratos_gives_way_before_its_spring():
 
 
 def test_lammps_is_nearest_of_its_neighbours():
-    found = rs.calibrate((BALL, BALL), "lammps-viscoelastic", 0.1, friction=0.3)
-    angles, law = found.angles, found.law
-    rule, case = LAMMPS_RULES["mindlin_rescale/force"], Case(0.1, *found.collisions.middle[1:], 0.4)
+    result = rs.calibrate((BALL, BALL), "lammps-viscoelastic", 0.1, friction=0.3)
+    angles, law = result.angles, result.law
+    rule, case = LAMMPS_RULES["mindlin_rescale/force"], Case(0.1, *result.collisions.middle[1:], 0.4)
 
     def error(ratio, number):
         return np.abs(rebounds(rule, law, case, ratio, number, angles.slope) - angles.exact).max()
@@ -136,22 +136,22 @@ def test_lammps_is_nearest_of_its_neighbours():
     assert best == pytest.approx(angles.largest_error, abs=1e-12)
     for a, b in ((1.05, 1.0), (0.95, 1.0), (1.0, 1.1), (1.0, 0.9)):
         assert error(a * angles.ratio, b * angles.number) > best - 1e-4
-    k_t, x, mu = (found.parameters[name].value for name in ("k_t", "x_gammat", "x_mu"))
+    k_t, x, mu = (result.parameters[name].value for name in ("k_t", "x_gammat", "x_mu"))
     assert k_t == pytest.approx(2.0 * angles.ratio * law.modulus)
-    assert f"tangential mindlin_rescale/force {k_t:.8g} {x:.8g} 0.3 damping" in found.snippet
+    assert f"tangential mindlin_rescale/force {k_t:.8g} {x:.8g} 0.3 damping" in result.snippet
     assert mu == 0.3
 
 
 @pytest.mark.filterwarnings("ignore::restitution.RestitutionWarning")
 def test_exact_angles_are_those_of_oblique_impacts():
-    found = rs.calibrate((BALL, BALL), "rebound", 0.1, friction=0.3, angle=(0.3, 1.3))
+    result = rs.calibrate((BALL, BALL), "rebound", 0.1, friction=0.3, angle=(0.3, 1.3))
     hit = rs.collision(BALL, BALL, 0.1)
     exact = rs.solve(rs.vary(hit, {"friction": 0.3, "angle": np.linspace(0.3, 1.3, 65)}))
-    assert found.angles.exact == pytest.approx(exact.tangential_restitution_coefficient, abs=1e-4)
-    assert "sim.collision_resolve = collide" in found.snippet
-    assert found.to_dict()["angles"]["friction"] == 0.3
+    assert result.angles.exact == pytest.approx(exact.tangential_restitution_coefficient, abs=1e-4)
+    assert "sim.collision_resolve = collide" in result.snippet
+    assert result.to_dict()["angles"]["friction"] == 0.3
     of_impact = rs.calibrate(rs.vary(hit, {"friction": 0.3}), "rebound", 0.1, angle=(0.3, 1.3))
-    assert of_impact.snippet == found.snippet
+    assert of_impact.snippet == result.snippet
 
 
 @pytest.mark.parametrize(

@@ -28,19 +28,19 @@ def write(tmp_path):
 def test_the_sound_of_the_example_has_the_touches_of_the_ball():
     foam = rs.kelvin_voigt(2e5, 20.0, poisson_ratio=0.5, density=1000.0)
     exact = rs.bounces(rs.drop(rs.Body(foam, radius=0.02), rs.Body(None), height=0.3), max_bounces=9)
-    found = rs.read_bounces(
+    result = rs.read_bounces(
         WAV, radius=0.02, mass=0.03351, contact_time=exact.contact_time[1], air_density=1e-9, drag_coefficient=0.0
     )
-    assert np.abs((found.time - 0.5 - exact.touch_time) / found.time_error).max() < 3.0
+    assert np.abs((result.time - 0.5 - exact.touch_time) / result.time_error).max() < 3.0
     inner = slice(1, -1)
-    deviation = found.restitution_coefficient[inner] - exact.restitution_coefficient[inner]
+    deviation = result.restitution_coefficient[inner] - exact.restitution_coefficient[inner]
     # The depth at separation and the contact times of other bounces are estimates, good to 1e-3.
-    assert np.all(np.abs(deviation) < 3.0 * found.restitution_coefficient_error[inner] + 1e-3)
-    assert found.observations is not None
-    assert found.observations.size == 7
+    assert np.all(np.abs(deviation) < 3.0 * result.restitution_coefficient_error[inner] + 1e-3)
+    assert result.observations is not None
+    assert result.observations.size == 7
     # The bounce with a contact time has E*' = 4 G of Kelvin and Voigt, within the error of the formula.
-    assert found.storage_modulus[1] == pytest.approx(8e5, rel=0.03)
-    assert np.isnan(found.storage_modulus[[0, *range(2, 9)]]).all()
+    assert result.storage_modulus[1] == pytest.approx(8e5, rel=0.03)
+    assert np.isnan(result.storage_modulus[[0, *range(2, 9)]]).all()
 
 
 def test_labels_and_instants_are_the_same(write):
@@ -49,10 +49,10 @@ def test_labels_and_instants_are_the_same(write):
     rows = "".join(f"{n};{t:.2f}\n".replace(".", ",") for n, t in enumerate(time))
     texts = {"a.txt": labels, "b.csv": "bounce;time (s)\n" + rows, "c.csv": "t [ms]\n250\n750\n1150\n1470\n"}
     for name, text in texts.items():
-        found = rs.read_bounces(write(name, text), air_density=0.0)
-        assert found.time == pytest.approx(time)
-        assert found.restitution_coefficient[1:3] == pytest.approx(0.8)
-        assert np.all(np.isnan(found.restitution_coefficient_error))
+        result = rs.read_bounces(write(name, text), air_density=0.0)
+        assert result.time == pytest.approx(time)
+        assert result.restitution_coefficient[1:3] == pytest.approx(0.8)
+        assert np.all(np.isnan(result.restitution_coefficient_error))
     errors = rs.read_bounces(write("d.csv", "time [s],sd_time [ms]\n0,1\n0.5,1\n0.9,1\n1.22,1\n"), air_density=0.0)
     share = math.hypot(1e-3 / 0.4, 1e-3 / 0.5, 1e-3 / 0.4 + 1e-3 / 0.5)
     assert errors.restitution_coefficient_error[1] == pytest.approx(0.8 * share)
@@ -70,21 +70,21 @@ def test_heights_and_speeds_are_rebounds(write):
     by_speed = rs.read_observations(speeds, radius=0.01, mass=0.01, kind="rebounds")
     assert by_speed.velocity == pytest.approx([2.0, 1.0])
     assert by_speed.restitution_coefficient == pytest.approx([0.8, 0.9])
-    found = rs.read_bounces(heights)
-    assert found.restitution_coefficient_error == pytest.approx(sd)
+    result = rs.read_bounces(heights)
+    assert result.restitution_coefficient_error == pytest.approx(sd)
     # tan delta = 0.815 ln(1/e), from docs/theory/identification.md.
-    assert found.loss_tangent == pytest.approx(-0.815 * np.log([0.8, 0.9]))
-    assert np.all(np.isnan(found.storage_modulus))
+    assert result.loss_tangent == pytest.approx(-0.815 * np.log([0.8, 0.9]))
+    assert np.all(np.isnan(result.storage_modulus))
 
 
 def test_the_size_and_a_contact_time_give_moduli(write):
     file = write("m.csv", "v_in,v_out,contact_time [ms]\n1,0.8,1.1\n")
     assert np.isnan(rs.read_bounces(file).storage_modulus[0])
-    found, direct = rs.read_bounces(file, radius=0.01, mass=0.03), rs.effective_moduli(
+    result, direct = rs.read_bounces(file, radius=0.01, mass=0.03), rs.effective_moduli(
         rs.Rebounds([1.0], [0.8], radius=0.01, mass=0.03, contact_time=[1.1e-3])
     )  # fmt: skip
-    assert found.storage_modulus == direct.storage_modulus
-    assert found.angular_frequency == direct.angular_frequency
+    assert result.storage_modulus == direct.storage_modulus
+    assert result.angular_frequency == direct.angular_frequency
 
 
 def test_the_command_shows_the_bounces(tmp_path, write):

@@ -94,11 +94,11 @@ def test_keys_of_any_section(tmp_path: Path) -> None:
     )
     case = rs.read_case(file)
     assert case.impact.profile.numbers["radius"] == 0.01
-    found = propagate_case(case)
+    result = propagate_case(case)
     parts = [0.4 * sizes["density"], 1.0 * sizes["radius"], 0.4 * 4.0, 0.1 * sizes["height"]]
-    value, deviation = found["contact_time"]
+    value, deviation = result["contact_time"]
     assert deviation / value == pytest.approx(0.01 * math.hypot(*parts), rel=1e-7)
-    shares = dict(zip(found.inputs, found.shares[0], strict=True))
+    shares = dict(zip(result.inputs, result.shares[0], strict=True))
     assert shares["material.shear_modulus"] == pytest.approx(1.6**2 / sum(part**2 for part in parts), rel=1e-6)
 
 
@@ -108,12 +108,12 @@ def test_entries_of_lists(tmp_path: Path) -> None:
     shear = 'shear = { equilibrium_modulus = "1 MPa", branch_moduli = "[4 +- 0.2, 3 +- 0.1] MPa", '
     shear += 'relaxation_times = ["0.1 ms", "2 ± 0.1 ms"] }\nbulk_modulus = "1 GPa"'
     case_file(file, material=shear)
-    found = propagate_case(rs.read_case(file))
+    result = propagate_case(rs.read_case(file))
     solid = rs.Material(rs.PronySeries(1e6, [4e6, 3e6], [1e-4, 2e-3]), 1e9)
     ball = rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=1.0)
     names = {"branch_moduli[0]": 2e5, "branch_moduli[1]": 1e5, "relaxation_times[1]": 1e-4}
     same = rs.uncertainty(ball, names)
-    assert found.covariance == pytest.approx(same.covariance, rel=1e-7)
+    assert result.covariance == pytest.approx(same.covariance, rel=1e-7)
 
 
 def test_key_that_takes_no_array(tmp_path: Path) -> None:
@@ -121,20 +121,20 @@ def test_key_that_takes_no_array(tmp_path: Path) -> None:
     file = tmp_path / "tip.toml"
     profile = 'type = "power_law"\nexponent = "2.5 +- 0.01"\ncoefficient = 50.0'
     case_file(file, profile=profile, material=ELASTIC.replace(" +- 4 %", ""))
-    found = propagate_case(rs.read_case(file))
+    result = propagate_case(rs.read_case(file))
     ends = [rs.solve(rs.Impact(rs.elastic(shear_modulus=1e6, bulk_modulus=np.inf), rs.PowerLaw(n, 50.0), 0.005, 1.0))
             for n in (2.49, 2.51)]  # fmt: skip
     difference = 0.5 * abs(float(ends[1].contact_time) - float(ends[0].contact_time))
     # A difference over 0.8 % errs by the square of it.
-    assert found["contact_time"][1] == pytest.approx(difference, rel=1e-3)
+    assert result["contact_time"][1] == pytest.approx(difference, rel=1e-3)
 
 
 def test_the_command_prints_deviations(tmp_path: Path) -> None:
     file = tmp_path / "ball.toml"
     case_file(file, material=SOLID.replace("10 MPa", "10 +- 0.5 MPa"), impact='velocity = "1 +- 0.02 m/s"')
     shown = done("solve", str(file)).stdout
-    found = propagate_case(rs.read_case(file))
-    value, deviation = found["restitution_coefficient"]
+    result = propagate_case(rs.read_case(file))
+    value, deviation = result["restitution_coefficient"]
     lines = [line for line in shown.splitlines() if line.startswith("e = ")]
     assert len(lines) == 1
     number, spread = (float(word) for word in lines[0].split()[2:5:2])

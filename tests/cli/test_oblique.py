@@ -22,14 +22,14 @@ def _ball(folder: Path) -> None:
 
 
 def test_the_numbers_are_those_of_python() -> None:
-    found = json.loads(done("solve", "ball.toml", "--json").stdout)
+    result = json.loads(done("solve", "ball.toml", "--json").stdout)
     case_file("normal.toml", material=SOFT, impact='velocity = "1 m/s"')
     numbers = {"friction": 0.4, "angle": 0.6981317007977318, "spin": -30.0}
     same = rs.solve(rs.vary(rs.read_case("normal.toml").impact, numbers), rtol=1e-4)
-    assert found["tangential_restitution_coefficient"] == same.tangential_restitution_coefficient
-    assert found["rebound_spin"] == same.rebound_spin
-    assert found["restitution_coefficient"] == same.restitution_coefficient
-    assert found["status"] == "SEPARATED"
+    assert result["tangential_restitution_coefficient"] == same.tangential_restitution_coefficient
+    assert result["rebound_spin"] == same.rebound_spin
+    assert result["restitution_coefficient"] == same.restitution_coefficient
+    assert result["status"] == "SEPARATED"
 
 
 def test_table_picture_and_history(folder: Path) -> None:

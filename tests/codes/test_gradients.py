@@ -35,11 +35,11 @@ def slopes_of_square() -> np.ndarray:
         moved = rs.vary(ball, {"velocity": x[0], "viscosity": x[1]})
         return float(rs.solve(moved, rtol=1e-11).restitution_coefficient) ** 2
 
-    found = []
+    results = []
     for step in np.diag(0.01 * POINT):
         near, far = (square(POINT + k * step) - square(POINT - k * step) for k in (1, 2))
-        found.append((8.0 * near - far) / (12.0 * step.sum()))
-    return np.array(found)
+        results.append((8.0 * near - far) / (12.0 * step.sum()))
+    return np.array(results)
 
 
 def test_the_function_behind_the_recipes():

@@ -38,17 +38,17 @@ def test_lammps_gives_the_promise_over_the_angle(codes, style):
     law = rough(codes, "lammps-viscoelastic", tangential=style)
     step = float(law.contact_time(codes.VELOCITY)) / 1000
     for n in (0, 8, 16):
-        found = codes.by_lammps(law.snippet, codes.VELOCITY * math.tan(law.angles.angle[n]), step)
-        assert found == pytest.approx(law.angles.calibrated[n], abs=5e-3)
+        result = codes.by_lammps(law.snippet, codes.VELOCITY * math.tan(law.angles.angle[n]), step)
+        assert result == pytest.approx(law.angles.calibrated[n], abs=5e-3)
 
 
 def test_rebound_gives_the_exact_rebound_between_the_angles_of_its_table(codes):
     need("rebound")
     law = rough(codes, "rebound")
     angle = 0.4 * law.angles.angle[20] + 0.6 * law.angles.angle[21]
-    found = codes.by_rebound(law.snippet, codes.VELOCITY * math.tan(angle))
+    result = codes.by_rebound(law.snippet, codes.VELOCITY * math.tan(angle))
     exact = np.interp(math.tan(angle) / 0.3, law.angles.slope, law.angles.exact)
-    assert found == pytest.approx(exact, abs=1e-6)
+    assert result == pytest.approx(exact, abs=1e-6)
     # Beyond the table all slides: -1 + (1 + 1/kappa) (1 + e) mu/tan(angle).
     along = 6.0 * codes.VELOCITY
     e = law.restitution_coefficient(codes.VELOCITY)

@@ -29,11 +29,11 @@ def test_a_parabola_has_the_closed_forms_of_maugis():
         lam, size = 10.0 ** rng.uniform((-1.5, -0.5), (1.5, 1.0))
         stress = lam / float(maugis_number(work, 1.0, modulus, radius))
         a = size * (work * radius**2 / modulus) ** (1.0 / 3.0)
-        found = static_contact(rs.Parabola(radius), modulus, rs.Adhesion(work, stress), a)
-        depth, force, reach = maugis(modulus, radius, stress, a, found.edge)
+        result = static_contact(rs.Parabola(radius), modulus, rs.Adhesion(work, stress), a)
+        depth, force, reach = maugis(modulus, radius, stress, a, result.edge)
         scale = abs(depth) + a * a / radius
-        assert found.depth == pytest.approx(depth, abs=1e-12 * scale)
-        assert found.force == pytest.approx(force, abs=1e-11 * (abs(force) + work * radius))
+        assert result.depth == pytest.approx(depth, abs=1e-12 * scale)
+        assert result.force == pytest.approx(force, abs=1e-11 * (abs(force) + work * radius))
         assert reach == pytest.approx(work / stress, rel=1e-9)
 
 
@@ -42,11 +42,11 @@ def pull_off(lam):
     work = 0.01
     adhesion = rs.Adhesion(work, lam / float(maugis_number(work, 1.0, 1.0, 1.0)))
     profile = rs.Parabola(1.0)
-    found = minimize_scalar(
+    result = minimize_scalar(
         lambda a: static_contact(profile, 1.0, adhesion, a).force, bounds=(1e-4, 0.5), method="bounded",
         options={"xatol": 1e-7},
     )  # fmt: skip
-    return -found.fun / (math.pi * work)
+    return -result.fun / (math.pi * work)
 
 
 def test_the_pull_off_force_lies_between_the_limits_and_tends_to_jkr():
@@ -63,22 +63,22 @@ def test_the_pull_off_force_lies_between_the_limits_and_tends_to_jkr():
 def test_a_contact_without_load_is_at_rest():
     adhesion = rs.Adhesion(0.05, 1e6)
     for profile in (rs.Parabola(1e-3), rs.Sphere(1e-3), rs.Cone(0.8), rs.PowerLaw(3.0, 1e6)):
-        found = rest(profile, 1e6, adhesion, 1e-5)
-        scale = 1e6 * found.radius * abs(found.depth)
-        assert abs(found.force) < 1e-9 * scale
-        assert static_contact(profile, 1e6, adhesion, 1.01 * found.radius).force > 0.0
+        result = rest(profile, 1e6, adhesion, 1e-5)
+        scale = 1e6 * result.radius * abs(result.depth)
+        assert abs(result.force) < 1e-9 * scale
+        assert static_contact(profile, 1e6, adhesion, 1.01 * result.radius).force > 0.0
 
 
 def test_the_gap_at_the_edge_is_the_range():
     # By quadrature of the inverse Abel transform, h = (2/pi) int_a^c H/sqrt(c^2 - x^2) dx, over x = c sin(u).
     adhesion, modulus = rs.Adhesion(0.05, 2e6), 1e7
     profile = rs.Sphere(1e-4)
-    found = static_contact(profile, modulus, adhesion, 8e-6)
-    c = found.edge
-    start = math.asin(found.radius / c)
+    result = static_contact(profile, modulus, adhesion, 8e-6)
+    c = result.edge
+    start = math.asin(result.radius / c)
     u = start + (0.5 * math.pi - start) * (np.arange(20000) + 0.5) / 20000
     x = c * np.sin(u)
-    gap = profile.transform(x) - found.depth - 2.0 * adhesion.stress / modulus * np.sqrt((c - x) * (c + x))
+    gap = profile.transform(x) - result.depth - 2.0 * adhesion.stress / modulus * np.sqrt((c - x) * (c + x))
     assert 2.0 / math.pi * gap.mean() * (0.5 * math.pi - start) == pytest.approx(adhesion.range, rel=1e-6)
 
 

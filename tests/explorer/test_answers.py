@@ -336,8 +336,8 @@ def test_bounces_on_one_spot_are_those_of_the_package():
     impact = answers.case_of(state).impact
     count = min(answer["numbers"]["n_bounces"], 5)
     expected = rs.bounces(impact, max_bounces=count, min_height=0.0, same_spot=True)
-    found = answer["curves"]["bounces"]["restitution_coefficient"][:count]
-    np.testing.assert_allclose(found, expected.restitution_coefficient, rtol=1e-4)
+    result = answer["curves"]["bounces"]["restitution_coefficient"][:count]
+    np.testing.assert_allclose(result, expected.restitution_coefficient, rtol=1e-4)
     assert (
         answer["curves"]["bounces"]["restitution_coefficient"][1]
         != answers.bounces(state | {"bounces.spot": "fresh"})["curves"]["bounces"]["restitution_coefficient"][1]
@@ -410,10 +410,10 @@ def test_examples_of_the_page_are_the_case_files(name):
     words, preset = PRESETS[name]
     assert title is not None
     assert words.lower() == title.lower()
-    expected, found = settled(state), settled(preset)
-    assert expected.keys() == found.keys()
+    expected, result = settled(state), settled(preset)
+    assert expected.keys() == result.keys()
     for key, value in expected.items():
-        assert found[key] == (pytest.approx(value, rel=1e-12) if isinstance(value, float) else value)
+        assert result[key] == (pytest.approx(value, rel=1e-12) if isinstance(value, float) else value)
 
 
 def test_symbols_are_letters():
@@ -611,8 +611,8 @@ def test_other_targets_are_those_of_the_package(target, built, tmp_path):
     if state.get("target") == "ball":
         assert in_one_line(lambda: of_impact(built(soft))).field == "impact"
     else:
-        found = settled(of_impact(built(soft)))
-        assert {key: found[key] for key in target} == target
+        result = settled(of_impact(built(soft)))
+        assert {key: result[key] for key in target} == target
 
 
 @pytest.mark.parametrize("held", ["stress", "range"])
@@ -631,8 +631,8 @@ def test_adhesion_is_that_of_the_package(held, tmp_path):
     assert curves["shape"]["range"] == pytest.approx(5e-8)
     assert np.all(curves["history"]["zone_radius"] >= curves["history"]["contact_radius"])
     for again in (of_impact(bead), of_case(rs.read_case(case_file(state, tmp_path)))):
-        found = settled(again)
-        assert [found[key] for key in ("sticking", "adhesion.work", f"adhesion.{held}")] == [held, 0.05, value]
+        result = settled(again)
+        assert [result[key] for key in ("sticking", "adhesion.work", f"adhesion.{held}")] == [held, 0.05, value]
     names: dict[str, Any] = {}
     exec(download({"what": "python", "state": state})["text"], names)
     assert names["result"].restitution_coefficient == pytest.approx(expected.restitution_coefficient, rel=1e-5)
@@ -696,8 +696,8 @@ def test_an_oblique_impact_is_that_of_the_package(tmp_path: Path) -> None:
         assert {key: again[key] for key in OBLIQUE} == OBLIQUE | {"impact.angle": pytest.approx(-0.6, rel=1e-15)}
     names: dict[str, Any] = {}
     exec(download({"what": "python", "state": state})["text"], names)
-    found = next(value for value in names.values() if isinstance(value, rs.ObliqueResult))
-    assert found.rebound_spin == pytest.approx(result.rebound_spin, rel=1e-3)
+    results = next(value for value in names.values() if isinstance(value, rs.ObliqueResult))
+    assert results.rebound_spin == pytest.approx(result.rebound_spin, rel=1e-3)
     # Friction changes no height, and turns the ball.
     straight, turning = (answers.bounces(other) for other in (state | {"motion": "straight"}, state))
     series = rs.bounces(problem, gravity=state["impact.gravity"], max_bounces=3, min_height=0.0, rtol=1e-5)

@@ -186,9 +186,9 @@ def test_own_points_stand_on_the_curve(opened, tmp_path):
     path.write_text(table)
     size = distance(ball(), rs.read_points(path))
     words = page.locator("[data-panel=velocity] .note:visible").inner_text()
-    found = re.fullmatch(r"3 measured points; the root .* e is about (\S+)\.\s*Remove", words)
+    result = re.fullmatch(r"3 measured points; the root .* e is about (\S+)\.\s*Remove", words)
     # Straight lines between the 61 points of the curve, and two digits.
-    assert float(found[1]) == pytest.approx(size, rel=0.05)
+    assert float(result[1]) == pytest.approx(size, rel=0.05)
     # A link has them; a pinned setting has none of its own.
     again = opened(start=page.url)
     until(again, "explorer.tabs.impact.velocity.figure.marks.length === 4")

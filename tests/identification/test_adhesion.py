@@ -52,13 +52,13 @@ def materials(**constants):
 def test_work_of_adhesion_from_rebounds_of_which_some_stick(exact):
     rebounds = measured(exact, np.random.default_rng(1))
     assert 0 < np.sum(rebounds.restitution_coefficient == 0.0) < VELOCITY.size
-    found = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN)
-    work = found.parameters["work"]
+    result = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN)
+    work = result.parameters["work"]
     assert work.determined
     assert abs(work.value - WORK) < 4.0 * work.standard_error < 0.2 * WORK
-    assert found.adhesion.stress == STRESS
+    assert result.adhesion.stress == STRESS
     # Beyond five standard deviations of chi2.
-    assert found.chi2 < found.degrees_of_freedom + 5.0 * math.sqrt(2.0 * found.degrees_of_freedom)
+    assert result.chi2 < result.degrees_of_freedom + 5.0 * math.sqrt(2.0 * result.degrees_of_freedom)
 
 
 def test_predictions_are_those_of_solve(exact):
@@ -66,23 +66,23 @@ def test_predictions_are_those_of_solve(exact):
     rebounds = rs.Rebounds(
         VELOCITY, np.where(exact > 0.0, exact, 0.0), radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE
     )
-    found = rebounds.predicted(materials(**KNOWN, work=WORK))
-    np.testing.assert_allclose(found["restitution_coefficient"][0], exact, atol=1.5e-3)
+    result = rebounds.predicted(materials(**KNOWN, work=WORK))
+    np.testing.assert_allclose(result["restitution_coefficient"][0], exact, atol=1.5e-3)
     stuck = exact == 0.0
-    assert np.array_equal(np.isnan(found["contact_time"][0]), stuck)
+    assert np.array_equal(np.isnan(result["contact_time"][0]), stuck)
 
 
 def test_bands_of_predictions_are_those_of_solves_at_the_ends_of_the_work(exact):
     """With one unknown the band of an output lies between its values at both ends of the interval of the work."""
-    found = rs.identify(measured(exact, np.random.default_rng(1)), rs.standard_solid, fixed=KNOWN, profiles=False)
-    work = found.parameters["work"]
+    result = rs.identify(measured(exact, np.random.default_rng(1)), rs.standard_solid, fixed=KNOWN, profiles=False)
+    work = result.parameters["work"]
     body = rs.Impact(rs.Material(1e9, math.inf), rs.Parabola(RADIUS), MASS, 1.0)
     velocity = rs.sticking_velocity(
-        replace(body, material=rs.standard_solid(**CONSTANTS), adhesion=found.adhesion), rtol=1e-3
+        replace(body, material=rs.standard_solid(**CONSTANTS), adhesion=result.adhesion), rtol=1e-3
     ) * np.array([0.5, 0.985, 1.005, 1.3, 2.0, 6.0])  # fmt: skip
     # The contact just above the threshold is longer than all of the data.
     with pytest.warns(rs.RestitutionWarning, match="1 of 6 impacts leave the window"):
-        bands = found.predict(replace(body, velocity=velocity))
+        bands = result.predict(replace(body, velocity=velocity))
     ends = [
         rs.solve(
             rs.Impact(rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), MASS, velocity,
@@ -113,11 +113,11 @@ def test_an_adhesion_that_is_known_is_kept(exact):
     time = np.geomspace(1e-9, 1e-5, 12)
     solid = rs.standard_solid(**CONSTANTS)
     table = RelaxationTable(time, solid.shear.relaxation_modulus(time), "shear")
-    found = rs.identify(table, rs.standard_solid, fixed={"poisson_ratio": 0.4}, profiles=False)
+    result = rs.identify(table, rs.standard_solid, fixed={"poisson_ratio": 0.4}, profiles=False)
     impact = rs.Impact(solid, rs.Parabola(RADIUS), MASS, [0.05, 0.5], adhesion=rs.Adhesion(WORK, stress=STRESS))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        bands = found.predict(impact)
+        bands = result.predict(impact)
     expected = rs.solve(impact, rtol=1e-5).restitution_coefficient
     assert expected[0] == 0.0
     # The table has no noise.
@@ -135,8 +135,8 @@ def test_the_sticking_velocity_is_that_of_the_search(exact):
     velocity = rs.sticking_velocity(one, rtol=1e-3)
     # A datum at the sticking velocity makes the search go on to its end.
     rebounds = rs.Rebounds([velocity, 0.5], [0.0, 0.7], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
-    found = rebounds._collisions(materials(**KNOWN, work=WORK))
-    assert found.thresholds[0, 0] == pytest.approx(velocity, rel=5e-3)
+    result = rebounds._collisions(materials(**KNOWN, work=WORK))
+    assert result.thresholds[0, 0] == pytest.approx(velocity, rel=5e-3)
 
 
 def test_a_sticking_velocity_as_a_datum():
@@ -190,9 +190,9 @@ def test_surprise_is_the_probability_of_what_stuck():
     thresholds = rng.uniform(1.0, 2.0, (4, 1))
     share = norm.cdf((thresholds - velocity) / deviation)
     logs = np.where(stuck, np.log(share), np.log(1.0 - share))
-    found = surprise([bodies], thresholds)
-    np.testing.assert_allclose(found[:, 0] ** 2, -2.0 * logs[:, stuck].sum(axis=1), rtol=1e-9)
-    np.testing.assert_allclose(found[:, 1] ** 2, -2.0 * logs[:, ~stuck].sum(axis=1), rtol=1e-9)
+    result = surprise([bodies], thresholds)
+    np.testing.assert_allclose(result[:, 0] ** 2, -2.0 * logs[:, stuck].sum(axis=1), rtol=1e-9)
+    np.testing.assert_allclose(result[:, 1] ** 2, -2.0 * logs[:, ~stuck].sum(axis=1), rtol=1e-9)
 
 
 def test_what_has_no_theory_is_refused(exact):
@@ -245,14 +245,16 @@ def test_work_and_stress_from_a_curve_with_a_pull_off(stiffness):
     with pytest.raises(rs.InputError, match="adhesion=True"):
         rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, **spring)
     curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=noise, adhesion=True, **spring)
-    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    result = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     for name, value in (GEL | {"work": PULL, "stress": 5e5}).items():
-        estimate = found.parameters[name]
+        estimate = result.parameters[name]
         assert estimate.determined
         assert abs(estimate.value - value) < 4.0 * estimate.standard_error < 0.3 * value, name
-    assert abs(found.nuisances["contact_point"].value - TOUCH) < 4.0 * found.nuisances["contact_point"].standard_error
-    assert found.chi2 < found.degrees_of_freedom + 5.0 * math.sqrt(2.0 * found.degrees_of_freedom)
-    assert not found.warnings
+    assert (
+        abs(result.nuisances["contact_point"].value - TOUCH) < 4.0 * result.nuisances["contact_point"].standard_error
+    )
+    assert result.chi2 < result.degrees_of_freedom + 5.0 * math.sqrt(2.0 * result.degrees_of_freedom)
+    assert not result.warnings
 
 
 @pytest.mark.parametrize("stiffness", [None, 1.0])
@@ -266,7 +268,7 @@ def test_forces_of_a_curve_are_those_of_indent(stiffness):
     space = parameters(rs.standard_solid, fixed={"poisson_ratio": 0.5}, of_data=OfData(adhesion=True))
     numbers = GEL | {"work": PULL, "stress": 5e5}
     trial = space.materials(np.log([[numbers[name] for name in space.names]]), (1e-4, 1.0))
-    found = curve.forces(trial, np.array([[TOUCH]]))[0] + 2e-9
+    result = curve.forces(trial, np.array([[TOUCH]]))[0] + 2e-9
     quiet = curve.deviations < 1.01 * deviation
     assert np.sum(~quiet) < 8
     # On the glass, of E* = 3.2 MPa, the contact of 0.3 um has 1.9 N/m.
@@ -274,7 +276,7 @@ def test_forces_of_a_curve_are_those_of_indent(stiffness):
     if stiffness is not None:
         curve.spring_constant = 0.3
         assert any("softer" in line for line in curve.doubts(trial, np.array([[TOUCH]])))
-    np.testing.assert_allclose(found[quiet], force[quiet], atol=6e-3 * np.ptp(force))
+    np.testing.assert_allclose(result[quiet], force[quiet], atol=6e-3 * np.ptp(force))
 
 
 def test_a_record_that_begins_within_the_attraction_goes_on_from_before():
@@ -287,9 +289,9 @@ def test_a_record_that_begins_within_the_attraction_goes_on_from_before():
     record = PullOff(TIP, time[first:], lines, max(DEPTHS), None, 200)
     solid = rs.reduced_modulus(rs.standard_solid(**GEL, poisson_ratio=0.5)).broadcast_to((1, 1))
     sticky = materials(**GEL | {"poisson_ratio": 0.5}, work=PULL, stress=5e5)
-    found = record.forces(solid, np.array([TOUCH]), sticky)[0] + 2e-9
+    result = record.forces(solid, np.array([TOUCH]), sticky)[0] + 2e-9
     assert force[first] < 0.0
-    np.testing.assert_allclose(found[:50], force[first : first + 50], atol=6e-3 * np.ptp(force))
+    np.testing.assert_allclose(result[:50], force[first : first + 50], atol=6e-3 * np.ptp(force))
 
 
 def test_a_fit_starts_also_where_the_approach_jumps():
@@ -312,14 +314,14 @@ def test_a_thin_zone_leaves_stress_and_range_open(name):
     curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)
     known = {**GEL, "poisson_ratio": 0.5}
     start = None if name == "stress" else {"range": PULL / 1e6}
-    found = rs.identify(curve, rs.standard_solid, fixed=known, start=start)
-    work, other = found.parameters["work"], found.parameters[name]
+    result = rs.identify(curve, rs.standard_solid, fixed=known, start=start)
+    work, other = result.parameters["work"], result.parameters[name]
     assert abs(work.value - PULL) < 4.0 * work.standard_error + 0.02 * PULL
     assert other.value is None
     assert not other.determined
     assert other.open_ends == ((False, True) if name == "stress" else (True, False))
-    assert name in found.undetermined
-    assert any("Kendall" in line for line in found.warnings)
+    assert name in result.undetermined
+    assert any("Kendall" in line for line in result.warnings)
 
 
 def test_samples_are_means_of_the_force():
@@ -343,13 +345,13 @@ def test_both_samples_beside_a_jump_are_loose(at):
     rng = np.random.default_rng(at)
     jump, deviation = rng.uniform(50.0, 100.0), rng.uniform(0.5, 1.0, 40)
     force = np.where(np.arange(40) < at, 0.0, jump)
-    found = deviations_at_jumps(force, deviation)
+    result = deviations_at_jumps(force, deviation)
     expected = deviation.copy()
     expected[at - 1 : at + 1] = np.hypot(deviation[at - 1 : at + 1], 0.5 * jump)
     # A sample at the end is as loose as its neighbour.
     inner = slice(0 if at > 1 else 2, None if at < 39 else -2)
-    np.testing.assert_allclose(found[inner], expected[inner])
-    assert np.all(found[at - 1 : at + 1] > 0.4 * jump)
+    np.testing.assert_allclose(result[inner], expected[inner])
+    assert np.all(result[at - 1 : at + 1] > 0.4 * jump)
 
 
 @pytest.mark.parametrize("stated", [False, True])
@@ -373,15 +375,15 @@ def test_an_interval_holds_other_minima_that_fit_as_well(exact):
     """Minima of curves with jumps are no parts of one valley: 3.84 above the least sum of squares bounds 95 %."""
     few = slice(6, 9)
     rebounds = rs.Rebounds(VELOCITY[few], exact[few], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
-    found = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN, profiles=False)
-    low, high = found.parameters["work"].interval
-    assert low < found.parameters["work"].value < high < 2.0 * WORK
-    estimation = found.estimation
+    result = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN, profiles=False)
+    low, high = result.parameters["work"].interval
+    assert low < result.parameters["work"].value < high < 2.0 * WORK
+    estimation = result.estimation
     for excess, factor, inside in ((3.0, 5.0, True), (3.0, 0.2, True), (5.0, 5.0, False)):
         fit = estimation.fit
         other = fit._replace(coordinates=fit.coordinates + math.log(factor), cost=fit.cost + excess)
         wider = Uncertainty(estimation._replace(fits=(fit, other))).estimate(0, False).interval
-        value = factor * found.parameters["work"].value
+        value = factor * result.parameters["work"].value
         assert (wider[0] <= value * (1.0 + 1e-9) and value * (1.0 - 1e-9) <= wider[1]) == inside
 
 
@@ -392,12 +394,12 @@ def test_intervals_without_profiles_go_along_the_valley_of_the_stress():
     curve = rs.IndentationCurve(
         time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True, spring_constant=0.3
     )
-    found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
+    result = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
     known = GEL | {"work": PULL, "stress": 5e5}
     for name in ("equilibrium_modulus", "branch_modulus", "work", "stress"):
-        low, high = found.parameters[name].interval
+        low, high = result.parameters[name].interval
         assert low < known[name] < high, name
-    assert any("hardly show stress" in line for line in found.warnings)
+    assert any("hardly show stress" in line for line in result.warnings)
 
 
 def test_lines_of_a_noisy_depth():
@@ -419,18 +421,18 @@ def test_a_map_has_the_work_of_each_curve():
     plain = np.maximum(force, 0.0)
     curves.append(rs.IndentationCurve(time, depth, plain, profile=TIP, noise=rs.Noise(force=deviation)))
     fixed = {name: value for name, value in with_stress.items() if name != "equilibrium_modulus"}
-    found = rs.identify_map(curves, rs.standard_solid, fixed=fixed, progress=False)
-    assert found["status"].values.tolist() == [0, 3]
-    assert "adhesion" in str(found["message"].values[1])
+    result = rs.identify_map(curves, rs.standard_solid, fixed=fixed, progress=False)
+    assert result["status"].values.tolist() == [0, 3]
+    assert "adhesion" in str(result["message"].values[1])
     alone = rs.identify(curves[0], rs.standard_solid, fixed=fixed, profiles=False)
     for name, value in (("work", PULL), ("equilibrium_modulus", GEL["equilibrium_modulus"])):
-        one, error = found[name].values[0], found[f"{name}_standard_error"].values[0]
+        one, error = result[name].values[0], result[f"{name}_standard_error"].values[0]
         assert one == pytest.approx(alone.parameters[name].value, rel=1e-12)
         assert abs(one - value) < 4.0 * error < 0.3 * value
-    assert found["contact_point"].values[0] == pytest.approx(alone.nuisances["contact_point"].value, rel=1e-12)
+    assert result["contact_point"].values[0] == pytest.approx(alone.nuisances["contact_point"].value, rel=1e-12)
     # The baseline is 2 nN.
-    assert found["baseline"].values[0] == pytest.approx(2e-9, abs=deviation)
-    assert alone.nuisances["baseline"].value == pytest.approx(found["baseline"].values[0], rel=1e-9)
+    assert result["baseline"].values[0] == pytest.approx(2e-9, abs=deviation)
+    assert alone.nuisances["baseline"].value == pytest.approx(result["baseline"].values[0], rel=1e-9)
     # A map without adhesion refuses a curve that has it.
     other = rs.identify_map(curves[::-1], rs.elastic, fixed={"poisson_ratio": 0.5}, progress=False)
     assert other["status"].values.tolist() == [0, 3]
@@ -460,8 +462,8 @@ def test_errors_of_a_curve_with_a_pull_off():
     for seed in range(12):
         noisy = force + np.random.default_rng(seed).normal(0.0, deviation, force.size)
         curve = rs.IndentationCurve(time, depth, noisy, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)
-        found = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False).parameters
-        distances.append([(found[name].value - value) / found[name].standard_error
+        result = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False).parameters
+        distances.append([(result[name].value - value) / result[name].standard_error
                           for name, value in (GEL | {"work": PULL, "stress": 5e5}).items()])  # fmt: skip
     # The root mean square of twelve is within 0.4 and 1.6 in all but one of some thousand cases.
     size = np.sqrt(np.mean(np.square(distances), axis=0))

@@ -235,9 +235,9 @@ def test_an_incomplete_record_is_refused_alone(monkeypatch, seed):
     constants = {} if "spring constant" in missing else {"spring constant": 0.5}
     good = Record(COLUMNS, {"spring constant": 0.5})
     give(monkeypatch, good, Record(columns, constants), good)
-    found = rs.read_curves("gel.h5", profile=TIP)
+    result = rs.read_curves("gel.h5", profile=TIP)
     with pytest.raises(rs.InputError) as refused:
-        found[1]()
+        result[1]()
     line = str(refused.value)
     assert "\n" not in line
     columns_missing = missing & {"force", "height (measured)"}
@@ -248,7 +248,7 @@ def test_an_incomplete_record_is_refused_alone(monkeypatch, seed):
             "time" in missing, "time" in missing, "spring constant" in missing
         ]  # fmt: skip
     with pytest.warns(rs.RestitutionWarning) as caught:
-        assert [curve.size for curve in found.read()] == [TIME.size] * 2
+        assert [curve.size for curve in result.read()] == [TIME.size] * 2
     assert [str(one.message) for one in caught] == [line]
 
 
@@ -273,14 +273,14 @@ def test_an_archive_holds_curves_of_several_files(monkeypatch, tmp_path):
     with zipfile.ZipFile(file, "w") as archive:
         for name in ("one.h5", "folder/two.tab", "three.h5", "notes.md"):
             archive.writestr(name, "")
-    found = rs.read_curves(file, profile=TIP)
-    assert [read.label for read in found] == [
+    result = rs.read_curves(file, profile=TIP)
+    assert [read.label for read in result] == [
         "gels.zip/one.h5[3]", "gels.zip/folder/two.tab[3]", "gels.zip/folder/two.tab[3]", "gels.zip/three.h5"
     ]  # fmt: skip
     with pytest.warns(rs.RestitutionWarning) as caught:
-        curves = found.read()
+        curves = result.read()
     assert [np.array_equal(curve.force, FORCE) for curve in curves] == [True, True]
-    assert [str(one.message).partition(": ")[0] for one in caught] == [found[1].label, found[3].label]
+    assert [str(one.message).partition(": ")[0] for one in caught] == [result[1].label, result[3].label]
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("notes.md", "")
     with pytest.raises(rs.InputError, match=r"must hold files that afmformats reads: \.h5, \.tab"):
@@ -312,13 +312,13 @@ def test_an_interrupt_is_no_damaged_file(monkeypatch, error):
 def test_a_map_keeps_the_line_of_a_refused_curve(monkeypatch):
     good = Record(COLUMNS | {"height (measured)": -DEPTH - FORCE / 0.5}, {"spring constant": 0.5})
     give(monkeypatch, good, Record({"time": TIME}, {}), good)
-    found = rs.identify_map(
+    result = rs.identify_map(
         rs.read_curves("gel.h5", profile=TIP), rs.elastic, fixed={"poisson_ratio": 0.5}, progress=False
     )
-    assert found["status"].values.tolist() == [0, 3, 0]
-    assert "gel.h5[3]: has no column" in str(found["message"].values[1])
+    assert result["status"].values.tolist() == [0, 3, 0]
+    assert "gel.h5[3]: has no column" in str(result["message"].values[1])
     # The material of the record.
-    np.testing.assert_allclose(found["shear_modulus"].values[[0, 2]], 300.0, rtol=1e-3)
+    np.testing.assert_allclose(result["shear_modulus"].values[[0, 2]], 300.0, rtol=1e-3)
 
 
 @pytest.mark.parametrize("dwell_rate", [0, 1])

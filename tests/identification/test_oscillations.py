@@ -81,16 +81,16 @@ def test_readings_of_elements_give_the_modulus_of_the_material(branch, share):
     data = Oscillations(
         0.5 / math.pi, 1.0, share, force_amplitude=abs(first), phase=np.angle(first), mean_force=mean, radius=1.0
     )
-    found = rs.effective_moduli(data)
+    result = rs.effective_moduli(data)
     true = 1.0 + branch * 1j / (1.0 + 1j)
     for value, error, reading, expected in (
-        (found.storage_modulus, found.storage_model_error, found.apparent_storage_modulus, true.real),
-        (found.loss_modulus, found.loss_model_error, found.apparent_loss_modulus, true.imag),
+        (result.storage_modulus, result.storage_model_error, result.apparent_storage_modulus, true.real),
+        (result.loss_modulus, result.loss_model_error, result.apparent_loss_modulus, true.imag),
     ):
         # The steps have some 1e-5 of the force.
         assert abs(value[0] - expected) < error[0] + 5e-5 * abs(true)
         assert error[0] < 0.5 * abs(reading[0] - expected) + 5e-5 * abs(true)
-    assert found.equilibrium_modulus[0] == pytest.approx(1.0, abs=5e-3)
+    assert result.equilibrium_modulus[0] == pytest.approx(1.0, abs=5e-3)
 
 
 @pytest.mark.slow
@@ -119,11 +119,11 @@ def test_the_stated_error_holds_for_random_spectra():
     inside, shares = [], []
     for material in random_materials(np.random.default_rng(20261126), 60):
         waves = [rs.oscillate(material, TIP, depth=1.0, amplitude=x, frequency=0.5 / math.pi) for x in (0.01, 0.05)]
-        found = rs.effective_moduli(measured(waves, mean_force=[wave.force_harmonics[0].real for wave in waves]))
+        result = rs.effective_moduli(measured(waves, mean_force=[wave.force_harmonics[0].real for wave in waves]))
         true = waves[0].complex_modulus
         for value, error, reading, expected in (
-            (found.storage_modulus, found.storage_model_error, found.apparent_storage_modulus, true.real),
-            (found.loss_modulus, found.loss_model_error, found.apparent_loss_modulus, true.imag),
+            (result.storage_modulus, result.storage_model_error, result.apparent_storage_modulus, true.real),
+            (result.loss_modulus, result.loss_model_error, result.apparent_loss_modulus, true.imag),
         ):
             inside += list(np.abs(value - expected) < error + 1e-7 * abs(true))
             shares += list(np.abs(value - expected) / np.abs(reading - expected))
@@ -135,14 +135,14 @@ def test_the_stated_error_holds_for_random_spectra():
 def test_without_a_mean_force_the_error_is_that_of_the_unknown_equilibrium_modulus():
     material = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=math.inf)  # a third of E' is left at rest
     wave = rs.oscillate(material, TIP, depth=1.0, amplitude=0.05, frequency=0.5 / math.pi)
-    found, better = (
+    result, better = (
         rs.effective_moduli(measured([wave], **more)) for more in ({}, {"mean_force": wave.force_harmonics[0].real})
     )
-    assert abs(found.storage_modulus[0] - 3.0) < found.storage_model_error[0]
-    assert abs(found.loss_modulus[0] - 2.0) < found.loss_model_error[0]
-    assert found.storage_model_error[0] > 5.0 * better.storage_model_error[0]
-    assert "mean_force" in found.statements[0]
-    assert np.isnan(found.equilibrium_modulus[0])
+    assert abs(result.storage_modulus[0] - 3.0) < result.storage_model_error[0]
+    assert abs(result.loss_modulus[0] - 2.0) < result.loss_model_error[0]
+    assert result.storage_model_error[0] > 5.0 * better.storage_model_error[0]
+    assert "mean_force" in result.statements[0]
+    assert np.isnan(result.equilibrium_modulus[0])
 
 
 def test_a_flat_punch_needs_no_correction():
@@ -151,9 +151,9 @@ def test_a_flat_punch_needs_no_correction():
         [1.0, 3.0], 1.0, 0.1, storage_stiffness=[3.0, 4.0], loss_stiffness=[1.0, 2.0], mean_force=1.0,
         profile=rs.FlatPunch(0.5),
     )  # fmt: skip
-    found = rs.effective_moduli(data)
-    assert found.storage_modulus == pytest.approx([3.0, 4.0], rel=1e-6)
-    assert found.loss_modulus == pytest.approx([1.0, 2.0], rel=1e-6)
+    result = rs.effective_moduli(data)
+    assert result.storage_modulus == pytest.approx([3.0, 4.0], rel=1e-6)
+    assert result.loss_modulus == pytest.approx([1.0, 2.0], rel=1e-6)
 
 
 def test_noise_of_the_reading_is_that_of_the_modulus():
@@ -167,38 +167,38 @@ def test_noise_of_the_reading_is_that_of_the_modulus():
         **shape, force_amplitude=force * (1.0 + 0.01 * rng.normal(size=50)),
         phase=np.angle(true) + 0.02 * rng.normal(size=50), radius=1.0, noise=noise,
     )  # fmt: skip
-    found = rs.effective_moduli(data)
+    result = rs.effective_moduli(data)
     for name in ("storage_modulus", "loss_modulus", "loss_tangent"):
-        assert np.std(getattr(found, name)) == pytest.approx(np.mean(getattr(found, f"{name}_error")), rel=0.25)
+        assert np.std(getattr(result, name)) == pytest.approx(np.mean(getattr(result, f"{name}_error")), rel=0.25)
 
 
 def test_loss_that_noise_made_negative_is_kept():
     data = Oscillations(
         [1.0, 2.0], 1.0, 0.01, storage_stiffness=2.0, loss_stiffness=[-0.01, 0.01], mean_force=1.3, radius=1.0
     )
-    found = rs.effective_moduli(data)
-    assert found.loss_modulus[0] == pytest.approx(-0.005, abs=2e-5)
-    assert np.all(np.isfinite(found.storage_modulus))
+    result = rs.effective_moduli(data)
+    assert result.loss_modulus[0] == pytest.approx(-0.005, abs=2e-5)
+    assert np.all(np.isfinite(result.storage_modulus))
 
 
 def test_a_mean_force_beyond_the_storage_modulus_is_said():
     data = Oscillations(1.0, 1.0, 0.01, storage_stiffness=2.0, loss_stiffness=0.1, mean_force=2.0, radius=1.0)
-    found = rs.effective_moduli(data)
-    assert "mean forces are larger" in found.statements[1]
-    assert found.storage_modulus[0] == pytest.approx(1.0, rel=0.01)
+    result = rs.effective_moduli(data)
+    assert "mean forces are larger" in result.statements[1]
+    assert result.storage_modulus[0] == pytest.approx(1.0, rel=0.01)
 
 
 def test_the_moduli_are_a_table_and_a_picture():
     material = rs.Material(rs.PronySeries(0.25, [1.0], [1.0]), bulk=math.inf)
     waves = [rs.oscillate(material, TIP, depth=1.0, amplitude=0.02, frequency=f) for f in (0.4, 0.1, 0.2, 0.2)]
-    found = rs.effective_moduli(measured(waves, mean_force=[wave.force_harmonics[0].real for wave in waves]))
-    table = found.dynamic_table(poisson_ratio=0.5)
+    result = rs.effective_moduli(measured(waves, mean_force=[wave.force_harmonics[0].real for wave in waves]))
+    table = result.dynamic_table(poisson_ratio=0.5)
     assert table.angular_frequency == pytest.approx(2.0 * math.pi * np.array([0.1, 0.2, 0.4]), rel=1e-8)
     assert table.storage_modulus == pytest.approx(material.shear.storage_modulus(table.angular_frequency), rel=1e-3)
-    assert set(found.to_dataset()) >= {"storage_modulus", "loss_model_error", "apparent_loss_modulus"}
-    assert "standard error" not in str(found)
-    assert json.loads(json.dumps(found.to_dict()))["statements"]
-    assert len(found.plot(material).axes) == 2
+    assert set(result.to_dataset()) >= {"storage_modulus", "loss_model_error", "apparent_loss_modulus"}
+    assert "standard error" not in str(result)
+    assert json.loads(json.dumps(result.to_dict()))["statements"]
+    assert len(result.plot(material).axes) == 2
 
 
 GOOD = {"frequency": [1.0, 2.0], "depth": 1.0, "depth_amplitude": 0.1, "radius": 1.0}
@@ -323,10 +323,10 @@ def sheet(rng, profile, *, parts, noise=0.01):
 ])  # fmt: skip
 def test_exact_readings_give_the_material(profile, parts):
     data = sheet(np.random.default_rng(1), profile, parts=parts, noise=0.0)
-    found = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+    result = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5})
     for name, value in GEL.items():
-        assert found.parameters[name].value == pytest.approx(value, rel=1e-5)
-    assert len(found.plot().axes) >= 3
+        assert result.parameters[name].value == pytest.approx(value, rel=1e-5)
+    assert len(result.plot().axes) >= 3
 
 
 @pytest.mark.slow
@@ -335,11 +335,11 @@ def test_intervals_cover_the_truth():
     rng, missed = np.random.default_rng(2), 0
     for n in range(20):
         data = sheet(rng, TIP, parts=bool(n % 2))
-        found = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5})
+        result = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5})
         for name, value in GEL.items():
-            low, high = found.parameters[name].interval
+            low, high = result.parameters[name].interval
             missed += not low < value < high
-            assert found.parameters[name].standard_error < 0.05 * value
+            assert result.parameters[name].standard_error < 0.05 * value
     assert missed <= 9
 
 

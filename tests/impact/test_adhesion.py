@@ -176,9 +176,9 @@ def test_an_elastic_ball_sticks_below_its_loss_in_jumps():
 
 def test_another_discretisation_agrees():
     # Equal elements and steps, Maxwell branches, no events in a step: 3e-5 and less from its own finer grids.
-    found = adhesive_restitution((1.0, [2.0, 3.0], [2.0, 0.1]), 0.02, 0.4, 1.0, width=1.1, elements=400, steps=400)
+    results = adhesive_restitution((1.0, [2.0, 3.0], [2.0, 0.1]), 0.02, 0.4, 1.0, width=1.1, elements=400, steps=400)
     result = rs.solve(ball(solid([2.0, 3.0], [2.0, 0.1]), 0.02, 0.4, 1.0), rtol=1e-5)
-    assert result.restitution_coefficient == pytest.approx(found, abs=2e-4)
+    assert result.restitution_coefficient == pytest.approx(results, abs=2e-4)
 
 
 def random_impact(rng):
@@ -229,9 +229,9 @@ def test_a_fractional_material_has_the_impact_of_its_prony_series_to_their_error
     assert e[0] == pytest.approx(e[1], abs=1e-3)
     # The window is found also where an impact has adhesion, and where it sticks.
     for velocity in (speed, 0.05):
-        found = rs.for_contact(lambda window, v=velocity: ball(rough.within(window), 0.02, 0.3, v))
-        result = rs.solve(found, rtol=1e-4)
-        assert found.material.window[0] < 1e-3
+        results = rs.for_contact(lambda window, v=velocity: ball(rough.within(window), 0.02, 0.3, v))
+        result = rs.solve(results, rtol=1e-4)
+        assert results.material.window[0] < 1e-3
         expected = e[1] if velocity == speed else 0.0
         assert result.restitution_coefficient == pytest.approx(expected, abs=1e-3)
 

@@ -28,23 +28,23 @@ def test_momentum_spin_and_energy_of_random_impacts():
     generator = np.random.default_rng(3)
     for _ in range(8):
         friction, along, spin, gyration = generator.uniform((0.05, -3, -200, 0.2), (1.0, 3, 200, 0.67))
-        found = thrown(BALL, friction=friction, tangential_velocity=along, spin=spin, gyration=gyration, rtol=1e-5)
+        result = thrown(BALL, friction=friction, tangential_velocity=along, spin=spin, gyration=gyration, rtol=1e-5)
         m, R, I = 0.005, 0.01, gyration * 0.005 * 0.01**2
-        J = found.impulse_ratio * m * (1.0 + found.restitution_coefficient)
-        assert found.rebound_tangential_velocity == pytest.approx(along - J / m, rel=1e-12, abs=1e-12)
-        assert found.rebound_spin == pytest.approx(spin - R * J / I, rel=1e-12, abs=1e-12)
-        before, after = along + R * spin, found.rebound_tangential_velocity + R * found.rebound_spin
-        assert -after / before == pytest.approx(found.tangential_restitution_coefficient, rel=1e-12)
-        lost = 0.5 * m * (along**2 - found.rebound_tangential_velocity**2) + 0.5 * I * (
-            spin**2 - found.rebound_spin**2
+        J = result.impulse_ratio * m * (1.0 + result.restitution_coefficient)
+        assert result.rebound_tangential_velocity == pytest.approx(along - J / m, rel=1e-12, abs=1e-12)
+        assert result.rebound_spin == pytest.approx(spin - R * J / I, rel=1e-12, abs=1e-12)
+        before, after = along + R * spin, result.rebound_tangential_velocity + R * result.rebound_spin
+        assert -after / before == pytest.approx(result.tangential_restitution_coefficient, rel=1e-12)
+        lost = 0.5 * m * (along**2 - result.rebound_tangential_velocity**2) + 0.5 * I * (
+            spin**2 - result.rebound_spin**2
         )
-        parts = found.friction_energy + found.tangential_dissipated_energy + found.tangential_stored_energy
-        energy = found.tangential_energy_in
-        assert found.tangential_energy_in - found.tangential_energy_out == pytest.approx(lost, rel=1e-11)
-        assert parts - lost == pytest.approx(found.tangential_energy_residual * energy, abs=1e-12 * energy)
-        assert abs(found.tangential_energy_residual) < 1e-4
-        assert found.rebound_angle == pytest.approx(
-            math.atan2(found.rebound_tangential_velocity, found.rebound_velocity), rel=1e-12
+        parts = result.friction_energy + result.tangential_dissipated_energy + result.tangential_stored_energy
+        energy = result.tangential_energy_in
+        assert result.tangential_energy_in - result.tangential_energy_out == pytest.approx(lost, rel=1e-11)
+        assert parts - lost == pytest.approx(result.tangential_energy_residual * energy, abs=1e-12 * energy)
+        assert abs(result.tangential_energy_residual) < 1e-4
+        assert result.rebound_angle == pytest.approx(
+            math.atan2(result.rebound_tangential_velocity, result.rebound_velocity), rel=1e-12
         )
 
 
@@ -58,11 +58,11 @@ def test_a_mirror_mirrors():
 
 def test_a_rolling_ball_rolls_on():
     """Where the contact point is at rest, v_x = -R w, nothing acts."""
-    found = thrown(BALL, friction=0.3, tangential_velocity=0.4, spin=-40.0)
-    assert math.isnan(found.tangential_restitution_coefficient)
-    assert (found.rebound_tangential_velocity, found.rebound_spin, found.impulse_ratio) == (0.4, -40.0, 0.0)
-    assert found.stick_time == pytest.approx(found.contact_time, rel=1e-12)
-    assert found.history.stick_radius.values.tolist() == found.history.contact_radius.values.tolist()
+    result = thrown(BALL, friction=0.3, tangential_velocity=0.4, spin=-40.0)
+    assert math.isnan(result.tangential_restitution_coefficient)
+    assert (result.rebound_tangential_velocity, result.rebound_spin, result.impulse_ratio) == (0.4, -40.0, 0.0)
+    assert result.stick_time == pytest.approx(result.contact_time, rel=1e-12)
+    assert result.history.stick_radius.values.tolist() == result.history.contact_radius.values.tolist()
 
 
 def test_only_the_velocity_over_that_of_full_friction_counts():
@@ -132,13 +132,13 @@ def test_dataarrays_meet_by_name():
     angle = xr.DataArray([0.2, 0.6, 1.0], dims="angle", coords={"angle": [0.2, 0.6, 1.0]})
     balls = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=velocity)
     with pytest.warns(rs.RestitutionWarning):
-        found = thrown(balls, friction=0.3, angle=angle, rtol=1e-4)
-    table = found.to_dataset()
+        result = thrown(balls, friction=0.3, angle=angle, rtol=1e-4)
+    table = result.to_dataset()
     assert dict(table.sizes) == {"velocity": 2, "angle": 3}
     assert table.rebound_angle.attrs["units"] == "rad"
     one = thrown(BALL, friction=0.3, tangential_velocity=math.tan(0.6), rtol=1e-4)
-    assert len(found.plot().axes) == 2
-    assert "6 oblique impacts" in repr(found)
+    assert len(result.plot().axes) == 2
+    assert "6 oblique impacts" in repr(result)
     row = table.sel(velocity=1.0, angle=0.6)
     assert float(row.tangential_restitution_coefficient) == pytest.approx(
         one.tangential_restitution_coefficient, abs=1e-12
@@ -186,13 +186,13 @@ def test_full_sliding_has_the_ratio_of_impulses_of_coulomb_also_with_a_weight():
     """J_x = mu J_z, with the impulse of a constant force during contact."""
     for force in (0.0, 0.5):
         ball = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0, external_force=force)
-        found = thrown(ball, friction=0.05, tangential_velocity=2.0)
-        e_t, e, T = found.tangential_restitution_coefficient, found.restitution_coefficient, found.contact_time
-        assert found.impulse_ratio == pytest.approx(0.05, rel=1e-12)
+        result = thrown(ball, friction=0.05, tangential_velocity=2.0)
+        e_t, e, T = result.tangential_restitution_coefficient, result.restitution_coefficient, result.contact_time
+        assert result.impulse_ratio == pytest.approx(0.05, rel=1e-12)
         impulse = 0.005 * (1.0 + e) + force * T
         # J_x = m_t (1 + e_t) v_c0 with m_t = 2 m/7.
         assert 0.005 * 2.0 / 7.0 * (1.0 + e_t) * 2.0 == pytest.approx(0.05 * impulse, rel=1e-8)
-        assert (found.stick_time, found.slip_time) == (0.0, T)
+        assert (result.stick_time, result.slip_time) == (0.0, T)
 
 
 def test_without_and_with_endless_friction():
@@ -215,11 +215,11 @@ def test_a_flat_punch_swings(gyration):
 
 
 def test_history_ends_with_the_outputs_and_obeys_the_law_of_friction():
-    found = thrown(BALL, friction=0.3, tangential_velocity=0.8, spin=20.0)
-    history, force = found.history, found.max_force
+    result = thrown(BALL, friction=0.3, tangential_velocity=0.8, spin=20.0)
+    history, force = result.history, result.max_force
     assert float(history.contact_point_velocity[0]) == pytest.approx(1.0, rel=1e-12)
     assert float(history.contact_point_velocity[-1]) == pytest.approx(
-        -found.tangential_restitution_coefficient, abs=1e-5
+        -result.tangential_restitution_coefficient, abs=1e-5
     )
     assert np.all(np.abs(history.tangential_force) <= 0.3 * history.force + 1e-4 * force)
     assert np.all(history.stick_radius <= history.contact_radius)
@@ -232,21 +232,21 @@ def test_history_ends_with_the_outputs_and_obeys_the_law_of_friction():
 def test_two_balls_need_no_radius():
     """The relative velocity of the contact points counts; equal balls are as exact as one on a rigid wall."""
     pair = rs.collision(*[rs.Body(RUBBER, 0.01, mass=0.005)] * 2, velocity=1.0)
-    found = thrown(pair, friction=0.4, tangential_velocity=0.5)
-    assert math.isnan(found.rebound_spin)
-    assert -1.0 < found.tangential_restitution_coefficient < 1.0
+    result = thrown(pair, friction=0.4, tangential_velocity=0.5)
+    assert math.isnan(result.rebound_spin)
+    assert -1.0 < result.tangential_restitution_coefficient < 1.0
     assert in_one_line(lambda: thrown(pair, friction=0.4, tangential_velocity=0.5, spin=1.0)).field == "spin"
 
 
 def test_doubtful_assumptions_have_their_numbers():
     """beta/mu = (1 - 2 nu)/(2(1 - nu))/mu of an elastic half-space, and v_x T over the contact radius."""
     ball = rs.Impact(rs.elastic(shear_modulus=1e6, poisson_ratio=0.3), rs.Parabola(0.01), mass=0.005, velocity=0.3)
-    found = thrown(ball, friction=0.1, tangential_velocity=0.02)
+    result = thrown(ball, friction=0.1, tangential_velocity=0.02)
     assert any(
         line.startswith(f"coupling: Dundurs' parameter over friction is {2.0 / 7.0 / 0.1:.3g}")
-        for line in found.warnings
+        for line in result.warnings
     )
-    assert found.validity["coupling"].value == pytest.approx(2.0 / 7.0 / 0.1, rel=1e-12)
+    assert result.validity["coupling"].value == pytest.approx(2.0 / 7.0 / 0.1, rel=1e-12)
     fast = thrown(ball, friction=2.0, tangential_velocity=3.0)
     ratio = 3.0 * fast.contact_time / fast.max_contact_radius
     assert any(line.startswith(f"travel: the body moves by {ratio:.3g}") for line in fast.warnings)
@@ -257,11 +257,11 @@ def test_doubtful_assumptions_have_their_numbers():
 
 def test_a_body_that_stays_has_no_rebound():
     held = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=0.01, external_force=5.0)
-    found = thrown(held, friction=0.3, tangential_velocity=0.1)
-    assert found.status is rs.Status.CAPTURED
-    assert math.isnan(found.tangential_restitution_coefficient)
-    assert math.isnan(found.rebound_angle)
-    assert in_one_line(lambda: found.history).field == "contact_time"
+    result = thrown(held, friction=0.3, tangential_velocity=0.1)
+    assert result.status is rs.Status.CAPTURED
+    assert math.isnan(result.tangential_restitution_coefficient)
+    assert math.isnan(result.rebound_angle)
+    assert in_one_line(lambda: result.history).field == "contact_time"
 
 
 def test_a_thin_slipping_rim_has_the_limit_of_no_slip():
@@ -368,8 +368,8 @@ def test_measured_rebounds_of_alumina_on_glass():
     wall = rs.collision(rs.Body(alumina, 0.0025), rs.Body(glass), velocity=3.9)
     angles = np.radians(list(KHARAZ))
     with warns("coupling"):
-        found = thrown(wall, friction=0.092, angle=angles, speed=3.9, rtol=1e-4)
-    ratio = found.rebound_tangential_velocity / (3.9 * np.sin(angles))
+        result = thrown(wall, friction=0.092, angle=angles, speed=3.9, rtol=1e-4)
+    ratio = result.rebound_tangential_velocity / (3.9 * np.sin(angles))
     error = ratio - np.array(list(KHARAZ.values()))
     assert np.sqrt(np.mean(error**2)) <= 0.013
     assert np.sqrt(np.mean(error[:4] ** 2)) <= 0.018

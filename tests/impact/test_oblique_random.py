@@ -48,17 +48,17 @@ def check(seed, count):
         friction = math.inf if generator.random() < 0.1 else 10 ** generator.uniform(-1.5, 0.5)
         slope = 10 ** generator.uniform(-1.3, 1) * (1.0 if math.isinf(friction) else friction)
         options = {"tangential_velocity": slope * impact.velocity, "gyration": generator.uniform(0.1, 0.67)}
-        found = rs.solve(rs.vary(impact, options | {"friction": friction}), rtol=1e-4)
-        if found.status is not rs.Status.SEPARATED:
-            assert found.status is rs.Status.SINKS_IN
+        result = rs.solve(rs.vary(impact, options | {"friction": friction}), rtol=1e-4)
+        if result.status is not rs.Status.SEPARATED:
+            assert result.status is rs.Status.SINKS_IN
             continue
         solved += 1
-        assert abs(found.tangential_restitution_coefficient) <= 1.0
-        parts = found.friction_energy, found.tangential_dissipated_energy, found.tangential_stored_energy
-        assert min(parts) >= -1e-6 * found.tangential_energy_in
+        assert abs(result.tangential_restitution_coefficient) <= 1.0
+        parts = result.friction_energy, result.tangential_dissipated_energy, result.tangential_stored_energy
+        assert min(parts) >= -1e-6 * result.tangential_energy_in
         # Ten times the tolerance; without slip the energies have that of e_t.
-        assert abs(found.tangential_energy_residual) < (1e-7 if math.isinf(friction) else 1e-3)
-        assert found.impulse_ratio <= friction * (1.0 + 1e-6)
+        assert abs(result.tangential_energy_residual) < (1e-7 if math.isinf(friction) else 1e-3)
+        assert result.impulse_ratio <= friction * (1.0 + 1e-6)
     return solved
 
 

@@ -60,10 +60,10 @@ def shares(found):
     ],
 )
 def test_rows_of_two_programs(nu, p2, p3, slope, e_t, energies):
-    found = slider(solid(nu, p2, p3)).solve(slope, SPHERE, 1e-6)
-    assert found.error <= 1e-6
-    assert found.restitution == pytest.approx(e_t, abs=6e-8 if slope == 0.0 else 1e-6)
-    parts, residual = shares(found)
+    result = slider(solid(nu, p2, p3)).solve(slope, SPHERE, 1e-6)
+    assert result.error <= 1e-6
+    assert result.restitution == pytest.approx(e_t, abs=6e-8 if slope == 0.0 else 1e-6)
+    parts, residual = shares(result)
     assert parts == pytest.approx(energies, abs=6e-5)
     assert abs(residual) < 1e-5
 
@@ -81,11 +81,11 @@ def test_elastic_baseline_of_one_and_of_two_bodies(bodies):
     one = slider(rigid_on(material, counter=material if bodies == 2 else None))
     ratio = 2.0 * 0.7 / 1.7
     for before, after in PSI.items():
-        found = one.solve(before / ratio, SPHERE, 1e-5 / before)
-        assert -found.restitution * before == pytest.approx(after, abs=1.3e-5)
+        result = one.solve(before / ratio, SPHERE, 1e-5 / before)
+        assert -result.restitution * before == pytest.approx(after, abs=1.3e-5)
     for before in (1.5, 3.0):
-        found = one.solve(before / ratio, SPHERE, 1e-6)
-        assert -found.restitution * before == pytest.approx(PSI[before], abs=5e-6)
+        result = one.solve(before / ratio, SPHERE, 1e-6)
+        assert -result.restitution * before == pytest.approx(PSI[before], abs=5e-6)
 
 
 def test_the_cell_with_the_radius_of_sticking_is_integrated_with_its_kink():
@@ -106,8 +106,8 @@ def closed_form(chi):
 def test_elastic_closed_form_without_slip(chi):
     """chi = (1 + 1/kappa) G*/(2 E*), and G*/E* = 2/3."""
     assert closed_form(0.5) == pytest.approx(1.0, abs=1e-14)
-    found = slider(rigid_on(RUBBER)).solve(0.0, 3.0 * chi, 1e-9)
-    assert found.restitution == pytest.approx(closed_form(chi), abs=1e-9)
+    result = slider(rigid_on(RUBBER)).solve(0.0, 3.0 * chi, 1e-9)
+    assert result.restitution == pytest.approx(closed_form(chi), abs=1e-9)
 
 
 @pytest.mark.parametrize(("nu", "glass", "static"), [(0.5, 0.103967, 0.103967), (0.3, -0.317094, -0.231266)])
@@ -138,8 +138,8 @@ def test_energy_closes_without_slip():
     generator = np.random.default_rng(2)
     for _ in range(10):
         nu, p2, p3, kappa = generator.uniform(-0.9, 0.5), *10.0 ** generator.uniform((-2, -1.5), (1, 1.5)), 0.4
-        found = slider(solid(nu, p2, p3)).solve(0.0, 1.0 + 1.0 / kappa, 1e-8)
-        assert abs(shares(found)[1]) < 1e-9
+        result = slider(solid(nu, p2, p3)).solve(0.0, 1.0 + 1.0 / kappa, 1e-8)
+        assert abs(shares(result)[1]) < 1e-9
 
 
 def parts_of(found):
@@ -152,11 +152,11 @@ def test_parts_of_the_energy_are_within_their_stated_error():
     for _ in range(8):
         drawn = solid(rng.uniform(-0.9, 0.5), 10.0 ** rng.uniform(-3.0, 1.0), 10.0 ** rng.uniform(-2.0, 1.5))
         slides, slope = slider(drawn), 10.0 ** rng.uniform(-1.3, 0.7)
-        found = slides.solve(slope, SPHERE, 1e-4)
+        result = slides.solve(slope, SPHERE, 1e-4)
         coarse, fine = (parts_of(slides._step(slope, SPHERE, count)) for count in (768, 1536))
         exact, uncertain = (4.0 * fine - coarse) / 3.0, np.abs(fine - coarse).max()
-        assert np.abs(parts_of(found) - exact).max() <= found.split_error + uncertain, (drawn, slope)
-        assert found.split_error >= abs(found.residual)
+        assert np.abs(parts_of(result) - exact).max() <= result.split_error + uncertain, (drawn, slope)
+        assert result.split_error >= abs(result.residual)
     row = slider(solid(0.3, 0.1, 1.0)).solve(2.0, SPHERE, 1e-4)
     expected = np.array([0.3832, 0.5975, 0.0193]) * (1.0 - 0.0529265**2)
     assert np.abs(parts_of(row) - expected).max() < row.split_error + 5e-5
@@ -166,9 +166,9 @@ def test_parts_of_the_energy_are_within_their_stated_error():
 def test_parts_of_a_thin_rim_are_not_negative():
     """Interpolated parts of the energy; of these solids the lines through two marches go below zero."""
     for nu, p2, p3 in ((0.368, 0.0016, 0.0393), (-0.179, 0.00103, 0.0969), (0.325, 0.0015, 0.039)):
-        found = slider(solid(nu, p2, p3))._thin(1e-4, 2.6, 1e-4)
-        assert parts_of(found).min() >= 0.0
-        assert abs(found.residual) <= found.split_error
+        result = slider(solid(nu, p2, p3))._thin(1e-4, 2.6, 1e-4)
+        assert parts_of(result).min() >= 0.0
+        assert abs(result.residual) <= result.split_error
 
 
 def test_full_sliding_is_recognised_and_exact():
@@ -211,8 +211,8 @@ def test_sliding_of_a_compressible_solid_is_recognised_only_where_no_element_sti
 
 
 def test_no_friction_is_no_force():
-    found = slider(solid(0.3, 0.1, 1.0)).solve(math.inf, SPHERE, 1e-6)
-    assert (found.restitution, found.friction, found.viscous, found.stored) == (-1.0, 0.0, 0.0, 0.0)
+    result = slider(solid(0.3, 0.1, 1.0)).solve(math.inf, SPHERE, 1e-6)
+    assert (result.restitution, result.friction, result.viscous, result.stored) == (-1.0, 0.0, 0.0, 0.0)
 
 
 # The error of the independent program is of first order for relaxation times below its step.
@@ -228,16 +228,16 @@ def test_no_friction_is_no_force():
 )
 def test_against_an_independent_program(impact, slope, tolerance):
     coarse, fine = (tangential_restitution(impact, slope, 0.4, count) for count in (400, 800))
-    found = slider(impact).solve(slope, SPHERE, 1e-6)
-    assert found.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=tolerance)
+    result = slider(impact).solve(slope, SPHERE, 1e-6)
+    assert result.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=tolerance)
 
 
 def test_two_unlike_bodies_against_an_independent_program():
     materials = standard_solid(1.0, 5.0, 1.0, poisson_ratio=0.2), standard_solid(3.0, 2.0, 0.3, poisson_ratio=0.45)
     impact = rigid_on(materials[0], counter=materials[1])
     coarse, fine = (tangential_restitution(impact, 1.3, 0.4, count) for count in (400, 800))
-    found = slider(impact).solve(1.3, SPHERE, 1e-6)
-    assert found.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=2e-6)
+    result = slider(impact).solve(1.3, SPHERE, 1e-6)
+    assert result.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=2e-6)
 
 
 def test_a_layer_far_thinner_than_a_step():
@@ -274,8 +274,8 @@ def test_a_dashpot_is_the_limit_of_a_fast_branch():
     tau = 1e-5
     branch = solid(0.5, tau / 0.3, 0.3)
     for slope, tolerance in ((0.0, 1e-4), (1.0, 1e-4)):
-        found = [slider(impact).solve(slope, SPHERE, 1e-5).restitution for impact in (viscous, branch)]
-        assert found[0] == pytest.approx(found[1], abs=tolerance)
+        results = [slider(impact).solve(slope, SPHERE, 1e-5).restitution for impact in (viscous, branch)]
+        assert results[0] == pytest.approx(results[1], abs=tolerance)
 
 
 def test_random_impacts_gain_no_energy():
@@ -284,13 +284,13 @@ def test_random_impacts_gain_no_energy():
     for _ in range(60):
         nu = generator.choice([0.5, generator.uniform(-0.9, 0.5)])
         p2, p3, slope = 10.0 ** generator.uniform((-3, -3, -1.3), (1, 2, 1))
-        found = slider(solid(nu, p2, p3)).solve(slope, 1.0 + 1.0 / generator.uniform(0.1, 0.67), 1e-4)
-        assert found.error <= 1e-4
-        assert abs(found.restitution) <= 1.0
-        assert min(found.friction, found.viscous, found.stored) >= -1e-6
-        assert abs(shares(found)[1]) <= 1e-3
-        assert found.residual == pytest.approx(shares(found)[1], abs=1e-14)
-        assert found.gaps < 0.01
+        result = slider(solid(nu, p2, p3)).solve(slope, 1.0 + 1.0 / generator.uniform(0.1, 0.67), 1e-4)
+        assert result.error <= 1e-4
+        assert abs(result.restitution) <= 1.0
+        assert min(result.friction, result.viscous, result.stored) >= -1e-6
+        assert abs(shares(result)[1]) <= 1e-3
+        assert result.residual == pytest.approx(shares(result)[1], abs=1e-14)
+        assert result.gaps < 0.01
 
 
 @pytest.mark.parametrize("ratio", [1e-5, 3e-3, 9.9e-3, 1.01e-2, 0.3, 4.0, 60.0])

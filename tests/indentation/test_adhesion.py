@@ -184,10 +184,10 @@ def test_elements_of_another_program_follow_the_same_forces_and_springs(stiffnes
     assert result.pull_off_force == pytest.approx(-force.min(), rel=1e-2)
     assert result.contact_end_time == pytest.approx(moment[-1], abs=5e-3)
     times = np.array([0.95, 1.05, 1.2])
-    found = result.sample(times)
+    results = result.sample(times)
     scale = np.abs(force).max()
-    assert found.force.values == pytest.approx(np.interp(times, moment, force), abs=1e-2 * scale)
-    assert found.indentation_depth.values == pytest.approx(np.interp(times, moment, depth), abs=2e-3)
+    assert results.force.values == pytest.approx(np.interp(times, moment, force), abs=1e-2 * scale)
+    assert results.indentation_depth.values == pytest.approx(np.interp(times, moment, depth), abs=2e-3)
 
 
 def test_energy_under_a_spring_and_a_force_is_that_of_the_elements():

@@ -92,9 +92,9 @@ def test_taps_on_a_standard_solid_beside_elements(distance):
     arguments = {"equilibrium": 1.0, "moduli": np.array([4.0]), "times": np.array([1.0]), "depth": 1.0, "taps": 40}
     coarse, fine = (tap_elements(lever, **arguments, count=n * 100, steps=n * 800) for n in (1, 2))
     names = ("amplitude", "phase", "mean_force", "max_force", "dissipated")
-    found = [*(getattr(curve, name)[0] for name in names), *curve.mode_amplitude[0], *curve.mode_swing[0]]
+    results = [*(getattr(curve, name)[0] for name in names), *curve.mode_amplitude[0], *curve.mode_swing[0]]
     # Largest values of 1600 a period, in which the second mode has 6.3 periods.
-    assert np.all(np.abs(found - fine - (fine - coarse) / 3.0) < 2e-6 + np.abs(fine - coarse))
+    assert np.all(np.abs(results - fine - (fine - coarse) / 3.0) < 2e-6 + np.abs(fine - coarse))
 
 
 @pytest.mark.parametrize(

@@ -51,8 +51,8 @@ def both(material, profile, history, name, rtol):
 def difference(cycle, panels, column):
     """Largest difference over the largest value."""
     times = np.linspace(cycle.history.start, cycle.history.stop, 211)
-    expected, found = cycle.at(times)[column], panels.at(times)[column]
-    return np.abs(found - expected).max() / np.abs(expected).max()
+    expected, result = cycle.at(times)[column], panels.at(times)[column]
+    return np.abs(result - expected).max() / np.abs(expected).max()
 
 
 def steps(panels: PanelSolution, phase: int | None = None) -> int:

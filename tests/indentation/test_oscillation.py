@@ -289,16 +289,16 @@ def test_many_cycles_of_a_large_force(profile, radius_of):
     )
     assert steady.status == OscillationStatus.STEADY
     assert wave.depth_harmonics[:2] == pytest.approx(steady.depth_harmonics[:2], abs=1e-6)
-    widest, found = 1.1 * math.sqrt(abs(wave.depth_harmonics[0]) + 1.2 * abs(wave.depth_harmonics[1])), []
+    widest, result = 1.1 * math.sqrt(abs(wave.depth_harmonics[0]) + 1.2 * abs(wave.depth_harmonics[1])), []
     for n in (1, 2):
         steps = 64 * n
         times = np.append(np.linspace(0.0, 1.0, steps // 2), 1.0 + np.arange(1, cycles * steps + 1) / steps) / rate
         forces = np.where(times * rate <= 1.0, times * rate, 1.0 + 0.8 * np.sin(2.0 * math.pi * (rate * times - 1.0)))
         last = pressed_elements(series, radius_of, times, forces, widest, n * count)[-steps:]
-        found.append(
+        result.append(
             np.array([last.mean(), 2j * np.mean(last * np.exp(-2j * math.pi * np.arange(1, steps + 1) / steps))])
         )
     # A third of the difference is left: errors are of second order.
-    change = np.abs(found[1] - found[0])
-    assert np.all(np.abs(wave.depth_harmonics[:2] - found[1]) <= 0.6 * change + 1e-8)
+    change = np.abs(result[1] - result[0])
+    assert np.all(np.abs(wave.depth_harmonics[:2] - result[1]) <= 0.6 * change + 1e-8)
     assert np.all(change <= 1e-3)

@@ -70,11 +70,11 @@ def test_the_energy_of_a_step_is_an_integral(rate, monkeypatch):
     plain(zone.set_factors)(solid, dt, room)
     # An element at the axis and one beside it, with weights that are exact for lines in x^2: 2/3, and 1/3 + 5/9.
     room.nodes[zone.Q_], room.nodes[zone.Q1_] = first, first + slope * dt
-    found = plain(kernel._remember)(solid, dt, 0, 2, room)
+    result = plain(kernel._remember)(solid, dt, 0, 2, room)
     # Below a rate times step of 1e-3 the drive counts as linear: its greatest distance from a line is r dt^2 slope/8.
     linear = 0.25 * rate * dt**3 * abs(slope) * max(first, abs(drive(dt))) if rate * dt < 1e-3 else 0.0
     whole = (2.0 / 3.0 + 8.0 / 9.0) * weight
-    assert found == pytest.approx(whole * exact, abs=whole * (linear + 1e-9 * exact))
+    assert result == pytest.approx(whole * exact, abs=whole * (linear + 1e-9 * exact))
 
 
 def test_an_element_that_changes_its_state_has_the_impulse_of_a_broken_line():

@@ -93,13 +93,13 @@ def test_a_history_with_two_touches_is_that_of_an_indentation():
     moments = np.linspace(0.0, 4.5, 451)
     expected = result.sample(moments[1:]).force.values
     law = rs.contact_law(rs.Impact(material, rs.Parabola(1.0), 1.0, 0.5, adhesion=adhesion), elements=200)
-    state, found = law.start(depth=-0.3), list[float]()
+    state, results = law.start(depth=-0.3), list[float]()
     for before, now in pairwise(moments):
         law.step(state, float(np.interp(now, time, depth)), now - before)
-        found.append(law.read(state).force)
+        results.append(law.read(state).force)
     scale = np.abs(expected).max()
     # Beside a jump, whose instant moves with the elements.
-    near = np.abs(np.array(found) - expected) < 2e-3 * scale
+    near = np.abs(np.array(results) - expected) < 2e-3 * scale
     assert (~near).sum() <= 4
     assert scale > 0.1
 

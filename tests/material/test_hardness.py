@@ -16,27 +16,31 @@ pytestmark = pytest.mark.usefixtures("folder")
 
 @pytest.mark.parametrize("hardness", [20.0, 41.5, 60.0, 80.0])
 def test_scale_a(hardness: float) -> None:
-    found = shore_modulus(hardness)
+    result = shore_modulus(hardness)
     # log10(E/MPa) = 0.0235 S - 0.6403, of the abstract of Qi, Joyce and Boyce.
-    assert found.by_source["qi_2003"] == pytest.approx(1e6 * 10 ** (0.0235 * hardness - 0.6403))
+    assert result.by_source["qi_2003"] == pytest.approx(1e6 * 10 ** (0.0235 * hardness - 0.6403))
     # A flat punch of the mean radius of the blunt cone, with the spring and the way of a durometer: E = 0.75 F/(2 R d).
     # Gent's constant 0.137505 stands for 2 R 0.1/(0.75 mm): R = 0.5156 mm, between 0.395 mm and the radius further up.
     force, depth = 9.81e-3 * (56.0 + 7.66 * hardness), 2.54e-3 * (1.0 - hardness / 100.0)
-    assert found.by_source["gent_1958"] == pytest.approx(0.75 * force / (2.0 * 0.5156e-3 * depth), rel=5e-3)
+    assert result.by_source["gent_1958"] == pytest.approx(0.75 * force / (2.0 * 0.5156e-3 * depth), rel=5e-3)
     assert (
-        found.low < min(found.by_source.values()) < found.youngs_modulus < max(found.by_source.values()) < found.high
+        result.low
+        < min(result.by_source.values())
+        < result.youngs_modulus
+        < max(result.by_source.values())
+        < result.high
     )
 
 
 @pytest.mark.parametrize("hardness", [30.0, 52.0, 85.0])
 def test_scale_d(hardness: float) -> None:
-    found = shore_modulus(hardness, "D")
+    result = shore_modulus(hardness, "D")
     # The relation of a cone of 15 degrees as it is usually printed, with E in MPa and rounded constants.
-    modulus = found.by_source["sneddon_1965"] / 1e6
+    modulus = result.by_source["sneddon_1965"] / 1e6
     reading = 100.0 - 20.0 * (-78.188 + math.sqrt(6113.36 + 781.88 * modulus)) / modulus
     assert reading == pytest.approx(hardness, abs=0.6)
-    assert found.by_source["qi_2003"] == pytest.approx(1e6 * 10 ** (0.0235 * (hardness + 50.0) - 0.6403))
-    assert found.shear_modulus == found.youngs_modulus / 3.0
+    assert result.by_source["qi_2003"] == pytest.approx(1e6 * 10 ** (0.0235 * (hardness + 50.0) - 0.6403))
+    assert result.shear_modulus == result.youngs_modulus / 3.0
 
 
 def test_readings_outside_of_the_scales_are_refused() -> None:
@@ -52,9 +56,12 @@ def test_texts_are_read(text: str) -> None:
 
 def test_the_command_shows_a_start_with_its_scatter() -> None:
     content = json.loads(done("material", "60 Shore A", "--json").stdout)
-    found = shore_modulus(60.0)
-    assert (content["lowest_youngs_modulus_Pa"], content["gent_1958_Pa"]) == (found.low, found.by_source["gent_1958"])
-    assert f'lognormal = ["1.54 MPa", {0.5 * math.log(found.high / found.low):.2g}]' in content["notes"][0]
+    result = shore_modulus(60.0)
+    assert (content["lowest_youngs_modulus_Pa"], content["gent_1958_Pa"]) == (
+        result.low,
+        result.by_source["gent_1958"],
+    )
+    assert f'lognormal = ["1.54 MPa", {0.5 * math.log(result.high / result.low):.2g}]' in content["notes"][0]
     assert "e = 1" in refused("solve", "--material", "60 Shore A")
     # A file of this name is a file.
     Path("60A").write_text("t,E\ns,MPa\n1,2\n2,1.5\n3,1.2\n10,1\n")

@@ -15,8 +15,8 @@ ENTRY = re.compile(r"^@\w+\{(\w+),\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 
 def entries(path: str) -> dict[str, dict[str, str]]:
     """Fields of the entries of a bibliography, by key."""
-    found = ENTRY.findall((ROOT / path).read_text().replace('{\\"o}', "ö").replace("{\\ss}", "ß"))
-    return {key: dict(re.findall(r"^\s*(\w+) = \{(.*?)\},?$", body, re.MULTILINE)) for key, body in found}
+    result = ENTRY.findall((ROOT / path).read_text().replace('{\\"o}', "ö").replace("{\\ss}", "ß"))
+    return {key: dict(re.findall(r"^\s*(\w+) = \{(.*?)\},?$", body, re.MULTILINE)) for key, body in result}
 
 
 def test_every_citation_has_an_entry_and_every_entry_a_citation():

@@ -28,14 +28,14 @@ def project() -> dict[str, Any]:
 
 def bounds(project: dict[str, Any]) -> dict[str, str]:
     """Lower bound of each dependency, and of Python."""
-    found = dict(re.fullmatch(r"([\w-]+)>=([\d.]+)", text).groups() for text in project["dependencies"])
-    return found | {"python": project["requires-python"].removeprefix(">=")}
+    result = dict(re.fullmatch(r"([\w-]+)>=([\d.]+)", text).groups() for text in project["dependencies"])
+    return result | {"python": project["requires-python"].removeprefix(">=")}
 
 
 def one(pattern: str, name: str) -> str:
     """The only match of a pattern in a file."""
-    (found,) = re.findall(pattern, (ROOT / name).read_text(), flags=re.MULTILINE)
-    return found
+    (result,) = re.findall(pattern, (ROOT / name).read_text(), flags=re.MULTILINE)
+    return result
 
 
 def test_all_versions_agree(project):

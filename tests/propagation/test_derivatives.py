@@ -52,18 +52,18 @@ def test_elastic_spheres() -> None:
     }
     solid = rs.elastic(shear_modulus=numbers["equilibrium_modulus"], poisson_ratio=numbers["poisson_ratio"])
     ball = rs.Impact(solid, rs.Parabola(numbers["radius"]), mass=numbers["mass"], velocity=numbers["velocity"])
-    found = rs.derivatives(ball, numbers, FOUR)
+    result = rs.derivatives(ball, numbers, FOUR)
     forms = {"contact_time": hertz_time, "max_indentation_depth": hertz_depth, "max_force": hertz_force}
     for output, form in forms.items():
         for name in numbers:
             exact = differentiated(form, numbers, name)
-            assert found[output, name] == pytest.approx(exact, rel=RTOL, abs=0.0), (output, name)
-            error = found.errors[found.outputs.index(output), found.inputs.index(name)]
+            assert result[output, name] == pytest.approx(exact, rel=RTOL, abs=0.0), (output, name)
+            error = result.errors[result.outputs.index(output), result.inputs.index(name)]
             # The estimate covers the error down to the rounding of the derivative itself.
-            assert abs(found[output, name] - exact) < error + 1e-14 * abs(exact)
+            assert abs(result[output, name] - exact) < error + 1e-14 * abs(exact)
     # e is 1, whatever the numbers are.
-    assert np.all(np.abs(found.elasticities[0]) < RTOL)
-    assert found.warnings == ()
+    assert np.all(np.abs(result.elasticities[0]) < RTOL)
+    assert result.warnings == ()
 
 
 def punch(name: str, **numbers: float) -> rs.Impact:
@@ -82,11 +82,11 @@ def test_flat_punch_on_kelvin_voigt() -> None:
 
     numbers = {"mass": float(RNG.uniform(0.5, 5.0)), "radius": 0.01, "equilibrium_modulus": 1e6}
     impact = punch("kelvin_voigt", modulus=1e6, viscosity=900.0, radius=0.01, mass=numbers["mass"])
-    found = rs.derivatives(impact, [*numbers, "velocity"])
+    result = rs.derivatives(impact, [*numbers, "velocity"])
     for name in numbers:
         exact = differentiated(restitution, numbers, name)
-        assert found["restitution_coefficient", name] == pytest.approx(exact, rel=RTOL, abs=0.0)
-    assert abs(found["restitution_coefficient", "velocity"]) < RTOL
+        assert result["restitution_coefficient", name] == pytest.approx(exact, rel=RTOL, abs=0.0)
+    assert abs(result["restitution_coefficient", "velocity"]) < RTOL
 
 
 def test_flat_punch_on_maxwell() -> None:
@@ -106,11 +106,11 @@ def test_flat_punch_on_maxwell() -> None:
 
     numbers = {"mass": 1.0, "radius": 0.01, "branch_modulus": 1e6, "viscosity": float(RNG.uniform(2500.0, 1e4))}
     impact = punch("maxwell", modulus=1e6, viscosity=numbers["viscosity"], radius=0.01, mass=1.0)
-    found = rs.derivatives(impact, numbers)
+    result = rs.derivatives(impact, numbers)
     for name in numbers:
         for output, form in (("restitution_coefficient", restitution), ("contact_time", time)):
             exact = differentiated(form, numbers, name)
-            assert found[output, name] == pytest.approx(exact, rel=RTOL, abs=0.0), (output, name)
+            assert result[output, name] == pytest.approx(exact, rel=RTOL, abs=0.0), (output, name)
 
 
 def random_ball() -> rs.Impact:
@@ -125,12 +125,12 @@ def random_ball() -> rs.Impact:
 def test_dimensional_analysis() -> None:
     """e depends on nu, Ginf/G1 and p3 = eta (v R/(m^2 Ginf^3))^(1/5) alone, so that its elasticities have ratios."""
     for _ in range(5):
-        found = rs.derivatives(
+        result = rs.derivatives(
             random_ball(), ["velocity", "radius", "mass", "viscosity", "equilibrium_modulus", "branch_modulus",
                             "poisson_ratio"], "restitution_coefficient",
         )  # fmt: skip
-        velocity, radius, mass, viscosity, *moduli, _ = found.elasticities[0]
-        errors = found.errors[0] * np.array([*found.at.values()]) / found.values["restitution_coefficient"]
+        velocity, radius, mass, viscosity, *moduli, _ = result.elasticities[0]
+        errors = result.errors[0] * np.array([*result.at.values()]) / result.values["restitution_coefficient"]
         # Sums of several elasticities.
         bound = 3.0 * errors.max()
         assert bound < RTOL
@@ -167,20 +167,20 @@ def test_numbers_at_zero_take_a_step_of_the_user() -> None:
     """Energy balance of a weak force on an elastic half-space: the largest depth grows by dd = F0 d/F_max."""
     ball = rs.Impact(rs.elastic(shear_modulus=1e6, poisson_ratio=0.3), rs.Parabola(0.01), mass=0.005, velocity=1.0)
     assert named(lambda: rs.derivatives(ball, "external_force")) == ("external_force", 0.0)
-    found = rs.derivatives(ball, "external_force", steps={"external_force": 0.01})
-    depth, force = found.values["max_indentation_depth"], found.values["max_force"]
-    assert found["max_indentation_depth", "external_force"] == pytest.approx(float(depth / force), rel=RTOL)
+    result = rs.derivatives(ball, "external_force", steps={"external_force": 0.01})
+    depth, force = result.values["max_indentation_depth"], result.values["max_force"]
+    assert result["max_indentation_depth", "external_force"] == pytest.approx(float(depth / force), rel=RTOL)
 
 
 def test_arrays_have_the_derivatives_of_their_impacts() -> None:
     velocity = xr.DataArray([0.5, 1.0, 2.0], dims="velocity", coords={"velocity": [0.5, 1.0, 2.0]})
     radius = xr.DataArray([0.01, 0.02], dims="radius")
     several = rs.vary(BALL, {"velocity": velocity, "radius": radius})
-    found = rs.derivatives(several, ["velocity", "viscosity"])
-    assert found.matrix.shape == (4, 2, 3, 2)
+    result = rs.derivatives(several, ["velocity", "viscosity"])
+    assert result.matrix.shape == (4, 2, 3, 2)
     single = rs.derivatives(rs.vary(BALL, {"velocity": 2.0, "radius": 0.01}), ["velocity", "viscosity"])
-    assert found.matrix[..., 2, 0] == pytest.approx(single.matrix, rel=1e-8)
-    table = found.to_dataset()
+    assert result.matrix[..., 2, 0] == pytest.approx(single.matrix, rel=1e-8)
+    table = result.to_dataset()
     assert table.sizes == {"input": 2, "velocity": 3, "radius": 2}
     chosen = table["contact_time"].sel(input="viscosity", velocity=2.0).values[0]
     assert chosen == pytest.approx(single["contact_time", "viscosity"], rel=1e-8)
@@ -191,11 +191,11 @@ def test_branches_and_temperature() -> None:
     series = rs.PronySeries(1e6, [4e6, 3e6], [1e-4, 2e-3])
     solid = rs.Material(series, 1e9, shift=rs.WLF(293.15, 9.0, 110.0), temperature=293.15)
     ball = rs.Impact(solid.at(300.0), rs.Parabola(0.01), mass=0.005, velocity=0.5)
-    found = rs.derivatives(ball, ["relaxation_times[0]", "relaxation_times[1]"])
+    result = rs.derivatives(ball, ["relaxation_times[0]", "relaxation_times[1]"])
     by_temperature = rs.derivatives(ball, ["temperature"])
     # log10 a = -9 (T - 293.15)/(110 + T - 293.15)
     rate = -9.0 * 110.0 / (110.0 + 300.0 - 293.15) ** 2 * np.log(10.0)
-    expected = rate * sum(found.matrix[:, k] * found.at[f"relaxation_times[{k}]"] for k in (0, 1))
+    expected = rate * sum(result.matrix[:, k] * result.at[f"relaxation_times[{k}]"] for k in (0, 1))
     assert by_temperature.matrix[:, 0] == pytest.approx(expected, rel=RTOL)
 
 
@@ -209,11 +209,11 @@ def test_ends_that_differ_have_no_derivative() -> None:
         captured = rs.solve(rs.vary(ball, {"velocity": middle})).status != rs.Status.SEPARATED
         low, high = (middle, high) if captured else (low, middle)
     # Eight per cent below, the weight holds the body; one per cent below, it does not.
-    found = rs.derivatives(rs.vary(ball, {"velocity": 1.01 * high}), "velocity", FOUR, rtol=1e-9)
+    result = rs.derivatives(rs.vary(ball, {"velocity": 1.01 * high}), "velocity", FOUR, rtol=1e-9)
     near = rs.derivatives(rs.vary(ball, {"velocity": 1.05 * high}), "velocity", FOUR, steps={"velocity": 0.01 * high})
     assert np.isfinite(near.matrix).all()
     # A smaller step, which stays on one side, is found without help.
-    assert np.isfinite(found.matrix).all()
+    assert np.isfinite(result.matrix).all()
     close = rs.derivatives(rs.vary(ball, {"velocity": 1.0001 * high}), "velocity", FOUR)
     assert np.isnan(close.matrix).all()
     assert np.isinf(close.errors).all()
@@ -276,16 +276,16 @@ def test_refused(names: list[str], options: dict[str, Any], where: tuple[Any, ..
 
 
 def test_shows_itself() -> None:
-    found = rs.derivatives(BALL, ["velocity", "viscosity"])
-    assert "velocity" in str(found)
-    assert found.to_dict()["inputs"] == ["velocity", "viscosity"]
-    assert "restitution_coefficient" in repr(found) or "4 outputs" in repr(found)
+    result = rs.derivatives(BALL, ["velocity", "viscosity"])
+    assert "velocity" in str(result)
+    assert result.to_dict()["inputs"] == ["velocity", "viscosity"]
+    assert "restitution_coefficient" in repr(result) or "4 outputs" in repr(result)
 
 
 def test_picture_has_a_bar_for_each_pair() -> None:
-    found = rs.derivatives(BALL, ["velocity", "viscosity", "mass"])
-    bars: Any = found.plot().axes[0].patches
+    result = rs.derivatives(BALL, ["velocity", "viscosity", "mass"])
+    bars: Any = result.plot().axes[0].patches
     widths = [bar.get_width() for bar in bars]
-    assert widths == pytest.approx(found.elasticities.T.ravel().tolist())
+    assert widths == pytest.approx(result.elasticities.T.ravel().tolist())
     several = rs.derivatives(rs.vary(BALL, {"velocity": [0.5, 1.0]}), "viscosity")
     assert named(several.plot)[0] == "impact"

@@ -404,8 +404,8 @@ def _alone(
         return fits, {0: str(error)}, [curve], np.full((1, 2), np.nan)
     _replace_fit(fits, 0, uncertainty)
     for k, parameter in enumerate(space.free):
-        found = uncertainty.estimate(k, profiled=False)
-        ends = parameter.inward(np.array(found.interval)) if found.determined else np.array([0.0, np.inf])
+        result = uncertainty.estimate(k, profiled=False)
+        ends = parameter.inward(np.array(result.interval)) if result.determined else np.array([0.0, np.inf])
         fits.errors[0, k] = 0.5 * np.ptp(ends) / uncertainty.quantile()
     problem, here = uncertainty.estimation.problem, uncertainty.estimation.fit.coordinates[None]
     return fits, {}, [curve], -curve.baseline_factors(problem.materials(here), problem.nuisances(here)[0])

@@ -247,7 +247,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> li
     """
     if time.size < _FEWEST:
         return []
-    found: list[tuple[float, list[int]]] = []
+    results: list[tuple[float, list[int]]] = []
     for counted in (False, True):  # of the other sounds, at first none or all count as chance
         others = np.full(time.size, counted)
         chain: list[int] = []
@@ -259,8 +259,8 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> li
             others[chain] = False
             if chain == former:
                 break
-        found.append((odds, chain))
-    odds, chain = max(found)
+        results.append((odds, chain))
+    odds, chain = max(results)
     return chain if odds >= _SERIES_ODDS else []
 
 

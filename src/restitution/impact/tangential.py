@@ -193,8 +193,8 @@ class Slider:
         times = np.minimum(sticking.motion[:, 0], self.solution.end) * self.solution.units.time
         motion[:, 3] = self.solution.at(times).contact_radius / self.solution.units.radius
         viscous, stored = unit * sticking.dissipated, unit * sticking.stored
-        found = Tangential(-sticking.velocity, sticking.error, 0.0, 0.0, viscous, stored, motion, 0.0)
-        return found._replace(split_error=max(abs(found.residual), 2.0 * abs(found.restitution) * found.error))
+        result = Tangential(-sticking.velocity, sticking.error, 0.0, 0.0, viscous, stored, motion, 0.0)
+        return result._replace(split_error=max(abs(result.residual), 2.0 * abs(result.restitution) * result.error))
 
     def _slide(self, slope: float, mobility: float, rtol: float) -> Tangential:
         """Return the closed form of full sliding; the energies and the motion are those of marches."""

@@ -301,9 +301,9 @@ def missing_load(solid: Solid, room: Room, i: int, force: float) -> float:
     target = 0.0
     if force > 0.0:
         n = i if nodes[F, i] > 0.0 and nodes[Y, i] > 0.0 else 0
-        wanted, now = q if n > 0 else axis_load(solid, room, 0), nodes[F, n]
-        power = max(wanted * nodes[A, n] / now, 1.0) if now > 0.0 else 1.0
-        target = wanted * (force / now) ** (1.0 / power)
+        expected, now = q if n > 0 else axis_load(solid, room, 0), nodes[F, n]
+        power = max(expected * nodes[A, n] / now, 1.0) if now > 0.0 else 1.0
+        target = expected * (force / now) ** (1.0 / power)
     return target - q
 
 
