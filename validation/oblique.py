@@ -44,6 +44,9 @@ The points were read from the figures of the paper, and the lines of MFIX from i
 linear springs. Both bodies are elastic here, so e = 1. Nothing is fitted. Above 30 degrees all of the contact slides;
 friction was presumably read there, so that only the smaller angles test the theory.
 
+Test 4 of Chung and Ooi, Granular Matter 13 (2011) 643, for alumina, as YADE and Kratos have it among their examples,
+is this experiment: the same ball, 3.9 m/s and 0.092.
+
 ```{figure} _static/oblique.png
 :alt: Tangential velocity after over before, and spin after, over the angle of incidence
 
