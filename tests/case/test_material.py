@@ -119,7 +119,7 @@ def test_measured_data_are_fitted() -> None:
     np.testing.assert_allclose(solid.shear.relaxation_modulus(inside), truth.relaxation_modulus(inside), rtol=5e-3)
     assert solid.window == pytest.approx((1e-4, 1.0))
     assert solid.assumptions is not None
-    assert "Prony terms fitted to the data" in solid.assumptions
+    assert "1 Prony term fitted to the data" in solid.assumptions
 
 
 def test_a_deck_of_a_solver() -> None:

@@ -285,7 +285,7 @@ def test_a_list_has_the_results_of_its_impacts():
 
 
 def test_a_list_raises_for_the_impact_that_fails():
-    impacts = [ball(STANDARD, 0.02, 0.3, 0.5), ball(solid(), 0.01, 50.0, 0.5)]
+    impacts = [ball(STANDARD, 0.02, 0.3, 0.5), ball(solid(), 0.01, 5e4, 0.5)]
     with pytest.raises(SolverError, match="impact 1 of 2"):
         rs.solve(impacts, rtol=1e-3, errors="raise")
 

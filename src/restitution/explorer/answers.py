@@ -317,7 +317,10 @@ def indentation(state: Mapping[str, Any]) -> Answer:
     rtol = _RTOL if terms <= _MANY_TERMS else _COARSE_RTOL
     limit = MOST_ELEMENTS.set(_ELEMENTS // max(terms, 10))
     try:
-        result = indent(case.material, case.profile, rtol=rtol, **{case.prescribed: cast("Any", case.history)})
+        with warnings.catch_warnings():
+            # The result has them.
+            warnings.simplefilter("ignore", RestitutionWarning)
+            result = indent(case.material, case.profile, rtol=rtol, **{case.prescribed: cast("Any", case.history)})
     finally:
         MOST_ELEMENTS.reset(limit)
     names = ("time", "indentation_depth", "force", "contact_radius")
@@ -349,7 +352,9 @@ def tapping(state: Mapping[str, Any]) -> Answer:
     # Each tap takes the longer the more terms there are.
     most = max(_TAPS // max(case.material.shear.n_branches, 1), _FEWEST_TAPS)
     options: dict[str, Any] = case.options | {"max_taps": most, "rtol": _TAPPING_RTOL}
-    result = tap(case.material, case.profile, **options)
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", RestitutionWarning)
+        result = tap(case.material, case.profile, **options)
     # Numbers of taps that are not steady are no part of a curve.
     steady = result.status <= TappingStatus.FREE
     columns = {name: np.where(steady, getattr(result, name), np.nan) for name in COLUMNS}
@@ -361,7 +366,8 @@ def tapping(state: Mapping[str, Any]) -> Answer:
     return {
         "numbers": numbers_of({name: values[-1] for name, values in columns.items()})
         | {"free_amplitude": result.free_amplitude},
-        "warnings": [f"{count} of {steady.size} distances have no steady taps after {most}"] * (count > 0),
+        "warnings": [str(doubt.message) for doubt in doubts]
+        + [f"{count} of {steady.size} distances have no steady taps after {most}"] * (count > 0),
         "notes": ["the numbers are those at the smallest distance"],
         "curves": {"tapping": columns},
     }
