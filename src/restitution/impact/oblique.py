@@ -281,7 +281,7 @@ def sliding_numbers(impacts: list[Impact], outputs: Mapping[str, Any]) -> dict[s
         "restitution_coefficient", "contact_time", "max_contact_radius"
     ))  # fmt: skip
     share = numbers["gyration"] / (1.0 + numbers["gyration"])
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         slides = numbers["friction"] * (1.0 + e) * numbers["velocity"]
         rests = share * np.abs(point)
         after = numbers["tangential_velocity"] - np.sign(point) * np.minimum(slides, rests)
