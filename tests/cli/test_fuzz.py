@@ -7,7 +7,7 @@ from checkout import script
 
 # Warnings of the package are not errors on the command line.
 @pytest.mark.filterwarnings("default::restitution.errors.RestitutionWarning")
-@pytest.mark.parametrize("runs", [20, pytest.param(750, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("runs", [20, pytest.param(1500, marks=pytest.mark.slow)])
 def test_damaged_files(runs: int) -> None:
     counts, faulty, _ = script("validation/fuzz.py").fuzz(runs, 7)
     assert [f"{end.fault}\n{text}" for _, text, end in faulty] == []
