@@ -175,15 +175,32 @@ def peak(motion: Array, values: Array, kinks: ArrayLike = ()) -> tuple[float, fl
     """Return the largest value along a motion, from a parabola where it has no kink, and the error of the parabola.
 
     The parabola is over the length of the way in time and edge: near a fold all numbers are smooth over the edge, and
-    like a square root over the time. Its error is what another one through the second neighbours changes.
+    like a square root over the time. Its error is what another one through the second neighbours changes. Where bodies
+    touch or part beside it the motion has a corner, and the value lies between the largest one and that of the corner.
     """
     time, n = motion[:, 0], int(np.argmax(values))
     largest = float(values[n])
     if np.any(np.abs(time[n] - kinks) <= 1e-9 * abs(time[-1])):
         return largest, 0.0
+    half = 0.5 * (_corner(motion, values, n) - largest)
+    if half > 0.0:
+        return largest + half, half
     near, far = (_top(motion, values, n, distance) for distance in (1, 2))
     # Two parabolas may agree by chance.
     return near, max(abs(near - far) if far > largest else 0.0, 0.5 * (near - largest))
+
+
+def _corner(motion: Array, values: Array, n: int) -> float:
+    """Return where the lines before and behind a touch meet, beside a largest value; NaN without a touch there."""
+    time, touches = motion[:, 0], motion[:, 5] > 0.0
+    for k in (n - 1, n):
+        if 1 <= k < values.size - 2 and touches[k] != touches[k + 1] and np.diff(time[k - 1 : k + 3]).min() > 0.0:
+            rise, fall = ((values[j + 1] - values[j]) / (time[j + 1] - time[j]) for j in (k - 1, k + 1))
+            length = time[k + 1] - time[k]
+            if rise > fall:
+                way = (values[k + 1] - values[k] - fall * length) / (rise - fall)
+                return float(values[k] + rise * min(max(way, 0.0), length))
+    return math.nan
 
 
 def _top(motion: Array, values: Array, n: int, distance: int) -> float:
