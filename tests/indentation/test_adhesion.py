@@ -10,6 +10,7 @@ import restitution as rs
 from adhesive_elements import Held, adhesive_program
 from refusals import in_one_line
 from restitution.contact.adhesion import maugis_number, static_contact
+from restitution.indentation.attraction import peak
 
 TIP = rs.Parabola(1.0)
 
@@ -36,6 +37,25 @@ def static_pull(modulus, adhesion):
         lambda a: static_contact(TIP, modulus, adhesion, a).force, bounds=(1e-6, 0.6), method="bounded",
         options={"xatol": 1e-10},
     ).fun  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_largest_value_at_a_corner_lies_within_its_error(seed):
+    """A line meets one that bends down, where the radius leaves zero; of odd seeds the time runs the other way."""
+    rng = np.random.default_rng(seed)
+    time = np.sort(rng.uniform(0.0, 1.0, 60))
+    corner, bend = rng.uniform(0.2, 0.8), rng.uniform(0.0, 9.0)
+    rise, fall = rng.uniform(0.1, 3.0, 2)
+    behind = np.maximum(time - corner, 0.0)
+    values = 1.0 + rise * np.minimum(time - corner, 0.0) - fall * behind - bend * behind**2
+    motion = np.zeros((time.size, 8))
+    motion[:, 0], motion[:, 4], motion[:, 5] = time, 2.0, np.sqrt(behind)
+    if seed % 2:
+        motion[:, 0] = 1.0 - time
+        motion, values = motion[::-1], values[::-1]
+    value, error = peak(motion, values)
+    assert abs(value - 1.0) <= error * (1.0 + 1e-9) + 1e-15
+    assert error <= 0.5 * (rise + fall + bend) * np.diff(time).max()
 
 
 @pytest.mark.parametrize("lam", [30.0, 1000.0])
