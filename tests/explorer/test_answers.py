@@ -249,6 +249,13 @@ def test_tips_press_on_layers_too(name, tmp_path):
     )
 
 
+def test_a_layer_whose_poisson_ratio_relaxes_has_a_warning_or_no_taps():
+    layer = {"sample": "layer", "indentation.thickness": 1e-6, "material.poisson_ratio": 0.4}
+    lines = answers.indentation(PRESETS["gel"][1] | layer)["warnings"]
+    assert sum(line.startswith("separability: ") for line in lines) == 1
+    assert in_one_line(lambda: answers.tapping(PRESETS["tapping"][1] | layer)).field == "profile"
+
+
 TAPS: dict[str, tuple[dict[str, Any], Callable[[], dict[str, Any]]]] = {
     "van der Waals": ({"tapping.hamaker": 1e-19}, lambda: {"hamaker": 1e-19}),
     "modes": (

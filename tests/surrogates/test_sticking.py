@@ -89,6 +89,12 @@ def test_the_file_keeps_the_threshold(ball, tmp_path):
     assert in_one_line(lambda: rs.Surrogate.load(path)).field == "velocity"
 
 
+def test_a_tolerance_that_adhesion_does_not_reach_is_refused():
+    error = in_one_line(lambda: rs.surrogate(BALL, RANGE, rtol=9e-5))
+    assert (error.field, error.value) == ("rtol", 9e-5)
+    assert "must be in [0.0001, 0.01] with adhesion" in str(error)
+
+
 @pytest.mark.slow
 def test_ranges_without_the_threshold():
     fast = rs.surrogate(BALL, (0.1, 0.2), rtol=1e-2)

@@ -352,9 +352,7 @@ def tapping(state: Mapping[str, Any]) -> Answer:
     # Each tap takes the longer the more terms there are.
     most = max(_TAPS // max(case.material.shear.n_branches, 1), _FEWEST_TAPS)
     options: dict[str, Any] = case.options | {"max_taps": most, "rtol": _TAPPING_RTOL}
-    with warnings.catch_warnings(record=True) as doubts:
-        warnings.simplefilter("always", RestitutionWarning)
-        result = tap(case.material, case.profile, **options)
+    result = tap(case.material, case.profile, **options)
     # Numbers of taps that are not steady are no part of a curve.
     steady = result.status <= TappingStatus.FREE
     columns = {name: np.where(steady, getattr(result, name), np.nan) for name in COLUMNS}
@@ -366,8 +364,7 @@ def tapping(state: Mapping[str, Any]) -> Answer:
     return {
         "numbers": numbers_of({name: values[-1] for name, values in columns.items()})
         | {"free_amplitude": result.free_amplitude},
-        "warnings": [str(doubt.message) for doubt in doubts]
-        + [f"{count} of {steady.size} distances have no steady taps after {most}"] * (count > 0),
+        "warnings": [f"{count} of {steady.size} distances have no steady taps after {most}"] * (count > 0),
         "notes": ["the numbers are those at the smallest distance"],
         "curves": {"tapping": columns},
     }

@@ -19,14 +19,12 @@ from restitution.impact.adhesive import (
     attraction_numbers,
     marched,
     maugis_numbers,
-    of_each,
     problem_of,
-    shape_of,
-    single_of,
     too_thin,
 )
 from restitution.impact.batch import shaped
 from restitution.impact.dugdale import sticking
+from restitution.impact.members import of_each, shape_of, single_of
 from restitution.impact.problem import Impact
 from restitution.impact.result import EnergyBudget, ImpactResult
 from restitution.impact.solution import Progress, within_contact

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from restitution.checks import Array, Numeric
 from restitution.contact.adhesion import maugis_number, rest
 from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive
+from restitution.impact.members import of_each, shape_of, single_of
 from restitution.impact.solution import Progress
 from restitution.impact.status import Status
 from restitution.indentation.attraction import March, sticky
@@ -41,13 +42,6 @@ def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
         )
         static, glass = (np.broadcast_to(each, impact.shape)[()] for each in both)
     return static, glass
-
-
-def of_each(impact: Impact | list[Impact], numbers: Callable[[Impact], Sequence[Numeric]]) -> list[Numeric]:
-    """Return some numbers of an array of impacts, or columns of those of each impact of a list."""
-    if isinstance(impact, list):
-        return [np.array(column, dtype=np.float64) for column in zip(*map(numbers, impact), strict=True)]
-    return list(numbers(impact))
 
 
 def attraction_numbers(impact: Impact | list[Impact], columns: Mapping[str, Any]) -> dict[str, Any]:
@@ -91,18 +85,6 @@ def adhesive_columns(
     bodies = {name: np.broadcast_to(each, shape).reshape(-1) for name, each in zip(BODY, numbers, strict=True)}
     outputs = derived(columns | bodies)
     return {name: outputs[name] for name in (*IMPACT_OUTPUTS, STATUS) if name in outputs}
-
-
-def shape_of(impact: Impact | list[Impact]) -> tuple[int, ...]:
-    """Return the shape of the results of an impact or of a list."""
-    return (len(impact),) if isinstance(impact, list) else impact.shape
-
-
-def single_of(impact: Impact | list[Impact], place: int) -> Impact:
-    """Return the impact at a place of the raveled shape."""
-    if isinstance(impact, list):
-        return impact[place]
-    return impact.take(np.asarray(place)) if impact.shape else impact
 
 
 def marched(

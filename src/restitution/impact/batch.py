@@ -15,6 +15,7 @@ from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Profile
 from restitution.contact.table import Rows
 from restitution.errors import InputError
+from restitution.impact.members import shape_of
 from restitution.impact.scaling import ScaledBlock, power_block, table_block
 from restitution.impact.solution import (
     Progress,
@@ -345,7 +346,7 @@ def solve_columns(
         from restitution.impact.adhesive import adhesive_columns
 
         return adhesive_columns(impact, rtol, workers=workers, progress=progress)
-    columns, done, count = dict[str, Any](), 0, len(impact) if isinstance(impact, list) else math.prod(impact.shape)
+    columns, done, count = dict[str, Any](), 0, math.prod(shape_of(impact))
 
     def advance(finished: int, _: int) -> None:
         if progress is not None:

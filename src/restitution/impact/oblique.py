@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from restitution.checks import Array, Numeric, positive
 from restitution.errors import InputError
 from restitution.impact.batch import Batch, flat
+from restitution.impact.members import of_each
 from restitution.impact.problem import SOLID_BALL, Impact
 from restitution.impact.result import ImpactResult
 from restitution.impact.solution import Progress, Solution
@@ -118,8 +119,7 @@ class ObliqueResult(ImpactResult):
 
     @property
     def _compared(self) -> dict[str, Any]:
-        impacts = self.impact if isinstance(self.impact, list) else [self.impact]
-        return super()._compared | sliding_numbers(impacts, self._by_name)
+        return super()._compared | sliding_numbers(self.impact, self._by_name)
 
     @cached_property
     def history(self) -> xarray.Dataset:
@@ -266,37 +266,32 @@ def contact_point(impact: Impact) -> tuple[Any, Any]:
     return impact.tangential_velocity + np.where(spin == 0.0, 0.0, np.asarray(radius) * spin), radius
 
 
-def sliding_numbers(impacts: list[Impact], outputs: Mapping[str, Any]) -> dict[str, Array]:
+def sliding_numbers(impact: Impact | list[Impact], outputs: Mapping[str, Any]) -> dict[str, Array]:
     """Return what the decoupled theory of a patch at rest leaves out, for the validity report.
 
     Dundurs' parameter over friction, 0 where a rigid body would slide to the end, and the way of the centre over the
     largest contact radius. The velocity of the centre after the impact is estimated as that of a rigid body, whose
     contact point then rests, e_t = 0, or slides.
     """
-    numbers = {name: _of_each(impacts, lambda each, name=name: getattr(each, name))
-               for name in ("friction", "tangential_velocity", "gyration", "velocity")}  # fmt: skip
-    point = _of_each(impacts, lambda each: contact_point(each)[0])
-    beta = np.abs(_of_each(impacts, lambda each: dundurs_parameter(each.material, each.counter_material)))
+
+    def numbers(single: Impact) -> list[Any]:
+        beta = dundurs_parameter(single.material, single.counter_material)
+        return [*(getattr(single, name) for name in SLIDING), single.velocity, contact_point(single)[0], beta]
+
+    friction, along, _, gyration, velocity, point, beta = map(np.asarray, of_each(impact, numbers))
     e, time, radius = (np.asarray(outputs[name]) for name in (
         "restitution_coefficient", "contact_time", "max_contact_radius"
     ))  # fmt: skip
-    share = numbers["gyration"] / (1.0 + numbers["gyration"])
+    share = gyration / (1.0 + gyration)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        slides = numbers["friction"] * (1.0 + e) * numbers["velocity"]
+        slides = friction * (1.0 + e) * velocity
         rests = share * np.abs(point)
-        after = numbers["tangential_velocity"] - np.sign(point) * np.minimum(slides, rests)
-        way = np.maximum(np.abs(numbers["tangential_velocity"]), np.abs(after)) * time
+        after = along - np.sign(point) * np.minimum(slides, rests)
+        way = np.maximum(np.abs(along), np.abs(after)) * time
         # A body that stays has no way of its own during the contact.
         way = np.where(np.isfinite(time), way, np.nan)
-        coupling = np.where((slides < rests) | (beta == 0.0), 0.0, beta / numbers["friction"])
+        coupling = np.where((slides < rests) | (beta == 0.0), 0.0, np.abs(beta) / friction)
         return {"coupling_number": coupling, "travel_number": np.where(way == 0.0, 0.0, way / radius)}
-
-
-def _of_each(impacts: list[Impact], number: Callable[[Impact], Any]) -> Array:
-    """Return numbers of one array of impacts, or of each of a list."""
-    if len(impacts) == 1:
-        return np.asarray(number(impacts[0]), dtype=np.float64)
-    return np.array([float(number(each)) for each in impacts])
 
 
 def _solved(

@@ -17,6 +17,7 @@ from restitution.axes import Axes, aligned
 from restitution.checks import Array, common_shape, function, items, one_of, single, whole, within
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import Batch, flat, shaped, solve_columns
+from restitution.impact.members import shape_of
 from restitution.impact.oblique import ObliqueResult, Sliding, join_sliding, normal_rtol
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
@@ -248,7 +249,7 @@ def solve_exact(
     progress: Progress | None = None,
 ) -> ImpactResult:  # fmt: skip
     """Solve impacts by the exact method; see `solve`, which checks the options."""
-    shape = impact.shape if isinstance(impact, Impact) else (len(impact),)
+    shape = shape_of(impact)
     solution, has_friction = None, (impact if isinstance(impact, Impact) else impact[0]).friction is not None
     of_normal = normal_rtol(rtol) if has_friction else rtol
     if shape or isinstance(impact, list):

@@ -24,16 +24,16 @@ from restitution.surrogates.boxes import NotMet, build_pieces
 from restitution.surrogates.velocity import NEAR, OUTPUTS, Surrogate, velocity_range
 from restitution.variation import vary
 
-# Tolerance by default; with friction the smallest one of e_t, and that of e over it.
-_RTOL, _LEAST_SLIDING, _NORMAL_SHARE = 1e-6, 1e-5, 0.1
+# Tolerance by default; the smallest one, with friction that of e_t, and with adhesion; that of e over that of e_t.
+_RTOL, _LEAST, _LEAST_SLIDING, _LEAST_ADHESIVE, _NORMAL_SHARE = 1e-6, 1e-10, 1e-5, 1e-4, 0.1
 # Below this e its error is absolute, as for the solver.
 _SMALL = 1e-3
 # The solves are more accurate than `rtol` by this factor, down to the smallest tolerance.
 _FINER = 1e-4
 _FINEST = 1e-12
-# With adhesion: the smallest tolerance, how much more accurate the solves are, the tolerance of the sticking velocity,
-# and the e below which errors are those of e^2.
-_LEAST_ADHESIVE, _FINER_ADHESIVE, _STICKING_RTOL, _SLOW = 1e-4, 1e-2, 1e-4, 0.1
+# With adhesion: how much more accurate the solves are, the tolerance of the sticking velocity, and the e below which
+# errors are those of e^2.
+_FINER_ADHESIVE, _STICKING_RTOL, _SLOW = 1e-2, 1e-4, 0.1
 # The tolerance of a solve is that of e. The error of the largest force has narrow peaks of up to 14 tolerances over
 # the velocity, which few points would find (validation/surrogate_error.md).
 _SOLVER_SHARE = 20.0
@@ -62,8 +62,8 @@ def surrogate(
         Lowest and highest impact velocity v0 [m/s], > 0.
     rtol : float, optional
         Largest error, relative to max(e, 1e-3) for e and relative for the others; from 1e-10 to 1e-2, and 1e-6 by
-        default. With adhesion at least 1e-4, see `Surrogate`. With friction it is that of e_t, absolute, from 1e-5 on,
-        which is the default; that of e is a tenth of it. See `ObliqueSurrogate`.
+        default. With adhesion it is from 1e-4 on, which is the default, see `Surrogate`. With friction it is that of
+        e_t, absolute, from 1e-5 on, which is the default, and that of e a tenth of it, see `ObliqueSurrogate`.
     extrapolate : bool
         Whether the contacts may lie beyond the times for which the material is known, with a warning in the result.
     workers : int, optional
@@ -107,12 +107,11 @@ def surrogate(
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, but has shape {impact.shape} beside its velocity")
     slides = impact.friction is not None
-    tolerance = (
-        (_LEAST_SLIDING if slides else _RTOL) if rtol is None else single("rtol", within("rtol", rtol, 1e-10, 1e-2))
-    )
-    if slides and tolerance < _LEAST_SLIDING:
+    least = _LEAST_SLIDING if slides else _LEAST if impact.adhesion is None else _LEAST_ADHESIVE
+    tolerance = max(_RTOL, least) if rtol is None else single("rtol", within("rtol", rtol, _LEAST, 1e-2))
+    if tolerance < least:
         raise InputError(
-            "rtol", tolerance, f"must be in [{_LEAST_SLIDING:g}, 0.01] with friction, for the sake of e_t"
+            "rtol", tolerance, f"must be in [{least:g}, 0.01] with {'friction' if slides else 'adhesion'}"
         )
     if not slides:
         return _normal(impact, (low, high), tolerance, extrapolate, workers, progress)
@@ -128,8 +127,6 @@ def _normal(
 ) -> Surrogate:  # fmt: skip
     """Return the surrogate of the normal motion of a single impact."""
     (low, high), adhesive = span, impact.adhesion is not None
-    if adhesive:
-        tolerance = max(tolerance, _LEAST_ADHESIVE)
     sticking = _sticking(impact, low, high, workers) if adhesive else 0.0
     start = max(low, sticking * (1.0 + NEAR))
     require_known(impact, (start, high), extrapolate=extrapolate)
@@ -146,7 +143,7 @@ def _normal(
             # The first round covers the whole range.
             numbers = compared(impacts, columns)
             if impacts.friction is not None:
-                numbers = numbers._replace(**sliding_numbers([impacts], columns))
+                numbers = numbers._replace(**sliding_numbers(impacts, columns))
             reports.append(validity.report(numbers))
         return np.log([columns[name] for name in OUTPUTS])
 

@@ -358,7 +358,7 @@ class Plan:
                 bodies = {name: getattr(part, name) for name in _BODIES}
                 at = places.reshape(part.shape)
                 if part.friction is not None:
-                    bodies |= sliding_numbers([part], {name: rows[name][at] for name in COLUMNS})
+                    bodies |= sliding_numbers(part, {name: rows[name][at] for name in COLUMNS})
                 if part.adhesion is not None:
                     bodies |= attraction_numbers(part, {name: rows[name][at] for name in _OF_ADHESION})
                 kinds.append((at, part.contact, bodies))
