@@ -82,7 +82,7 @@ def of_several(result: AdhesiveResult) -> Figure:
     )
     order = np.argsort(velocity, kind="stable")
     velocity, e, pull = velocity[order], e[order], pull[order]
-    # The members of a list have nothing in common for sure.
+    # Members of a list may differ in everything.
     alone = isinstance(impact, Impact) and replace(impact, velocity=1.0).shape == ()
     wide = velocity[-1] >= _DECADE * velocity[0]
     across = INPUTS["velocity"], velocity
