@@ -25,7 +25,7 @@ from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.status import SolverError, Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, single_material
-from restitution.quantities import CONTACT_TANGENT, INPUTS, OUTPUTS, Dimension, Quantity, check, check_single, known
+from restitution.quantities import CONTACT_TANGENT, INPUTS, OUTPUTS, Dimension, Quantity, check, check_single, choice
 from restitution.result import Result, Summary, Table, plain
 from restitution.units import celsius
 from restitution.validity import Validity
@@ -412,9 +412,9 @@ def resilience(
     [77.5]
     """
     single_material("material", material)
-    test = STANDARDS[known("standard", standard, STANDARDS)]
+    test = STANDARDS[choice("standard", standard, STANDARDS)]
     named = [base] if isinstance(base, str) else [] if base is None else items("base", base, "must be names of bases")
-    bases = tuple(known("base", name, BASES) for name in named)
+    bases = tuple(choice("base", name, BASES) for name in named)
     if base is not None and not bases:
         raise InputError("base", rule="must name at least one")
     single("rtol", within("rtol", rtol, 1e-12, 1e-2))

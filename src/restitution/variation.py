@@ -224,12 +224,12 @@ def _number(impact: Impact, name: str) -> Any:
         rule = f"must be of one branch, here there are {shear.n_branches}; use branch_moduli[0] and so on"
         raise InputError("names", name, rule)
     modulus, time = shear.branch_moduli[..., 0], shear.relaxation_times[..., 0]
-    own: dict[str, Any] = {"branch_modulus": modulus, "relaxation_time": time, "viscosity": modulus * time}
+    branch: dict[str, Any] = {"branch_modulus": modulus, "relaxation_time": time, "viscosity": modulus * time}
     if name == "p3":
         radius: Any = np.asarray(impact.profile.path_coefficient) ** 2
         unit = viscosity_unit(shear.equilibrium_modulus, impact.mass, impact.velocity, radius[()])
-        return (own["viscosity"] / unit)[()]
-    return own[name][()] if name in own else (shear.equilibrium_modulus / modulus)[()]
+        return (branch["viscosity"] / unit)[()]
+    return branch[name][()] if name in branch else (shear.equilibrium_modulus / modulus)[()]
 
 
 def is_standard_solid(material: Material) -> bool:

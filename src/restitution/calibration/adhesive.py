@@ -265,7 +265,7 @@ class AdhesiveCalibration(Calibration):
         lines = super()._lines
         count = len(self.parameters)
         held, pull = f"{self.sticking_velocity:.4g} m/s", f"{self.pull_off_force:.4g} N"
-        own = [f"  sticks below {held}, as the bodies do; largest pull {pull}"]
+        additions = [f"  sticks below {held}, as the bodies do; largest pull {pull}"]
         if "e" in self.parameters or "en" in self.parameters:
-            own.append("  the e that is typed is that of the code without cohesion, not that of the bodies")
-        return [*lines[:count], *own, *lines[count:]]
+            additions.append("  the e that is typed is that of the code without cohesion, not that of the bodies")
+        return [*lines[:count], *additions, *lines[count:]]

@@ -39,7 +39,7 @@ from restitution.quantities import (
     NUMBER,
     SLIDING,
     TIME,
-    known,
+    choice,
 )
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ class UncertaintySection(Section):
     @classmethod
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         try:
-            return tuple(known("", name, IMPACT_OUTPUTS) for name in value)
+            return tuple(choice("", name, IMPACT_OUTPUTS) for name in value)
         except InputError as error:
             refuse(error.rule)
 

@@ -261,12 +261,12 @@ def open_columns(source: Path) -> tuple[Sheet, list[str]]:
 
 
 def _columns(
-    sheet: Sheet, wanted: Sequence[str], names: Sequence[str], deviations: dict[str, Any], arguments: dict[str, Any]
+    sheet: Sheet, required: Sequence[str], names: Sequence[str], deviations: dict[str, Any], arguments: dict[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return standard deviations and values by name: those that are given, and the wanted columns of a file in SI."""
     columns: dict[str, Any] = {}
     for index, name in enumerate(names):
-        if name not in wanted:
+        if name not in required:
             continue
         if name in columns or name in arguments or (name.startswith(_DEVIATION) and name[3:] in deviations):
             raise FileError("", sheet.header_line, f"column {name!r} is given twice: must be given once")

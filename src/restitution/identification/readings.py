@@ -301,19 +301,19 @@ def _moduli_of_oscillations(data: Oscillations) -> OscillationModuli:
     )  # fmt: skip
 
 
-def _statements(data: Oscillations, storage: Array, known: bool) -> tuple[str, ...]:
+def _statements(data: Oscillations, storage: Array, has_force: bool) -> tuple[str, ...]:
     """Return what the correction assumes, and oscillations without a result, in words."""
     lines = [
         "The mean force determines the equilibrium modulus; the model error is the range of a single relaxation time "
         "and a power law, and a tenth of the correction."
-        if known
+        if has_force
         else "No mean force is known: the correction is for equilibrium moduli of 20 to 80 % of the storage modulus. "
         "Give mean_force."
     ]
     missing = int(np.isnan(storage).sum())
     if missing:
         lines.append(f"{missing} of {storage.size} oscillations: no material has these readings.")
-    if known:
+    if has_force:
         heavy = int(np.sum(data.static_modulus > (2.0 - _MOST) * data.apparent_modulus.real))
         if heavy:
             lines.append(

@@ -235,7 +235,7 @@ def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array]
 
 
 def _mean(total: Array, start: Any, end: Any) -> Array:
-    start, end = (np.clip(one, 0, total.size - 1) for one in (start, end))
+    start, end = (np.clip(edge, 0, total.size - 1) for edge in (start, end))
     return np.maximum(total[end] - total[start], 0.0) / np.maximum(end - start, 1)
 
 
@@ -404,8 +404,8 @@ def _onset(filtered: Array, rate: int, place: int, noise: float) -> tuple[float,
     for share in (0.1, 0.25, 0.5):
         for decay in (0.001, 0.003, 0.008):
             variance = 1.0 + share * loud**2 * np.exp(-after / decay)
-            one = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
-            likelihood = np.logaddexp(likelihood, one)
+            term = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
+            likelihood = np.logaddexp(likelihood, term)
     weights = np.exp(likelihood - likelihood.max())
     weights /= weights.sum()
     n = np.arange(weights.size)

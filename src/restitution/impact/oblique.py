@@ -317,8 +317,8 @@ def _solved(
 
     def run(mine: NDArray[np.intp]) -> None:
         place = int(places[mine[0]])
-        known = None if solution is None else sliders.on(place, solution)
-        status, slider = (Status.SEPARATED, known) if known is not None else sliders.solve(place, rtol)
+        ready = None if solution is None else sliders.on(place, solution)
+        status, slider = (Status.SEPARATED, ready) if ready is not None else sliders.solve(place, rtol)
         rows[STATUS][mine] = status
         done.append(mine.size)
         if slider is None:
@@ -435,11 +435,11 @@ def _ratios(material: Material, counter: Material | None) -> Array:
             (2.0 - nu) / (2.0 * (1.0 - nu))
             for nu in map(np.asarray, (material.instantaneous_poisson_ratio, material.poisson_ratio))
         ])  # fmt: skip
-    known = np.asarray(bulk.is_elastic) if isinstance(bulk, PronySeries) else np.asarray(True)
+    constant = np.asarray(bulk.is_elastic) if isinstance(bulk, PronySeries) else np.asarray(True)
     if counter is not None:
-        known = known & _equal(material, counter)
+        constant = constant & _equal(material, counter)
     rigid = reduce(np.logical_and, [np.asarray(body.is_incompressible) for body in bodies])
-    return np.where(rigid, 1.5, np.where(known, ratios, np.nan))
+    return np.where(rigid, 1.5, np.where(constant, ratios, np.nan))
 
 
 def _equal(material: Material, counter: Material) -> Any:

@@ -13,7 +13,7 @@ from restitution.checks import Array, instance, items, mapping
 from restitution.errors import InputError, InputTypeError
 from restitution.plot import sticking, style
 from restitution.plot.rebounds import draw_points, require_points
-from restitution.quantities import ALIASES, RESTITUTION, Values, known, scaled
+from restitution.quantities import ALIASES, RESTITUTION, Values, choice, scaled
 from restitution.units import VELOCITY, scaled_unit
 
 if TYPE_CHECKING:
@@ -295,7 +295,7 @@ def plot_sweep(
     dataset = dataset.isel({name: 0 for name, size in dataset.sizes.items() if size == 1})
     there = [str(name) for name in dataset.data_vars if name != "status"]
     for name in outputs:
-        known("outputs", name, there)
+        choice("outputs", name, there)
     layout = choose_layout(dataset, x, y)
     if layout.x is None and layout.draws is None:
         raise InputError("dataset", dict(dataset.sizes), "must have an axis with more than one value")
@@ -323,7 +323,7 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
     x, y = (ALIASES.get(name, name) if name else name for name in (x, y))
     for field, name in (("x", x), ("y", y)):
         if name is not None:
-            known(field, name, sizes)
+            choice(field, name, sizes)
     if x is not None and x == y:
         raise InputError("y", y, "must be another axis than x")
     draws = next((name for name in sizes if name not in dataset.coords), None)
@@ -352,7 +352,7 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
 def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
     for axis, value in at.items():
         name = ALIASES.get(axis, axis)
-        known("at", name, [str(dimension) for dimension in dataset.dims if dimension in dataset.coords])
+        choice("at", name, [str(dimension) for dimension in dataset.dims if dimension in dataset.coords])
         if np.issubdtype(dataset[name].dtype, np.number):
             place = _nearest(dataset[name], value)
         else:

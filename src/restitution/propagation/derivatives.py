@@ -28,7 +28,7 @@ from restitution.quantities import (
     SOLVER_RTOL,
     STATUS,
     checked_outputs,
-    known,
+    choice,
     needs,
 )
 from restitution.result import Result, Summary, Table, plain_symbol
@@ -92,8 +92,8 @@ class Derivatives(Result):
     def __getitem__(self, pair: tuple[str, str]) -> Any:
         """Return the derivative of an output by an input, a number or an array."""
         output, name = checks.pair("derivatives", pair, "take a pair of an output and an input")
-        place = self.outputs.index(known("output", output, self.outputs))
-        return self.matrix[place, self.inputs.index(known("input", name, self.inputs))][()]
+        place = self.outputs.index(choice("output", output, self.outputs))
+        return self.matrix[place, self.inputs.index(choice("input", name, self.inputs))][()]
 
     @property
     def elasticities(self) -> Array:
@@ -219,7 +219,7 @@ def derivatives(
         raise InputError("names", rule="must name at least one input")
     widths = None if steps is None else checks.mapping("steps", steps)
     for name in widths or ():
-        known("steps", name, listed)
+        choice("steps", name, listed)
     checks.one_of("held", held, ("bulk_modulus", "poisson_ratio"))
     return differentiate(model_of(impact, listed, held, widths), output_names(outputs), rtol, workers)
 
@@ -288,14 +288,14 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
     return Derivatives(outputs, tuple(at), values, at, best.first, best.error, best.second, tolerance, model, doubts)
 
 
-def _points(model: Model, wanted: Sequence[int], share: float) -> dict[str, Array]:
+def _points(model: Model, inputs: Sequence[int], share: float) -> dict[str, Array]:
     """Return values of all inputs: those of the impact itself, then the nine points of each wanted input."""
-    n = 1 + 9 * len(wanted)
+    n = 1 + 9 * len(inputs)
     values: dict[str, Array] = {}
     for each in model.inputs:
         flat = each.value.reshape(-1) if model.shape and each.value.ndim else each.value
         values[each.name] = np.repeat(np.asarray(flat)[None], n, axis=0)
-    for place, k in enumerate(wanted):
+    for place, k in enumerate(inputs):
         column = values[model.inputs[k].name]
         column[1 + 9 * place : 10 + 9 * place] = model.inputs[k].points(share).reshape(9, *column.shape[1:])
     return values

@@ -60,7 +60,7 @@ class _Start(NamedTuple):
     power: float
     places: Array
     cells: Array
-    known: dict[bytes, Contact]
+    stored: dict[bytes, Contact]
 
     @property
     def ends(self) -> Array:
@@ -188,7 +188,7 @@ class Contacts:
             typical = max(self._unit, self.end / PANELS[-1]) * _TYPICAL
             _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
             often = (start.ends, start.around, cell_nodes(cells))
-            series = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
+            series = start._replace(cells=cells, stored={y.tobytes(): self._at_place(y) for y in often if y.size})
             # More contacts would take too much memory.
             if cell_nodes(cells).size > _KEPT:
                 return series
@@ -201,7 +201,7 @@ class Contacts:
         return self._contact(radius, self.profile.transform(radius))
 
     def _known_at(self, start: _Start, y: Array) -> Contact:
-        contact = start.known.get(y.tobytes())
+        contact = start.stored.get(y.tobytes())
         return self._at_place(y) if contact is None else contact
 
     def _ends(self, thickness: Array, start: _Start) -> Array:
