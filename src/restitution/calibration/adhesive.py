@@ -127,7 +127,7 @@ def collisions(
 _LOWEST, _LOSSES, _ROUNDS = 1e-3, 33, 4
 # Scaled adhesion between which that of the sticking velocity is sought, parts and rounds of the search.
 _ADHESION, _PARTS, _SEARCHES = (1e-4, 30.0), 16, 7
-# Largest number of rounds over the length where the range of the attraction has one of its own.
+# Largest number of rounds over the length of the model where the attraction has another length.
 _LENGTHS = 30
 
 

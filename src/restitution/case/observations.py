@@ -289,7 +289,7 @@ def _as_rebounds(
     kept = {name: column for name, column in values.items() if name not in pair}
     kept["velocity"] = np.sqrt(2.0 * STANDARD_GRAVITY * before) if power == 0.5 else before
     spread = {name: size for name, size in deviations.items() if name not in pair}
-    # The noise of e is that at a known velocity, which has a noise of its own.
+    # The noise of e is that at a known velocity; the noise of the velocity is separate.
     for name, height, key, size in zip(pair, (before, after), ("velocity", "restitution_coefficient"),
                                        (kept["velocity"], e), strict=True):  # fmt: skip
         if name in deviations:

@@ -31,7 +31,7 @@ from restitution.units import Dimension
 MOST_TERMS = 50
 """Most terms of a Prony series; the time of a solve grows with them."""
 
-# Values beyond the slider may be typed up to this factor, and numbers of a list up to the second one.
+# Factors over the slider up to which values may be typed: of a single number, and of the numbers of a list.
 _BEYOND, _MOST = 1e6, 1e100
 
 When = Mapping[str, Sequence[str]]
@@ -349,7 +349,7 @@ def _body_inputs() -> Iterator[Input]:
 
 
 def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
-    """Yield what the body hits, and what the other one of the two is made of."""
+    """Yield what the body hits, and the material of the other body."""
     words = {
         HALF_SPACE: "a half-space", LAYER: "a layer on a rigid base", PLATE: "a plate or rod that recedes",
         BALL: "a free ball at rest",
@@ -571,6 +571,6 @@ def _from_groups(values: State) -> dict[str, float]:
 
 
 def one_line(error: InputError) -> str:
-    """Return an error as one line, the first one of several mistakes."""
+    """Return an error as one line, which is that of the first mistake."""
     first = error.mistakes[0] if isinstance(error, CaseError) else error
     return " ".join(str(CaseError(first)).split())

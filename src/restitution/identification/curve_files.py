@@ -28,7 +28,7 @@ from restitution.identification.curves import IndentationCurve
 from restitution.identification.observations import Noise
 
 _TIP = "tip position"
-# Columns that give the depth, best first; the deflection is subtracted already from the first one.
+# Columns that give the depth, best first; the first has the deflection subtracted already.
 _DEPTHS = (_TIP, "height (measured)", "height (piezo)")
 _FORCE_FACTORS = ("spring constant", "sensitivity")
 _RATES = ("rate approach", "rate retract")
@@ -302,7 +302,7 @@ def _igor_record(source: Path, data: Any) -> Record:
         return record
     numbers = np.arange(record.segments[1].size)
     segment = np.minimum(np.searchsorted(last, numbers), len(last) - 1)
-    # A hold may have a rate of its own, whose use the note does not prove.
+    # A hold may have another rate, and the note does not prove which rate was used.
     uniform = "0" not in way or float(lines.get("UseDwellRate", 0)) == 0.0
     times = {"time": numbers / record.metadata[_RATES[0]]} if uniform else {}
     rates = {} if uniform else dict.fromkeys(_RATES)

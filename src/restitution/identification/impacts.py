@@ -456,7 +456,7 @@ class Rebounds(Observations):
     @cached_property
     def _elastic(self) -> tuple[Array, Array]:
         """Contact times [s] and peak forces [N] on an elastic material of E* = 1 Pa without weight, shape (n,)."""
-        # Two bodies of 2 Pa are in contact like one of 1 Pa; any known one is much stiffer.
+        # Two bodies of 2 Pa are in contact like one body of 1 Pa; all known bodies are much stiffer.
         shear = PronySeries.springs(np.full((1, 1), 0.5 if self.counter_material == "same" else 0.25))
         # Temperatures need a shift; a spring has no times.
         material = Material(shear, math.inf, shift=Arrhenius(300.0, 1.0))

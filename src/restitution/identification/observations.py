@@ -175,7 +175,7 @@ def contact_modulus(reduced: PronySeries, counter: Material | str | None) -> Pro
 
 
 def alone_of(pair: NDArray[np.complex128], omega: Array, counter: Material | str | None) -> NDArray[np.complex128]:
-    """Return the reduced complex moduli [Pa] of a body from those of the contact with another one."""
+    """Return the reduced complex moduli [Pa] of a body from those of its contact with another body."""
     if counter is None:
         return pair
     if not isinstance(counter, Material):

@@ -96,7 +96,7 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Parameters:
-    """Unknown constants of a model of the material, and the known ones.
+    """Unknown and known constants of a model of the material.
 
     Attributes
     ----------

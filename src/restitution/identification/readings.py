@@ -208,7 +208,7 @@ def _one_time(equilibrium: Array, rest: Array, loss: Array, omega: Array) -> Pro
 def _of_unit(exponents: Array) -> tuple[NDArray[np.complex128], Array]:
     """Return the complex modulus of power laws of unit weight, and the part of the loss by their fastest modes."""
     z, spacing = 1j * _TIMES, math.log(_TIMES[1] / _TIMES[0])
-    # Modes faster than the first one, as a dashpot.
+    # All modes faster than the first, as a dashpot.
     fast = _TIMES[0] ** (1.0 - exponents) * np.exp(-0.5 * spacing * (1.0 - exponents)) / ((1.0 - exponents) * spacing)
     return (_TIMES ** -exponents[:, None] * (z / (1.0 + z))).sum(axis=1) + 1j * fast, fast
 

@@ -334,7 +334,7 @@ class Identification(FittedResult):
         if impacts is not None and not all(map(math.isfinite, window)):
             times = impacts.contact_times(self.materials)
             window = math.pi / float(np.nanmax(times)), math.pi / float(np.nanmin(times))
-        # Impacts of one power law without a force have an invariance of their own.
+        # Impacts of one power law without a force have a further invariance.
         powers = [record.profile.path_exponent for record in contacts if not np.any(record.external_force)]
         alike = len(powers) == len(self.data) and all(power == powers[0] is not None for power in powers)
         # Directions that no datum determines may lead out of the range of numbers.

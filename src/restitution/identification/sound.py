@@ -22,7 +22,7 @@ from restitution.errors import InputError
 
 # Shortest and longest flight [s]; the longest is one of 7.6 m.
 _SHORTEST, _LONGEST = 0.012, 2.5
-# Windows [s] in which a touch is loud, and the one before it.
+# Windows [s] in which a touch is loud, and before it.
 _WINDOWS, _BEFORE = (0.001, 0.003, 0.01), 0.01
 _HOP = 0.00025
 # Least strength of a sudden sound, in standard deviations of the noise, and the most of them that are looked at.
@@ -289,7 +289,7 @@ def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
     alike = (np.abs(delay[:, None] - delay) < _SAME_DELAY) & (np.abs(share[:, None] - share) < _SAME_SHARE)
     alike &= (first[:, None] != second) & (second[:, None] != first)
     alike &= np.abs(time[first][:, None] - time[first]) < _NEAR
-    # Sounds near the first one whose echoes would be heard; most of them must have one.
+    # Sounds near the first sound whose echoes would be heard; most of them must have an echo.
     heard = ~pairs.any(axis=0) & (np.exp(share)[:, None] * loudness > _AUDIBLE)
     heard &= np.abs(time[first][:, None] - time) < _NEAR
     enough = np.maximum(_SIGHTINGS, 0.5 * heard.sum(axis=1))

@@ -335,7 +335,7 @@ def _solved(
         if progress is not None:
             progress(sum(done), size)
 
-    # The first one compiles.
+    # The first impact compiles the kernel.
     for mine in tasks[:1]:
         run(mine)
     if len(tasks) > 1:

@@ -175,8 +175,8 @@ def peak(motion: Array, values: Array, kinks: ArrayLike = ()) -> tuple[float, fl
     """Return the largest value along a motion, from a parabola where it has no kink, and the error of the parabola.
 
     The parabola is over the length of the way in time and edge: near a fold all numbers are smooth over the edge, and
-    like a square root over the time. Its error is what another one through the second neighbours changes. Where bodies
-    touch or part beside it the motion has a corner, and the value lies between the largest one and that of the corner.
+    like a square root over the time. Its error is the difference from a parabola through the second neighbours. Where
+    bodies touch or part beside it the motion has a corner, and the value lies between the largest row and the corner.
     """
     time, n = motion[:, 0], int(np.argmax(values))
     largest = float(values[n])

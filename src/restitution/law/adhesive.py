@@ -29,7 +29,7 @@ _COARSE = 64
 
 
 class AdhesiveState(NamedTuple):
-    """Numbers of a contact with adhesion, from `AdhesiveContactLaw.read`; single ones or arrays.
+    """Numbers of a contact with adhesion, from `AdhesiveContactLaw.read`; single numbers or arrays.
 
     Attributes
     ----------
@@ -173,7 +173,7 @@ class AdhesiveContactLaw(ContactLaw):
         )  # fmt: skip
         modes = weights / compliance * unit.time, rates * unit.time
         constants = np.concatenate([head, *modes, self._gaps / unit.length])
-        # Numba has one type for arrays that may be written, and another one for constants.
+        # Numba has different types for arrays that may be written and for constants.
         constants.setflags(write=False)
         return constants
 

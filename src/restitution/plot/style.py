@@ -111,7 +111,7 @@ def new_figure(width: float = PAGE_WIDTH, height: float = 4.4, *, dpi: float = 1
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure = Picture(figsize=(width, height), dpi=dpi, layout="constrained")
-    # Without a canvas of its own, each question for the size of a text costs a rendering of the whole figure.
+    # Without its own canvas, each question for the size of a text costs a rendering of the whole figure.
     FigureCanvasAgg(figure)
     return figure
 
@@ -346,7 +346,7 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
     low, high = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]]) / point
     inside = np.all((shown > low + room_of_label) & (shown < high - room_of_label), axis=2)
     # Distance of each point of a curve from the nearest point of any other curve, in sizes of a label. Its width
-    # counts half: a curve that ends a label is less of a nuisance than one through it.
+    # counts half: a curve that ends at a label is less of a nuisance than a curve through it.
     sizes, near = shown / room_of_label, shown / room_of_label / [0.5, 1.0]
     away = [cdist(curve, np.delete(near, n, axis=0).reshape(-1, 2)) for n, curve in enumerate(near)]
     room = np.stack([np.nanmin(distances, axis=1, initial=3.0) for distances in away])

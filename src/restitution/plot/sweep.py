@@ -29,7 +29,7 @@ _RESTITUTION_LEVELS = (0.01, 0.02, 0.05, *(round(0.1 * n, 1) for n in range(1, 1
 
 
 def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = None) -> Axes:
-    """Draw an output over one axis, as a family of curves over a second one."""
+    """Draw an output over one axis, as a family of curves over a second axis."""
     values = scaled(output.transpose(*([family] if family else []), x))
     across = _along(ax, output, x)
     _frame(ax, across, values, output.name)
@@ -205,7 +205,7 @@ def _power(exponent: float) -> str:
     return f"{10.0**exponent:.3g}"
 
 
-# An axis of up to so many values makes a family of curves, a longer one a map.
+# An axis of up to so many values makes a family of curves, a longer axis a map.
 _MOST_CURVES = 10
 _MOST_PANELS = 6
 # A figure cannot show more points.

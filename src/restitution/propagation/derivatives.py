@@ -43,7 +43,7 @@ DERIVATIVE_RTOL = 1e-11
 # Errors of outputs over the tolerance, which is that of e; 14 is the largest that surrogates found.
 _OF_OUTPUTS = 20.0
 # Shares of the usual steps that are tried in turn, and the relative error below which no further one is; with adhesion
-# smaller steps help where a larger one meets capture only.
+# smaller steps help only where a larger step meets capture.
 _SHARES, _GOOD, _GOOD_ADHESIVE = (1.0, 0.25, 0.0625), 1e-9, 1e-3
 # Relative error of a derivative above which the result has a warning; e_t, and all with adhesion, are known to 1e-6.
 _DOUBTFUL, _DOUBTFUL_SOLVES = 1e-4, 1e-2
@@ -125,7 +125,7 @@ class Derivatives(Result):
         return xr.Dataset(columns, coords={"input": list(self.inputs)}, attrs={"rtol": self.rtol})
 
     def summary(self, title: str = "") -> Summary:
-        """Return the table of relative changes, which `print` and notebooks show; of arrays the largest ones."""
+        """Return the table of relative changes, which `print` and notebooks show; of arrays the largest changes."""
         relative = np.where(np.abs(self.matrix) < self.errors, 0.0, self.elasticities)
         if relative.ndim > 2:
             flat = relative.reshape(*relative.shape[:2], -1)

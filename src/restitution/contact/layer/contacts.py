@@ -136,7 +136,7 @@ class Contacts:
         return [depth, radius, depth * radius - tau * contact.gap]
 
     def own_depth(self, thickness: Array, contact: Contact) -> Array:
-        """Return the depth [m] of each contact on a layer of its own, shape (n,)."""
+        """Return the depth [m] of each contact, each on its own layer, shape (n,)."""
         radius = contact.radius / thickness
         sigma, _ = self.punches.means(radius, contact.moments)
         return (contact.depth + sigma * contact.gap / thickness) / self.punches.edge_load(radius)

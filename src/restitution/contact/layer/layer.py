@@ -317,7 +317,7 @@ class Layer(Geometry):
 
     @cached_property
     def _punch(self) -> FlatPunch:
-        """Flat punch on a half-space with the stiffness of the one on the layer."""
+        """Flat punch on a half-space with the stiffness of the punch on the layer."""
         radius: Any = self.profile.contact_radius(0.0)
         kappa = stored_punches(self._ratio).kappa(np.asarray(face_over_thickness(radius, self.thickness)))
         return FlatPunch(radius * kappa)
