@@ -41,7 +41,7 @@ def static_pull(modulus, adhesion):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_largest_value_at_a_corner_lies_within_its_error(seed):
-    """A line meets one that bends down, where the radius leaves zero; of odd seeds the time runs the other way."""
+    """A line meets one that bends down, where the radius leaves zero; odd seeds reverse the time."""
     rng = np.random.default_rng(seed)
     time = np.sort(rng.uniform(0.0, 1.0, 60))
     corner, bend = rng.uniform(0.2, 0.8), rng.uniform(0.0, 9.0)

@@ -318,7 +318,7 @@ def indentation(state: Mapping[str, Any]) -> Answer:
     limit = MOST_ELEMENTS.set(_ELEMENTS // max(terms, 10))
     try:
         with warnings.catch_warnings():
-            # The result has them.
+            # The result has the warnings.
             warnings.simplefilter("ignore", RestitutionWarning)
             result = indent(case.material, case.profile, rtol=rtol, **{case.prescribed: cast("Any", case.history)})
     finally:

@@ -380,8 +380,8 @@ class Identification(FittedResult):
     def predict(self, impact: Impact, *, level: float = _LEVEL) -> xarray.Dataset:
         """Return outputs of impacts on the identified material, with bands; the material of `impact` is not used.
 
-        Where the surfaces of the data adhere, those of the impacts do as well, with the identified work and stress;
-        an adhesion of `impact` is not used then. It counts as known if no surfaces of the data adhere.
+        Where the surfaces of the data adhere, those of the impacts adhere as well, with the identified work and
+        stress, and the adhesion of `impact` is not used. Where no surfaces of the data adhere, it counts as known.
 
         Notes
         -----

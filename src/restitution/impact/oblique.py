@@ -77,7 +77,7 @@ class ObliqueResult(ImpactResult):
         (friction + dissipated + stored + out - in)/in [-]. e_t does not depend on the split into parts.
     tangential_error, tangential_split_error : float or array
         Estimates of the errors [-] of e_t, and of each of the three parts over `tangential_energy_in`. `rtol` bounds
-        the first one alone; the second one is larger where a slipping rim is thin and relaxation fast.
+        the first only; the second is larger where a slipping rim is thin and relaxation fast.
 
     Notes
     -----
