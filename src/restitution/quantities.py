@@ -1,4 +1,4 @@
-"""Registry of all physical quantities: name, unit, words, symbol and admissible range; labels made of them."""
+"""Registry of all physical quantities: name, unit, words, symbol and admissible range; their labels."""
 
 from __future__ import annotations
 

@@ -162,7 +162,7 @@ class Standard:
     name, words : str
         Name of the standard, and the test in words.
     radius, mass : float or None
-        Radius [m] of the rigid spherical indentor and its mass [kg]; None where no reliable source was found.
+        Radius [m] of the rigid spherical indentor and its mass [kg]; None without a reliable source.
     velocity : float
         Impact velocity [m/s].
     thickness : float
@@ -225,7 +225,7 @@ _TREND = "R is a trend: rebound tests are at the edge of small strain, and the s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Resilience(Result):
-    """Rebound resilience of a material in a standard test; made by `resilience`.
+    """Rebound resilience of a material in a standard test; `resilience` returns it.
 
     `plot` shows the resilience and the contact time, over temperature if there are several.
 

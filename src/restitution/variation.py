@@ -75,8 +75,8 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
     -----
     `branch_modulus` and `p2` keep the viscosity, `relaxation_time` and `viscosity` the branch modulus.
     `branch_moduli[k]` and `relaxation_times[k]` keep each other. `angle` keeps the normal velocity, or with `speed`
-    the speed; `speed` alone keeps the angle. `stress` and `range` keep the work of adhesion, and `work` keeps that of
-    the two which was given; it gives a range of 0.4 nm to an impact without adhesion.
+    the speed; `speed` alone keeps the angle. `stress` and `range` keep the work of adhesion, and `work` keeps the
+    stress or the range that the adhesion states; it gives a range of 0.4 nm to an impact without adhesion.
 
     Examples
     --------

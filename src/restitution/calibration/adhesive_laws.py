@@ -370,7 +370,7 @@ class AdhesiveLaw:
 
 
 def _registered(name: str) -> AdhesiveLaw:
-    """Return the law of a target, from which a pickled result is made again."""
+    """Return the law of a target, for the pickle of a result."""
     return ADHESIVE_LAWS[name]
 
 

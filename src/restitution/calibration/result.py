@@ -50,7 +50,7 @@ class TypedParameter(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Result):
-    """A contact law of another code, calibrated to the exact coefficient of restitution; made by `calibrate`.
+    """A contact law of another code, calibrated to the exact coefficient of restitution; `calibrate` returns it.
 
     Attributes
     ----------

@@ -365,7 +365,7 @@ class FileSection(MaterialSection):
             refuse(error.rule, error.field if is_key or not error.where else "file")
 
     def _missing(self, stated: str | None) -> list[InputError]:
-        """Return what is to be given beside data that state this deformation, all at once."""
+        """Return an error for each number that data of this deformation lack."""
         mistakes: list[InputError] = []
         try:
             self.one_of("bulk_modulus", "poisson_ratio")

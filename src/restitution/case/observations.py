@@ -263,7 +263,7 @@ def open_columns(source: Path) -> tuple[Sheet, list[str]]:
 def _columns(
     sheet: Sheet, required: Sequence[str], names: Sequence[str], deviations: dict[str, Any], arguments: dict[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return standard deviations and values by name: those that are given, and the wanted columns of a file in SI."""
+    """Return standard deviations and values by name: those of the section and the required columns, in SI."""
     columns: dict[str, Any] = {}
     for index, name in enumerate(names):
         if name not in required:

@@ -1,4 +1,4 @@
-"""The inputs of the explorer, made from the registries of quantities, material models and profiles.
+"""The inputs of the explorer, from the registries of quantities, material models and profiles.
 
 The key of an input is a key path of a case file, such as `material.viscosity`. A few keys more choose between inputs.
 A state is a flat table of inputs, which is a case file and back.
@@ -41,7 +41,7 @@ _ALWAYS: Mapping[str, Any] = MappingProxyType({})
 HALF_SPACE, LAYER, PLATE, BALL = "half_space", "layer", "plate", "ball"
 """What the body hits."""
 RIGID, SAME, OBLIQUE = "rigid", "same", "oblique"
-"""Values of further choices: what the other body is made of, where it bounces, how it comes."""
+"""Values of further choices: the material of the other body, where the body bounces, how it comes."""
 SIDES, SPOT, NEAREST = "profile.sides", "bounces.spot", "tapping.nearest"
 """Keys that are no quantities of a case file, or choices of whole numbers."""
 INFINITE, SOFT = "incompressible", "target"

@@ -32,7 +32,7 @@ _TIP = "tip position"
 _DEPTHS = (_TIP, "height (measured)", "height (piezo)")
 _FORCE_FACTORS = ("spring constant", "sensitivity")
 _RATES = ("rate approach", "rate retract")
-# The list of archives that afmformats keeps open is not made for threads.
+# The list of archives that afmformats keeps open is not safe for threads.
 _ARCHIVES = threading.Lock()
 
 
@@ -71,7 +71,7 @@ def read_curves(
     -------
     CurveFile
         List of functions without arguments that each return an `IndentationCurve`. Its attribute `source` is a text
-        that says how depth and time were made, and whether the deflection was subtracted. The method `read` of the
+        that states where depth and time come from, and whether the deflection was subtracted. The method `read` of the
         list returns all curves that can be read, and warns of each of the others.
 
     Raises
@@ -136,7 +136,7 @@ class CurveFile(list["CurveReader"]):
 
 
 class FileCurve(IndentationCurve):
-    """Indentation curve of a file; `source` says how depth and time were made."""
+    """Indentation curve of a file; `source` states where depth and time come from."""
 
     source: str = ""
 

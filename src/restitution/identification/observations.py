@@ -213,7 +213,7 @@ def number_or_none(name: str, value: Any) -> float | None:
 
 
 def profile_of(radius: Any, profile: Any) -> Geometry:
-    """Return the profile of bodies: parabolas of these radii [m], or the given one."""
+    """Return the profile of bodies: parabolas of these radii [m], or `profile`."""
     if (radius is None) == (profile is None):
         raise InputError("radius, profile", rule="exactly one must be given")
     if profile is None:

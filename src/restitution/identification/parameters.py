@@ -246,7 +246,7 @@ class RowShifts:
 
     @classmethod
     def of_laws(cls, laws: Sequence[Any]) -> RowShifts:
-        """Collect the laws of materials that were made one by one."""
+        """Collect the laws of single materials."""
 
         def factor(temperature: Any) -> Array:
             rows = np.broadcast_to(temperature, np.broadcast_shapes((len(laws), 1), np.shape(temperature)))

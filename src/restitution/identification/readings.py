@@ -160,7 +160,7 @@ def effective_moduli(data: Rebounds | Oscillations) -> EffectiveModuli | Oscilla
 
     **Oscillations.** The reading F_1 = 2 a E*(i w) d_1 neglects the rim of the contact, which leaves and touches in
     each period. How wide the rim is depends on the equilibrium modulus, which the mean force determines, and hardly on
-    the rest of the spectrum. For each oscillation two materials are found whose exact steady state has the measured
+    the rest of the spectrum. For each oscillation there are two materials whose exact steady state has the measured
     F_1 and F_0: one with a single relaxation time, one with a power law. The result is the middle of their moduli at
     the frequency. Without a mean force, the equilibrium modulus is taken as 20, 50 and 80 % of the storage modulus:
     the error is then nearly as large as the correction.

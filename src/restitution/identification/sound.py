@@ -121,7 +121,7 @@ def find_bounces(recording: Recording) -> Picks:
     filtered = _whitened(samples - samples.mean(), rate)
     places = _chosen(filtered, rate, seconds)
     if places.size:
-        # The spectrum of the touches that were found shows fainter ones.
+        # The spectrum of the loud touches shows fainter touches.
         more = _chosen(_matched(filtered, rate, places), rate, seconds)
         places = more if more.size >= places.size else places
     if places.size < _FEWEST:

@@ -18,8 +18,8 @@ from restitution.indentation.solid import branches_of, compliance_of
 from restitution.material.prony import PronySeries
 from restitution.parallel import checkpoint
 
-# Elements of the first march that counts, and of the finest. Where the attracted ring is thin: elements within it in
-# the first march, the factor from there to the finest march, and the largest number of elements.
+# Elements of the first march that counts, and of the finest. Where the attracted ring is thin: elements within it that
+# the first march needs, the number of the finest march over this need, and the largest number.
 FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256

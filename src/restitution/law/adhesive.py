@@ -61,7 +61,7 @@ class _Units(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AdhesiveContactLaw(ContactLaw):
-    """Contact law with adhesion and memory, made by `contact_law` of an impact with adhesion.
+    """Contact law with adhesion and memory; `contact_law` of an impact with adhesion returns it.
 
     It has the members of `ContactLaw`, and is not reduced: `max_nodes` is the number of all its elements. The depth
     changes linearly over a step, and the attraction jumps at its own instants within. A jump changes the impulse of

@@ -30,12 +30,12 @@ from restitution.material.viscoelastic import Material
 
 @dataclass(frozen=True, eq=False)
 class ContactLaw:
-    """Contact law with memory, made by `contact_law`.
+    """Contact law with memory; `contact_law` returns it.
 
     Attributes
     ----------
     impact : Impact
-        The impact for which the law was made.
+        The impact of the law.
     modulus : PronySeries
         Reduced relaxation modulus E*(t) [Pa] of the law.
     max_nodes : int

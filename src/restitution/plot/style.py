@@ -70,7 +70,7 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def context() -> Generator[None]:
-    """Give every figure made inside this context the style of the package; the user's settings return afterwards."""
+    """Give every new figure inside this context the style of the package; the user's settings return afterwards."""
     from matplotlib import style
 
     with style.context(["default", _SETTINGS]):
@@ -87,7 +87,7 @@ def use() -> None:
 class Picture(Figure):
     """A figure that a notebook shows when it is the value of a cell, without pyplot or any setting.
 
-    Pyplot does not hold it, so it needs no display and no closing, however many are made.
+    Pyplot does not hold it, so it needs no display and no closing, even in large numbers.
     """
 
     def _repr_png_(self) -> bytes:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 DERIVATIVE_RTOL = 1e-11
 """Tolerance of the solves whose differences are taken."""
 
-# Errors of outputs over the tolerance, which is that of e; 14 is the largest that surrogates found.
+# Errors of outputs over the tolerance, which is that of e; the largest of the surrogates is 14.
 _OF_OUTPUTS = 20.0
 # Shares of the usual steps that are tried in turn, and the relative error below which no further one is; with adhesion
 # smaller steps help only where a larger step meets capture.
@@ -198,7 +198,7 @@ def derivatives(
     -----
     Partial derivatives: the other names keep their values, and what no name sets is held as in `vary`.
 
-    For each input, eight impacts beside the given one are solved, all in one array: at steps of 2 % of a positive
+    For each input, eight impacts beside `impact` are solved, all in one array: at steps of 2 % of a positive
     number, of 0.02 in the logit of a number between two ends, of 0.5 K, or to one side at an end of a range. The
     derivative is that of the polynomial through the nine values, of order 8; see
     `restitution.numerics.differences.slopes` for the estimate of its error, to which 20 times the tolerance of the
@@ -277,7 +277,7 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
         allowed = np.array(errors).reshape(-1, *(1,) * (best.error.ndim - 1))
         enough = _GOOD_ADHESIVE if model.adhesive else _GOOD
         good = best.error <= enough * np.abs(best.first) + 2.0 * _OF_OUTPUTS * allowed * scale
-        # Nothing is good that is not found yet.
+        # NaN and infinity count as rough.
         rough = [k for k in rough if not good[:, k].all()]
         if not rough:
             break
@@ -289,7 +289,7 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
 
 
 def _points(model: Model, inputs: Sequence[int], share: float) -> dict[str, Array]:
-    """Return values of all inputs: those of the impact itself, then the nine points of each wanted input."""
+    """Return values of all inputs: those of the impact itself, then the nine points of each of the `inputs`."""
     n = 1 + 9 * len(inputs)
     values: dict[str, Array] = {}
     for each in model.inputs:

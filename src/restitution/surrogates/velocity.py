@@ -134,7 +134,7 @@ def scalar_function(table: tuple[Any, ...]) -> Any:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Surrogate(Result):
-    """Outputs of an impact as functions of its velocity, by interpolation; made by `surrogate`.
+    """Outputs of an impact as functions of its velocity, by interpolation; `surrogate` returns them.
 
     Called with a velocity or an array of them [m/s], it returns the restitution coefficient.
 

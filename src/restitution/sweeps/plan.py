@@ -208,7 +208,7 @@ class Plan:
 
     @property
     def slides(self) -> bool:
-        """Whether outputs of the tangential motion are wanted."""
+        """Whether the sweep has outputs of the tangential motion."""
         return not set(OBLIQUE).isdisjoint(self.outputs)
 
     @property

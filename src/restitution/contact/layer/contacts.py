@@ -29,7 +29,7 @@ from restitution.contact.table import (
 
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
-# Contacts of layers whose tables are made together, and contacts that are kept, which limit the memory.
+# Contacts of layers whose tables are computed together, and contacts that are kept, which limit the memory.
 _BLOCK, _KEPT = 500_000, 10_000
 # Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients
 # over the tolerance of the tables, which are as noisy.
@@ -173,7 +173,7 @@ class Contacts:
         x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
         places = logs[0] + half * (1.0 + x)
         lowest = np.exp(np.interp(places, logs, np.log(least)))
-        # Tables made together have the same cells, so that all coefficients are smooth functions of ln h.
+        # Tables that are computed together have the same cells, so that all coefficients are smooth functions of ln h.
         nodes, _ = self._tables(np.exp(places), start, lowest, rtol)
         between, tail = _between(nodes.table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
         return Tables(between, *self._ends(thickness, start)) if tail <= _TAIL * rtol else None
