@@ -79,7 +79,7 @@ def server() -> Iterator[str]:
         process.terminate()
 
 
-async def drag(address: str, key: str, place: float, seconds: float, found: dict[str, list[float]]) -> None:
+async def drag(address: str, key: str, place: float, seconds: float, spent: dict[str, list[float]]) -> None:
     """Move a slider for some seconds."""
     url, numbers = urlsplit(address), count()
     sent: dict[int, tuple[float, float]] = {}
@@ -97,7 +97,7 @@ async def drag(address: str, key: str, place: float, seconds: float, found: dict
                 answer = NUMBER.match(str(text[1:60]))
                 assert answer is not None
                 moved, value = sent.pop(int(answer[1]))
-                found[answer[2]].append(time.perf_counter() - moved)
+                spent[answer[2]].append(time.perf_counter() - moved)
                 if answer[2] == "impact" and key != "impact.velocity":
                     await ask("velocity", moved, value)
 
@@ -176,12 +176,12 @@ def main() -> None:
         browser.close()
         for number in (1, 8):
             for key in START:
-                result, own = others.submit(pages, address, key, number).result()
+                result, used = others.submit(pages, address, key, number).result()
                 rate = len(result["impact"]) / SECONDS / number
                 more.append(
                     f"| {number} | {SLIDERS[key]} | {rate:.0f} | {quantiles(1e3 * np.array(result['impact']))}"
                 )
-                print(more[-1], f"their own time {own / SECONDS:.2f} of a core", flush=True)
+                print(more[-1], f"their own time {used / SECONDS:.2f} of a core", flush=True)
     load = os.getloadavg()[0]
     about = f"{describe().lines()[0]}, Chromium {version} without a graphics card; load of the machine {load:.1f}."
     TABLE.write_text("\n".join(["", *rows, "", *more, "", about, ""]), encoding="utf-8")

@@ -33,14 +33,14 @@ STATES, UNMEASURED, SUSPECT = 2000, 100, 0.06
 def usual(rng: random.Random) -> dict[str, Any]:
     """Random state within 1.5 decades of the defaults, with series of 1 to 50 terms."""
     state: dict[str, Any] = {}
-    for key, one in inputs().items():
-        if one.options:
-            state[key] = rng.choice(one.options).value
-        elif one.slider and one.slider.logarithmic and one.default > 0.0:
-            value = one.default * 10.0 ** rng.uniform(-1.5, 1.5)
-            state[key] = min(max(value, one.slider.low), one.slider.high)
-        elif one.slider and key != "impact.external_force":
-            state[key] = rng.choice((one.default, rng.uniform(one.slider.low, one.slider.high)))
+    for key, entry in inputs().items():
+        if entry.options:
+            state[key] = rng.choice(entry.options).value
+        elif entry.slider and entry.slider.logarithmic and entry.default > 0.0:
+            value = entry.default * 10.0 ** rng.uniform(-1.5, 1.5)
+            state[key] = min(max(value, entry.slider.low), entry.slider.high)
+        elif entry.slider and key != "impact.external_force":
+            state[key] = rng.choice((entry.default, rng.uniform(entry.slider.low, entry.slider.high)))
     for part in ("shear", "bulk"):
         terms = rng.choice((1, 3, 10, 50))
         state[f"material.{part}.branch_moduli"] = [10.0 ** rng.uniform(5.0, 8.0) for _ in range(terms)]

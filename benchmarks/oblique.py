@@ -52,9 +52,9 @@ def of_impacts() -> list[tuple[str, float]]:
 
     rows = [
         ("normal, an array", solve(normal)),
-        ("normal, one by one", lambda: [rs.solve(one, rtol=RTOL) for one in singles]),
+        ("normal, one by one", lambda: [rs.solve(single, rtol=RTOL) for single in singles]),
         ("oblique, an array", solve(rough)),
-        ("oblique, one by one", lambda: [rs.solve(one, rtol=RTOL, errors="warn") for one in rough_singles]),
+        ("oblique, one by one", lambda: [rs.solve(single, rtol=RTOL, errors="warn") for single in rough_singles]),
         ("without slip, an array", solve(sticking)),
     ]
     for _, call in rows:

@@ -55,9 +55,9 @@ def ours(count: int, note: Note) -> list[dict[str, Any]]:
 def scipy(count: int, most: int, note: Note) -> dict[str, list[dict[str, Any]]]:
     """Time and error of each impact by method and tolerance; the error is None if `most` evaluations were too few."""
     points, exact = sample(count)
-    one = np.ones(count)
-    reduced = reduced_standard_solid(points.nu, one, 1.0 / points.p2, points.p2 * points.p3)
-    batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
+    ones = np.ones(count)
+    reduced = reduced_standard_solid(points.nu, ones, 1.0 / points.p2, points.p2 * points.p3)
+    batch = Batch(*reduced.columns, ones, ones, 0.0 * ones, ones, 1.0)
     block = batch.scaled()
     results: dict[str, list[dict[str, Any]]] = {}
     for method in SCIPY_METHODS:
@@ -195,15 +195,15 @@ def _asked(material: str, collision: rs.Impact, pairs: int, repeats: int) -> dic
     velocity = slow * (fast / slow) ** np.random.default_rng(8).uniform(size=pairs)
 
     build = partial(rs.surrogate, collision, velocity=(slow, fast), rtol=1e-8, workers=1)
-    made = build()
+    restitution = build()
     exact = rs.solve(replace(collision, velocity=velocity), rtol=EXACT).restitution_coefficient
     return {
         "material": material,
         "slow": slow,
         "fast": fast,
         "seconds": best(lambda: build()(velocity), repeats) / pairs,
-        "again": best(partial(made, velocity), repeats) / pairs,
-        "error": float(np.abs(made(velocity) - exact).max()),
+        "again": best(partial(restitution, velocity), repeats) / pairs,
+        "error": float(np.abs(restitution(velocity) - exact).max()),
     }
 
 

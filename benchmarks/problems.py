@@ -90,7 +90,7 @@ class Impacts:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RestitutionWarning)  # random bodies exceed the limits of the theory
             results = [solve(impact, rtol=rtol, workers=workers) for impact in self.arrays]
-        return np.concatenate([np.asarray(one.restitution_coefficient) for one in results])
+        return np.concatenate([np.asarray(result.restitution_coefficient) for result in results])
 
     def copies(self, n: int, count: int) -> Impacts:
         """Impact n, `count` times."""

@@ -37,7 +37,7 @@ def write(results: dict[str, Any], tables: Path, pictures: Path) -> None:
     """Write a table or picture for everything that was measured."""
     tables.mkdir(parents=True, exist_ok=True)
     pictures.mkdir(parents=True, exist_ok=True)
-    made = {
+    texts = {
         "machine": (machine, ("machine",)),
         "domains": (domains, ("domains",)),
         "profiles": (profiles, ("profiles",)),
@@ -46,7 +46,7 @@ def write(results: dict[str, Any], tables: Path, pictures: Path) -> None:
         "equal_accuracy": (equal_accuracy, ("ours", "scipy", "elements")),
         "lammps": (lammps, ("lammps", "domains", "surrogate")),
     }
-    for name, (table, needed) in made.items():
+    for name, (table, needed) in texts.items():
         if all(key in results for key in needed):
             (tables / f"{name}.md").write_text(table(results) + "\n", encoding="utf-8")
     drawn = {
@@ -395,8 +395,8 @@ def draw_precision(results: dict[str, Any]) -> Any:
 
         runs = [run for run in results["ours"] if max(run["errors"]) > 0.0]
         plot("this package", *_precision(runs), "o-")
-        for method, own in results["scipy"].items():
-            plot(method, *_precision(own), "s-")
+        for method, granular in results["scipy"].items():
+            plot(method, *_precision(granular), "s-")
         for name, impacts in results["elements"].items():
             points = [
                 (np.mean([row[key]["seconds"] for row in met]), max(row[key]["error"] for row in met))
@@ -406,8 +406,8 @@ def draw_precision(results: dict[str, Any]) -> Any:
             if points:
                 plot(name, *map(list, zip(*points, strict=True)), "^-")
         if "lammps" in results:
-            own = [run for run in results["lammps"]["runs"] if run["style"] == "granular"]
-            plot("LAMMPS, its own law", [r["seconds"] for r in own], [r["error"] for r in own], "D-")
+            granular = [run for run in results["lammps"]["runs"] if run["style"] == "granular"]
+            plot("LAMMPS, its own law", [r["seconds"] for r in granular], [r["error"] for r in granular], "D-")
         axes.set(xscale="log", yscale="log", xlabel="mean time of an impact [s]", ylabel="largest error of $e$")
         axes.grid(visible=True)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

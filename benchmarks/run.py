@@ -86,11 +86,11 @@ def main() -> None:
     report.write(results, FOLDER / "tables" if standard else options.out.parent, pictures)
 
 
-def measure(given: argparse.Namespace) -> None:
+def measure(options: argparse.Namespace) -> None:
     """Measure section by section and keep finished sections after an interruption."""
     results: dict[str, Any] = {}
-    if given.only:
-        results = json.loads(given.out.read_text(encoding="utf-8"))
+    if options.only:
+        results = json.loads(options.out.read_text(encoding="utf-8"))
     results["machine"] = describe()._asdict()
     before = results.get("seconds", 0.0)
     begin = time.perf_counter()
@@ -98,15 +98,15 @@ def measure(given: argparse.Namespace) -> None:
     def note(line: str) -> None:
         print(f"{time.perf_counter() - begin:7.1f} s  {line}", file=sys.stderr, flush=True)
 
-    for name, section in sections(given.small, given.peers).items():
-        if given.only and name not in given.only:
+    for name, section in sections(options.small, options.peers).items():
+        if options.only and name not in options.only:
             continue
         # The kernel must be loaded and compiled before any timing.
         results[name] = section(note)
         # Load of the machine: this process alone gives 1.
         results.setdefault("load", {})[name] = os.getloadavg()[0]
         results["seconds"] = before + time.perf_counter() - begin
-        given.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
+        options.out.write_text(json.dumps(results) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

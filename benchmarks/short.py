@@ -135,23 +135,23 @@ def _by_scipy(points: StandardSolids, advance: Callable[[], None]) -> tuple[floa
     return sum(seconds) / points.size, float(max(errors)), float(same.mean())
 
 
-def table(found: Summary) -> str:
+def table(summary: Summary) -> str:
     """Return the table as text."""
     rows = [("problem", "rtol", "mean [us]", "median [us]", "worst [us]", "error of e", "error/tolerance")]
-    for (name, rtol), one in found.speeds.items():
-        times = (f"{1e6 * seconds:.1f}" for seconds in (one.mean, one.median, one.worst))
-        rows.append((name, f"{rtol:g}", *times, f"{one.error:.1e}", f"{one.share:.2f}"))
+    for (name, rtol), pace in summary.speeds.items():
+        times = (f"{1e6 * seconds:.1f}" for seconds in (pace.mean, pace.median, pace.worst))
+        rows.append((name, f"{rtol:g}", *times, f"{pace.error:.1e}", f"{pace.share:.2f}"))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
-    (first, *_) = found.speeds.values()
-    if found.cores > 1:
+    (first, *_) = summary.speeds.values()
+    if summary.cores > 1:
         lines.append(
-            f"paper's plane on {found.cores} cores: {1e6 * found.parallel:.1f} us an impact, "
-            f"{first.mean / found.parallel:.2f} times as fast as on one"
+            f"paper's plane on {summary.cores} cores: {1e6 * summary.parallel:.1f} us an impact, "
+            f"{first.mean / summary.parallel:.2f} times as fast as on one"
         )
     lines.append(
-        f"the same equations by SciPy's solve_ivp, Radau: {1e3 * found.reference:.0f} ms an impact for an error of "
-        f"{found.reference_error:.1e}, {found.reference / found.reference_same:.0f} times as long"
+        f"the same equations by SciPy's solve_ivp, Radau: {1e3 * summary.reference:.0f} ms an impact for an error of "
+        f"{summary.reference_error:.1e}, {summary.reference / summary.reference_same:.0f} times as long"
     )
     return "\n".join(lines)
 

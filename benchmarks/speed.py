@@ -134,12 +134,12 @@ def threads(points: int, counts: Sequence[int], repeats: int, note: Note) -> lis
 
 def surrogate(points: int, repeats: int, note: Note) -> dict[str, Any]:
     """Time of a query of the paper's coefficient by the shipped interpolant, in an array call on one thread."""
-    given = plane(points)
+    sample = plane(points)
 
     def query() -> Any:
-        return rs.standard_solid_surrogate(given.nu, given.p2, given.p3)
+        return rs.standard_solid_surrogate(sample.nu, sample.p2, sample.p3)
 
-    error = float(np.abs(query() - given.solve(1e-9)).max())
+    error = float(np.abs(query() - sample.solve(1e-9)).max())
     seconds = best(query, repeats) / points
     note(f"surrogate: {1e9 * seconds:.0f} ns, {error:.1e}")
     return {"points": points, "seconds": seconds, "error": error}

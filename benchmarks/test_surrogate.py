@@ -52,14 +52,14 @@ class Subject(NamedTuple):
 def over_velocity(name: str, folder: Path) -> Subject:
     """Surrogate over the velocity, and the largest error of its three outputs at 5000 other velocities."""
     impact = IMPACTS[name]
-    made = rs.surrogate(impact, RANGE, 1e-6)
+    surrogate = rs.surrogate(impact, RANGE, 1e-6)
     v = np.exp(np.random.default_rng(1).uniform(*np.log(RANGE), POINTS))
     exact = rs.solve(replace(impact, velocity=v[:5000]), rtol=1e-11)
     measured = max(
-        float(np.abs(getattr(made, output)(v[:5000]) / getattr(exact, output) - 1.0).max()) for output in OUTPUTS
+        float(np.abs(getattr(surrogate, output)(v[:5000]) / getattr(exact, output) - 1.0).max()) for output in OUTPUTS
     )
-    size = made.save(folder / "surrogate.json").stat().st_size
-    e = made.compiled()
+    size = surrogate.save(folder / "surrogate.json").stat().st_size
+    e = surrogate.compiled()
     callback = numba.cfunc("float64(float64)")(lambda x: e(x)).ctypes
 
     @numba.njit
@@ -72,8 +72,8 @@ def over_velocity(name: str, folder: Path) -> Subject:
     loop(v)
     some = replace(impact, velocity=v[:KERNEL_POINTS])
     return Subject(
-        f"{name}, rtol 1e-6", size, max(made.error.values()), measured, made.pieces.edges.size - 1,
-        lambda: made(v), lambda: loop(v), lambda: rs.solve(some, rtol=1e-6, workers=1),
+        f"{name}, rtol 1e-6", size, max(surrogate.error.values()), measured, surrogate.pieces.edges.size - 1,
+        lambda: surrogate(v), lambda: loop(v), lambda: rs.solve(some, rtol=1e-6, workers=1),
     )  # fmt: skip
 
 
@@ -96,10 +96,10 @@ def over_plane(name: str, groups: tuple[Any, Any, Any]) -> Subject:
 def subjects(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Subject]:
     folder = tmp_path_factory.mktemp("surrogates")
     side = np.logspace(-3, 1, 150)[:, None], np.logspace(-2, 2, 150)
-    made = [over_velocity(name, folder) for name in IMPACTS]
-    made.append(over_plane("e(nu, p2, p3), random points", PLANE["random_groups"](POINTS, seed=2)))
-    made.append(over_plane("e(nu, p2, p3), a picture of 150 x 150", (0.45, *side)))
-    return {subject.name: subject for subject in made}
+    rows = [over_velocity(name, folder) for name in IMPACTS]
+    rows.append(over_plane("e(nu, p2, p3), random points", PLANE["random_groups"](POINTS, seed=2)))
+    rows.append(over_plane("e(nu, p2, p3), a picture of 150 x 150", (0.45, *side)))
+    return {subject.name: subject for subject in rows}
 
 
 NAMES = [

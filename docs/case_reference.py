@@ -114,9 +114,9 @@ def readers(annotation: Any) -> Iterator[Reader]:
 def row(key: str, section: type[Section]) -> str:
     """Row of the table of a section."""
     field = section.model_fields[key]
-    result = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
-    choices = [f'`"{one}"`' for part in (field.annotation, *typing.get_args(field.annotation))
-               for one in typing.get_args(part) if isinstance(one, str)]  # fmt: skip
+    result = next((each for each in (*field.metadata, *readers(field.annotation)) if isinstance(each, Reader)), None)
+    choices = [f'`"{value}"`' for part in (field.annotation, *typing.get_args(field.annotation))
+               for value in typing.get_args(part) if isinstance(value, str)]  # fmt: skip
     words = field.description or WORDS.get(key) or (result.quantity.words if result else "")
     if len(choices) > 1:
         words += ": " + ", ".join(choices)
@@ -160,9 +160,9 @@ def page() -> str:
     lines += table("`[body]`", impact.BodySection)
     lines += table("`[counter_body]`: a second, free body", impact.CounterBodySection)
     lines += ["", "## `[profile]`", "", "| type | keys |", "|---|---|"]
-    for name, one in sorted(profile.sections().items()):
-        own = [key for key in one.model_fields if key != "type" and key not in profile.LAYER]
-        keys = ", ".join(f"`{key}`{_unit(one, key)}" for key in own)
+    for name, kind in sorted(profile.sections().items()):
+        shown = [key for key in kind.model_fields if key != "type" and key not in profile.LAYER]
+        keys = ", ".join(f"`{key}`{_unit(kind, key)}" for key in shown)
         lines.append(f"| `\"{name}\"` | {keys} |")  # fmt: skip
     lines += [
         "",
@@ -175,21 +175,21 @@ def page() -> str:
     lines += table("`[profile]` of an axisymmetric body: a layer", profile.sections()["parabola"], profile.LAYER)
     lines += table("`[material]` and `[counter_material]`: all forms", material.MaterialSection, shared)
     lines += ["", "## `[material]` by a model", "", "| model | keys |", "|---|---|"]
-    for name, one in material.models().items():
-        own = [key for key in one.model_fields if key not in shared and key != "model"]
-        lines.append(f"| `\"{name}\"` | {', '.join(f'`{key}`{_unit(one, key)}' for key in own)} |")  # fmt: skip
+    for name, model in material.models().items():
+        shown = [key for key in model.model_fields if key not in shared and key != "model"]
+        lines.append(f"| `\"{name}\"` | {', '.join(f'`{key}`{_unit(model, key)}' for key in shown)} |")  # fmt: skip
     lines += [
         "",
         "Give one of `poisson_ratio` and `bulk_modulus`, and one of `shear_modulus` and `youngs_modulus`.",
     ]
     lines += ["An incompressible material has `poisson_ratio = 0.5` or `bulk_modulus = "
     "\"incompressible\"`."]  # fmt: skip
-    for title, one in (
+    for title, section in (
         ("`[material]` by its relaxation", material.GeneralSection),
         ("`[material]` from the library", material.LibrarySection),
         ("`[material]` from a file", material.FileSection),
     ):
-        lines += table(title, one, [key for key in one.model_fields if key not in shared])
+        lines += table(title, section, [key for key in section.model_fields if key not in shared])
     lines += table("`[material.shear]`, `[material.bulk]`: a Prony series", material.PronySection)
     lines += table("`[material.shift]`: Williams, Landel and Ferry", material.WLFSection)
     lines += table("`[material.shift]`: Arrhenius", material.ArrheniusSection)
@@ -209,12 +209,12 @@ def page() -> str:
         "One section for each set of data: `kind`, `file`, `noise`, and the keys of its kind.",
     ]
     lines += ["", "| kind | columns of the file | keys |", "|---|---|---|"]
-    for name, one in KINDS.items():
+    for name, columns_of in KINDS.items():
         section = identification.data_section(name)
-        own = [key for key in section.model_fields if key not in identification.DataSection.model_fields]
-        columns = ", ".join(f"`{column}`" for column in one.required) or "as `material.file`"
-        more = f"; also {', '.join(f'`{column}`' for column in one.optional)}" if one.optional else ""
-        keys = ", ".join(f"`{key}`{_unit(section, key)}" for key in own)
+        shown = [key for key in section.model_fields if key not in identification.DataSection.model_fields]
+        columns = ", ".join(f"`{column}`" for column in columns_of.required) or "as `material.file`"
+        more = f"; also {', '.join(f'`{column}`' for column in columns_of.optional)}" if columns_of.optional else ""
+        keys = ", ".join(f"`{key}`{_unit(section, key)}" for key in shown)
         lines.append(f'| `"{name}"` | {columns}{more} | {keys} |')
     lines += [
         "",
@@ -234,7 +234,7 @@ def page() -> str:
 
 def _unit(section: type[Section], key: str) -> str:
     field = section.model_fields[key]
-    result = next((one for one in (*field.metadata, *readers(field.annotation)) if isinstance(one, Reader)), None)
+    result = next((each for each in (*field.metadata, *readers(field.annotation)) if isinstance(each, Reader)), None)
     return f" [{result.quantity.unit}]" if result is not None and result.quantity.unit else ""
 
 

@@ -83,7 +83,7 @@ def finish(app, error):
     """Put the explorer that needs no server beside the pages; refuse pages that need another host."""
     if error is None:
         write_static(Path(app.outdir) / "static_explorer")
-        if lines := foreign_hosts.found(Path(app.outdir)):
+        if lines := foreign_hosts.loading_lines(Path(app.outdir)):
             raise ExtensionError("pages load from other hosts:\n" + "\n".join(lines))
 
 

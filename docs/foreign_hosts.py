@@ -16,15 +16,15 @@ _OF_STYLE = re.compile(r"""(?:url\(|@import)\s*["']?((?:https?:)?//[^"')\s]+)"""
 class _Loads(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
-        self.found: list[str] = []
+        self.addresses: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         values = {name: value or "" for name, value in attrs}
         loads = [values[name] for name in _LOADED & values.keys()]
         if tag == "link" and _LOADING_LINKS & {*values.get("rel", "").lower().split()}:
             loads.append(values.get("href", ""))
-        self.found += [one for one in loads if _HOST.match(one.strip())]
-        self.found += _OF_STYLE.findall(values.get("style", ""))
+        self.addresses += [address for address in loads if _HOST.match(address.strip())]
+        self.addresses += _OF_STYLE.findall(values.get("style", ""))
 
 
 def loads(name: str, text: str) -> list[str]:
@@ -34,11 +34,11 @@ def loads(name: str, text: str) -> list[str]:
     parser = _Loads()
     parser.feed(text)
     inline = re.findall(r"<style.*?</style>", text, re.DOTALL | re.IGNORECASE)
-    return parser.found + [address for style in inline for address in _OF_STYLE.findall(style)]
+    return parser.addresses + [address for style in inline for address in _OF_STYLE.findall(style)]
 
 
-def found(folder: Path) -> list[str]:
+def loading_lines(folder: Path) -> list[str]:
     """One line for each built file that loads something from another host."""
-    files = sorted(one for one in folder.rglob("*") if one.suffix in (".html", ".css"))
-    what = {one: sorted({*loads(one.name, one.read_text("utf-8", "replace"))}) for one in files}
-    return [f"{one.relative_to(folder)}: {', '.join(addresses)}" for one, addresses in what.items() if addresses]
+    files = sorted(path for path in folder.rglob("*") if path.suffix in (".html", ".css"))
+    what = {path: sorted({*loads(path.name, path.read_text("utf-8", "replace"))}) for path in files}
+    return [f"{path.relative_to(folder)}: {', '.join(addresses)}" for path, addresses in what.items() if addresses]

@@ -27,13 +27,13 @@ def main() -> None:
     """Draw the figures of the paper, the two schemes and pictures of pages; write the claims."""
     FOLDER.mkdir(exist_ok=True)
     with TemporaryDirectory() as folder:
-        made = reproduce(folder)
-        for path in [*made.files, *further_figures.write(folder)]:
+        figures = reproduce(folder)
+        for path in [*figures.files, *further_figures.write(folder)]:
             if path.suffix == ".png":
                 _shrunk(path)
-        (FOLDER / "claims.md").write_bytes((made.folder / "claims.md").read_bytes())
+        (FOLDER / "claims.md").write_bytes((figures.folder / "claims.md").read_bytes())
         # The explorer shows the same record.
-        RECORD.write_bytes((made.folder / "claims.json").read_bytes())
+        RECORD.write_bytes((figures.folder / "claims.json").read_bytes())
         curve = of_page("materials.md", "curve", folder)["figure"]
         program = of_page("indentation.md", "program", folder)["program"].plot()
         for name, figure in (("superposition.png", curve), ("any_history.png", program)):

@@ -53,13 +53,13 @@ def write(out: Path | str, resolution: Resolution = FULL, seed: int = DEFAULT_SE
     out.mkdir(parents=True, exist_ok=True)
     computation = Computation(seed)
     planes = [figures.compute_plane(computation, n, resolution.plane) for n in figures.PLANES]
-    made = {
+    drawings = {
         "figure_incompressibility": (compare(*planes), draw_error),
         "figure_collapse": (compute_collapse(computation, resolution.collapse, resolution.draws), draw_collapse),
         "figure_examples": (compute_examples(computation, resolution.curve), draw_examples),
         "figure_relaxation_times": (compute_terms(computation, resolution.curve), draw_terms),
     }
-    for name, (dataset, draw) in made.items():
+    for name, (dataset, draw) in drawings.items():
         write_netcdf(dataset, out / f"{name}.nc")
         picture = draw(dataset)
         files += [out / f"{name}.nc", save_figure(picture, out / f"{name}.png")]

@@ -42,6 +42,12 @@ def press_file(path: str, /, *, title: str | None = "A gel", **sections: str | N
     return case_file(path, title=title, **named | {"indentation": TRIANGLE} | sections)
 
 
+def fit_file(path: str | os.PathLike[str] | None = None, /, *, title: str | None = None, **sections: str) -> str:
+    """Text of an identification from rebounds in `balls.csv`, written to `path`; sections as in `case_file`."""
+    data = {"[data]": 'kind = "rebounds"\nfile = "balls.csv"\nradius = "10 mm"\n' + sections.pop("data")}
+    return case_file(path, title=title, body=None, material=None, impact=None, **sections | data)
+
+
 def isotherms_file(path: str) -> None:
     """Write dynamic moduli at four temperatures that obey WLF with C1 = 9 and C2 = 110 K at 20 °C."""
     law, series = rs.WLF(293.15, 9.0, 110.0), rs.PronySeries(1e6, [3e6, 9e6, 2e7, 4e7], [10.0, 0.1, 1e-3, 1e-5])

@@ -61,7 +61,7 @@ def sounded(time: Array, heights: Array, tone: tuple[Array, Array, Array], rate:
 
 
 def _tones(t: Array, tone: tuple[Array, Array, Array]) -> Array:
-    frequency, decay, amplitude = (one[:, None] for one in tone)
+    frequency, decay, amplitude = (column[:, None] for column in tone)
     return (amplitude * np.exp(-t / decay) * np.sin(2.0 * np.pi * frequency * t)).sum(axis=0)
 
 

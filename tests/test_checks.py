@@ -202,7 +202,7 @@ class Hostile:
         lambda value: checks.instance("x", value, rs.Material, "must be a Material"),
         lambda value: checks.pair("x", value, "must be a pair of texts") and checks.whole("x", value),
         lambda value: checks.single_positive("x", value),
-        lambda value: quantities.known("x", value, ("a", "b")),
+        lambda value: quantities.choice("x", value, ("a", "b")),
     ],
 )
 def test_other_types_are_refused_in_one_line(check, value):

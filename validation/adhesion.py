@@ -71,8 +71,8 @@ def by_rings(
         pull = stress * disc(r, c) if c > 0.0 else np.zeros(count)
         lift = rest - depth + 0.5 * r * r - firm * pull
         p, contact = pressures(firm * surface.influence, lift, touches)
-        own = disc(np.array([c]), surface.edges[1:]) - np.append(0.0, disc(np.array([c]), surface.edges[1:-1]))
-        there = firm * (float(own @ p) - stress * (4.0 / math.pi) * c) + float(np.interp(c, r, rest))
+        weights = disc(np.array([c]), surface.edges[1:]) - np.append(0.0, disc(np.array([c]), surface.edges[1:-1]))
+        there = firm * (float(weights @ p) - stress * (4.0 / math.pi) * c) + float(np.interp(c, r, rest))
         return there - depth + 0.5 * c * c - reach, p, contact
 
     for n in range(40 * steps):
@@ -107,7 +107,7 @@ def rows() -> None:
         "| row | prototype | 100 | 200 | 400 | 800 | e at rtol 1e-6 | estimated error | energy residual | time [ms] |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|")
-    for name, modulus, work, stress, velocity, known in ROWS:
+    for name, modulus, work, stress, velocity, prototype in ROWS:
         problem = Problem(Sticky(rs.Parabola(1.0), modulus, rs.Adhesion(work, stress)), 1.0, velocity)
         width, duration = scales(problem)
         ends = (problem.march(width, duration, count).motion[-1, 2] for count in (100, 200, 400, 800))
@@ -118,7 +118,7 @@ def rows() -> None:
         cells = [f"{e:.6f}" for e in each]
         e, error = float(result.restitution_coefficient), float(result.restitution_error)
         residual = float(result.energy.residual)
-        print(f"| {name} | {known} | {' | '.join(cells)} | {e:.8f} | {error:.0e} | {residual:.0e} | {spent:.0f} |")
+        print(f"| {name} | {prototype} | {' | '.join(cells)} | {e:.8f} | {error:.0e} | {residual:.0e} | {spent:.0f} |")
 
 
 def boundary_elements() -> None:

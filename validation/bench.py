@@ -89,14 +89,14 @@ def balls() -> list[Row]:
         slower = rs.Rebounds(velocity[:-2], e[:-2], radius=radius, mass=mass, noise=noise)
         result = real_data.fitted(slower, "springpot")
         bands = [real_data.restitution_at(result, v) for v in velocity[-2:]]
-        own = (bands[0][2] - bands[0][0]) / (2.0 * 1.96)
+        spread = (bands[0][2] - bands[0][0]) / (2.0 * 1.96)
         rows.append(
             Row(
                 f"{name} ball", "student laboratory, github.com/giiulia/LabI-Dynamics-Thermodynamics", "none stated",
                 f"e at {velocity[0]} to {velocity[-3]} m/s",
                 f"e at {velocity[-2]} and {velocity[-1]} m/s",
                 rms([band[1] - value for band, value in zip(bands, e[-2:], strict=True)]),
-                math.hypot(own, real_data.SCATTER), "0.015 of each e, and of the fit",
+                math.hypot(spread, real_data.SCATTER), "0.015 of each e, and of the fit",
             )
         )  # fmt: skip
     return rows
@@ -106,12 +106,12 @@ def rubber() -> list[Row]:
     """Moduli of EPDM at 25 degC, from the five other temperatures."""
     measured = real_data.isotherms()
     others = [table for table in measured.tables if abs(table.temperature - real_data.ROOM) > 1.0]
-    (own,) = (table for table in measured.tables if table not in others)
+    (reference,) = (table for table in measured.tables if table not in others)
     result = real_data.fitted(rs.Isotherms(others, source="EPDM"), "fractional_kelvin_voigt", shift=rs.WLF)
     series = result.materials.at(real_data.ROOM).shear.row(0, 0)
-    omega = own.angular_frequency
-    storage = np.log(series.storage_modulus(omega) / own.storage_modulus)
-    tangent = np.log(series.loss_tangent(omega) * own.storage_modulus / own.loss_modulus)
+    omega = reference.angular_frequency
+    storage = np.log(series.storage_modulus(omega) / reference.storage_modulus)
+    tangent = np.log(series.loss_tangent(omega) * reference.storage_modulus / reference.loss_modulus)
     # The misfit of the other temperatures, of the same model: what it does not describe there it will not here.
     parts: list[tuple[np.ndarray, np.ndarray]] = []
     for table in others:
@@ -183,18 +183,18 @@ def rows() -> list[Row]:
         return [*thrown(), *balls(), *rubber(), polymer(), cells(), taps()]
 
 
-def page(made: list[Row]) -> str:
+def page(rows: list[Row]) -> str:
     """Return the rows as two tables: the predictions, and where the data come from."""
     head = "| data | prediction | residual | error bar | from | verdict |"
     lines = [head, "|---|---|---|---|---|---|"]
     lines += [
         f"| {row.data} | {row.quantity} | {row.residual:.2g} | {row.error:.2g} | {row.basis} | **{row.verdict}** |"
-        for row in made
+        for row in rows
     ]
     lines += ["", "| data | source | licence | inputs of the prediction |", "|---|---|---|---|"]
-    lines += dict.fromkeys(f"| {row.data} | {row.source} | {row.licence} | {row.inputs} |" for row in made)
-    good = sum(row.verdict == "good" for row in made)
-    return "\n".join(["Made by `validation/bench.py`.", "", *lines, "", f"{good} of {len(made)} are good.", ""])
+    lines += dict.fromkeys(f"| {row.data} | {row.source} | {row.licence} | {row.inputs} |" for row in rows)
+    good = sum(row.verdict == "good" for row in rows)
+    return "\n".join(["Made by `validation/bench.py`.", "", *lines, "", f"{good} of {len(rows)} are good.", ""])
 
 
 def main() -> None:

@@ -67,10 +67,11 @@ def draw_impacts(rng: np.random.Generator) -> dict[str, dict[str, Any]]:
         "pyramid": rs.Pyramid(rng.uniform(1.0, 1.4)),
     }
     mass = 1e4 * size**3
-    made = {name: {"profile": shape, "mass": mass} for name, shape in shapes.items()}
-    made["weight"] = {"profile": rs.Sphere(size), "mass": mass, "external_force": 9.81 * mass}
-    made["impedance"] = {"profile": rs.Sphere(size), "mass": mass, "impedance": 10.0 ** rng.uniform(0.0, 4.0) * mass}
-    return made
+    options = {name: {"profile": shape, "mass": mass} for name, shape in shapes.items()}
+    options["weight"] = {"profile": rs.Sphere(size), "mass": mass, "external_force": 9.81 * mass}
+    impedance = 10.0 ** rng.uniform(0.0, 4.0) * mass
+    options["impedance"] = {"profile": rs.Sphere(size), "mass": mass, "impedance": impedance}
+    return options
 
 
 def columns(arguments: dict[str, Any], material: rs.Material, velocity: Any, workers: int | None = None) -> np.ndarray:
@@ -122,12 +123,12 @@ def damaged(seed: int, count: int) -> Counter[tuple[str, str]]:
         return rs.sweep(ball, axes, ["restitution_coefficient", "contact_time"], out=out, chunk=4)
 
     with tempfile.TemporaryDirectory() as folder:
-        made, out = Path(folder) / "made.zarr", Path(folder) / "out.zarr"
-        run(made)
-        intact, contents = rs.open_sweep(made).load(), tree(made)
+        store, out = Path(folder) / "made.zarr", Path(folder) / "out.zarr"
+        run(store)
+        intact, contents = rs.open_sweep(store).load(), tree(store)
         files = [name for name in sorted(contents) if "/c/" in name or name.startswith("validity/")]
         for kind in track(["flip", "truncate", "remove", "exchange"] * count, "stores"):
-            shutil.copytree(made, out)
+            shutil.copytree(store, out)
             name = rng.choice(files)
             content = bytearray(contents[name])
             if kind == "flip":
@@ -135,7 +136,9 @@ def damaged(seed: int, count: int) -> Counter[tuple[str, str]]:
             elif kind == "truncate":
                 del content[rng.randrange(len(content)) :]
             elif kind == "exchange":
-                content = bytearray(contents[rng.choice([one for one in files if contents[one] != contents[name]])])
+                content = bytearray(
+                    contents[rng.choice([other for other in files if contents[other] != contents[name]])]
+                )
             (out / name).unlink() if kind == "remove" else (out / name).write_bytes(content)
             try:
                 with warnings.catch_warnings(record=True) as caught:
@@ -154,7 +157,7 @@ def killed(seed: int, count: int) -> Counter[tuple[str, str]]:
     """Count the sweeps that were killed in the middle, and whether the same sweep ended with the same bytes."""
     rng, ends = random.Random(seed), Counter[tuple[str, str]]()
     with tempfile.TemporaryDirectory() as folder:
-        made, out = Path(folder) / "made.zarr", Path(folder) / "out.zarr"
+        store, out = Path(folder) / "made.zarr", Path(folder) / "out.zarr"
 
         def start(out: Path) -> subprocess.Popen[str]:
             process = subprocess.Popen(
@@ -164,9 +167,9 @@ def killed(seed: int, count: int) -> Counter[tuple[str, str]]:
             process.stdout.readline()
             return process
 
-        process, begin = start(made), time.monotonic()
+        process, begin = start(store), time.monotonic()
         process.wait()
-        duration, contents = time.monotonic() - begin, tree(made)
+        duration, contents = time.monotonic() - begin, tree(store)
         for kind in track(["kill -9", "Ctrl-C"] * (count // 2), "kills"):
             process = start(out)
             time.sleep(rng.uniform(0.0, 0.9 * duration))
@@ -185,10 +188,10 @@ def flipped(seed: int, count: int) -> Counter[tuple[str, str]]:
     """Count the flipped bits of a saved surrogate by what happened."""
     rng, ends = random.Random(seed), Counter[tuple[str, str]]()
     ball = rs.Impact(rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, 1.0)
-    made = rs.surrogate(ball, (0.01, 1.0))
-    known = made.sample(100)
+    surrogate = rs.surrogate(ball, (0.01, 1.0))
+    sample = surrogate.sample(100)
     with tempfile.TemporaryDirectory() as folder:
-        path = made.save(Path(folder) / "surrogate.json")
+        path = surrogate.save(Path(folder) / "surrogate.json")
         content = path.read_bytes()
         for _ in track(range(count), "flips"):
             changed = bytearray(content)
@@ -196,7 +199,7 @@ def flipped(seed: int, count: int) -> Counter[tuple[str, str]]:
             path.write_bytes(changed)
             try:
                 result = rs.Surrogate.load(path)
-                same = result.sample(100).identical(known) and result.velocity == made.velocity
+                same = result.sample(100).identical(sample) and result.velocity == surrogate.velocity
                 ends["flip in a surrogate", "same numbers" if same else "silent"] += 1
             except InputError:
                 ends["flip in a surrogate", "refused"] += 1

@@ -213,18 +213,18 @@ def by_kratos(
             return os.path.join(folder, "ball")
 
         def ReadModelParts(self, *_: Any) -> None:
-            own, of_walls = kratos.Properties(0), kratos.Properties(0)
-            self.spheres_model_part.AddProperties(own)
+            of_ball, of_walls = kratos.Properties(0), kratos.Properties(0)
+            self.spheres_model_part.AddProperties(of_ball)
             self.rigid_face_model_part.AddProperties(of_walls)
             scheme = dem.VelocityVerletScheme()
-            scheme.SetTranslationalIntegrationSchemeInProperties(own, True)
-            scheme.SetRotationalIntegrationSchemeInProperties(own, True)
+            scheme.SetTranslationalIntegrationSchemeInProperties(of_ball, True)
+            scheme.SetRotationalIntegrationSchemeInProperties(of_ball, True)
             dem.PropertiesProxiesManager().CreatePropertiesProxies(self.spheres_model_part)
             place = kratos.Array3()
             # Kratos forgets the tangential force where a contact moves from one triangle of a wall to the next one.
             place[0], place[1], place[2] = 3.0 * radius, 2.5 * radius, radius
             self.creator_destructor.CreateSphericParticle(
-                self.spheres_model_part, place, own, radius, "SphericParticle3D"
+                self.spheres_model_part, place, of_ball, radius, "SphericParticle3D"
             )
             for node in self.spheres_model_part.Nodes:
                 node.SetSolutionStepValue(kratos.VELOCITY_Z, -velocity)
@@ -463,7 +463,7 @@ def lammps_section() -> str:
             for v in map(float, VELOCITIES):
                 promise, (e, time) = law.restitution_coefficient(v), exact(v, wall)
                 results = [by_lammps(law.snippet, "si", BALL.radius, BALL.mass, v, time / n, wall) for n in STEPS]
-                rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
+                rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{value - promise:+.1e}" for value in results)])
             if wall:
                 worst = max(abs(float(cells[-1])) for cells in rows)
                 text.append(f"\nA ball and a wall: at most {worst:.1e} from the promise at {STEPS[-1]} steps.\n")
@@ -484,9 +484,9 @@ def liggghts_section() -> str:
             promise, (e, time) = law.restitution_coefficient(v), exact(v, wall)
             results = []
             for n in (50, 200, 800):
-                one, version = by_liggghts(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time, wall)
-                results.append(one)
-            rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
+                value, version = by_liggghts(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time, wall)
+                results.append(value)
+            rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{value - promise:+.1e}" for value in results)])
         titles = [
             "v0 [m/s]",
             "exact",
@@ -514,10 +514,10 @@ def rebound_section() -> str:
     compiled = numba.cfunc("float64(voidptr, float64)")(lambda _, v: curve(abs(v)))
     rows = []
     for v in (low, *map(float, np.geomspace(low, high, 6)[1:-1] * 1.03), high):
-        own, _ = exact(v)
+        e, _ = exact(v)
         pasted = by_rebound(Simulation.coefficient_of_restitution, BALL.radius, v)
         fast = by_rebound(compiled.address, BALL.radius, v)
-        rows.append([f"{v:.3g}", own, pasted, f"{pasted - own:+.1e}", f"{fast - own:+.1e}"])
+        rows.append([f"{v:.3g}", e, pasted, f"{pasted - e:+.1e}", f"{fast - e:+.1e}"])
     text = (
         f"\n### REBOUND (version {rebound.__version__})\n\nThey take e(v) itself, as the table of the snippet or "
         "as\n`rs.surrogate(...).compiled()` in a `numba.cfunc`.\n\n"
@@ -544,12 +544,12 @@ def ring_section() -> str:
             seen += speeds[::200] if words.startswith("exact") else []
         rows.append([words, *cells])
     used = np.clip(seen, slow, fast)
-    own = rs.solve(rs.collision(boulder, boulder, used)).restitution_coefficient
+    expected = rs.solve(rs.collision(boulder, boulder, used)).restitution_coefficient
     text = (
         "\n### A patch of a planetary ring, in REBOUND\n\nA shearing sheet of 150 boulders (R = 1 m, Kelvin-Voigt, "
         "G = 1 MPa, eta = 40 kPa s, 900 kg/m3) in the orbit\nof Saturn's rings. The spread of the velocities is in "
         f"units of R and the angular velocity of the orbit. The e of\n{used.size} collisions is within "
-        f"{np.abs(curve(used) - own).max():.0e} of the exact one. The table is one draw: "
+        f"{np.abs(curve(used) - expected).max():.0e} of the exact one. The table is one draw: "
         "with other random orders of the collisions the\nspreads of the first two laws change, by up to a third "
         "in three draws.\n\n"
     )
@@ -577,7 +577,7 @@ def ring_patch(e: Any, radius: float, orbits: float) -> tuple[float, list[float]
 
     sim.coefficient_of_restitution = coefficient
     sim.integrate(orbits * 2.0 * np.pi / omega)
-    velocities = np.array([(one.vx, one.vy + 1.5 * one.x * omega, one.vz) for one in sim.particles])
+    velocities = np.array([(p.vx, p.vy + 1.5 * p.x * omega, p.vz) for p in sim.particles])
     return float(np.sqrt(np.mean(np.sum(velocities**2, axis=1))) / (radius * omega)), speeds
 
 
@@ -589,10 +589,10 @@ def memory_section() -> str:
         ball = rs.Body(material, BALL.radius)
         for v in map(float, VELOCITIES[::3]):
             hit = rs.collision(ball, ball, v)
-            own, law = rs.solve(hit), rs.contact_law(hit)
-            e, time = float(own.restitution_coefficient), float(own.contact_time)
+            result, law = rs.solve(hit), rs.contact_law(hit)
+            e, time = float(result.restitution_coefficient), float(result.contact_time)
             results = [by_rebound_with_memory(law, ball.radius, ball.mass, v, time / n) for n in (25, 50, 100, 200)]
-            rows.append([str(material.name), f"{v:.3g}", e, *(f"{one - e:+.1e}" for one in results)])
+            rows.append([str(material.name), f"{v:.3g}", e, *(f"{value - e:+.1e}" for value in results)])
     titles = ["material", "v0 [m/s]", "exact", *(f"error at {n} steps" for n in (25, 50, 100, 200))]
     text = "\n### The contact law with memory, in REBOUND\n\n`rs.contact_law` as `additional_forces`, leapfrog.\n\n"
     return text + table(titles, rows)
@@ -608,7 +608,7 @@ def mujoco_section() -> str:
         e, time = exact(v, wall=True)
         results = [by_mujoco(law.snippet, BALL.radius, BALL.mass, v, time / n) for n in (25, 100, 400)]
         promise, span = law.restitution_coefficient(v), law.contact_time(v)
-        errors = [f"{one - promise:+.1e}" for one, _ in results]
+        errors = [f"{value - promise:+.1e}" for value, _ in results]
         rows.append(
             [
                 f"{v:.3g}",
@@ -638,7 +638,7 @@ def drake_section() -> str:
             e, _ = exact(v, wall=True)
             promise, span = law.restitution_coefficient(v), law.contact_time(v)
             results = [by_drake(law.snippet, BALL.radius, BALL.mass, v, span / n, 3.0 * span) for n in (50, 200, 800)]
-            rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
+            rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{value - promise:+.1e}" for value in results)])
         errors = [f"error at {n} steps" for n in (50, 200, 800)]
         text += f"\nA ball on a floor, {words}:\n\n"
         text += table(["v0 [m/s]", "exact", "promised", "Drake, 800 steps", *errors], rows)
@@ -653,7 +653,7 @@ def kratos_section() -> str:
         e, time = exact(v, wall=True)
         promise = law.restitution_coefficient(v)
         results = [by_kratos(law.snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time)[0] for n in (50, 200, 800)]
-        rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
+        rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{value - promise:+.1e}" for value in results)])
     titles = ["v0 [m/s]", "exact", "promised", "Kratos, 800 steps", *(f"error at {n} steps" for n in (50, 200, 800))]
     return "\n### Kratos DEM\n\nA ball on a wall.\n\n" + table(titles, rows)
 
@@ -669,10 +669,12 @@ def mercury_section() -> str:
             results = []
             for n in (50, 200, 800):
                 numbers = BALL.radius, 1100.0, v, time / n, 3.0 * time, int(wall)
-                one, version = by_mercury(law.snippet, *numbers)
-                results.append(one)
+                value, version = by_mercury(law.snippet, *numbers)
+                results.append(value)
             bodies = "ball and wall" if wall else "two balls"
-            rows.append([bodies, f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
+            rows.append(
+                [bodies, f"{v:.3g}", e, promise, results[-1], *(f"{value - promise:+.1e}" for value in results)]
+            )
     titles = ["", "v0 [m/s]", "exact", "promised", "MercuryDPM, 800 steps"]
     titles += [f"error at {n} steps" for n in (50, 200, 800)]
     text = (
@@ -702,7 +704,7 @@ def yade_section() -> str:
         e, time = exact(v)
         promise = law.restitution_coefficient(v) if typed is None else typed
         results = [by_yade(snippet, BALL.radius, 1100.0, v, time / n, 3.0 * time)[0] for n in (50, 200, 800)]
-        rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{one - promise:+.1e}" for one in results)])
+        rows.append([f"{v:.3g}", e, promise, results[-1], *(f"{value - promise:+.1e}" for value in results)])
     titles = ["v0 [m/s]", "exact", "promised", "YADE, 800 steps", *(f"error at {n} steps" for n in (50, 200, 800))]
     return f"\n### YADE ({yade_version()})\n\n{text}\n\n" + table(titles, rows)
 
@@ -722,7 +724,7 @@ def main() -> None:
     text = [TEXT.format(low=VELOCITIES[0], high=VELOCITIES[-1])]
     for name, section in SECTIONS.items():
         if name not in chosen:
-            text += [one for one in before if one.startswith(f"\n### {name}")]
+            text += [part for part in before if part.startswith(f"\n### {name}")]
             continue
         try:
             text.append(section())

@@ -207,7 +207,7 @@ def reloading_lines() -> list[str]:
                     seen(law_forces(law.constants, law.start(), depths[k::k], times[k]))
                     for k in (FINEST // n for n in AGAIN)
                 ]
-            result.append([float(np.sqrt(np.mean((one - exact) ** 2))) / scale for one in runs])
+            result.append([float(np.sqrt(np.mean((run - exact) ** 2))) / scale for run in runs])
         middle, most = np.median(result, axis=0), np.max(result, axis=0)
         cells = [f"{x:.0e} / {y:.0e}" for x, y in zip(middle, most, strict=True)]
         e, n = len(ELEMENTS), len(AGAIN)

@@ -44,9 +44,9 @@ def draw_inputs(seed: int, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def paper_batch(seed: int) -> dict[str, np.ndarray]:
     """Solve a batch of the paper's problem, with the energy."""
     nu, p2, p3 = draw_inputs(seed, BATCH)
-    one = np.ones(BATCH)
-    reduced = reduced_standard_solid(nu, one, 1.0 / p2, p2 * p3)
-    batch = Batch(*reduced.columns, one, one, 0.0 * one, one, 1.0)
+    ones = np.ones(BATCH)
+    reduced = reduced_standard_solid(nu, ones, 1.0 / p2, p2 * p3)
+    batch = Batch(*reduced.columns, ones, ones, 0.0 * ones, ones, 1.0)
     result = batch.solve(RTOL, workers=1, energy=True)
     work = solve_scaled(batch.scaled(), RTOL, workers=1)[:, 8]
     names = ("status", "restitution_coefficient", "energy_residual")
@@ -137,7 +137,7 @@ def compared(number: int, inputs: int) -> tuple[float, float] | None:
         impact = rs.Impact(material, rs.Parabola(1.0), 1.0, 1.0)
     else:
         drawn = (draw_impact(number // 2, n) for n in range(100))
-        impact = next(one for one in drawn if one.reduced_modulus.n_branches <= MOST_COMPARED)
+        impact = next(candidate for candidate in drawn if candidate.reduced_modulus.n_branches <= MOST_COMPARED)
     try:
         other = solve_by_scipy(impact, 1e-11)
     except SolverError:
@@ -195,17 +195,17 @@ def main() -> None:
         ]
         failures: Counter[str] = Counter()
         for name in [*sorted({row[0] for row in rows}), "all"]:
-            own = [row for row in rows if name in (row[0], "all")]
-            ended = Counter(row[1] for row in own)
+            some = [row for row in rows if name in (row[0], "all")]
+            ended = Counter(row[1] for row in some)
             bad = {status: count for status, count in ended.items() if Status[status].failed}
             if name == "all":
                 failures.update(bad)
-            separated = [row for row in own if row[1] == "SEPARATED"]
+            separated = [row for row in some if row[1] == "SEPARATED"]
             outside = sum(not 0.0 < row[2] <= 1.0 for row in separated)
             residuals = np.array([row[3] for row in separated])
-            durations = np.array([row[4] for row in own])
+            durations = np.array([row[4] for row in some])
             lines.append(
-                f"| {name} | {len(own):,} | {ended['SEPARATED']:,} | {ended['SINKS_IN']:,} | {sum(bad.values()):,} "
+                f"| {name} | {len(some):,} | {ended['SEPARATED']:,} | {ended['SINKS_IN']:,} | {sum(bad.values()):,} "
                 f"| {outside:,} | {np.nanmax(np.abs(residuals)):.1e} | {int(np.isnan(residuals).sum()):,} "
                 f"| {np.median(durations) * 1e3:.2f} | {durations.max() / np.median(durations):.0f} |"
             )

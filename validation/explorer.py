@@ -104,7 +104,7 @@ def names(running: launch.Running, rng: random.Random) -> tuple[int, int, str]:
     good = ["127.0.0.1", "localhost", "[::1]", "10.1.2.3"]
     bad = ["evil.com", "localhost.evil.com", "127.0.0.1.nip.io", "evil.com@127.0.0.1", "127.0.0.1@evil.com", "a b",
            "127.0.0.1/evil", "127.0.0.1?x", "127.0.0.1#x", "[", "0x7f.1", "127.1", "", "localhost%00"]  # fmt: skip
-    tried = [(one + rng.choice(("", f":{running.port}")), one in good) for one in [*good, *bad] * 4]
+    tried = [(address + rng.choice(("", f":{running.port}")), address in good) for address in [*good, *bad] * 4]
     failed = 0
     for host, allowed in tried:
         status = get(running, f"/?token={running.access.token}", host=host).status
@@ -127,7 +127,7 @@ def origins(running: launch.Running, rng: random.Random) -> tuple[int, int, str]
     bad = [None, "null", "file://", "http://evil.com", "http://127.0.0.1", f"http://localhost:{running.port}"]
     bad += [f"ftp://{local}", f"{here}@evil.com", f"http://evil.com@{local}", "http://[", "x" * 3000]
     bad += [f"http://127.0.0.1:{port}" for port in rng.sample(range(1024, 60_000), 20) if port != running.port]
-    failed = sum(_is_open(running, origin=one) for one in bad) + (not _is_open(running, origin=here))
+    failed = sum(_is_open(running, origin=origin) for origin in bad) + (not _is_open(running, origin=here))
     return len(bad) + 1, failed, "sockets of this page alone"
 
 
@@ -147,8 +147,8 @@ def tokens(running: launch.Running, rng: random.Random) -> tuple[int, int, str]:
     for _ in range(30):
         place = rng.randrange(len(right))
         bad.append(right[:place] + rng.choice(string.ascii_letters.replace(right[place], "")) + right[place + 1 :])
-    failed = sum(get(running, f"/?token={one}").status != 403 for one in bad)
-    failed += sum(_is_open(running, address=f"ws://127.0.0.1:{running.port}/ws?token={one}") for one in bad)
+    failed = sum(get(running, f"/?token={token}").status != 403 for token in bad)
+    failed += sum(_is_open(running, address=f"ws://127.0.0.1:{running.port}/ws?token={token}") for token in bad)
     return 2 * len(bad), failed + (not works(running)), "refused"
 
 
@@ -172,7 +172,7 @@ def paths(running: launch.Running, rng: random.Random) -> tuple[int, int, str]:
     ]
     tried = ["/static/" + "/".join(rng.choices(parts, k=rng.randrange(1, 6))) for _ in range(200)]
     results = [get(running, path.replace("\\", "%5c")) for path in tried]
-    failed = sum(one.status not in (404, 403, 400, 307) or b"import" in one.content for one in results)  # pyright: ignore
+    failed = sum(answer.status not in (404, 403, 400, 307) or b"import" in answer.content for answer in results)  # pyright: ignore
     return len(tried), failed, "not found"
 
 
@@ -211,13 +211,13 @@ def bombs(running: launch.Running) -> tuple[int, int, str]:
 def half_open(running: launch.Running, count: int = 100) -> tuple[int, int, str]:
     """Requests that are not finished hold nobody else up."""
     held = [socket.create_connection(("127.0.0.1", running.port)) for _ in range(count)]
-    for one in held:
-        one.sendall(b"GET / HTTP/1.1\r\nHost: 127.0")
+    for connection in held:
+        connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0")
     started = time.monotonic()
     failed = not works(running)
     took = time.monotonic() - started
-    for one in held:
-        one.close()
+    for connection in held:
+        connection.close()
     return count, int(failed), f"another page is answered in {took:.2f} s"
 
 
@@ -236,14 +236,14 @@ def crowd(running: launch.Running) -> tuple[int, int, str]:
 
     tried = MOST_SOCKETS + 20
     holders = [threading.Thread(target=hold) for _ in range(tried)]
-    for one in holders:
-        one.start()
+    for thread in holders:
+        thread.start()
     for _ in holders:
         ready.acquire(timeout=PATIENCE)
     count = len(accepted)
     done.set()
-    for one in holders:
-        one.join()
+    for thread in holders:
+        thread.join()
     time.sleep(1.0)
     return tried, int(count > MOST_SOCKETS) + (not works(running)), f"{count} served, {tried - count} refused"
 

@@ -27,9 +27,9 @@ def states(result: rs.ImpactResult) -> list[tuple[float, float, float, float]]:
     return [tuple(map(float, row)) for row in zip(*columns, strict=True)]
 
 
-def worst(found: Array, wanted: Array) -> float:
+def worst(values: Array, expected: Array) -> float:
     """Largest relative difference."""
-    return float(np.max(np.abs(found / wanted - 1.0)))
+    return float(np.max(np.abs(values / expected - 1.0)))
 
 
 def hertz() -> list[tuple[str, float]]:

@@ -129,7 +129,7 @@ def sealed(text: str) -> str:
     """Text of a saved surrogate with the hash of its content; as it is if it is no JSON object."""
     try:
         content = json.loads(text)
-        content["sha256"] = content_hash({key: one for key, one in content.items() if key != "sha256"})
+        content["sha256"] = content_hash({key: value for key, value in content.items() if key != "sha256"})
     except (ValueError, TypeError, AttributeError, RecursionError):
         return text
     return json.dumps(content, indent=1)
@@ -237,7 +237,7 @@ def run(seed: Seed, text: str, limit: int = LIMIT) -> End:
     elif "Traceback" in answer.stderr:
         fault = "traceback on standard error"
     elif "encountered in" in answer.stderr:
-        line = next(one for one in answer.stderr.splitlines() if "encountered in" in one)
+        line = next(line for line in answer.stderr.splitlines() if "encountered in" in line)
         fault = f"a warning of numpy: {line.rpartition('/src/')[2]}"
     return End(code, seconds, fault[:300])
 
@@ -252,7 +252,7 @@ def fuzz(runs: int, seed: int) -> tuple[Counter[tuple[str, int]], list[tuple[See
     rng = random.Random(seed)
     counts: Counter[tuple[str, int]] = Counter()
     faults: list[tuple[Seed, str, End]] = []
-    longest, known = 0.0, seeds()
+    longest, files = 0.0, seeds()
     home = Path.cwd()
     with tempfile.TemporaryDirectory() as folder:
         for file in (*EXAMPLES.glob("*.csv"), *EXAMPLES.glob("identification/*.csv")):
@@ -261,21 +261,21 @@ def fuzz(runs: int, seed: int) -> tuple[Counter[tuple[str, int]], list[tuple[See
         try:
             # The kernel may have to be compiled, which the limit does not allow for.
             for command in ("solve", "indent", "bounce"):
-                one = next(seed for seed in known if seed.command[0] == command)
-                if run(one, one.text, 600).code:
-                    raise RuntimeError(f"the seed {one.name} of {command} does not work")
+                chosen = next(seed for seed in files if seed.command[0] == command)
+                if run(chosen, chosen.text, 600).code:
+                    raise RuntimeError(f"the seed {chosen.name} of {command} does not work")
             start = _peak()
             for _ in range(runs):
-                one = rng.choice(known)
-                text = mutant(one, rng)
-                end = run(one, text)
+                chosen = rng.choice(files)
+                text = mutant(chosen, rng)
+                end = run(chosen, text)
                 if _peak() - start > MEMORY and not end.fault:
                     end, start = end._replace(fault=f"memory: {(_peak() - start) / 1e9:.1f} GB more"), _peak()
-                counts[one.command[0], end.code] += 1
+                counts[chosen.command[0], end.code] += 1
                 if end.code == 2:
                     longest = max(longest, end.seconds)
                 if end.fault:
-                    faults.append((one, text, end))
+                    faults.append((chosen, text, end))
         finally:
             os.chdir(home)
     return counts, faults, longest
@@ -288,18 +288,18 @@ def _shared(
     shares = [runs // processes + (n < runs % processes) for n in range(processes)]
     with ProcessPoolExecutor(processes, get_context("spawn"), warnings.simplefilter, ("always",)) as pool:
         counts, faults, longest = zip(*pool.map(fuzz, shares, range(seed, seed + processes)), strict=True)
-    return sum(counts, Counter()), [one for some in faults for one in some], max(longest)
+    return sum(counts, Counter()), [fault for some in faults for fault in some], max(longest)
 
 
 def main() -> None:
     """Run and write the table."""
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--runs", type=int, default=1000)
-    options.add_argument("--seed", type=int, default=1)
-    options.add_argument("--processes", type=int, default=1)
-    options.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
-    given = options.parse_args()
-    counts, faults, longest = _shared(given.runs, given.seed, given.processes)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".md"))
+    options = parser.parse_args()
+    counts, faults, longest = _shared(options.runs, options.seed, options.processes)
     commands = sorted({command for command, _ in counts})
     codes = sorted({code for _, code in counts})
     lines = [
@@ -308,17 +308,18 @@ def main() -> None:
     ]
     lines += [f"| {c} | " + " | ".join(str(counts[c, code]) for code in codes) + " |" for c in commands]
     lines += ["", f"{len(faults)} faults. The longest refusal (exit 2) took {longest:.1f} s."]
-    for (one, text, end), times in _distinct(faults):
-        lines += ["", f"{times} x `{one.command[0]} {one.name}`: {end.fault}"]
-        print(f"{one.command[0]} {one.name}: {end.fault}\n{text}")
+    for (chosen, text, end), times in _distinct(faults):
+        lines += ["", f"{times} x `{chosen.command[0]} {chosen.name}`: {end.fault}"]
+        print(f"{chosen.command[0]} {chosen.name}: {end.fault}\n{text}")
     head = [
-        f"Made by `python validation/fuzz.py --runs {given.runs} --seed {given.seed} --processes {given.processes}`:",
-        f"{given.runs} random mutants of {len(seeds())} files, each run through the command line, at most {LIMIT} s",
+        f"Made by `python validation/fuzz.py --runs {options.runs} --seed {options.seed} "
+        f"--processes {options.processes}`:",
+        f"{options.runs} random mutants of {len(seeds())} files, each run through the command line, at most {LIMIT} s",
         f"each, and at most {MEMORY // 1_000_000_000} GB more memory of a process. Exit code 0: done, 2: refused in",
         "one line or more, 3: the solver failed, 70: a mistake in the program, -1: stopped by the limit.",
         "",
     ]
-    given.out.write_text("\n".join([*head, *lines]) + "\n", encoding="utf-8")
+    options.out.write_text("\n".join([*head, *lines]) + "\n", encoding="utf-8")
     sys.exit(1 if faults else 0)
 
 

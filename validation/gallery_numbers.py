@@ -76,11 +76,11 @@ def from_tension(tension: Series, bulk: float) -> Series:
     return end, np.array(moduli), np.array(thetas)
 
 
-def in_line(one: Series, other: Series) -> Series:
+def in_line(first: Series, second: Series) -> Series:
     """1/E* = 1/E1 + 1/E2."""
-    thetas = times_where(lambda s: carson(one, s) + carson(other, s), np.concatenate([one[2], other[2]]))
-    moduli = [carson(one, -1.0 / t) ** 2 * t / (slope(one, -1.0 / t) + slope(other, -1.0 / t)) for t in thetas]
-    return one[0] * other[0] / (one[0] + other[0]), np.array(moduli), np.array(thetas)
+    thetas = times_where(lambda s: carson(first, s) + carson(second, s), np.concatenate([first[2], second[2]]))
+    moduli = [carson(first, -1.0 / t) ** 2 * t / (slope(first, -1.0 / t) + slope(second, -1.0 / t)) for t in thetas]
+    return first[0] * second[0] / (first[0] + second[0]), np.array(moduli), np.array(thetas)
 
 
 def restitution(series: Series, radius: float, mass: float, velocity: float, weight: float = 0.0) -> float:

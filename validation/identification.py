@@ -42,7 +42,7 @@ class Study(NamedTuple):
     truth: dict[str, Any]
     radii: tuple[float, ...]
     velocities: np.ndarray
-    known: dict[str, float]
+    fixed: dict[str, float]
     temperatures: tuple[float, ...] = ()
     options: Mapping[str, Any] = MappingProxyType({})
     outliers: int = 0
@@ -82,37 +82,39 @@ def repetition(name: str, seed: int) -> list[dict[str, Any]]:
     study, random = STUDIES[name], np.random.default_rng([seed, 11])
     velocity, radius = np.tile(study.velocities, len(study.radii)), np.repeat(study.radii, study.velocities.size)
     mass = STEEL * 4.0 / 3.0 * math.pi * radius**3
-    material = study.model(**{key: value for key, value in (study.truth | study.known).items() if key not in LAW})
+    material = study.model(**{key: value for key, value in (study.truth | study.fixed).items() if key not in LAW})
     levels, temperature = [material], None
     if study.temperatures:
-        law = rs.WLF(*((study.truth | study.known)[key] for key in LAW))
-        levels = [replace(material, shift=law, temperature=law.reference_temperature).at(one)
-                  for one in study.temperatures]  # fmt: skip
+        law = rs.WLF(*((study.truth | study.fixed)[key] for key in LAW))
+        levels = [replace(material, shift=law, temperature=law.reference_temperature).at(level)
+                  for level in study.temperatures]  # fmt: skip
         temperature = np.repeat(study.temperatures, velocity.size)
         material = levels[study.temperatures.index(law.reference_temperature)]
-    solved = [rs.solve(rs.Impact(one, rs.Parabola(radius), mass=mass, velocity=velocity), workers=1) for one in levels]
-    exact = [np.concatenate([getattr(one, key) for one in solved])
+    solved = [
+        rs.solve(rs.Impact(level, rs.Parabola(radius), mass=mass, velocity=velocity), workers=1) for level in levels
+    ]
+    exact = [np.concatenate([getattr(level, key) for level in solved])
              for key in ("restitution_coefficient", "contact_time")]  # fmt: skip
     noisy = [value * (1.0 + SIZE * random.normal(size=value.size)) for value in exact]
     if study.outliers:
         noisy[0][random.choice(noisy[0].size, study.outliers, replace=False)] *= 0.9
-    velocity, radius, mass = (np.tile(one, len(levels)) for one in (velocity, radius, mass))
+    velocity, radius, mass = (np.tile(column, len(levels)) for column in (velocity, radius, mass))
     balls = rs.Rebounds(
         velocity, np.minimum(noisy[0], 1.0), radius=radius, mass=mass, contact_time=noisy[1],
         temperature=temperature, noise=rs.Noise(restitution_coefficient=SHARE, contact_time=SHARE),
     )  # fmt: skip
     begin = time.process_time()
-    result = rs.identify(balls, study.model, fixed=study.known, profiles=False, **_terms(study), **study.options)
+    result = rs.identify(balls, study.model, fixed=study.fixed, profiles=False, **_terms(study), **study.options)
     fitted = time.process_time() - begin
     begin = time.process_time()
     intervals = result.interval()
     walked = time.process_time() - begin
     rows = []
-    for key, one in result.parameters.items():
+    for key, estimate in result.parameters.items():
         truth = _truth(study, key)
         low, high = intervals[key]
-        error = one.standard_error / one.value if one.determined else math.nan
-        z = math.log(one.value / truth) / error if one.determined else math.nan
+        error = estimate.standard_error / estimate.value if estimate.determined else math.nan
+        z = math.log(estimate.value / truth) / error if estimate.determined else math.nan
         rows.append({"name": key, "error": error, "z": z, "profile": low <= truth <= high})
     omega = math.pi / float(np.exp(np.mean(np.log(exact[1]))))
     truth = rs.reduced_modulus(material)
@@ -143,12 +145,12 @@ def table(rows: pd.DataFrame) -> list[str]:
     """Coverage, bias and scatter of each unknown."""
     lines = ["| case | unknown | stated error, % | scatter over it | mean z | covered, % | by the profile, % |",
              "|---|---|---|---|---|---|---|"]  # fmt: skip
-    for (case, name), one in rows.groupby(["case", "name"], sort=False):
-        good = one[np.isfinite(one.z)]
+    for (case, name), group in rows.groupby(["case", "name"], sort=False):
+        good = group[np.isfinite(group.z)]
         covered = 100.0 * (good.z.abs() < 1.959964).mean()
         # The scatter of the estimates over the median of the stated errors.
         scatter = float((good.z * good.error).std() / good.error.median())
-        profile = "" if one.profile.isna().all() else f"{100.0 * one.profile.astype(float).mean():.1f}"
+        profile = "" if group.profile.isna().all() else f"{100.0 * group.profile.astype(float).mean():.1f}"
         lines.append(f"| {case} | {name} | {100.0 * good.error.median():.2g} | {scatter:.2f} | {good.z.mean():+.2f} "
                      f"| {covered:.1f} | {profile} |")  # fmt: skip
     return lines
@@ -169,8 +171,8 @@ def main() -> None:
     head = f"{options.repetitions} repetitions. Noise of 1 % in e and contact time. A coverage of 95 % is known to "
     lines = [head + f"{half:.1f} %.", "", *table(rows), ""]
     lines += ["| case | median of chi2/dof | a fit, ms | profiles of all parameters, ms |", "|---|---|---|---|"]
-    lines += [f"| {case} | {one.chi2:.2f} | {1e3 * one.fit:.0f} | {1e3 * one.profiles:.0f} |"
-              for case, one in times.iterrows()]  # fmt: skip
+    lines += [f"| {case} | {median.chi2:.2f} | {1e3 * median.fit:.0f} | {1e3 * median.profiles:.0f} |"
+              for case, median in times.iterrows()]  # fmt: skip
     Path(__file__).with_suffix(".md").write_text("\n".join(lines) + "\n", encoding="utf-8")
     print("\n".join(lines))
 

@@ -35,16 +35,16 @@ def curves(count, force, part=WHOLE, depth=DEPTH, times=TIME, **options):
     random = np.random.default_rng(1)
     noisy = force + random.normal(0.0, SD, (count, force.size))
     return [
-        rs.IndentationCurve(times[part], depth[part], one[part], profile=TIP, noise=rs.Noise(force=SD), **options)
-        for one in noisy
+        rs.IndentationCurve(times[part], depth[part], noise[part], profile=TIP, noise=rs.Noise(force=SD), **options)
+        for noise in noisy
     ]
 
 
 def held(items, off):
     """Curves with the contact point held at a distance from the true one."""
     place = CONTACT_POINT + off
-    for one in items:
-        one.nuisances = (one.nuisances[0]._replace(start=place, low=place - 1e-13, high=place + 1e-13),)
+    for curve in items:
+        curve.nuisances = (curve.nuisances[0]._replace(start=place, low=place - 1e-13, high=place + 1e-13),)
     return items
 
 
@@ -59,22 +59,22 @@ def spread(values, unit="%"):
     return f"{values.mean():+.1f} +- {values.std():.1f} {unit}" if values.size > 1 else f"{values.mean():+.1f} {unit}"
 
 
-def row(name, found, points):
+def row(name, table, points):
     """Errors in per cent, of the contact point in nm."""
-    g, g1, eta = (found[name].values for name in NAMES[:3])
+    g, g1, eta = (table[name].values for name in NAMES[:3])
     moduli = (3.0 * (g + g1) / E0, 3.0 * g / E_INF, eta / g1 / TAU)
     cells = [spread(100.0 * (ratio - 1.0)) for ratio in moduli]
-    touch = found["contact_point"].values - CONTACT_POINT
+    touch = table["contact_point"].values - CONTACT_POINT
     return (
-        f"| {name} | {' | '.join(cells)} | {spread(1e9 * touch, 'nm')} | {found['chi2'].values.mean() / points:.2f} |"
+        f"| {name} | {' | '.join(cells)} | {spread(1e9 * touch, 'nm')} | {table['chi2'].values.mean() / points:.2f} |"
     )
 
 
-def coverage(name, found, truth=TRUTH, names=NAMES):
+def coverage(name, table, truth=TRUTH, names=NAMES):
     """Share of 95 % intervals that hold the truth, and the scatter over the stated error."""
     cells = []
-    for one, value in zip(names, truth, strict=True):
-        z = (found[one].values - value) / found[f"{one}_standard_error"].values
+    for parameter, value in zip(names, truth, strict=True):
+        z = (table[parameter].values - value) / table[f"{parameter}_standard_error"].values
         cells.append(f"{100.0 * np.mean(np.abs(z) < 1.96):.1f} % ({np.std(z):.2f})")
     return f"| {name} | {' | '.join(cells)} |"
 

@@ -94,8 +94,8 @@ def fitted(case: str, data: rs.BounceTimes) -> rs.Identification:
 def functions_of(data: rs.BounceTimes, constants: np.ndarray, omega: float) -> np.ndarray:
     """Logarithms of |E*| and E'' at omega, and of tan delta at pi over the own contact time in the middle."""
     materials = column([rs.standard_solid(*np.exp(constants), poisson_ratio=0.5)])
-    own = math.pi / float(np.nanmedian(data.contact_times(materials)))
-    fixed, there = rs.reduced_modulus(materials).complex_modulus(np.array([omega, own]))[0]
+    at_contact = math.pi / float(np.nanmedian(data.contact_times(materials)))
+    fixed, there = rs.reduced_modulus(materials).complex_modulus(np.array([omega, at_contact]))[0]
     return np.log([abs(fixed), fixed.imag, there.imag / there.real])
 
 
@@ -103,10 +103,10 @@ def errors_of(data: rs.BounceTimes, constants: np.ndarray, omega: float) -> np.n
     """Standard errors of these functions for a material."""
     steps = 1e-4 * np.eye(3)
     points = np.concatenate([constants + steps, constants - steps])
-    materials = column([rs.standard_solid(*np.exp(one), poisson_ratio=0.5) for one in points])
+    materials = column([rs.standard_solid(*np.exp(point), poisson_ratio=0.5) for point in points])
     residuals = data.residuals(materials, np.empty((6, 0)))
-    functions = np.array([functions_of(data, one, omega) for one in points])
-    J, G = ((one[:3] - one[3:]).T / 2e-4 for one in (residuals, functions))
+    functions = np.array([functions_of(data, point, omega) for point in points])
+    J, G = ((point[:3] - point[3:]).T / 2e-4 for point in (residuals, functions))
     return np.sqrt(np.diag(G @ np.linalg.pinv(J.T @ J, rcond=1e-14) @ G.T))
 
 
@@ -124,7 +124,7 @@ def bias_table() -> str:
     for case in CASES:
         result = series(case)
         e, times, intervals = result.restitution_coefficient, result.contact_time[:-1], np.diff(result.touch_time)
-        naive, less = (one[-1] / one[-2] - e[-2] for one in (intervals, intervals - times))
+        naive, less = (gaps[-1] / gaps[-2] - e[-2] for gaps in (intervals, intervals - times))
         data = sound(result.touch_time)
         error = data.predicted(column([material(case)]))[0] - intervals[1:]
         lines.append(
@@ -141,7 +141,7 @@ def error_table() -> str:
         omega = math.pi / float(np.median(result.contact_time))
         for noise in (NOISE, 2e-5):
             errors = 100.0 * errors_of(sound(result.touch_time, noise), constants_of(case), omega)
-            shown = " | ".join(f"{one:.2g}" if one < 100.0 else "> 100" for one in errors)
+            shown = " | ".join(f"{percent:.2g}" if percent < 100.0 else "> 100" for percent in errors)
             lines.append(f"| {case} | {1e6 * noise:.0f} | {shown} |")
     return "\n".join(lines)
 
@@ -159,9 +159,9 @@ def coverage_table() -> str:
             rows.append((functions_of(data, constants, omega) - truth) / errors_of(data, constants, omega))
         z = np.array(rows)
         names = ("abs(E*)", "E''", "tan delta") if case != "D" else ("", "", "tan delta")
-        for name, own in zip(names, z.T, strict=True):
+        for name, scores in zip(names, z.T, strict=True):
             if name:
-                share, spread = 100.0 * np.mean(np.abs(own) < 1.96), math.sqrt(np.mean(own**2))
+                share, spread = 100.0 * np.mean(np.abs(scores) < 1.96), math.sqrt(np.mean(scores**2))
                 lines.append(f"| {case} | {name} | {share:.0f} | {spread:.2f} |")
     return "\n".join(lines)
 
@@ -194,7 +194,7 @@ def air_table() -> str:
     truth, none = column([material("D")]), np.empty((1, 0))
     for number in (7, 12, 25):
         with_drag, without = sound(time[:number], air_density=AIR), sound(time[:number])
-        sizes = [np.abs(one.residuals(truth, none)).max() for one in (with_drag, without)]
+        sizes = [np.abs(impact.residuals(truth, none)).max() for impact in (with_drag, without)]
         fit = fitted("D", without)
         chi2 = f"{fit.chi2:.2f}/{fit.degrees_of_freedom}"
         lines.append(f"| {number} | {sizes[0]:.1g} | {sizes[1]:.2g} | {chi2} |")

@@ -73,7 +73,7 @@ def largest_error(model: partial[Any], velocity: Array, radius: Array) -> float:
         return np.log(np.concatenate([result.restitution_coefficient, result.contact_time])) / 0.01
 
     step, unit = 1e-3, np.eye(guess.size)
-    slopes = [(logs(np.exp(step * one)) - logs(np.exp(-step * one))) / (2.0 * step) for one in unit]
+    slopes = [(logs(np.exp(step * direction)) - logs(np.exp(-step * direction))) / (2.0 * step) for direction in unit]
     jacobian = np.stack(slopes, axis=1)
     return float(np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))).max())
 

@@ -75,22 +75,22 @@ def fitted(time: np.ndarray, force: np.ndarray, peak: float) -> rs.Identificatio
     return rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
 
 
-def errors_of(found: rs.Identification) -> np.ndarray:
+def errors_of(fit: rs.Identification) -> np.ndarray:
     """Standard errors of the logarithms of Ginf, G1 and tau."""
     change = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 1.0]])
-    return np.sqrt(np.diag(change @ found.covariance @ change.T))
+    return np.sqrt(np.diag(change @ fit.covariance @ change.T))
 
 
-def logs_of(found: rs.Identification) -> np.ndarray:
+def logs_of(fit: rs.Identification) -> np.ndarray:
     """Logarithms of Ginf, G1 and tau."""
-    g, b, eta = found.coordinates[:3]
+    g, b, eta = fit.coordinates[:3]
     return np.array([g, b, eta - b])
 
 
-def moduli_of(found: rs.Identification, omega: float) -> tuple[np.ndarray, np.ndarray]:
+def moduli_of(fit: rs.Identification, omega: float) -> tuple[np.ndarray, np.ndarray]:
     """Logarithms of |E*|, E'' and tan delta, and their standard errors."""
     names = ("absolute_modulus", "loss_modulus", "loss_tangent")
-    bands = found.moduli([omega])
+    bands = fit.moduli([omega])
     values = np.array([float(bands[name][0]) for name in names])
     high = np.array([float(bands[f"{name}_high"][0]) for name in names])
     return np.log(values), np.log(high / values) / 1.959963985
@@ -103,7 +103,7 @@ def per_cent(values: Any) -> str:
 def true_errors(case: str, data: rs.ForceHistory, nuisances: list[float], omega: float) -> np.ndarray:
     """Standard errors of the logarithms of Ginf, G1, tau, |E*|, E'' and tan delta at the true material."""
     truth = np.append(np.log(CASES[case]), nuisances)
-    sizes = np.array([1e-4] * 3 + [0.1 * one.step for one in data.nuisances])
+    sizes = np.array([1e-4] * 3 + [0.1 * nuisance.step for nuisance in data.nuisances])
     points = np.concatenate([truth + np.diag(sizes), truth - np.diag(sizes)])
     solids = [rs.standard_solid(g, b, b * t, poisson_ratio=0.5) for g, b, t in np.exp(points[:, :3])]
     materials = column(solids)
@@ -113,7 +113,7 @@ def true_errors(case: str, data: rs.ForceHistory, nuisances: list[float], omega:
         [points[:, :3], np.log(np.array([abs(modulus), modulus.imag, modulus.imag / modulus.real]).T)]
     )
     n = sizes.size
-    J, G = ((one[:n] - one[n:]).T / 2.0 for one in (residuals, functions))
+    J, G = ((changes[:n] - changes[n:]).T / 2.0 for changes in (residuals, functions))
     return np.sqrt(np.diag(G @ np.linalg.pinv(J.T @ J, rcond=1e-15) @ G.T))
 
 
@@ -144,8 +144,8 @@ def coverage_table() -> str:
         z = np.array(deviations)
         inside, spread = 100.0 * np.mean(np.abs(z) < 1.96, axis=0), np.median(np.abs(z), axis=0) / 0.6745
         for words, part in (("Ginf, G1, tau", slice(0, 3)), ("abs(E*), E'', tan delta", slice(3, 6))):
-            shares = ", ".join(f"{one:.0f}" for one in inside[part])
-            lines.append(f"| {case} | {words} | {shares} | {', '.join(f'{one:.2f}' for one in spread[part])} |")
+            shares = ", ".join(f"{value:.0f}" for value in inside[part])
+            lines.append(f"| {case} | {words} | {shares} | {', '.join(f'{value:.2f}' for value in spread[part])} |")
     return "\n".join(lines)
 
 

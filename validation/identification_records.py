@@ -66,11 +66,11 @@ def repetition(seed: int, number: int) -> list[dict[str, Any]]:
     used = time.process_time() - begin
     rows = []
     for name, value in zip(NAMES, truth, strict=True):
-        one = fit.parameters[name] if name in fit.parameters else fit.nuisances[name]
+        estimate = fit.parameters[name] if name in fit.parameters else fit.nuisances[name]
         inside, z = math.nan, math.nan
-        if one.determined:
-            low, high = one.interval
-            inside, z = float(low <= value <= high), (one.value - value) / one.standard_error
+        if estimate.determined:
+            low, high = estimate.interval
+            inside, z = float(low <= value <= high), (estimate.value - value) / estimate.standard_error
         about = {"chi2": fit.reduced_chi2, "time": used, "samples": data.size, "stated": not data.scaled}
         rows.append(
             {"number": number, "level": level, "cycles": cycles, "name": name, "inside": inside, "z": z} | about
@@ -86,11 +86,11 @@ def table(rows: pd.DataFrame) -> list[str]:
     lines = ["| records | intervals | hold the truth | resolved to | mean z | scatter of z | chi2/dof |"]
     lines += ["|---|---|---|---|---|---|---|"]
     for words, group in groups:
-        known = group[~group.inside.isna()]
-        half = 196.0 * math.sqrt(0.0475 / max(len(known), 1))
+        bounded = group[~group.inside.isna()]
+        half = 196.0 * math.sqrt(0.0475 / max(len(bounded), 1))
         chi2 = group[group.stated].chi2
-        lines.append(f"| {words} | {len(known)} | {100.0 * known.inside.mean():.1f} % | {half:.1f} % "
-                     f"| {known.z.mean():+.2f} | {known.z.std():.2f} | {chi2.mean():.3f} |")  # fmt: skip
+        lines.append(f"| {words} | {len(bounded)} | {100.0 * bounded.inside.mean():.1f} % | {half:.1f} % "
+                     f"| {bounded.z.mean():+.2f} | {bounded.z.std():.2f} | {chi2.mean():.3f} |")  # fmt: skip
     return lines
 
 
@@ -105,13 +105,13 @@ def main() -> None:
     with ProcessPoolExecutor(options.workers) as pool:
         result = pool.map(repetition, [options.seed] * options.size, range(options.size), chunksize=2)
         rows = pd.DataFrame([row for rows in track(result, "records", total=options.size) for row in rows])
-    one, open_ends = rows.drop_duplicates("number"), int(rows.inside.isna().sum())
+    curves, open_ends = rows.drop_duplicates("number"), int(rows.inside.isna().sum())
     head = [
         f"{options.size} records, seed {options.seed}; none is refused or without a fit. Of {len(rows)} unknowns "
         f"{open_ends} are",
         "not determined. Intervals are those of 95 %; z is the error over the stated one. A fit of "
-        f"{one.samples.mean():.0f} samples takes",
-        f"{one.time.median():.2f} s of processor time (median).",
+        f"{curves.samples.mean():.0f} samples takes",
+        f"{curves.time.median():.2f} s of processor time (median).",
     ]
     lines = [*head, "", *table(rows)]
     options.out.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -124,8 +124,8 @@ def elements_table(counts: list[int]) -> str:
         for count in counts:
             times, forces, end = by_elements(series, profile, knots, depths, count)
             # Where a dashpot makes the force jump, the elements give the force before the jump.
-            known = result.sample(times, before=True).force.values
-            worst = float(np.abs(forces - known).max()) / result.max_force
+            expected = result.sample(times, before=True).force.values
+            worst = float(np.abs(forces - expected).max()) / result.max_force
             late = abs(end - result.contact_end_time) / result.contact_end_time
             rows.append([words, str(count), f"{worst:.1e}", f"{late:.1e}"])
     return table(["case", "elements", "force", "end of contact"], rows)
@@ -204,14 +204,14 @@ def tamaas_section() -> str:
     rows: list[list[str]] = []
     for words, force, history in cases:
         result = rs.indent(material, rs.Parabola(1.0), force=history, time=MOMENTS, rtol=1e-10)
-        known = np.array([pressure_radius(result, series, t) for t in MOMENTS])
+        exact = np.array([pressure_radius(result, series, t) for t in MOMENTS])
         runs = [by_tamaas(force, step) for step in STEPS]
         once = [2.0 * finer - coarser for coarser, finer in pairwise(runs)]
         limit = (4.0 * once[1] - once[0]) / 3.0
         for n, t in enumerate(MOMENTS):
             rows.append([
-                words, f"{t:g}", f"{result.contact_radius[n]:.6f}", f"{known[n]:.6f}", f"{limit[n]:.6f}",
-                f"{runs[-1][n] / known[n] - 1.0:+.1e}", f"{limit[n] / known[n] - 1.0:+.1e}",
+                words, f"{t:g}", f"{result.contact_radius[n]:.6f}", f"{exact[n]:.6f}", f"{limit[n]:.6f}",
+                f"{runs[-1][n] / exact[n] - 1.0:+.1e}", f"{limit[n] / exact[n] - 1.0:+.1e}",
             ])  # fmt: skip
     head = ["case", "t", "contact radius", "radius of the pressure", "Tamaas, extrapolated",
             f"difference at step {STEPS[-1]:g}", "extrapolated"]  # fmt: skip
@@ -259,8 +259,8 @@ def errors_table(count: int) -> str:
                     failed += 1
                     continue
                 for name in ("force", "indentation_depth", "contact_radius"):
-                    known = getattr(tight, name)
-                    worst = max(worst, float(np.abs(getattr(loose, name) - known).max() / known.max()) / rtol)
+                    expected = getattr(tight, name)
+                    worst = max(worst, float(np.abs(getattr(loose, name) - expected).max() / expected.max()) / rtol)
             rows.append([prescribed, f"{rtol:g}", f"{worst:.2g}", str(failed)])
     return table(["prescribed", "rtol", "largest error over tolerance", "refused"], rows)
 
@@ -290,11 +290,11 @@ def speed_table() -> str:
 
     sine = 1e-6 * np.sin(0.5 * math.pi * t)
     sine[-1] = 0.0
-    one, ten, thirty = gel(1), gel(10), gel(30)
+    single, ten, thirty = gel(1), gel(10), gel(30)
     up_and_down, arch, pushed = rs.triangle(1e-6, 1.0), rs.sine_arch(1e-6, 2.0), rs.triangle(1e-9, 1.0)
     points = "triangle of the depth as 1000 points"
     calls: list[tuple[str, Callable[[], Any]]] = [
-        (f"{points}, 1 term", lambda: rs.indent(one, tip, depth=triangle, time=t)),
+        (f"{points}, 1 term", lambda: rs.indent(single, tip, depth=triangle, time=t)),
         (f"{points}, 10 terms", lambda: rs.indent(ten, tip, depth=triangle, time=t)),
         (f"{points}, 30 terms", lambda: rs.indent(thirty, tip, depth=triangle, time=t)),
         ("the same as `rs.triangle`, 10 terms", lambda: rs.indent(ten, tip, depth=up_and_down, time=t)),

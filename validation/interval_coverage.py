@@ -40,8 +40,8 @@ def rebounds(kind: str, modulus: float, ratio: float, share: float, noise: float
     time = rs.solve(rs.Impact(stiff, rs.Parabola(0.01), float(np.median(mass)), 0.0735)).contact_time
     truth = modulus, modulus * ratio, modulus * ratio * share * time
     exact = rs.solve(rs.Impact(rs.standard_solid(*truth, **FIXED), rs.Parabola(radius), mass, velocity), workers=1)
-    e, contact = (one * (1.0 + noise * random.standard_normal(velocity.size))
-                  for one in (exact.restitution_coefficient, exact.contact_time))  # fmt: skip
+    e, contact = (column * (1.0 + noise * random.standard_normal(velocity.size))
+                  for column in (exact.restitution_coefficient, exact.contact_time))  # fmt: skip
     size = f"{100.0 * noise:.12g} %"
     stated = rs.Noise(restitution_coefficient=size, contact_time=size) if random.uniform() > 0.25 else None
     data = rs.Rebounds(velocity, np.minimum(e, 1.0), radius=radius, mass=mass, contact_time=contact, noise=stated)
@@ -80,9 +80,9 @@ def repetition(seed: int, number: int) -> list[dict[str, Any]]:
     best = dict(zip(space.names, space.numbers(result.coordinates[None])[0], strict=True))
     rows = []
     for name, value in zip(NAMES, truth, strict=True):
-        one, middle = result.parameters[name], float(best[name])
-        low, high = one.interval
-        state = ("closed", "one-sided", "open")[sum(one.open_ends)]
+        estimate, middle = result.parameters[name], float(best[name])
+        low, high = estimate.interval
+        state = ("closed", "one-sided", "open")[sum(estimate.open_ends)]
         # The interval is that of the best value, which may lie beyond an open end.
         end = high if value > middle else low
         errors = (

@@ -266,8 +266,8 @@ def history_table(losses: list[float]) -> str:
         cells = []
         for part in (approach, ~approach):
             for name, values in theirs.items():
-                own = ours[name].values
-                cells.append(f"{np.abs(values[inside] - own)[part].max() / np.abs(own).max():.1e}")
+                expected = ours[name].values
+                cells.append(f"{np.abs(values[inside] - expected)[part].max() / np.abs(expected).max():.1e}")
         largest = motion.depth.max() / result.max_indentation_depth - 1.0
         pulls = motion.depth[np.flatnonzero((motion.force < 0.0) & (motion.velocity < 0.0))[0]]
         depth = result.max_indentation_depth
@@ -291,7 +291,7 @@ def step_table(counts: list[int], b: float) -> str:
     return "\n".join(lines)
 
 
-def wanted_table(wanted: list[float]) -> str:
+def wanted_table(coefficients: list[float]) -> str:
     """Lines of the table of the prescribed and the resulting coefficient of restitution."""
     ways = ["coeff_restitution", "coeff_restitution limit_damping", "tsuji", "tsuji limit_damping"]
     lines = [
@@ -299,11 +299,11 @@ def wanted_table(wanted: list[float]) -> str:
         "| exact, tau fitted at v0 | exact, v0/100 |",
         "|---" * (len(ways) + 4) + "|",
     ]
-    for e in wanted:
+    for e in coefficients:
         cells = [f"{extrapolated(e, way).restitution:.4f}" for way in ways]
         slow = extrapolated(e, ways[0], 0.01 * VELOCITY).restitution
-        own, own_slow = fitted(e)
-        lines.append(f"| {e} | {' | '.join(cells)} | {slow:.4f} | {own:.4f} | {own_slow:.4f} |")
+        fit, fit_slow = fitted(e)
+        lines.append(f"| {e} | {' | '.join(cells)} | {slow:.4f} | {fit:.4f} | {fit_slow:.4f} |")
         print(lines[-1], flush=True)
     return "\n".join(lines)
 

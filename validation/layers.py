@@ -183,16 +183,19 @@ def stiffness() -> dict[str, str]:
     """Tables of the static solution."""
     heads = [f"bonded, {nu:g}" if nu is not None else "frictionless" for nu in COLUMNS]
     rows = [
-        [f"{chi:g}", *short(*(kappa(nu, chi) / known - 1.0 for nu, known in zip(COLUMNS, values, strict=True)))]
+        [f"{chi:g}", *short(*(kappa(nu, chi) / expected - 1.0 for nu, expected in zip(COLUMNS, values, strict=True)))]
         for chi, values in KAPPA.items()
     ]
     results = []
     for chi, values in PARABOLA.items():
         cells: list[float] = []
         for n, nu in enumerate((0.5, 0.3, None)):
-            one = layer(nu, 1.0 / chi, rs.Parabola(1.0))
-            d = depth_at(one, 1.0)
-            cells += [d / values[2 * n] - 1.0, 1.5 * float(one.force_integral_at_depth(d)) / values[2 * n + 1] - 1.0]
+            body = layer(nu, 1.0 / chi, rs.Parabola(1.0))
+            d = depth_at(body, 1.0)
+            cells += [
+                d / values[2 * n] - 1.0,
+                1.5 * float(body.force_integral_at_depth(d)) / values[2 * n + 1] - 1.0,
+            ]
         results.append([f"{chi:g}", *short(*cells)])
     three = [
         f"{name}: {what}" for name in ("bonded, 0.5", "bonded, 0.3", "frictionless") for what in ("$d$", "$\\Pi$")
@@ -207,8 +210,8 @@ def polynomial(coefficients: Sequence[float], chi: Array) -> Array:
 
 def force_ratio(poisson_ratio: float | None, chi: Array) -> Array:
     """Force of a parabola of radius 1 on a layer of thickness 1 over that on the half-space, at sqrt(R d)/h."""
-    one, ball = layer(poisson_ratio, 1.0, rs.Parabola(1.0)), rs.Parabola(1.0)
-    return one.force_integral_at_depth(chi**2) / ball.force_integral_at_depth(chi**2)
+    layered, ball = layer(poisson_ratio, 1.0, rs.Parabola(1.0)), rs.Parabola(1.0)
+    return layered.force_integral_at_depth(chi**2) / ball.force_integral_at_depth(chi**2)
 
 
 def published() -> str:
@@ -253,29 +256,29 @@ def published() -> str:
     return table(["$\\sqrt{Rd}/h$", *(f"{x:g}" for x in chi)], rows)
 
 
-def differences(result: rs.ImpactResult, known: Sequence[float | None]) -> list[str]:
+def differences(result: rs.ImpactResult, expected: Sequence[float | None]) -> list[str]:
     """Relative differences of e, contact time, largest depth and force."""
     results = (
         result.restitution_coefficient, result.contact_time, result.max_indentation_depth, result.max_force,
     )  # fmt: skip
-    return short(*(None if y is None else x / y - 1.0 for x, y in zip(results, known, strict=True)))
+    return short(*(None if y is None else x / y - 1.0 for x, y in zip(results, expected, strict=True)))
 
 
 def impacts() -> str:
     """Impacts on layers."""
     rows: list[list[str]] = []
-    for name, nu, base, thickness, g, tau, known, elements in LAYERS:
+    for name, nu, base, thickness, g, tau, expected, elements in LAYERS:
         geometry = rs.Layer(rs.Parabola(1.0), thickness=thickness, base=base)
         result = rs.solve(rs.Impact(steady(nu, g, tau), geometry, mass=1.0, velocity=1.0), rtol=1e-11)
         ratio = f"{result.max_contact_radius / thickness:.3f}"
         e = f"{result.restitution_coefficient:.9f}"
-        rows.append([name, f"{nu:g}, {base}", f"{thickness:g}", ratio, e, *differences(result, known), elements])
-    name, known, elements = FRICTIONLESS
+        rows.append([name, f"{nu:g}, {base}", f"{thickness:g}", ratio, e, *differences(result, expected), elements])
+    name, expected, elements = FRICTIONLESS
     solid = rs.Material(rs.PronySeries(1.0, [10.0], [0.1]), bulk_from_poisson_ratio(1.0, 0.45))
     geometry = rs.Layer(rs.Parabola(1.0), thickness=0.9, base="frictionless")
     result = rs.solve(rs.Impact(solid, geometry, mass=1.0, velocity=1.0), rtol=1e-11)
     ratio, e = f"{result.max_contact_radius / 0.9:.3f}", f"{result.restitution_coefficient:.9f}"
-    rows.append([name, "0.45 static, frictionless", "0.9", ratio, e, *differences(result, known), elements])
+    rows.append([name, "0.45 static, frictionless", "0.9", ratio, e, *differences(result, expected), elements])
     head = ["case", "$\\nu$, base", "$h$", "$a_{\\max}/h$", "$e$", "$e$", "$T$", "$d_{\\max}$", "$F_{\\max}$",
             "finite elements"]  # fmt: skip
     return table(head, rows)
@@ -297,12 +300,12 @@ def ellipses() -> dict[str, str]:
         rows.append([f"{ratio:g}", *short(*(x / y - 1.0 for x, y in pairs))])
     solid = series(4.0, 40.0)
     bodies = []
-    for name, body, known, elements in (
+    for name, body, expected, elements in (
         ("ellipse, $R_1/R_2 = 5$", rs.Ellipsoid(math.sqrt(5.0), 1.0 / math.sqrt(5.0)), 0.2172055364, "5.5e-6"),
         ("pyramid, 4 sides, $\\tan\\alpha = 1$", rs.Pyramid(face_angle=math.pi / 4, sides=4), 0.2555678197, "5.4e-5"),
     ):
         e = rs.solve(rs.Impact(solid, body, mass=1.0, velocity=1.0), rtol=1e-11).restitution_coefficient
-        bodies.append([name, f"{e:.9f}", *short(e / known - 1.0), elements])
+        bodies.append([name, f"{e:.9f}", *short(e / expected - 1.0), elements])
     head = ["$R_1/R_2$", "$b/a$", "$R_{\\mathrm{eff}}$", "$a$", "$b$"]
     return {
         "ellipses": table(head, rows),

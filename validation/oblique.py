@@ -80,11 +80,11 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def tables(found: np.ndarray, spins: np.ndarray) -> str:
+def tables(solved: np.ndarray, spins: np.ndarray) -> str:
     """Return both tables and the errors in words."""
     head = "| angle [deg] | " + " | ".join(f"{angle:g}" for angle in ANGLES) + " | rms | rms below 30 |"
     lines = [head, "|---" * (ANGLES.size + 3) + "|"]
-    for name, values in (("measured", MEASURED), ("solved", found), ("MFIX", MFIX)):
+    for name, values in (("measured", MEASURED), ("solved", solved), ("MFIX", MFIX)):
         error = values - MEASURED
         ends = "|  |  |" if name == "measured" else f"| {rms(error):.3f} | {rms(error[ANGLES < SLIDES]):.3f} |"
         lines.append(f"| v_x'/v_x {name} | " + " | ".join(f"{value:.3f}" for value in values) + f" {ends}")

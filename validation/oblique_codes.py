@@ -113,12 +113,12 @@ def rows() -> list[tuple[str, list[float], list[float] | None]]:
             )
             try:
                 if run is None:
-                    given = [by_rebound(law.snippet, float(x)) for x in along]
+                    computed = [by_rebound(law.snippet, float(x)) for x in along]
                 else:
-                    given = [run(law.snippet, float(x), step) for x in along]
+                    computed = [run(law.snippet, float(x), step) for x in along]
             except ImportError:
                 continue
-            table.append((f"{law.words.split(',')[0]} {style or ''}".strip(), given, promised.tolist()))
+            table.append((f"{law.words.split(',')[0]} {style or ''}".strip(), computed, promised.tolist()))
     return table
 
 
@@ -139,10 +139,10 @@ def main() -> None:
         "| $e_t$ at | " + " | ".join(f"{x}°" for x in DEGREES) + " | misses | promise |",
         "|---" * (len(DEGREES) + 3) + "|",
     ]
-    for name, given, promised in table:
-        cells = [f"{x:.3f}" for x in given]
-        missed = "" if promised is None else f"{np.abs(np.array(given) - exact).max():.3f}"
-        kept = "" if promised is None else f"{np.abs(np.array(given) - np.array(promised)).max():.3f}"
+    for name, computed, promised in table:
+        cells = [f"{x:.3f}" for x in computed]
+        missed = "" if promised is None else f"{np.abs(np.array(computed) - exact).max():.3f}"
+        kept = "" if promised is None else f"{np.abs(np.array(computed) - np.array(promised)).max():.3f}"
         lines.append(f"| {name} | " + " | ".join(cells) + f" | {missed} | {kept} |")
     lines += [
         "",

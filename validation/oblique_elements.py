@@ -73,12 +73,12 @@ def kernels(points: Any, width: float, *, coupled: bool) -> list[Any]:
         total = {name: value + sign * parts[name] for name, value in total.items()}
     scale = 0.5 / math.pi
 
-    def tensor(own: float, aniso: float, cross: float) -> Any:
+    def tensor(diagonal: float, aniso: float, cross: float) -> Any:
         i, xx, yy, xy = (total[name] for name in ("0", "xx", "yy", "xy"))
         rows = [
-            [own * i + aniso * xx, aniso * xy, -cross * total["x"]],
-            [aniso * xy, own * i + aniso * yy, -cross * total["y"]],
-            [cross * total["x"], cross * total["y"], own * i],
+            [diagonal * i + aniso * xx, aniso * xy, -cross * total["x"]],
+            [aniso * xy, diagonal * i + aniso * yy, -cross * total["y"]],
+            [cross * total["x"], cross * total["y"], diagonal * i],
         ]
         return scale * np.block(rows)
 
@@ -137,12 +137,12 @@ def impact(solid: Solid, friction: float, slope: float, count: int, *, coupled: 
     while normal > 0.0 or v > 0.0:
         v, speed = v - 0.5 * h * normal, speed - 0.5 * h * mobility * pull
         depth, step = depth + h * v, h * speed
-        known = sum(
+        carried = sum(
             c * field + fade * kept for (_, _, c, fade), field, kept in zip(numbers, fields, memory, strict=True)
         )
         # A point that sticks moves with the ball from where it was.
         shift[:n] += step
-        goal = np.concatenate([shift, depth - gap]) - known
+        goal = np.concatenate([shift, depth - gap]) - carried
         project(influence, goal, friction, tractions, TOLERANCE, SWEEPS)
         new = [part @ tractions for part in parts]
         memory = [

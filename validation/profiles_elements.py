@@ -50,7 +50,7 @@ def line(name: str, profile: rs.Parabola) -> str:
     exact = rs.solve(impact)
     results = [rs.solve(impact, method="elements", n_elements=n) for n in N_ELEMENTS]
     expected = exact.restitution_coefficient
-    errors = [one.restitution_coefficient / expected - 1.0 for one in results]
+    errors = [result.restitution_coefficient / expected - 1.0 for result in results]
     order = math.log2(errors[-2] / errors[-1])
     cells = [f"{error:.2e}" for error in errors]
     time = results[-1].contact_time / exact.contact_time - 1.0

@@ -102,8 +102,10 @@ def identified(curve: rs.IndentationCurve) -> tuple[bool, str]:
         return False, f"no fit: {line_of(error)}"
     (fit,) = result.curves[0][1]
     misfit = np.sqrt(np.mean((fit.measured - fit.fitted) ** 2)) / np.ptp(fit.measured)
-    known = [f"{name.replace('_', ' ')} {one.words}" for name, one in result.parameters.items() if one.determined]
-    return True, f"misfit {100.0 * misfit:.1f} %; {', '.join(known) or 'no constant is determined'}"
+    determined = [
+        f"{name.replace('_', ' ')} {each.words}" for name, each in result.parameters.items() if each.determined
+    ]
+    return True, f"misfit {100.0 * misfit:.1f} %; {', '.join(determined) or 'no constant is determined'}"
 
 
 def adhering(curve: rs.IndentationCurve) -> tuple[bool, tuple[str, ...]]:
@@ -116,14 +118,16 @@ def adhering(curve: rs.IndentationCurve) -> tuple[bool, tuple[str, ...]]:
     print(f"    {time.perf_counter() - start:.0f} s")
     (fit,) = result.curves[0][1]
     misfit = np.sqrt(np.mean((fit.measured - fit.fitted) ** 2)) / np.ptp(fit.measured)
-    known = [f"{name.replace('_', ' ')} {one.words}" for name, one in result.parameters.items() if one.determined]
+    determined = [
+        f"{name.replace('_', ' ')} {each.words}" for name, each in result.parameters.items() if each.determined
+    ]
     # Numbers in a doubt are those of the constants.
     doubts = [re.sub(r" \(p = .*?\)|: a stress above .*", "", line) for line in result.warnings]
     largest = float(np.median(fit.measured[:10]) - fit.measured.min())
     pull = 1.75 * np.pi * float(result.adhesion.work) * tip_radius(curve)
     return True, (
         f"{largest:.2g} N", f"{pull:.2g} N", f"{100.0 * misfit:.1f} %",
-        "; ".join(known) or "no constant is determined", "; ".join(doubts),
+        "; ".join(determined) or "no constant is determined", "; ".join(doubts),
     )  # fmt: skip
 
 
@@ -134,7 +138,7 @@ def tip_radius(curve: rs.IndentationCurve) -> float:
 
 def arguments(name: str) -> dict[str, float]:
     """Arguments for a file."""
-    return next((given for beginning, given in GUESSES.items() if name.startswith(beginning)), {})
+    return next((guess for beginning, guess in GUESSES.items() if name.startswith(beginning)), {})
 
 
 def merged(rows: list[tuple[str, ...]]) -> list[tuple[str, ...]]:
@@ -163,19 +167,19 @@ def curves_of_instruments(folder: Path) -> str:
     reading, fits = list[tuple[str, ...]](), list[tuple[str, ...]]()
     counts = dict.fromkeys(("count", "read", "read_with", "accepted", "approach", "fitted"), 0)
     for file in files_in(folder):
-        given, tip = arguments(file.name), CELL if "cell" in file.name else TIP
-        plain, completed = rs.read_curves(file, profile=tip), rs.read_curves(file, profile=tip, **given)
-        for one, other in zip(plain, completed, strict=True):
-            sizes = one.record().segments[0]
-            place = numbered(one.label)
-            _, without = read(one)
+        guess, tip = arguments(file.name), CELL if "cell" in file.name else TIP
+        plain, completed = rs.read_curves(file, profile=tip), rs.read_curves(file, profile=tip, **guess)
+        for bare, other in zip(plain, completed, strict=True):
+            sizes = bare.record().segments[0]
+            place = numbered(bare.label)
+            _, without = read(bare)
             curve, outcome = read(other)
-            print(one.label, without, outcome, sep="\n    ", flush=True)
+            print(bare.label, without, outcome, sep="\n    ", flush=True)
             lacks = without.startswith("has no")
             counts["count"] += 1
             counts["read"] += not lacks
             counts["read_with"] += not outcome.startswith("has no")
-            words = ", ".join(f"{name} {value:g}" for name, value in given.items())
+            words = ", ".join(f"{name} {value:g}" for name, value in guess.items())
             reading.append((*place, " + ".join(map(str, sizes)), without if lacks else "read"))
             fitted, result = (False, f"refused: {outcome}") if curve is None else identified(curve)
             if outcome == "approach alone":

@@ -140,14 +140,14 @@ def fitted(data: Any, model: str, **options: Any) -> rs.Identification:
     return rs.identify(data, model, fixed={"poisson_ratio": 0.5}, **options)
 
 
-def restitution_at(found: rs.Identification, velocity: float) -> tuple[float, float, float]:
+def restitution_at(fit: rs.Identification, velocity: float) -> tuple[float, float, float]:
     """Predicted e of the first ball of the data, and its band."""
-    ball: Any = found.data[0]
-    solid = found.materials.shear.row(0, 0)
+    ball: Any = fit.data[0]
+    solid = fit.materials.shear.row(0, 0)
     impact = rs.Impact(rs.Material(solid, math.inf), rs.Parabola(float(ball.radius[0])), float(ball.mass[0]), velocity)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        e = found.predict(impact)
+        e = fit.predict(impact)
     low, value, high = (float(e[f"restitution_coefficient{end}"].item()) for end in ("_low", "", "_high"))
     return low, value, high
 
@@ -172,10 +172,10 @@ def balls() -> str:
         tangent = rs.effective_moduli(data_of).loss_tangent
         results |= {(name, model): fitted(data_of, model) for model in MODELS}
         fits = [results[name, model] for model in MODELS]
-        known = [key for one in fits for key, estimate in one.parameters.items() if estimate.determined]
+        determined = [key for fit in fits for key, estimate in fit.parameters.items() if estimate.determined]
         rows.append(
-            (name, f"{tangent.min():.3f} to {tangent.max():.3f}", ", ".join(known) or "none",
-             *(f"{one.chi2:.2f}" for one in fits), *(shown(restitution_at(one, 10.0)) for one in fits))
+            (name, f"{tangent.min():.3f} to {tangent.max():.3f}", ", ".join(determined) or "none",
+             *(f"{fit.chi2:.2f}" for fit in fits), *(shown(restitution_at(fit, 10.0)) for fit in fits))
         )  # fmt: skip
     sizes = [fitted(rebounds("blue", *body), "kelvin_voigt") for body in ((10e-3, 5e-3), (40e-3, 300e-3))]
     apart = max(
@@ -213,9 +213,9 @@ def rubber() -> str:
             measured.superposed(reference_temperature=ROOM, shift=law) for law in ("free", "wlf", "arrhenius")
         )
     rows = [
-        (f"{one[0]:.0f} degC", *(f"{curve.log10_factors[n] + 0.0:.2f} +- {curve.errors[n]:.2f}"
+        (f"{isotherm[0]:.0f} degC", *(f"{curve.log10_factors[n] + 0.0:.2f} +- {curve.errors[n]:.2f}"
                                  for curve in (free, wlf, arrhenius)))
-        for n, one in enumerate(EPDM)
+        for n, isotherm in enumerate(EPDM)
     ]  # fmt: skip
     rows.append(("misfit", *(f"{curve.misfit:.1e}" for curve in (free, wlf, arrhenius))))
     above = ROOM - (273.15 - 50.0)
@@ -230,13 +230,13 @@ def rubber() -> str:
         shifted = rs.PronySeries(
             master.equilibrium_modulus, master.branch_moduli, factor * np.asarray(master.relaxation_times)
         )
-        made: list[str] = []
-        for series in (shifted, *(one.materials.at(celsius + 273.15).shear.row(0, 0) for one in fits)):
+        restitutions: list[str] = []
+        for series in (shifted, *(fit.materials.at(celsius + 273.15).shear.row(0, 0) for fit in fits)):
             result = rs.solve(rs.Impact(rs.Material(series, math.inf), rs.Parabola(radius), mass, 1.0))
-            made.append(f"{float(result.restitution_coefficient):.3f}")
+            restitutions.append(f"{float(result.restitution_coefficient):.3f}")
             contact = float(result.contact_time) if celsius == 25.0 else contact
-        fast = next(one[4] for one in EPDM if one[0] == celsius)
-        predictions.append((f"{celsius:.0f} degC", *made, f"{math.exp(-fast / 0.815):.3f}"))
+        fast = next(isotherm[4] for isotherm in EPDM if isotherm[0] == celsius)
+        predictions.append((f"{celsius:.0f} degC", *restitutions, f"{math.exp(-fast / 0.815):.3f}"))
     return RUBBER_TEXT.format(
         shifts=table(("temperature", "free", "WLF", "Arrhenius"), rows),
         c1=wlf.constants["c1"], c1_error=wlf.constant_errors["c1"],
@@ -263,8 +263,8 @@ def polymer(file: Path) -> str:
     rows.append(("spectrum", deviation(in_tension(smooth.material.shear)
                                        .relaxation_modulus(data.time))))  # fmt: skip
     for model, words in (("fractional_zener", "fractional Zener"), ("generalised_maxwell", "three terms")):
-        one = fitted(data, model, terms=3, profiles=False)
-        rows.append((words, deviation(in_tension(one.materials.shear.row(0, 0)).relaxation_modulus(data.time))))
+        fit = fitted(data, model, terms=3, profiles=False)
+        rows.append((words, deviation(in_tension(fit.materials.shear.row(0, 0)).relaxation_modulus(data.time))))
     decades = math.log10(data.time[-1] / data.time[data.time > 0.0][0])
     return POLYMER_TEXT.format(n=data.time.size, decades=decades, fits=table(("fit", "deviation"), rows))
 
@@ -300,13 +300,13 @@ def cells(file: Path) -> str:
             two, three = (fitted(data, "generalised_maxwell", terms=n, profiles=False) for n in (2, 3))
             ours = [two.parameters[f"relaxation_times[{n}]"] for n in (0, 1)]
             differences += [
-                abs((one.value or math.nan) / other - 1.0) for one, other in zip(ours, theirs, strict=True)
+                abs((estimate.value or math.nan) / other - 1.0) for estimate, other in zip(ours, theirs, strict=True)
             ]
             gains.append(two.chi2 / three.chi2)
             slowest.append(three.parameters["relaxation_times[2]"].value)
             chances.append(two.runs_test)
-            rows.append((path.stem[-4:], *(f"{one.value:.3f} +- {one.standard_error:.3f}" for one in ours),
-                         *(f"{one:.3f}" for one in theirs)))  # fmt: skip
+            rows.append((path.stem[-4:], *(f"{each.value:.3f} +- {each.standard_error:.3f}" for each in ours),
+                         *(f"{value:.3f}" for value in theirs)))  # fmt: skip
             try:
                 rs.read_curves(path, profile=rs.Parabola(40e-6))[0]()
             except rs.InputError as error:

@@ -106,9 +106,9 @@ def by_rebound(count: int) -> Touches:
     heights: list[float] = []
     ball = simulation.particles[1]
     while len(heights) < count:
-        known = len(touches)
+        before = len(touches)
         simulation.steps(1)
-        if len(touches) > known:
+        if len(touches) > before:
             # The ball flies freely from here on.
             heights.append(ball.z - RADIUS + ball.vz**2 / (2.0 * GRAVITY))
     return Touches(np.array(touches), np.array(heights))
@@ -165,10 +165,10 @@ def pair_table(velocities: list[float]) -> str:
         times = edges[:-1, None] + np.diff(edges)[:, None] * (0.5 + 0.5 * nodes)
         force = result.sample(times.ravel()).force.values.reshape(times.shape)
         impulse = float(np.sum(0.5 * np.diff(edges)[:, None] * weights * force))
-        own = [velocity - impulse / BALL.mass, impulse / small.mass]
+        expected = [velocity - impulse / BALL.mass, impulse / small.mass]
         lines.append(
             f"| {velocity:g} | {result.restitution_coefficient:.9f} | {velocities[0]:.9f} | {velocities[1]:.9f} "
-            f"| {own[0]:.9f} | {own[1]:.9f} |"
+            f"| {expected[0]:.9f} | {expected[1]:.9f} |"
         )
         print(lines[-1], flush=True)
     return "\n".join(lines)

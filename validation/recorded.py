@@ -37,18 +37,18 @@ DATA, NAMES = TESTS / "data" / "recorded.json", TESTS / "data" / "public_names.t
 
 def among(name: str, names: list[str]) -> bool:
     """Whether a problem has one of these names, or one of them is its first parts."""
-    return any(name == one or name.startswith(f"{one.rstrip('/')}/") for one in names)
+    return any(name == chosen or name.startswith(f"{chosen.rstrip('/')}/") for chosen in names)
 
 
 def compute(only: list[str]) -> dict[str, Values]:
     """Numbers of all problems, or of those with the names in `only`."""
-    chosen = [one for one in PROBLEMS.values() if not only or among(one.name, only)]
-    return {one.name: one.values() for one in track(chosen, "problems", disable=not sys.stderr.isatty())}
+    chosen = [problem for problem in PROBLEMS.values() if not only or among(problem.name, only)]
+    return {problem.name: problem.values() for problem in track(chosen, "problems", disable=not sys.stderr.isatty())}
 
 
-def write(file: Path, found: dict[str, Values]) -> None:
+def write(file: Path, results: dict[str, Values]) -> None:
     """Write all numbers; an archive has one array for each output."""
-    arrays = {f"{name}|{output}": values for name, one in found.items() for output, values in one.items()}
+    arrays = {f"{name}|{output}": values for name, outputs in results.items() for output, values in outputs.items()}
     with file.open("wb") as stream:
         np.savez_compressed(stream, **arrays)
 
@@ -75,7 +75,7 @@ def compare(before: dict[str, Values], after: dict[str, Values], allow: list[str
         else:
             errors = differences(after[name], before[name])
             worst = max(errors, key=lambda output: errors[output])
-            words = f"{errors[worst]:.1e} of {worst}, {sum(one > 0.0 for one in errors.values())} outputs"
+            words = f"{errors[worst]:.1e} of {worst}, {sum(error > 0.0 for error in errors.values())} outputs"
         allowed = among(name, allow)
         refused += not allowed
         print(f"{name}: {words}{' (allowed)' if allowed else ''}")
@@ -89,15 +89,15 @@ def plain(value: float) -> float | int:
     return int(rounded) if rounded.is_integer() and abs(rounded) < 1e6 else rounded
 
 
-def write_data(found: dict[str, Values]) -> None:
+def write_data(results: dict[str, Values]) -> None:
     """Write some numbers of each output for the tests, a line for each problem."""
     lines = (
         f"{json.dumps(name)}: "
         + json.dumps(
-            {output: [plain(one) for one in values] for output, values in PROBLEMS[name].short(one).items()},
+            {output: [plain(value) for value in values] for output, values in PROBLEMS[name].short(outputs).items()},
             separators=(",", ":"),
         )
-        for name, one in found.items()
+        for name, outputs in results.items()
     )
     DATA.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
@@ -126,7 +126,9 @@ def main() -> int:
             parser.error("--write-data writes all problems")
         write_data(result)
     if options.compare:
-        before = {name: one for name, one in read(options.compare).items() if not options.only or name in result}
+        before = {
+            name: outputs for name, outputs in read(options.compare).items() if not options.only or name in result
+        }
         return int(compare(before, result, options.allow) > 0)
     return 0
 

@@ -111,29 +111,29 @@ def matched(trial: Trial) -> tuple[np.ndarray, np.ndarray, int]:
         return due, np.full(due.size, -1), 0
     distance = np.abs(sound.time[:, None] - picks.time)
     nearest = distance.argmin(axis=1)
-    own = np.where(distance.min(axis=1) < NEAR, nearest, -1)
-    return due, own, int((distance.min(axis=0) > np.maximum(NEAR, 4.0 * picks.error)).sum())
+    picked = np.where(distance.min(axis=1) < NEAR, nearest, -1)
+    return due, picked, int((distance.min(axis=0) > np.maximum(NEAR, 4.0 * picks.error)).sum())
 
 
-def table_of_kinds(found: list[Trial]) -> str:
+def table_of_kinds(trials: list[Trial]) -> str:
     lines: list[str] = []
     for kind in KINDS:
-        own = [(trial, *matched(trial)) for trial in found if trial.kind == kind]
+        matches = [(trial, *matched(trial)) for trial in trials if trial.kind == kind]
         due, hit = (sum(int(count) for count in counts) for counts in (
-            [d.sum() for _, d, _, _ in own], [(d & (p >= 0)).sum() for _, d, p, _ in own]))  # fmt: skip
-        lost = sum(not trial.picks.time.size for trial, *_ in own)
-        wrong = sum(invented for *_, invented in own)
-        lines.append(f"| {len(own)} with {kind} | {due} | {100.0 * hit / due:.1f} | {lost} | {wrong} |")
+            [d.sum() for _, d, _, _ in matches], [(d & (p >= 0)).sum() for _, d, p, _ in matches]))  # fmt: skip
+        lost = sum(not trial.picks.time.size for trial, *_ in matches)
+        wrong = sum(invented for *_, invented in matches)
+        lines.append(f"| {len(matches)} with {kind} | {due} | {100.0 * hit / due:.1f} | {lost} | {wrong} |")
     return "\n".join(lines)
 
 
-def touches(found: list[Trial]) -> np.ndarray:
+def touches(trials: list[Trial]) -> np.ndarray:
     """Rows of rate, peak, whether found, error and standard error [s] of the touches that count."""
     rows: list[tuple[float, ...]] = []
-    for trial in found:
-        due, own, _ = matched(trial)
+    for trial in trials:
+        due, picked, _ = matched(trial)
         for n in np.flatnonzero(due):
-            pick, peak = own[n], trial.sound.signal_to_noise[n]
+            pick, peak = picked[n], trial.sound.signal_to_noise[n]
             error = (np.nan, np.nan)
             if pick >= 0:
                 error = trial.picks.time[pick] - trial.sound.time[n], trial.picks.error[pick]
@@ -141,18 +141,18 @@ def touches(found: list[Trial]) -> np.ndarray:
     return np.array(rows, dtype=float)
 
 
-def restitution(found: list[Trial]) -> np.ndarray:
+def restitution(trials: list[Trial]) -> np.ndarray:
     """Rows of the deviation of e over its standard error, and the standard error."""
     rows: list[tuple[float, float]] = []
-    for trial in found:
+    for trial in trials:
         if not trial.picks.time.size:
             continue
-        _, own, _ = matched(trial)
+        _, picked, _ = matched(trial)
         result = from_instants(trial.picks, Ball(air_density=0.0))
-        for n in range(1, own.size - 1):
-            if np.all(own[n - 1 : n + 2] >= 0) and np.all(np.diff(own[n - 1 : n + 2]) == 1):
-                error = result.restitution_coefficient_error[own[n]]
-                deviation = result.restitution_coefficient[own[n]] - trial.sound.restitution_coefficient[n]
+        for n in range(1, picked.size - 1):
+            if np.all(picked[n - 1 : n + 2] >= 0) and np.all(np.diff(picked[n - 1 : n + 2]) == 1):
+                error = result.restitution_coefficient_error[picked[n]]
+                deviation = result.restitution_coefficient[picked[n]] - trial.sound.restitution_coefficient[n]
                 rows.append((deviation / error, error))
     return np.array(rows)
 

@@ -43,16 +43,16 @@ def random_impact(rng: np.random.Generator) -> tuple[rs.Impact, float]:
     return impact, 10.0 ** rng.uniform(-8.0, -4.0)
 
 
-def ratios(impact: rs.Impact, made: rs.Surrogate, rng: np.random.Generator) -> list[float]:
+def ratios(impact: rs.Impact, surrogate: rs.Surrogate, rng: np.random.Generator) -> list[float]:
     """Largest error of each output at random velocities, over the stated one."""
     v = np.clip(np.exp(rng.uniform(*np.log(RANGE), VELOCITIES)), *RANGE)
-    exact = rs.solve(replace(impact, velocity=v), rtol=max(1e-6 * made.rtol, 1e-12))
+    exact = rs.solve(replace(impact, velocity=v), rtol=max(1e-6 * surrogate.rtol, 1e-12))
     results: list[float] = []
     for name in OUTPUTS:
         truth = getattr(exact, name)
         least = 1e-3 if name == "restitution_coefficient" else 0.0
-        error = np.abs(getattr(made, name)(v) - truth) / np.maximum(truth, least)
-        results.append(float(error.max() / made.error[name]))
+        error = np.abs(getattr(surrogate, name)(v) - truth) / np.maximum(truth, least)
+        results.append(float(error.max() / surrogate.error[name]))
     return results
 
 
@@ -63,13 +63,13 @@ def main() -> None:
     worst = np.zeros(len(OUTPUTS))
     while len(rows) < MATERIALS:
         impact, rtol = random_impact(rng)
-        made = rs.surrogate(impact, RANGE, rtol)
-        one = ratios(impact, made, rng)
-        worst = np.maximum(worst, one)
-        pieces = made.pieces.edges.size - 1
+        surrogate = rs.surrogate(impact, RANGE, rtol)
+        shares = ratios(impact, surrogate, rng)
+        worst = np.maximum(worst, shares)
+        pieces = surrogate.pieces.edges.size - 1
         cells = (
             type(impact.profile).__name__, impact.material.shear.n_branches, f"{rtol:.1e}", pieces,
-            f"{made.error['restitution_coefficient']:.1e}", *(f"{ratio:.2f}" for ratio in one),
+            f"{surrogate.error['restitution_coefficient']:.1e}", *(f"{ratio:.2f}" for ratio in shares),
         )  # fmt: skip
         rows.append("| " + " | ".join(map(str, cells)) + " |")
         print(rows[-1], flush=True)

@@ -53,15 +53,15 @@ def balls() -> dict[str, rs.Impact]:
 def row(name: str, ball: rs.Impact, rtol: float, rng: np.random.Generator) -> str:
     """Build, measure, and return a row of the table."""
     start = time.process_time()
-    made = rs.surrogate(ball, RANGE, rtol)
-    assert isinstance(made, rs.ObliqueSurrogate)
+    curve = rs.surrogate(ball, RANGE, rtol)
+    assert isinstance(curve, rs.ObliqueSurrogate)
     spent = time.process_time() - start
     v = np.exp(rng.uniform(math.log(RANGE[0]), math.log(RANGE[1]), POINTS)).clip(*RANGE)
     along = rng.uniform(0.0, 7.0, POINTS) * 0.3 * v
     exact = rs.solve(rs.vary(ball, {"velocity": v, "tangential_velocity": along}), rtol=1e-6)
-    error = np.abs(made.tangential_restitution_coefficient(v, along) - getattr(exact, E_T)).max()
-    boxes = " + ".join(str(len(part.levels)) for part in (made.sliding.sticks, made.sliding.slips))
-    cells = (name, f"{rtol:.0e}", boxes, f"{made.error[E_T]:.1e}", f"{error:.1e}", f"{error / made.error[E_T]:.2f}",
+    error = np.abs(curve.tangential_restitution_coefficient(v, along) - getattr(exact, E_T)).max()
+    boxes = " + ".join(str(len(part.levels)) for part in (curve.sliding.sticks, curve.sliding.slips))
+    cells = (name, f"{rtol:.0e}", boxes, f"{curve.error[E_T]:.1e}", f"{error:.1e}", f"{error / curve.error[E_T]:.2f}",
              f"{spent:.1f}")  # fmt: skip
     return "| " + " | ".join(cells) + " |"
 

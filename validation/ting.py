@@ -258,18 +258,18 @@ class UnderForce:
         ]
         kinks = np.array([*kinks, *self.time, turning])
         for moment in turning + (stop - turning) * np.array([0.02, 0.3, 0.7, 0.95]):
-            given = float(np.interp(moment, self.time, self.values))
+            value = float(np.interp(moment, self.time, self.values))
             jumps = {float(a) for a, b in pairwise(self.time) if a == b and a < turning}
             places = [0.0, *sorted(jumps), turning]
             for low, high in pairwise(places):
                 low, high = low * (1.0 + 1e-15), high * (1.0 - 1e-15)
-                if self.force(moment, low) <= given <= self.force(moment, high):
-                    t1 = brentq(lambda x, t=moment, f=given: self.force(t, x) - f, low, high, xtol=1e-300, rtol=1e-15)
+                if self.force(moment, low) <= value <= self.force(moment, high):
+                    t1 = brentq(lambda x, t=moment, f=value: self.force(t, x) - f, low, high, xtol=1e-300, rtol=1e-15)
                     break
             else:
                 continue  # within a step
-            known = float(self.profile.contact_radius(self.depth(float(self.integral(np.array(t1))))))
-            radius = max(radius, abs(sampled_radius(moment) - known) / result.max_contact_radius)
+            expected = float(self.profile.contact_radius(self.depth(float(self.integral(np.array(t1))))))
+            radius = max(radius, abs(sampled_radius(moment) - expected) / result.max_contact_radius)
             if any(t1 <= a <= moment for a, b in pairwise(self.time) if a == b):
                 continue
             total = 0.0
@@ -327,8 +327,8 @@ def study(prescribed: str, count: int, rtol: float, seed: int) -> tuple[dict[str
         n = int(np.argmax(values > 0.0))
         touch = time[n - 1] - values[n - 1] * (time[n] - time[n - 1]) / (values[n] - values[n - 1])
         time, values = np.append(0.0, time[n:] - touch), np.append(0.0, values[n:])
-        known = (UnderDepth if prescribed == "depth" else UnderForce)(series, profile, time, values)
-        for name, error in known.errors(result, touch + shift).items():
+        reference = (UnderDepth if prescribed == "depth" else UnderForce)(series, profile, time, values)
+        for name, error in reference.errors(result, touch + shift).items():
             errors[name].append(error / rtol)
     return errors, refused
 

@@ -103,8 +103,8 @@ def compared(seed: int) -> float | None:
     impact = draw_impacts(seed, 1)
     if impact is None:
         return None
-    one = rs.Impact(impact.material, impact.profile, mass=float(np.ravel(impact.mass)[0]), velocity=1.0)
-    e, other = (method(one, rtol=1e-9).restitution_coefficient for method in (rs.solve, solve_by_scipy))
+    single = rs.Impact(impact.material, impact.profile, mass=float(np.ravel(impact.mass)[0]), velocity=1.0)
+    e, other = (method(single, rtol=1e-9).restitution_coefficient for method in (rs.solve, solve_by_scipy))
     return abs(e - other) / max(other, 1e-3)
 
 
@@ -119,10 +119,10 @@ def table(rows: pd.DataFrame) -> list[str]:
         "| tip | solved tips | impacts | rtol | above rtol | failed | largest error over rtol max(e, 1e-3) |",
         "|" + "---|" * 7,
     ]
-    for (kind, rtol), own in solved.groupby([solved["seed"] % len(KINDS), "rtol"]):
+    for (kind, rtol), group in solved.groupby([solved["seed"] % len(KINDS), "rtol"]):
         lines.append(
-            f"| {KINDS[kind]} | {len(own):,} | {own['impacts'].sum():,} | {rtol:g} | {own['above'].sum():,} "
-            f"| {own['failed'].sum():,} | {own['worst'].max():.2f} |"
+            f"| {KINDS[kind]} | {len(group):,} | {group['impacts'].sum():,} | {rtol:g} | {group['above'].sum():,} "
+            f"| {group['failed'].sum():,} | {group['worst'].max():.2f} |"
         )
     return [*lines, ""]
 
@@ -138,15 +138,15 @@ def main() -> None:
     options = parser.parse_args()
     if not options.rows.exists():
         options.rows.write_text(",".join(Row._fields) + "\n")
-    known = pd.read_csv(options.rows)
-    left = sorted(set(range(options.tips)) - set(known.loc[known["processor"] == PROCESSOR, "seed"]))
+    before = pd.read_csv(options.rows)
+    left = sorted(set(range(options.tips)) - set(before.loc[before["processor"] == PROCESSOR, "seed"]))
     with ProcessPoolExecutor(options.workers) as pool:
         tasks = [pool.submit(errors, seed, options.depths) for seed in left]
         for task in track(as_completed(tasks), "tips", len(tasks)):
             pd.DataFrame(task.result()).to_csv(options.rows, mode="a", header=False, index=False)
         others = [x for x in pool.map(compared, range(options.compared)) if x is not None]
     rows = pd.read_csv(options.rows)
-    lines = [line for _, own in rows.groupby("processor", sort=False) for line in table(own)]
+    lines = [line for _, group in rows.groupby("processor", sort=False) for line in table(group)]
     if others:
         lines += [f"Against SciPy at 1e-9, {len(others)} impacts: at most {max(others):.1e} max(e, 1e-3)."]
     Path(__file__).with_suffix(".md").write_text("\n".join(lines).rstrip() + "\n")

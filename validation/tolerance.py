@@ -76,9 +76,9 @@ def plain(random: Random) -> Problem:
 
 
 def tip(random: Random) -> Problem:
-    one = draw_tip(int(random.integers(2**31)))
-    depth = np.minimum(power(random, -1.5, 0.2, IMPACTS), 0.4 * float(one.max_depth))
-    return rs.Impact(draw_material(random), one, one.contact_radius(depth) * depth**2, 1.0)
+    profile = draw_tip(int(random.integers(2**31)))
+    depth = np.minimum(power(random, -1.5, 0.2, IMPACTS), 0.4 * float(profile.max_depth))
+    return rs.Impact(draw_material(random), profile, profile.contact_radius(depth) * depth**2, 1.0)
 
 
 def layer(random: Random) -> Problem:
@@ -220,15 +220,15 @@ def judge(kind: str, seed: int, number: int) -> Row:
     none = [0] * (len(RTOL) + 1)
     if not result:
         return Row(kind, number, 0, none, none, none, none, none, 0, none, none)
-    e, status = (np.array([getattr(one, name) for one in result])
+    e, status = (np.array([getattr(solution, name) for solution in result])
                  for name in ("restitution_coefficient", "status"))  # fmt: skip
-    solved, known = np.isfinite(e), np.nanmax(np.nan_to_num(e), axis=0)
+    solved, largest_e = np.isfinite(e), np.nanmax(np.nan_to_num(e), axis=0)
     error = np.abs(e - e[-1]) / np.maximum(e[-1], FLOOR) / np.array([*RTOL, FINEST])[:, None]
     differs = sum(np.any(status[solved[:, n], n] != status[solved[:, n], n][0]) for n in range(e.shape[1]) if
                   solved[:, n].any())  # fmt: skip
 
     def largest(name: str, where: np.ndarray) -> list[float]:
-        values = np.array([getattr(one, name) for one in result])
+        values = np.array([getattr(solution, name) for solution in result])
         with np.errstate(all="ignore"):
             relative = np.where(where & np.isfinite(values), np.abs(values / values[-1] - 1.0), 0.0)
         return np.nan_to_num(relative).max(axis=1).tolist()
@@ -236,7 +236,7 @@ def judge(kind: str, seed: int, number: int) -> Row:
     return Row(
         kind, number, e.shape[1], (solved & solved[-1]).sum(axis=1).tolist(), (error > 1.0).sum(axis=1).tolist(),
         np.nan_to_num(error).max(axis=1).tolist(), (~solved).sum(axis=1).tolist(),
-        (~solved & (known > FLOOR)).sum(axis=1).tolist(), int(differs), largest("contact_time", e[-1] > FLOOR),
+        (~solved & (largest_e > FLOOR)).sum(axis=1).tolist(), int(differs), largest("contact_time", e[-1] > FLOOR),
         largest("max_force", solved[-1]),
     )  # fmt: skip
 
@@ -249,7 +249,7 @@ def by_scipy(kind: str, seed: int, number: int) -> float | None:
         return None
     if not isinstance(problem, list):
         force = np.broadcast_to(problem.external_force, (IMPACTS,))
-        mass, velocity = (np.broadcast_to(one, (IMPACTS,)) for one in (problem.mass, problem.velocity))
+        mass, velocity = (np.broadcast_to(values, (IMPACTS,)) for values in (problem.mass, problem.velocity))
         problem = [rs.Impact(problem.material, problem.profile, float(mass[0]), float(velocity[0]),
                              external_force=float(force[0]))]  # fmt: skip
     for impact in problem:
@@ -269,21 +269,21 @@ def by_scipy(kind: str, seed: int, number: int) -> float | None:
 
 def lines(rows: list[Row], kind: str) -> str:
     """Line of the table."""
-    own = [row for row in rows if row.kind == kind]
-    drawn = sum(row.drawn for row in own)
+    rows_of_kind = [row for row in rows if row.kind == kind]
+    drawn = sum(row.drawn for row in rows_of_kind)
 
     def total(name: str, n: int) -> int:
-        return sum(getattr(row, name)[n] for row in own)
+        return sum(getattr(row, name)[n] for row in rows_of_kind)
 
     def worst(name: str) -> str:
-        return ", ".join(f"{max(getattr(row, name)[n] for row in own):.2g}" for n in range(len(RTOL)))
+        return ", ".join(f"{max(getattr(row, name)[n] for row in rows_of_kind):.2g}" for n in range(len(RTOL)))
 
     three = range(len(RTOL) + 1)
     compared = sum(total("compared", n) for n in range(len(RTOL)))
     above = sum(total("above", n) for n in range(len(RTOL)))
     refused = ", ".join(f"{total('refused', n):,}" for n in three)
     lost = ", ".join(f"{total('lost', n):,}" for n in three)
-    split = sum(row.split for row in own)
+    split = sum(row.split for row in rows_of_kind)
     return (f"| {kind} | {drawn:,} | {compared:,} | {above:,} | {worst('worst')} | {refused} | {lost} | {split:,} "
             f"| {worst('time')} | {worst('force')} |")  # fmt: skip
 
@@ -328,7 +328,7 @@ def main() -> None:
             if kind not in NOT_COMPARED:
                 tasks = [pool.submit(by_scipy, kind, options.seed, n) for n in range(0, count, COMPARED)]
                 results = [task.result() for task in track(as_completed(tasks), "against SciPy", len(tasks))]
-                differences += [one for one in results if one is not None]
+                differences += [difference for difference in results if difference is not None]
             # After each kind, so that an interrupted run leaves a table.
             options.out.write_text("\n".join(page(rows, differences, options.seed)) + "\n")
     for kind in kinds:

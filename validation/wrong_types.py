@@ -173,8 +173,8 @@ def good_objects(values: np.ndarray[Any, Any], unit: str) -> dict[str, Any]:
         "list": values.tolist(),
         "tuple": tuple(values.tolist()),
         "integers and numbers": [*values.tolist()[:-1], np.float32(values[-1])],
-        "fractions": [fractions.Fraction(one) for one in values.tolist()],
-        "decimals": [decimal.Decimal(one) for one in values.tolist()],
+        "fractions": [fractions.Fraction(value) for value in values.tolist()],
+        "decimals": [decimal.Decimal(value) for value in values.tolist()],
         "strided": strided,
         "reversed twice": values[::-1].copy()[::-1],
         "read-only": read_only,
@@ -190,7 +190,7 @@ def good_objects(values: np.ndarray[Any, Any], unit: str) -> dict[str, Any]:
         "DataArray with a unit": xr.DataArray(1e3 * values, attrs={"units": f"milli{unit}"}),
         "pint": UNITS.Quantity(values, unit),
         "pint, another unit": UNITS.Quantity(1e3 * values, f"milli{unit}"),
-        "list of pint": [UNITS.Quantity(one, unit) for one in values],
+        "list of pint": [UNITS.Quantity(value, unit) for value in values],
         "memoryview": memoryview(values),
     }
     for kind in (np.float16, np.float32, np.longdouble):
@@ -342,8 +342,8 @@ def parameters(call: Call) -> list[str]:
     """Names of the parameters of a function: those that it has, and those of its good call."""
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     try:
-        known = inspect.signature(call.function).parameters.values()
-        results = [one.name for one in known if one.kind in kinds and not one.name.startswith("_")]
+        signature = inspect.signature(call.function).parameters.values()
+        results = [each.name for each in signature if each.kind in kinds and not each.name.startswith("_")]
     except (TypeError, ValueError):
         results = []
     return list(dict.fromkeys([*results, *call.arguments]))
@@ -401,12 +401,12 @@ def good_calls(seed: int) -> tuple[int, list[str]]:
         # Multiples of 2^-10 are exact in half precision; a thousandth is not, but the product with 1e3 is.
         values = np.sort(rng.integers(64, 1024, 3)) / 1024.0
         plain = _restitution(field, values)
-        for kind, given in good_objects(values, {"m/s": "meter/second", "kg": "gram", "m": "meter"}[unit]).items():
+        for kind, argument in good_objects(values, {"m/s": "meter/second", "kg": "gram", "m": "meter"}[unit]).items():
             number += 1
             scale = 1e-3 if unit == "kg" and kind in _WITH_UNIT else 1.0
             expected = plain if scale == 1.0 else _restitution(field, scale * values)
             try:
-                result = _restitution(field, given)
+                result = _restitution(field, argument)
                 error = float(np.max(np.abs(np.asarray(result) / expected - 1.0)))
             except Exception as fault:
                 wrong.append(f"`{field}` as {kind}: {type(fault).__name__}: {fault}")
@@ -420,21 +420,21 @@ _WITH_UNIT = ("DataArray with a unit", "pint", "pint, another unit", "list of pi
 
 
 def _restitution(field: str, values: Any) -> Any:
-    given: dict[str, Any] = {"velocity": 1.0, "mass": 0.005, "radius": 0.01} | {field: values}
-    radius = given.pop("radius")
+    arguments: dict[str, Any] = {"velocity": 1.0, "mass": 0.005, "radius": 0.01} | {field: values}
+    radius = arguments.pop("radius")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        return rs.solve(rs.Impact(_MATERIAL, rs.Parabola(radius), **given)).restitution_coefficient
+        return rs.solve(rs.Impact(_MATERIAL, rs.Parabola(radius), **arguments)).restitution_coefficient
 
 
 def same_bits(seed: int, count: int = 200) -> list[str]:
     """Results in threads and after a pickle that differ from those in this thread."""
     velocities = np.random.default_rng(seed).uniform(0.01, 10.0, count).tolist()
-    impacts = [rs.Impact(_MATERIAL, _BALL, mass=0.005, velocity=one) for one in velocities]
-    plain = [rs.solve(one).restitution_coefficient for one in impacts]
+    impacts = [rs.Impact(_MATERIAL, _BALL, mass=0.005, velocity=each) for each in velocities]
+    plain = [rs.solve(each).restitution_coefficient for each in impacts]
     with ThreadPoolExecutor(8) as pool:
-        threaded = [one.restitution_coefficient for one in pool.map(rs.solve, impacts)]
-    pickled = [rs.solve(pickle.loads(pickle.dumps(one))).restitution_coefficient for one in impacts[:20]]
+        threaded = [each.restitution_coefficient for each in pool.map(rs.solve, impacts)]
+    pickled = [rs.solve(pickle.loads(pickle.dumps(each))).restitution_coefficient for each in impacts[:20]]
     wrong = [f"thread: velocity {v!r}" for v, a, b in zip(velocities, plain, threaded, strict=True) if a != b]
     wrong += [f"pickle: velocity {v!r}" for v, a, b in zip(velocities, plain, pickled, strict=False) if a != b]
     return wrong
@@ -442,22 +442,22 @@ def same_bits(seed: int, count: int = 200) -> list[str]:
 
 def main() -> None:
     """Run and write the table."""
-    options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--seed", type=int, default=1)
-    options.add_argument("--calls", type=int, help="number of bad calls, all by default")
-    options.add_argument("--out", type=pathlib.Path)
-    given = options.parse_args()
-    out = None if given.out is None else given.out.resolve()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--calls", type=int, help="number of bad calls, all by default")
+    parser.add_argument("--out", type=pathlib.Path)
+    options = parser.parse_args()
+    out = None if options.out is None else options.out.resolve()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        bad, faults, longest = bad_calls(given.calls, given.seed)
+        bad, faults, longest = bad_calls(options.calls, options.seed)
         os.chdir("/")
-    good, differ = good_calls(given.seed)
-    bits = same_bits(given.seed)
+    good, differ = good_calls(options.seed)
+    bits = same_bits(options.seed)
     lines = [
         "# Wrong and unusual types",
         "",
-        f"Made by `python validation/wrong_types.py --seed {given.seed}`: every public function and parameter "
+        f"Made by `python validation/wrong_types.py --seed {options.seed}`: every public function and parameter "
         f"with each of {len(bad_objects())} objects of a wrong type.",
         "",
         "| calls | number | faults |",
@@ -467,7 +467,7 @@ def main() -> None:
         f"| 8 threads, pickles: the same bits | 220 | {len(bits)} |",
         "",
         f"The longest bad call took {longest:.1f} s.",
-        *(f"* {one}" for one in (*sorted(faults), *differ, *bits)),
+        *(f"* {line}" for line in (*sorted(faults), *differ, *bits)),
     ]
     print("\n".join(lines))
     if out is not None:

@@ -29,7 +29,7 @@ for name, (tip, n) in tips.items():
     duration = 2.0 / (n + 1.0) * beta(1.0 / (n + 1.0), 0.5) * glass.max_indentation_depth / velocity
     assert abs(glass.contact_time / duration - 1.0) < 1e-8
     materials = [rs.maxwell(modulus, modulus * duration / ratio, bulk_modulus=math.inf) for ratio in ratios]
-    e = rs.solve([rs.Impact(one, tip, mass, velocity) for one in materials]).restitution_coefficient
+    e = rs.solve([rs.Impact(material, tip, mass, velocity) for material in materials]).restitution_coefficient
     loss[name] = (1.0 - e[0]) / ratios[0]
     ax.semilogx(ratios, e, label=name)
 ax.set_xlabel(r"elastic contact time over relaxation time $T/\tau$")

@@ -24,8 +24,8 @@ pairs = {
     "rigid sphere on polyisobutylene": (rs.Body(None, radius=0.01, mass=small.mass), large),
 }
 fig, ax = plt.subplots(layout="constrained")
-for name, (one, other) in pairs.items():
-    result = rs.solve(rs.collision(one, other, velocity))
+for name, (body, other) in pairs.items():
+    result = rs.solve(rs.collision(body, other, velocity))
     ax.semilogx(velocity, result.restitution_coefficient, label=name)
 ax.set_xlabel("relative velocity [m/s]")
 ax.set_ylabel("restitution coefficient $e$")

@@ -40,12 +40,12 @@ assert abs(result.contact_end_time - 1.41) < 0.005
 
 times = np.linspace(0.0, 2.0, 201)
 creep = rs.indent(gel, tip, force=1e-9, time=times)
-known = (0.75 * tip.radius * 1e-9 * tension.scaled(4.0 / 3.0).creep_compliance(times)) ** (1.0 / 3.0)
+closed_form = (0.75 * tip.radius * 1e-9 * tension.scaled(4.0 / 3.0).creep_compliance(times)) ** (1.0 / 3.0)
 
 fig, ax = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
 ax.plot(times, 1e6 * creep.contact_radius, label="computed")
-ax.plot(times[::20], 1e6 * known[::20], "o", markersize=4, label="closed form")
+ax.plot(times[::20], 1e6 * closed_form[::20], "o", markersize=4, label="closed form")
 ax.set_xlabel("time [s]")
 ax.set_ylabel("contact radius [µm]")
 ax.legend()
-assert np.allclose(creep.contact_radius, known, rtol=1e-7)
+assert np.allclose(creep.contact_radius, closed_form, rtol=1e-7)

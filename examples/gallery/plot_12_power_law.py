@@ -45,12 +45,12 @@ def closed_form(exponent):
 
 
 exponents = np.linspace(0.05, 0.7, 14)
-punch = np.array([restitution_on(one, rs.FlatPunch(0.01)) for one in exponents])
-sphere = np.array([restitution_on(one, rs.Parabola(0.01)) for one in exponents])
+punch = np.array([restitution_on(exponent, rs.FlatPunch(0.01)) for exponent in exponents])
+sphere = np.array([restitution_on(exponent, rs.Parabola(0.01)) for exponent in exponents])
 curve = np.linspace(0.02, 0.75, 60)
 
 fig, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 5.6), height_ratios=(2, 1), sharex=True, layout="constrained")
-upper.plot(curve, [closed_form(one) for one in curve], label="flat punch, closed form")
+upper.plot(curve, [closed_form(exponent) for exponent in curve], label="flat punch, closed form")
 upper.plot(exponents, punch, "o", markersize=4, label="flat punch, computed")
 upper.set_ylabel("restitution coefficient $e$")
 upper.set_ylim(0.0, 1.0)

@@ -46,21 +46,21 @@ ax.legend(loc="lower right")
 # A pane of 2.5 mm takes most of the energy of the ball of 6 mm. When the indentation is deepest, ball and pane move
 # together, so that the ball still has kinetic energy there.
 
-one = rs.solve(on_pane(6e-3, 2.5e-3))
+hit = rs.solve(on_pane(6e-3, 2.5e-3))
 fig, ax = plt.subplots(figsize=(5.6, 3.9), layout="constrained")
-energy_area(ax, one.history)
-share = one.energy.radiated / one.energy.kinetic_in
-moved = 1e6 * one.history.target_displacement.values[-1]
-print(f"e = {one.restitution_coefficient:.4f}, radiated {share:.4f}, the pane has receded by {moved:.1f} µm")
-assert abs(share - (1.0 - one.restitution_coefficient**2)) < 1e-9
+energy_area(ax, hit.history)
+share = hit.energy.radiated / hit.energy.kinetic_in
+moved = 1e6 * hit.history.target_displacement.values[-1]
+print(f"e = {hit.restitution_coefficient:.4f}, radiated {share:.4f}, the pane has receded by {moved:.1f} µm")
+assert abs(share - (1.0 - hit.restitution_coefficient**2)) < 1e-9
 
 # %%
 # The pane counts as infinite until a wave has come back from its edge. The fastest waves of the contact have about the
 # angular frequency :math:`\pi/T` and the group velocity :math:`2\,(D/(\rho h))^{1/4}\sqrt{\omega}`.
 
 bending = 70e9 * 2.5e-3**2 / (12.0 * (1.0 - 0.22**2) * glass.density)
-group_velocity = 2.0 * bending**0.25 * np.sqrt(np.pi / one.contact_time)
-print(f"contact {1e6 * one.contact_time:.1f} µs, edge at least {50.0 * group_velocity * one.contact_time:.1f} cm away")
+group_velocity = 2.0 * bending**0.25 * np.sqrt(np.pi / hit.contact_time)
+print(f"contact {1e6 * hit.contact_time:.1f} µs, edge at least {50.0 * group_velocity * hit.contact_time:.1f} cm away")
 
 # %%
 # For elastic bodies Zener's equation has one number, and a Taylor series with 40 digits gives

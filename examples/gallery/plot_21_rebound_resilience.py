@@ -26,8 +26,8 @@ print(pad)
 
 thickness = np.array([4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 35.0, 50.0]) * 1e-3
 pads = [rs.resilience(rubber, "ASTM D7121", thickness=h) for h in thickness]
-resilience = np.array([one.rebound_resilience for one in pads])
-contact_time = np.array([one.contact_time for one in pads])
+resilience = np.array([result.rebound_resilience for result in pads])
+contact_time = np.array([result.contact_time for result in pads])
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.2), layout="constrained")
 for place, (name, style) in enumerate(zip(pad.base, ("C0o-", "C1s-", "k:"), strict=True)):

@@ -39,5 +39,5 @@ imprints.set(xlabel="distance from the axis r", ylabel="height of the surface at
 # Panels of two orders, and elements followed one by one, give e = 0.628798625, 0.696070261, 0.733833451, 0.758166963.
 
 e = [float(result.restitution_coefficient) for result in results]
-print("e =", ", ".join(f"{one:.6f}" for one in e))
+print("e =", ", ".join(f"{value:.6f}" for value in e))
 assert np.abs(np.array(e) - [0.628798624830, 0.69607026067, 0.73383345137, 0.75816696328]).max() < 1e-8

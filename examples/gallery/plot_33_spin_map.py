@@ -54,7 +54,7 @@ fig.colorbar(shades, ax=top, label="spin before [rad/s]")
 # %%
 # Red throws go on, blue ones come back, and on the solid line the ball rises straight up. A spin above zero moves the
 # touched point forward, as backspin of a ball that flies to the right does: friction then pulls it back. Between the
-# dashed lines some of the contact sticks, and friction no longer counts much; beyond them all of it slides, the change
+# dashed lines some of the contact sticks, and friction counts little; beyond them all of it slides, the change
 # of momentum is that of Coulomb, and more spin changes nothing in the direction.
 #
 # Throws at random, solved in full, agree within the stated error.

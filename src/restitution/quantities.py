@@ -1,4 +1,4 @@
-"""Registry of all physical quantities: name, unit, words, symbol and admissible range; labels made of them."""
+"""Registry of all physical quantities: name, unit, words, symbol and admissible range; their labels."""
 
 from __future__ import annotations
 
@@ -432,7 +432,7 @@ def register_output(output: Quantity) -> None:
     if output.derive is None:
         raise InputError("derive", rule="must be a function of other outputs")
     for name in output.sources:
-        known("derive", name, (*OUTPUTS, *BODY))
+        choice("derive", name, (*OUTPUTS, *BODY))
     OUTPUTS[output.name] = output
 
 
@@ -478,7 +478,7 @@ def input_attributes(name: str) -> dict[str, str]:
 def checked_outputs(names: Any, registry: Collection[str] = SWEEP_OUTPUTS) -> tuple[str, ...]:
     """Return names of outputs in the order of the registry, refusing those that are not known."""
     listed = [names] if isinstance(names, str) else checks.items("outputs", names, "must be a sequence of names")
-    chosen = [known("outputs", name, registry) for name in listed]
+    chosen = [choice("outputs", name, registry) for name in listed]
     if not chosen:
         raise InputError("outputs", rule="must name at least one output")
     return tuple(name for name in registry if name in chosen)
@@ -541,7 +541,7 @@ def _letters(name: str) -> str:
     return re.sub(r"[\W_]+", "", name).casefold()
 
 
-def known(field: str, name: Any, choices: Iterable[str]) -> str:
+def choice(field: str, name: Any, choices: Iterable[str]) -> str:
     """Return a name if it is one of the choices; refuse it otherwise, and advise the nearest one."""
     names = list(choices)
     if not isinstance(name, str):

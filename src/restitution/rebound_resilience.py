@@ -25,7 +25,7 @@ from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.status import SolverError, Status
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, single_material
-from restitution.quantities import CONTACT_TANGENT, INPUTS, OUTPUTS, Dimension, Quantity, check, check_single, known
+from restitution.quantities import CONTACT_TANGENT, INPUTS, OUTPUTS, Dimension, Quantity, check, check_single, choice
 from restitution.result import Result, Summary, Table, plain
 from restitution.units import celsius
 from restitution.validity import Validity
@@ -162,7 +162,7 @@ class Standard:
     name, words : str
         Name of the standard, and the test in words.
     radius, mass : float or None
-        Radius [m] of the rigid spherical indentor and its mass [kg]; None where no reliable source was found.
+        Radius [m] of the rigid spherical indentor and its mass [kg]; None without a reliable source.
     velocity : float
         Impact velocity [m/s].
     thickness : float
@@ -225,7 +225,7 @@ _TREND = "R is a trend: rebound tests are at the edge of small strain, and the s
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Resilience(Result):
-    """Rebound resilience of a material in a standard test; made by `resilience`.
+    """Rebound resilience of a material in a standard test; `resilience` returns it.
 
     `plot` shows the resilience and the contact time, over temperature if there are several.
 
@@ -412,9 +412,9 @@ def resilience(
     [77.5]
     """
     single_material("material", material)
-    test = STANDARDS[known("standard", standard, STANDARDS)]
+    test = STANDARDS[choice("standard", standard, STANDARDS)]
     named = [base] if isinstance(base, str) else [] if base is None else items("base", base, "must be names of bases")
-    bases = tuple(known("base", name, BASES) for name in named)
+    bases = tuple(choice("base", name, BASES) for name in named)
     if base is not None and not bases:
         raise InputError("base", rule="must name at least one")
     single("rtol", within("rtol", rtol, 1e-12, 1e-2))

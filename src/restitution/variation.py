@@ -75,8 +75,8 @@ def vary(impact: Impact, numbers: Mapping[str, Any], *, held: HeldElastic = "bul
     -----
     `branch_modulus` and `p2` keep the viscosity, `relaxation_time` and `viscosity` the branch modulus.
     `branch_moduli[k]` and `relaxation_times[k]` keep each other. `angle` keeps the normal velocity, or with `speed`
-    the speed; `speed` alone keeps the angle. `stress` and `range` keep the work of adhesion, and `work` keeps that of
-    the two which was given; it gives a range of 0.4 nm to an impact without adhesion.
+    the speed; `speed` alone keeps the angle. `stress` and `range` keep the work of adhesion, and `work` keeps the
+    stress or the range that the adhesion states; it gives a range of 0.4 nm to an impact without adhesion.
 
     Examples
     --------
@@ -224,12 +224,12 @@ def _number(impact: Impact, name: str) -> Any:
         rule = f"must be of one branch, here there are {shear.n_branches}; use branch_moduli[0] and so on"
         raise InputError("names", name, rule)
     modulus, time = shear.branch_moduli[..., 0], shear.relaxation_times[..., 0]
-    own: dict[str, Any] = {"branch_modulus": modulus, "relaxation_time": time, "viscosity": modulus * time}
+    branch: dict[str, Any] = {"branch_modulus": modulus, "relaxation_time": time, "viscosity": modulus * time}
     if name == "p3":
         radius: Any = np.asarray(impact.profile.path_coefficient) ** 2
         unit = viscosity_unit(shear.equilibrium_modulus, impact.mass, impact.velocity, radius[()])
-        return (own["viscosity"] / unit)[()]
-    return own[name][()] if name in own else (shear.equilibrium_modulus / modulus)[()]
+        return (branch["viscosity"] / unit)[()]
+    return branch[name][()] if name in branch else (shear.equilibrium_modulus / modulus)[()]
 
 
 def is_standard_solid(material: Material) -> bool:

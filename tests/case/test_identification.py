@@ -6,23 +6,20 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from cases import fit_file
 from refusals import named, refusal
 from restitution import LogNormal, read_case
 from restitution.case.identification import read_design, read_identification
 from restitution.case.section import CaseError
 
-CASE = """
-[identification]
+CASE = fit_file(
+    identification="""
 model = "standard_solid"
 fixed = { poisson_ratio = 0.5 }
 bounds = { viscosity = ["1 Pa s", "1 MPa s"] }
-
-[[data]]
-kind = "rebounds"
-file = "balls.csv"
-radius = "10 mm"
-noise = { restitution_coefficient = ["0.5 %", 0.001], contact_time = "20 us" }
-"""
+""",
+    data='noise = { restitution_coefficient = ["0.5 %", 0.001], contact_time = "20 us" }',
+)
 TRUTH = {"equilibrium_modulus": 1e6, "branch_modulus": 1e7, "viscosity": 1e4}
 MASS = 0.033
 

@@ -7,21 +7,15 @@ from pathlib import Path
 import pytest
 
 import restitution as rs
+from cases import fit_file
 from checkout import EXAMPLES
 from commands import done, refused
 
-CASE = """
-title = "Balls [on] rubber"
-[identification]
-model = "kelvin_voigt"
-fixed = { poisson_ratio = 0.5 }
-[[data]]
-kind = "rebounds"
-file = "balls.csv"
-radius = "10 mm"
-mass = "33 g"
-noise = { restitution_coefficient = "1 %"TIMES }
-"""
+CASE = fit_file(
+    title="Balls [on] rubber",
+    identification='model = "kelvin_voigt"\nfixed = { poisson_ratio = 0.5 }',
+    data='mass = "33 g"\nnoise = { restitution_coefficient = "1 %"TIMES }',
+)
 MODULUS, VISCOSITY = 1e6, 300.0
 
 

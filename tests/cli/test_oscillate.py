@@ -71,12 +71,12 @@ def test_oscillations_over_axes() -> None:
     assert np.shape(content["loss_error"]) == (2, 2, 3)
     case_file("one.toml", body=None, impact=None, profile='radius = "10 nm"', material=solid + 'viscosity = "4 Pa s"',
               oscillation=wave + 'frequency = "1 MHz"\namplitude = "0.5 nm"')  # fmt: skip
-    one = json.loads(done("oscillate", "one.toml", "--json").stdout)
+    single = json.loads(done("oscillate", "one.toml", "--json").stdout)
     waves = read_oscillation("axes.toml").solve()
     assert isinstance(waves, rs.OscillationArray)
     table = waves.to_dataset()
     assert table["loss_error"].sel(viscosity=4.0, frequency=1e6, amplitude=0.5e-9) == pytest.approx(
-        one["loss_error"], rel=1e-12
+        single["loss_error"], rel=1e-12
     )
     with Path("waves.csv").open() as file:
         rows = list(csv.reader(file))

@@ -9,22 +9,15 @@ import pytest
 from scipy.optimize import brentq
 
 import restitution as rs
+from cases import case_file, press_file
 from commands import done, refused, run
 
 # A steel-like elastic material that is known for a short time only: its contacts have closed forms.
 RNG = np.random.default_rng(61)
 SHEAR, RADIUS, MASS = (float(x) for x in np.exp(RNG.uniform(np.log([1e5, 2e-3, 1e-4]), np.log([1e7, 2e-2, 1e-2]))))
 LOW = 1e-4
-CASE = f"""
-[body]
-mass = {MASS!r}
-radius = {RADIUS!r}
-[material]
-model = "elastic"
-shear_modulus = {SHEAR!r}
-poisson_ratio = 0.5
-window = "[0.1, 1000] ms"
-"""
+BODY = f"mass = {MASS!r}\nradius = {RADIUS!r}"
+ELASTIC = f'model = "elastic"\nshear_modulus = {SHEAR!r}\npoisson_ratio = 0.5\nwindow = "[0.1, 1000] ms"'
 
 
 def hertz(velocity: float) -> tuple[float, float]:
@@ -40,13 +33,11 @@ FASTEST = brentq(lambda v: hertz(v)[0] / (3.0 * v) - LOW, 1e-12, 1e12)
 
 @pytest.fixture(autouse=True)
 def _files(folder: Path) -> None:
-    speed = f"[impact]\nvelocity = {3.0 * FASTEST!r}\n"
-    Path("ball.toml").write_text(CASE + speed)
-    Path("sweep.toml").write_text(CASE + speed + f"[axes]\nvelocity = [{FASTEST / 3.0!r}, {3.0 * FASTEST!r}]\n")
-    Path("indent.toml").write_text(
-        f"[profile]\nradius = {RADIUS!r}\n{CASE[CASE.index('[material]') :]}[indentation]\ndepth = {1e-3 * RADIUS!r}\n"
-        'shape = "triangle"\nloading_time = "10 s"\n'
-    )
+    ball = {"body": BODY, "material": ELASTIC, "impact": f"velocity = {3.0 * FASTEST!r}"}
+    case_file("ball.toml", **ball)
+    case_file("sweep.toml", **ball, axes=f"velocity = [{FASTEST / 3.0!r}, {3.0 * FASTEST!r}]")
+    program = f'depth = {1e-3 * RADIUS!r}\nshape = "triangle"\nloading_time = "10 s"'
+    press_file("indent.toml", profile=f"radius = {RADIUS!r}", material=ELASTIC, indentation=program)
 
 
 RANGE = ("--velocity", f"{FASTEST / 3.0!r}", f"{3.0 * FASTEST!r}")
@@ -99,7 +90,8 @@ def test_the_admissible_velocities_are_those_of_hertz(name: str) -> None:
 def test_a_velocity_that_is_too_low_has_a_lower_limit() -> None:
     """A contact of 3 ms is the longest that is known here."""
     slowest = brentq(lambda v: hertz(v)[1] - 3e-3, 1e-15, 1e12)
-    Path("ball.toml").write_text(CASE.replace("1000]", "3]") + f"[impact]\nvelocity = {0.5 * slowest!r}\n")
+    material = ELASTIC.replace("1000]", "3]")
+    case_file("ball.toml", body=BODY, material=material, impact=f"velocity = {0.5 * slowest!r}")
     line = run("solve", "ball.toml").stderr
     limit = float(re.search(r"must be (?:>= |in \[)([^\s,]+)", line)[1])
     assert slowest * (1.0 - 1e-5) <= limit < 1.01 * slowest
@@ -138,10 +130,10 @@ def test_a_file_does_not_widen_the_window_of_its_data() -> None:
     Path("data.csv").write_text(
         "time [s],relaxation modulus [Pa]\n" + "\n".join(f"{t},{1e6 + 2e6 * np.exp(-t / 0.03)}" for t in times)
     )
-    head = CASE[: CASE.index("[material]")] + "[impact]\nvelocity = 0.1\n"
-    material = '[material]\nfile = "data.csv"\ndeformation = "shear"\npoisson_ratio = 0.5\n'
-    Path("ball.toml").write_text(head + material + "window = [1e-6, 10.0]\n")
+    material = 'file = "data.csv"\ndeformation = "shear"\npoisson_ratio = 0.5\n'
+    ball = {"body": BODY, "impact": "velocity = 0.1"}
+    case_file("ball.toml", **ball, material=material + "window = [1e-6, 10.0]")
     message = refused("solve", "ball.toml", "--extrapolate")
     assert message.startswith("ball.toml: material.window = [1e-06, 10.0]: must lie within")
-    Path("ball.toml").write_text(head + material + "window = [0.01, 0.5]\n")
+    case_file("ball.toml", **ball, material=material + "window = [0.01, 0.5]")
     assert "known from 0.01 s to 0.5 s" in run("solve", "ball.toml", "--extrapolate").stderr

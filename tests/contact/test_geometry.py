@@ -175,7 +175,7 @@ def test_window_is_the_common_window_of_both_materials(materials, window):
 
 
 @pytest.mark.parametrize(
-    ("given", "field"),
+    ("arguments", "field"),
     [
         ((1e6, Parabola(0.01)), "material"),
         ((STEEL, 0.01), "profile"),
@@ -184,8 +184,8 @@ def test_window_is_the_common_window_of_both_materials(materials, window):
         ((STEEL, Parabola(0.01), GEL), "counter_material"),
     ],
 )
-def test_other_types_are_refused_by_name(given, field):
-    error = in_one_line(lambda: Contact(*given))
+def test_other_types_are_refused_by_name(arguments, field):
+    error = in_one_line(lambda: Contact(*arguments))
     assert (type(error), error.field) == (InputTypeError, field)
 
 

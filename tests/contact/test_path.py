@@ -115,9 +115,9 @@ def test_the_kinks_of_a_rough_tip_are_resolved(shallow):
 
 
 @entry_point
-def _looked_up(path, places, found):
+def _looked_up(path, places, rows):
     for n in range(places.shape[0]):
-        found[0, n], found[1, n] = radius_and_integral(path, places[n])
+        rows[0, n], rows[1, n] = radius_and_integral(path, places[n])
 
 
 def test_the_kernel_finds_the_cell():

@@ -278,8 +278,8 @@ def test_taps_with_further_forces_and_modes_are_those_of_the_package(name, tmp_p
     np.testing.assert_allclose(curve["amplitude"], expected.amplitude, rtol=0, atol=1e-3 * 20e-9)
     swings = [values for column, values in curve.items() if column.startswith("mode_swing_")]
     assert len(swings) == expected.mode_swing.shape[1] - 1
-    for swing, known in zip(swings, expected.mode_swing.T[1:], strict=True):
-        np.testing.assert_allclose(swing, known, rtol=0, atol=1e-2 * known.max())
+    for swing, exact in zip(swings, expected.mode_swing.T[1:], strict=True):
+        np.testing.assert_allclose(swing, exact, rtol=0, atol=1e-2 * exact.max())
     again, _ = of_file(case_file(state, tmp_path, "tapping"))
     assert {key: settled(again)[key] for key in choice} == choice
     names: dict[str, Any] = {}

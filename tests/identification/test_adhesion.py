@@ -128,11 +128,11 @@ def test_an_adhesion_that_is_known_is_kept(exact):
 
 def test_the_sticking_velocity_is_that_of_the_search(exact):
     """That of `rs.sticking_velocity`, which is extrapolated to 1e-3, within the error of few elements."""
-    one = rs.Impact(
+    impact = rs.Impact(
         rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), mass=MASS, velocity=0.3,
         adhesion=rs.Adhesion(WORK, stress=STRESS),
     )  # fmt: skip
-    velocity = rs.sticking_velocity(one, rtol=1e-3)
+    velocity = rs.sticking_velocity(impact, rtol=1e-3)
     # A datum at the sticking velocity makes the search go on to its end.
     rebounds = rs.Rebounds([velocity, 0.5], [0.0, 0.7], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
     result = rebounds._collisions(materials(**KNOWN, work=WORK))
@@ -141,11 +141,11 @@ def test_the_sticking_velocity_is_that_of_the_search(exact):
 
 def test_a_sticking_velocity_as_a_datum():
     """Both outcomes at one velocity, which `rs.sticking_velocity` gives for the true work, are the whole data."""
-    one = rs.Impact(
+    impact = rs.Impact(
         rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), mass=MASS, velocity=0.3,
         adhesion=rs.Adhesion(WORK, stress=STRESS),
     )  # fmt: skip
-    velocity = rs.sticking_velocity(one, rtol=1e-3)
+    velocity = rs.sticking_velocity(impact, rtol=1e-3)
     rebounds = rs.Rebounds(velocity, [0.0, math.nan], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
     work = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN).parameters["work"]
     assert work.determined
@@ -199,8 +199,8 @@ def test_what_has_no_theory_is_refused(exact):
     body = {"radius": RADIUS, "mass": MASS}
     sticky = {**body, "adhesion": True, "noise": NOISE}
     assert named(lambda: rs.Rebounds([0.1, 0.2], [0.5, 0.0], **body)) == ("restitution_coefficient", 1, 0.0)
-    known = rs.Noise(restitution_coefficient=0.01)
-    assert named(lambda: rs.Rebounds([0.1], [0.5], **(sticky | {"noise": known})))[0] == "noise.velocity"
+    noise = rs.Noise(restitution_coefficient=0.01)
+    assert named(lambda: rs.Rebounds([0.1], [0.5], **(sticky | {"noise": noise})))[0] == "noise.velocity"
     assert named(lambda: rs.Rebounds([0.1], [0.5], **sticky, external_force=1e-9))[0] == "external_force"
     rebounds, solid = measured(exact, np.random.default_rng(1)), rs.standard_solid
     assert named(lambda: rs.identify(rebounds, "spectrum"))[0] == "adhesion"
@@ -312,9 +312,9 @@ def test_a_thin_zone_leaves_stress_and_range_open(name):
     """Near the limit of Johnson, Kendall and Roberts a curve shows the work alone, and one end of the other."""
     time, depth, force, deviation = pulled(3e6, np.random.default_rng(3))
     curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)
-    known = {**GEL, "poisson_ratio": 0.5}
+    fixed = {**GEL, "poisson_ratio": 0.5}
     start = None if name == "stress" else {"range": PULL / 1e6}
-    result = rs.identify(curve, rs.standard_solid, fixed=known, start=start)
+    result = rs.identify(curve, rs.standard_solid, fixed=fixed, start=start)
     work, other = result.parameters["work"], result.parameters[name]
     assert abs(work.value - PULL) < 4.0 * work.standard_error + 0.02 * PULL
     assert other.value is None
@@ -395,11 +395,11 @@ def test_intervals_without_profiles_go_along_the_valley_of_the_stress():
         time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True, spring_constant=0.3
     )
     result = rs.identify(curve, rs.standard_solid, fixed={"poisson_ratio": 0.5}, profiles=False)
-    known = GEL | {"work": PULL, "stress": 5e5}
+    truth = GEL | {"work": PULL, "stress": 5e5}
     # Intervals along a valley are those of a few fits: of the moduli they end up to a fifth short of the truth.
     for name, short in {"equilibrium_modulus": 1.3, "branch_modulus": 1.3, "work": 1.0, "stress": 1.0}.items():
         low, high = result.parameters[name].interval
-        assert low / short < known[name] < short * high, name
+        assert low / short < truth[name] < short * high, name
     assert any("hardly show stress" in line for line in result.warnings)
 
 
@@ -427,9 +427,9 @@ def test_a_map_has_the_work_of_each_curve():
     assert "adhesion" in str(result["message"].values[1])
     alone = rs.identify(curves[0], rs.standard_solid, fixed=fixed, profiles=False)
     for name, value in (("work", PULL), ("equilibrium_modulus", GEL["equilibrium_modulus"])):
-        one, error = result[name].values[0], result[f"{name}_standard_error"].values[0]
-        assert one == pytest.approx(alone.parameters[name].value, rel=1e-12)
-        assert abs(one - value) < 4.0 * error < 0.3 * value
+        estimate, error = result[name].values[0], result[f"{name}_standard_error"].values[0]
+        assert estimate == pytest.approx(alone.parameters[name].value, rel=1e-12)
+        assert abs(estimate - value) < 4.0 * error < 0.3 * value
     assert result["contact_point"].values[0] == pytest.approx(alone.nuisances["contact_point"].value, rel=1e-12)
     # The baseline is 2 nN.
     assert result["baseline"].values[0] == pytest.approx(2e-9, abs=deviation)

@@ -51,10 +51,10 @@ def give(monkeypatch, *records, error=None, needed=(), **files):
             raise error
         if missing := [name for name in needed if name not in (meta_override or {})]:
             raise MissingMetaDataError(*missing)
-        given = files.get(Path(path).stem, records)
-        for record in given:
+        curves = files.get(Path(path).stem, records)
+        for record in curves:
             record.metadata |= meta_override or {}
-        return list(given)
+        return list(curves)
 
     module = SimpleNamespace(load_data=load_data, supported_extensions=[".h5", ".tab"])
     monkeypatch.setitem(sys.modules, "afmformats", module)
@@ -119,17 +119,17 @@ def test_columns_and_segments_of_any_number_and_order(monkeypatch, seed):
 @pytest.mark.filterwarnings("ignore:straight lines")
 def test_a_tip_position_follows_a_given_sensitivity(monkeypatch):
     """The tip is at z + F/k, and F/k is the sensitivity times the reading."""
-    stiffness, sensitivity, given = 0.05, 4e-8, 6e-8
+    stiffness, sensitivity, corrected = 0.05, 4e-8, 6e-8
     height = -DEPTH - FORCE / stiffness
     columns = {"time": TIME, "force": FORCE, "tip position": height + FORCE / stiffness}
     give(monkeypatch, Record(columns, {"spring constant": stiffness, "sensitivity": sensitivity}))
-    curve = rs.read_curves("gel.h5", profile=TIP, sensitivity=given)[0]()
-    np.testing.assert_allclose(curve.depth, -height - given / sensitivity * FORCE / stiffness, atol=1e-20)
+    curve = rs.read_curves("gel.h5", profile=TIP, sensitivity=corrected)[0]()
+    np.testing.assert_allclose(curve.depth, -height - corrected / sensitivity * FORCE / stiffness, atol=1e-20)
     assert curve.spring_constant is None
     give(monkeypatch, Record(columns, {"sensitivity": sensitivity}))
     assert np.array_equal(rs.read_curves("gel.h5", profile=TIP)[0]().depth, -columns["tip position"])
     with pytest.raises(rs.InputError, match="has no spring constant: give spring_constant="):
-        rs.read_curves("gel.h5", profile=TIP, sensitivity=given)[0]()
+        rs.read_curves("gel.h5", profile=TIP, sensitivity=corrected)[0]()
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -249,7 +249,7 @@ def test_an_incomplete_record_is_refused_alone(monkeypatch, seed):
         ]  # fmt: skip
     with pytest.warns(rs.RestitutionWarning) as caught:
         assert [curve.size for curve in result.read()] == [TIME.size] * 2
-    assert [str(one.message) for one in caught] == [line]
+    assert [str(warning.message) for warning in caught] == [line]
 
 
 def test_without_a_curve_that_can_be_read_the_error_is_raised(monkeypatch):
@@ -280,7 +280,7 @@ def test_an_archive_holds_curves_of_several_files(monkeypatch, tmp_path):
     with pytest.warns(rs.RestitutionWarning) as caught:
         curves = result.read()
     assert [np.array_equal(curve.force, FORCE) for curve in curves] == [True, True]
-    assert [str(one.message).partition(": ")[0] for one in caught] == [result[1].label, result[3].label]
+    assert [str(warning.message).partition(": ")[0] for warning in caught] == [result[1].label, result[3].label]
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("notes.md", "")
     with pytest.raises(rs.InputError, match=r"must hold files that afmformats reads: \.h5, \.tab"):

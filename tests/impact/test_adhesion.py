@@ -254,8 +254,8 @@ def test_units_drop_out():
 def test_two_equal_bodies_are_one_of_half_the_modulus():
     soft = rs.Material(rs.PronySeries(0.125, [0.5], [1.0]), bulk=math.inf)
     both = rs.solve(ball(STANDARD, 0.02, 0.3, 0.5, counter_material=STANDARD), rtol=1e-5)
-    one = rs.solve(ball(soft, 0.02, 0.3, 0.5), rtol=1e-5)
-    assert both.restitution_coefficient == pytest.approx(one.restitution_coefficient, abs=1e-8)
+    single = rs.solve(ball(soft, 0.02, 0.3, 0.5), rtol=1e-5)
+    assert both.restitution_coefficient == pytest.approx(single.restitution_coefficient, abs=1e-8)
 
 
 def test_arrays_of_numbers_and_of_adhesion():

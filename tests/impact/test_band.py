@@ -153,8 +153,8 @@ def test_an_assumed_shift_has_the_band_of_measured_constants(second: str | None)
     glass = case.sections.material.file.glass_transition
     law = f"shift = {{ reference_temperature = {glass}, c1 = 16.53, c2 = 104.4 }}"
     case_file("given.toml", material=file + law, counter_body=second)
-    given = read_case("given.toml")
-    expected = given.solve().restitution_coefficient
+    case = read_case("given.toml")
+    expected = case.solve().restitution_coefficient
     assert band.by_assumption["of polyisobutylene"] == pytest.approx(expected, abs=0.01)
     assert band.by_assumption["with universal constants"] == pytest.approx(result.restitution_coefficient, rel=1e-5)
-    assert given.bands(given.solve()) == []
+    assert case.bands(case.solve()) == []

@@ -82,12 +82,12 @@ def test_rows_of_an_array_have_the_bits_of_single_impacts():
     for i, velocity in enumerate((0.5, 1.0)):
         for j, modulus in enumerate((3e6, 1e7)):
             solid = rs.standard_solid(1e6, modulus, 1e3, poisson_ratio=0.3)
-            one = thrown(
+            row = thrown(
                 rs.Impact(solid, rs.Parabola(0.01), mass=0.005, velocity=velocity),
                 friction=friction[j], tangential_velocity=0.5, spin=30.0, rtol=1e-4,
             )  # fmt: skip
             for name in ("tangential_restitution_coefficient", "rebound_spin", "friction_energy", "stick_time"):
-                assert getattr(one, name) == getattr(several, name)[i, j]
+                assert getattr(row, name) == getattr(several, name)[i, j]
 
 
 def many_kinds():
@@ -122,9 +122,9 @@ def test_rows_of_any_kind_have_the_bits_of_single_impacts():
         options = {"friction": rng.choice([0.03, 0.3]), "tangential_velocity": rng.uniform(0.01, 0.4), "rtol": 1e-4}
         several = thrown(impacts, **options)
         for n, single in enumerate(singles):
-            one = thrown(single, errors="warn", **options)
+            row = thrown(single, errors="warn", **options)
             for name in ("status", "tangential_restitution_coefficient", "friction_energy", "tangential_split_error"):
-                assert np.array_equal(getattr(one, name), getattr(several, name)[n], equal_nan=True), (name, single)
+                assert np.array_equal(getattr(row, name), getattr(several, name)[n], equal_nan=True), (name, single)
 
 
 def test_dataarrays_meet_by_name():
@@ -136,12 +136,12 @@ def test_dataarrays_meet_by_name():
     table = result.to_dataset()
     assert dict(table.sizes) == {"velocity": 2, "angle": 3}
     assert table.rebound_angle.attrs["units"] == "rad"
-    one = thrown(BALL, friction=0.3, tangential_velocity=math.tan(0.6), rtol=1e-4)
+    single = thrown(BALL, friction=0.3, tangential_velocity=math.tan(0.6), rtol=1e-4)
     assert len(result.plot().axes) == 2
     assert "6 oblique impacts" in repr(result)
     row = table.sel(velocity=1.0, angle=0.6)
     assert float(row.tangential_restitution_coefficient) == pytest.approx(
-        one.tangential_restitution_coefficient, abs=1e-12
+        single.tangential_restitution_coefficient, abs=1e-12
     )
 
 

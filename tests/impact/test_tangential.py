@@ -43,10 +43,10 @@ def slider(impact, ratios=None):
     )
 
 
-def shares(found):
+def shares(impact):
     """Energies over what is lost, and the residual of the balance over the energy before."""
-    lost = 1.0 - found.restitution**2
-    parts = found.friction, found.viscous, found.stored
+    lost = 1.0 - impact.restitution**2
+    parts = impact.friction, impact.viscous, impact.stored
     return [part / lost for part in parts], sum(parts) - lost
 
 
@@ -78,20 +78,20 @@ PSI = {
 @pytest.mark.parametrize("bodies", [1, 2])
 def test_elastic_baseline_of_one_and_of_two_bodies(bodies):
     material = elastic(shear_modulus=1.0, poisson_ratio=0.3)
-    one = slider(rigid_on(material, counter=material if bodies == 2 else None))
+    body = slider(rigid_on(material, counter=material if bodies == 2 else None))
     ratio = 2.0 * 0.7 / 1.7
     for before, after in PSI.items():
-        result = one.solve(before / ratio, SPHERE, 1e-5 / before)
+        result = body.solve(before / ratio, SPHERE, 1e-5 / before)
         assert -result.restitution * before == pytest.approx(after, abs=1.3e-5)
     for before in (1.5, 3.0):
-        result = one.solve(before / ratio, SPHERE, 1e-6)
+        result = body.solve(before / ratio, SPHERE, 1e-6)
         assert -result.restitution * before == pytest.approx(PSI[before], abs=5e-6)
 
 
 def test_the_cell_with_the_radius_of_sticking_is_integrated_with_its_kink():
     """From 50 and 100 steps; the trapezoidal rule alone would miss the row by 1e-5."""
-    one = slider(rigid_on(elastic(shear_modulus=1.0, poisson_ratio=0.3)))
-    coarse, fine = (one._step(0.5 * 1.7 / 1.4, SPHERE, count).restitution for count in (50, 100))
+    body = slider(rigid_on(elastic(shear_modulus=1.0, poisson_ratio=0.3)))
+    coarse, fine = (body._step(0.5 * 1.7 / 1.4, SPHERE, count).restitution for count in (50, 100))
     assert -0.5 * (4.0 * fine - coarse) / 3.0 == pytest.approx(PSI[0.5], abs=3e-6)
 
 
@@ -128,10 +128,10 @@ def test_without_slip_compressibility_fades_continuously():
 
 @pytest.mark.parametrize("case", [(0.5, 0.1, 1.0), (0.3, 0.1, 1.0), (-0.5, 0.3, 0.3)])
 def test_much_friction_is_the_limit_without_slip(case):
-    one = slider(solid(*case))
-    limit = one.solve(0.0, SPHERE, 1e-8).restitution
+    body = slider(solid(*case))
+    limit = body.solve(0.0, SPHERE, 1e-8).restitution
     # A slipping rim takes a share of the order of the slope.
-    assert one.solve(1e-3, SPHERE, 1e-5).restitution == pytest.approx(limit, abs=6e-5)
+    assert body.solve(1e-3, SPHERE, 1e-5).restitution == pytest.approx(limit, abs=6e-5)
 
 
 def test_energy_closes_without_slip():
@@ -142,8 +142,8 @@ def test_energy_closes_without_slip():
         assert abs(shares(result)[1]) < 1e-9
 
 
-def parts_of(found):
-    return np.array([found.friction, found.viscous, found.stored])
+def parts_of(impact):
+    return np.array([impact.friction, impact.viscous, impact.stored])
 
 
 def test_parts_of_the_energy_are_within_their_stated_error():
@@ -173,19 +173,19 @@ def test_parts_of_a_thin_rim_are_not_negative():
 
 def test_full_sliding_is_recognised_and_exact():
     """e_t = -1 + (1 + 1/kappa)(1 + e)/slope; for (0.5, 0.1, 1) from the slope 3.9354 on."""
-    one = slider(solid(0.5, 0.1, 1.0), (1.5, 1.5))
-    assert one.slides(3.9356, SPHERE)
-    assert not one.slides(3.9352, SPHERE)
-    assert one.solve(4.0, SPHERE, 1e-6).restitution == pytest.approx(0.0654873, abs=5e-8)
+    body = slider(solid(0.5, 0.1, 1.0), (1.5, 1.5))
+    assert body.slides(3.9356, SPHERE)
+    assert not body.slides(3.9352, SPHERE)
+    assert body.solve(4.0, SPHERE, 1e-6).restitution == pytest.approx(0.0654873, abs=5e-8)
     # Without a criterion the elements find the same.
     blind = slider(solid(0.5, 0.1, 1.0)).solve(4.0, SPHERE, 1e-6)
-    assert blind.restitution == one.solve(4.0, SPHERE, 1e-6).restitution
+    assert blind.restitution == body.solve(4.0, SPHERE, 1e-6).restitution
     assert blind.error == 0.0
     # Below, a core sticks at the end and e_t leaves the closed form continuously.
-    far, near = (one.solve(slope, SPHERE, 1e-6) for slope in (3.9, 3.93))
+    far, near = (body.solve(slope, SPHERE, 1e-6) for slope in (3.9, 3.93))
     assert near.motion[:, 3].any()
-    assert 1e-5 < -1.0 + SPHERE * one.impulse / 3.93 - near.restitution < 2e-4
-    assert -1.0 + SPHERE * one.impulse / 3.9 - far.restitution > 3e-4
+    assert 1e-5 < -1.0 + SPHERE * body.impulse / 3.93 - near.restitution < 2e-4
+    assert -1.0 + SPHERE * body.impulse / 3.9 - far.restitution > 3e-4
 
 
 def test_sliding_of_a_compressible_solid_is_recognised_only_where_no_element_sticks():
@@ -200,14 +200,14 @@ def test_sliding_of_a_compressible_solid_is_recognised_only_where_no_element_sti
         glass, static = ((2.0 - each) / (2.0 * (1.0 - each)) for each in (
             impact.material.instantaneous_poisson_ratio, impact.material.poisson_ratio
         ))  # fmt: skip
-        one = slider(impact, (glass, static))
-        e = one.impulse - 1.0
+        body = slider(impact, (glass, static))
+        e = body.impulse - 1.0
         least = max(static, mobility * (1.0 + e) + static - glass - glass * e)
-        assert one.slides(1.0001 * least, mobility)
-        assert not one.slides(0.9999 * least, mobility)
-        assert not one._step(1.0001 * least, mobility, 200).motion[:, 3].any()
+        assert body.slides(1.0001 * least, mobility)
+        assert not body.slides(0.9999 * least, mobility)
+        assert not body._step(1.0001 * least, mobility, 200).motion[:, 3].any()
         if n == 0:
-            assert one._step(0.94 * least, mobility, 200).motion[:, 3].any()
+            assert body._step(0.94 * least, mobility, 200).motion[:, 3].any()
 
 
 def test_no_friction_is_no_force():
@@ -242,10 +242,10 @@ def test_two_unlike_bodies_against_an_independent_program():
 
 def test_a_layer_far_thinner_than_a_step():
     """The independent program with 3200 and 6400 steps, which resolve it, has 0.00704309, and 0.0069727 with 400."""
-    one = slider(solid(0.3, 0.1, 0.003))
-    assert one.solve(1.0, SPHERE, 1e-6).restitution == pytest.approx(0.0070431, abs=2e-6)
+    body = slider(solid(0.3, 0.1, 0.003))
+    assert body.solve(1.0, SPHERE, 1e-6).restitution == pytest.approx(0.0070431, abs=2e-6)
     # The same with steps of up to 53 relaxation times.
-    coarse, fine = (one._step(1.0, SPHERE, count).restitution for count in (100, 200))
+    coarse, fine = (body._step(1.0, SPHERE, count).restitution for count in (100, 200))
     assert (4.0 * fine - coarse) / 3.0 == pytest.approx(0.0070431, abs=1e-5)
 
 
@@ -262,8 +262,8 @@ def test_second_order_also_where_errors_could_jump(case):
     At p3 = 0.001 the step is 40 relaxation times long. In the last two cases all elements slide first, and most come
     to rest within one step.
     """
-    one = slider(solid(*case[:3]))
-    values = [one._step(case[3], SPHERE, count).restitution for count in (50, 100, 200, 400)]
+    body = slider(solid(*case[:3]))
+    values = [body._step(case[3], SPHERE, count).restitution for count in (50, 100, 200, 400)]
     ratios = np.divide(*np.diff(values)[[[0, 1], [1, 2]]])
     assert ratios == pytest.approx(4.0, abs=0.7)
 

@@ -41,7 +41,7 @@ def static_pull(modulus, adhesion):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_largest_value_at_a_corner_lies_within_its_error(seed):
-    """A line meets one that bends down, where the radius leaves zero; of odd seeds the time runs the other way."""
+    """A line meets one that bends down, where the radius leaves zero; odd seeds reverse the time."""
     rng = np.random.default_rng(seed)
     time = np.sort(rng.uniform(0.0, 1.0, 60))
     corner, bend = rng.uniform(0.2, 0.8), rng.uniform(0.0, 9.0)
@@ -196,8 +196,8 @@ def test_a_spring_snaps_where_the_static_contact_has_no_neighbour(stiffness, str
 )
 def test_elements_of_another_program_follow_the_same_forces_and_springs(stiffness, values):
     material, adhesion, time = solid([4.0], [1.0]), rs.Adhesion(0.01, 0.3), [0.0, 1.0, 3.0]
-    given = {"depth": values, "spring_constant": stiffness} if stiffness else {"force": values}
-    result = rs.indent(material, TIP, time=time, adhesion=adhesion, rtol=1e-4, **given)
+    drive = {"depth": values, "spring_constant": stiffness} if stiffness else {"force": values}
+    result = rs.indent(material, TIP, time=time, adhesion=adhesion, rtol=1e-4, **drive)
     held = Held((1.0, (4.0,), (1.0,)), 0.01, 0.3, stiffness, width=0.6, elements=300, dt=1.0 / 600)
     moment, depth, force = adhesive_program(held, values, time, 600)
     # Its events end between steps, and its elements are cells.
@@ -212,8 +212,8 @@ def test_elements_of_another_program_follow_the_same_forces_and_springs(stiffnes
 
 def test_energy_under_a_spring_and_a_force_is_that_of_the_elements():
     material, adhesion, time = solid([4.0, 2.0], [1.0, 0.1]), rs.Adhesion(0.02, 0.4), [0.0, 1.0, 3.0]
-    for given in ({"depth": [-0.5, 0.2, -3.0], "spring_constant": 0.5}, {"force": [0.0, 0.05, -1.0]}):
-        result = rs.indent(material, TIP, time=time, adhesion=adhesion, rtol=1e-4, **given)
+    for drive in ({"depth": [-0.5, 0.2, -3.0], "spring_constant": 0.5}, {"force": [0.0, 0.05, -1.0]}):
+        result = rs.indent(material, TIP, time=time, adhesion=adhesion, rtol=1e-4, **drive)
         assert result.dissipated > 0.0
         assert result.dissipated == pytest.approx(float(result._march.motion[-1, 6]), rel=3e-3)
 
@@ -299,17 +299,17 @@ def test_what_the_theory_does_not_have_is_refused():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "given",
+    "drive",
     [
         {"force": [0.0, 20e-9, -200e-9]},
         {"depth": [-100e-9, 400e-9, -1800e-9], "spring_constant": 0.1},
     ],
     ids=["force", "spring"],
 )
-def test_an_atomic_force_microscope_is_solved_at_the_default_tolerance(given):
+def test_an_atomic_force_microscope_is_solved_at_the_default_tolerance(drive):
     gel = rs.standard_solid(1e5, 3e5, 3e4, poisson_ratio=0.5)
     work, radius = 0.01, 1e-6
     adhesion = rs.Adhesion(work, stress=5e5)
-    result = rs.indent(gel, rs.Parabola(radius), time=[0.0, 1.0, 3.0], adhesion=adhesion, **given)
+    result = rs.indent(gel, rs.Parabola(radius), time=[0.0, 1.0, 3.0], adhesion=adhesion, **drive)
     # A fast pull on a contact that has crept exceeds that of elastic bodies, of JKR or DMT (2 pi w R).
     assert result.pull_off_force > 2.0 * math.pi * work * radius

@@ -94,9 +94,9 @@ def test_a_spring_is_pushed_and_pulled(k):
 def test_the_computed_depth_has_the_same_force(profile, spring):
     """Straight lines through the computed depth miss its rate, and so the force, by their width."""
     times = np.array([0.0, 1.0, 1.4, 2.0, 2.5, 3.0])
-    given = np.array([0.0, 1.0, 0.5, 1.3, 0.3, 0.8])
-    pulled = {"depth": np.append(given[:-1], -0.5), "spring_constant": 2.0}
-    drive = pulled if spring else {"force": given}
+    values = np.array([0.0, 1.0, 0.5, 1.3, 0.3, 0.8])
+    pulled = {"depth": np.append(values[:-1], -0.5), "spring_constant": 2.0}
+    drive = pulled if spring else {"force": values}
     result = indent(half_space(SOLID), profile, time=times, **drive)
     stop = 0.98 * min(result.contact_end_time, times[-1])
     moments = np.linspace(0.06, stop - 0.01, 41)

@@ -189,9 +189,9 @@ def test_arrays_of_numbers_are_single_oscillations():
     depth, frequency = rng.uniform(0.5, 2.0, (2, 1)), 10.0 ** rng.uniform(-2.0, 1.0, 3)
     waves = rs.oscillate(SOLID, rs.Cone(1.2), depth=depth, amplitude=0.05, frequency=frequency)
     assert waves.shape == (2, 3)
-    one = rs.oscillate(SOLID, rs.Cone(1.2), depth=depth[1, 0], amplitude=0.05, frequency=frequency[2])
-    assert waves.loss_error[1, 2] == one.loss_error
-    assert waves[1, 2].force.tobytes() == one.force.tobytes()
+    single = rs.oscillate(SOLID, rs.Cone(1.2), depth=depth[1, 0], amplitude=0.05, frequency=frequency[2])
+    assert waves.loss_error[1, 2] == single.loss_error
+    assert waves[1, 2].force.tobytes() == single.force.tobytes()
     assert waves.storage_modulus == pytest.approx(
         np.tile(4.0 * SOLID.shear.storage_modulus(2.0 * math.pi * frequency), (2, 1)), rel=1e-12
     )
@@ -225,16 +225,16 @@ def test_arrays_of_materials_are_single_oscillations(counter):
     assert waves.shape == ((2, 3) if counter else (3,))
     place = (1, 2) if counter else (2,)
     single = {"counter_material": others.row(1, 0)} if counter else {}
-    one = rs.oscillate(materials.row(2), rs.Cone(1.2), depth=1.0, amplitude=0.2, frequency=0.3, **single)
-    assert waves[place].force.tobytes() == one.force.tobytes()
-    assert waves.storage_error[place] == one.storage_error
+    alone = rs.oscillate(materials.row(2), rs.Cone(1.2), depth=1.0, amplitude=0.2, frequency=0.3, **single)
+    assert waves[place].force.tobytes() == alone.force.tobytes()
+    assert waves.storage_error[place] == alone.storage_error
     # Few branches beside others have the bits that they have alone, without terms of no modulus.
     first = rs.Material(
         rs.PronySeries(materials.shear.equilibrium_modulus[0], moduli[0, :1], times[0, :1]), bulk=math.inf
     )
     single = {"counter_material": others.row(0, 0)} if counter else {}
-    one = rs.oscillate(first, rs.Cone(1.2), depth=1.0, amplitude=0.05, frequency=0.3, **single)
-    assert waves[(0, 0) if counter else (0,)].force == pytest.approx(one.force, rel=1e-10)
+    alone = rs.oscillate(first, rs.Cone(1.2), depth=1.0, amplitude=0.05, frequency=0.3, **single)
+    assert waves[(0, 0) if counter else (0,)].force == pytest.approx(alone.force, rel=1e-10)
     assert len(waves.plot().axes) == 2
 
 

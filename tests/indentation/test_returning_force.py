@@ -58,7 +58,7 @@ def test_a_force_that_returns_after_a_rest_on_a_dashpot(viscosity):
 
 @pytest.mark.parametrize("viscosity", [0.003, 0.03, 0.3])
 def test_a_force_that_returns_at_once_on_a_dashpot(viscosity):
-    """The imprint is there as flat as y^5."""
+    """The imprint there is as flat as y^5."""
     check_against_elements(PronySeries(1.0, [4.0], [1.0], parallel_viscosity=viscosity), TIP, TIME, FORCE)
 
 

@@ -179,12 +179,12 @@ def test_a_march_in_which_elements_wait_is_that_of_all_elements(equilibrium, mon
 
     waits = ends()
     monkeypatch.setattr(attraction._Scaled, "begin", impatient)
-    for one, other in zip(waits, ends(), strict=True):
-        # Loads of one are lines over a step, displacements of the other: both of second order.
-        assert one.end == other.end
-        assert len(one.jumps) == len(other.jumps)
-        assert one.motion[-1] == pytest.approx(other.motion[-1], abs=1e-3)
-        assert one.left == pytest.approx(other.left, abs=1e-4)
+    for patient, other in zip(waits, ends(), strict=True):
+        # Loads of elements that wait are lines over a step, or else displacements are: both of second order.
+        assert patient.end == other.end
+        assert len(patient.jumps) == len(other.jumps)
+        assert patient.motion[-1] == pytest.approx(other.motion[-1], abs=1e-3)
+        assert patient.left == pytest.approx(other.left, abs=1e-4)
         for n in (1, 3):
-            assert one.motion[:, n].max() == pytest.approx(other.motion[:, n].max(), rel=1e-4)
-            assert one.motion[:, n].min() == pytest.approx(other.motion[:, n].min(), rel=1e-3)
+            assert patient.motion[:, n].max() == pytest.approx(other.motion[:, n].max(), rel=1e-4)
+            assert patient.motion[:, n].min() == pytest.approx(other.motion[:, n].min(), rel=1e-3)

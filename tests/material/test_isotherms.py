@@ -255,8 +255,8 @@ def test_covariance_of_the_shifts_of_a_law():
     isotherms = measured(polymer(rng), kelvin, shifts, rng, 0.02)
     curve = isotherms.superposed(reference_temperature=300.0, shift="arrhenius")
     relative = curve.constant_errors["activation_energy"] / curve.constants["activation_energy"]
-    one = curve.log10_factors * relative
-    assert curve.covariance == pytest.approx(np.outer(one, one), rel=1e-9, abs=1e-15)
+    errors = curve.log10_factors * relative
+    assert curve.covariance == pytest.approx(np.outer(errors, errors), rel=1e-9, abs=1e-15)
     assert [curve.error_at(temperature) for temperature in kelvin] == pytest.approx(curve.errors, abs=1e-12)
     # Halfway, all of the scatter is of the one constant, so that standard errors are linear.
     assert curve.error_at(318.5) == pytest.approx(0.5 * (curve.errors[3] + curve.errors[4]), rel=1e-9)

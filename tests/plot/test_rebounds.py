@@ -47,9 +47,9 @@ def test_other_tables_are_refused_with_their_name(text: str) -> None:
 def test_the_curve_holds_the_own_velocity_and_all_points() -> None:
     points = rs.read_points(points_file())
     (ax,) = rs.plot_restitution(BALL, points).axes
-    curve, own, *_ = ax.lines
+    curve, points, *_ = ax.lines
     exact = rs.solve(BALL).restitution_coefficient
-    assert (own.get_xdata()[0], own.get_ydata()[0]) == (1.0, pytest.approx(float(exact), rel=1e-9))
+    assert (points.get_xdata()[0], points.get_ydata()[0]) == (1.0, pytest.approx(float(exact), rel=1e-9))
     low, high = ax.get_xlim()
     assert low < SPEEDS[0] < SPEEDS[-1] < high
     assert curve.get_xdata()[0] < SPEEDS[0]
@@ -60,8 +60,8 @@ def test_the_curve_holds_the_own_velocity_and_all_points() -> None:
         float(rs.solve(replace(BALL, velocity=some)).restitution_coefficient), rel=1e-8
     )
     assert named(lambda: rs.plot_restitution(rs.Impact(BALL.material, BALL.profile, 0.01, [1.0, 2.0]))) == ("impact",)
-    given = rs.plot_restitution(BALL, velocity=[0.5, 2.0]).axes[0].lines[0]
-    assert given.get_xdata().tolist() == [0.5, 2.0]
+    line = rs.plot_restitution(BALL, velocity=[0.5, 2.0]).axes[0].lines[0]
+    assert line.get_xdata().tolist() == [0.5, 2.0]
 
 
 def test_solve_draws_the_points_and_says_how_far_they_are() -> None:

@@ -47,9 +47,9 @@ def test_numbers_of_other_pages_are_read():
 
 @pytest.mark.slow
 def test_the_page_is_what_the_script_computes():
-    made = bench.rows()
-    assert [(row.data, row.quantity) for row in made] == [line[:2] for line in LINES]
-    for row, (_, _, residual, error, verdict) in zip(made, LINES, strict=True):
+    rows = bench.rows()
+    assert [(row.data, row.quantity) for row in rows] == [line[:2] for line in LINES]
+    for row, (_, _, residual, error, verdict) in zip(rows, LINES, strict=True):
         # Two digits are printed; a fit ends within a thousandth of its standard errors.
         assert (row.residual, row.error) == pytest.approx((float(residual), float(error)), rel=0.06)
         assert row.verdict == verdict

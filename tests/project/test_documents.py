@@ -164,14 +164,14 @@ def test_poisson_ratios_of_the_curves_of_the_paper_are_computed():
 
 def test_pages_that_load_from_another_host_are_found(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "docs")
-    from foreign_hosts import found
+    from foreign_hosts import loading_lines
 
     here = (
         '<a href="https://other.example/page">a</a> <script src="_static/a.js"></script> <p>https://other.example</p>'
     )
     (tmp_path / "here.html").write_text(here)
     (tmp_path / "here.css").write_text("a { background: url(a.svg) } /* https://other.example */")
-    assert found(tmp_path) == []
+    assert loading_lines(tmp_path) == []
     there = {
         "script.html": '<script defer src="https://other.example/a.js"></script>',
         "style.html": '<link rel="stylesheet" href="//other.example/a.css">',
@@ -181,8 +181,8 @@ def test_pages_that_load_from_another_host_are_found(tmp_path, monkeypatch):
     }
     for name, text in there.items():
         (tmp_path / name).write_text(text)
-    assert {line.partition(":")[0] for line in found(tmp_path)} == there.keys()
-    assert all("other.example" in line for line in found(tmp_path))
+    assert {line.partition(":")[0] for line in loading_lines(tmp_path)} == there.keys()
+    assert all("other.example" in line for line in loading_lines(tmp_path))
 
 
 def test_the_architecture_names_every_package_and_only_those_there_are():

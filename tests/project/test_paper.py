@@ -54,8 +54,8 @@ def test_the_figures_are_drawn_again(tmp_path, monkeypatch):
     figures = script("paper/figures.py")
     monkeypatch.setattr(figures, "FOLDER", tmp_path)
     figures.main()
-    made = json.loads((tmp_path / "numbers.json").read_text())
+    written = json.loads((tmp_path / "numbers.json").read_text())
     for part, numbers in NUMBERS.items():
         # Twice the tolerance of e, 1e-8.
-        assert made[part] == pytest.approx(numbers, rel=2e-8)
+        assert written[part] == pytest.approx(numbers, rel=2e-8)
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in (FOLDER / "figures").iterdir()}

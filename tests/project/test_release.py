@@ -32,7 +32,7 @@ def bounds(project: dict[str, Any]) -> dict[str, str]:
     return result | {"python": project["requires-python"].removeprefix(">=")}
 
 
-def one(pattern: str, name: str) -> str:
+def only_match(pattern: str, name: str) -> str:
     """The only match of a pattern in a file."""
     (result,) = re.findall(pattern, (ROOT / name).read_text(), flags=re.MULTILINE)
     return result
@@ -41,12 +41,12 @@ def one(pattern: str, name: str) -> str:
 def test_all_versions_agree(project):
     assert project["dynamic"] == ["version"]
     assert {
-        one(r'^__version__ = "(.+)"$', "src/restitution/__init__.py"),
+        only_match(r'^__version__ = "(.+)"$', "src/restitution/__init__.py"),
         restitution.__version__,
         importlib.metadata.version("restitution"),
-        one(r"^version: (\S+)$", "CITATION.cff"),
+        only_match(r"^version: (\S+)$", "CITATION.cff"),
         json.loads((ROOT / "codemeta.json").read_text())["version"],
-        one(r"^  version: (\S+)$", "recipe/recipe.yaml"),
+        only_match(r"^  version: (\S+)$", "recipe/recipe.yaml"),
     } == {restitution.__version__}
 
 
@@ -57,7 +57,7 @@ def test_other_files_state_the_same_project(project):
     assert meta["runtimePlatform"] == f"Python {project['requires-python'].replace('>=', '>= ')}"
     assert {*meta["softwareRequirements"], "python"} == set(bounds(project))
     assert f"license: {project['license']}\n" in (ROOT / "recipe" / "recipe.yaml").read_text()
-    assert one(r"^license: (\S+)$", "CITATION.cff") == meta["license"].rpartition("/")[2]
+    assert only_match(r"^license: (\S+)$", "CITATION.cff") == meta["license"].rpartition("/")[2]
     assert project["license"].split(" AND ")[0] == meta["license"].rpartition("/")[2]
 
 
@@ -65,7 +65,8 @@ def test_the_recipe_has_the_bounds(project):
     text = (ROOT / "recipe" / "recipe.yaml").read_text().partition("  run:\n")[2].partition("\n\n")[0]
     stated = dict(
         re.findall(
-            r"- (\S+) >=(\S+)", text.replace("${{ python_min }}", one(r'python_min: "(.+)"', "recipe/recipe.yaml"))
+            r"- (\S+) >=(\S+)",
+            text.replace("${{ python_min }}", only_match(r'python_min: "(.+)"', "recipe/recipe.yaml")),
         )
     )
     assert stated == {CONDA.get(name, name): bound for name, bound in bounds(project).items()}

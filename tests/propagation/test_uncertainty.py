@@ -253,8 +253,8 @@ def test_a_fit_is_its_moduli_with_their_covariance() -> None:
     fit = fitted()
     ball = rs.Impact(fit.material(poisson_ratio=0.5), rs.Parabola(0.01), mass=0.005, velocity=1.0)
     named_ones = rs.uncertainty(ball, {fit.names: fit.covariance})
-    for one in (fit, fitted(3.0, "tension")):
-        whole = rs.uncertainty(ball, {"material": one.scattered(poisson_ratio=0.5)})
+    for source in (fit, fitted(3.0, "tension")):
+        whole = rs.uncertainty(ball, {"material": source.scattered(poisson_ratio=0.5)})
         for name in whole.outputs:
             assert whole[name] == pytest.approx(named_ones[name], rel=1e-9)
 

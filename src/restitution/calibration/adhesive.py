@@ -127,7 +127,7 @@ def collisions(
 _LOWEST, _LOSSES, _ROUNDS = 1e-3, 33, 4
 # Scaled adhesion between which that of the sticking velocity is sought, parts and rounds of the search.
 _ADHESION, _PARTS, _SEARCHES = (1e-4, 30.0), 16, 7
-# Largest number of rounds over the length where the range of the attraction has one of its own.
+# Largest number of rounds over the length of the model where the attraction has another length.
 _LENGTHS = 30
 
 
@@ -265,7 +265,7 @@ class AdhesiveCalibration(Calibration):
         lines = super()._lines
         count = len(self.parameters)
         held, pull = f"{self.sticking_velocity:.4g} m/s", f"{self.pull_off_force:.4g} N"
-        own = [f"  sticks below {held}, as the bodies do; largest pull {pull}"]
+        additions = [f"  sticks below {held}, as the bodies do; largest pull {pull}"]
         if "e" in self.parameters or "en" in self.parameters:
-            own.append("  the e that is typed is that of the code without cohesion, not that of the bodies")
-        return [*lines[:count], *own, *lines[count:]]
+            additions.append("  the e that is typed is that of the code without cohesion, not that of the bodies")
+        return [*lines[:count], *additions, *lines[count:]]

@@ -137,8 +137,8 @@ def rebound(form: Force, adhesion: Any, loss: Any, outside: Any, velocity: Any) 
     state = np.stack([first, np.sqrt(v0 * v0 + 2.0 * out), np.zeros_like(v0)])
     escape, start = _energy(form.kind, A, last) + out, _first_length(form.kind, A, state[1])
     lanes = _Lanes(A, b, last, escape, start, np.zeros(A.size, bool))
-    known = np.isfinite(A)
-    place, state, lanes = np.flatnonzero(known), state[:, known], lanes.take(known)
+    finite = np.isfinite(A)
+    place, state, lanes = np.flatnonzero(finite), state[:, finite], lanes.take(finite)
     for _ in range(_MOST):
         if not place.size:
             break
@@ -191,11 +191,11 @@ def _pace(form: Force, lanes: _Lanes, state: Array) -> Array:
 
 def _step(form: Force, lanes: _Lanes, state: Array, step: Array) -> Array:
     """Return the state after a step by the classical method of Runge and Kutta."""
-    one = _rates(form, lanes, state)
-    two = _rates(form, lanes, state + 0.5 * step * one)
-    three = _rates(form, lanes, state + 0.5 * step * two)
-    four = _rates(form, lanes, state + step * three)
-    return state + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+    first = _rates(form, lanes, state)
+    second = _rates(form, lanes, state + 0.5 * step * first)
+    third = _rates(form, lanes, state + 0.5 * step * second)
+    fourth = _rates(form, lanes, state + step * third)
+    return state + step / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
 
 
 def _stepped(form: Force, lanes: _Lanes, state: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -370,7 +370,7 @@ class AdhesiveLaw:
 
 
 def _registered(name: str) -> AdhesiveLaw:
-    """Return the law of a target, from which a pickled result is made again."""
+    """Return the law of a target, for the pickle of a result."""
     return ADHESIVE_LAWS[name]
 
 

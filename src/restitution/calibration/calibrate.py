@@ -196,7 +196,7 @@ def calibrate(
     """
     if not isinstance(target, str) or target not in ADHESIVE_LAWS:
         # A law that is added to `LAWS` later is a target too.
-        quantities.known("target", target, (*LAWS, *EVENTS))
+        quantities.choice("target", target, (*LAWS, *EVENTS))
     if contact is not None:
         one_of("contact", contact, (exact.PAIR, exact.WALL))
     whole("points", points, 2, 10_000)

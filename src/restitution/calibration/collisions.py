@@ -61,7 +61,7 @@ def bodies_of(problem: Any, contact: str | None) -> Pair:
     elif contact == WALL != kind:
         (ball, other), words = _on_wall(ball, other), "a ball and a wall of its material"
     impact, mass = _single(collision(ball, other, velocity=1.0)), float(cast("float", ball.mass))
-    # A ball that is held has no mass of its own.
+    # A ball that is held has no mass.
     mass = mass if math.isfinite(mass) else float(impact.mass)
     return Pair(impact, float(ball.radius), mass, (contact or kind) == WALL, words)
 
@@ -214,7 +214,7 @@ def collisions(
 
 
 def _range(name: str, value: Any, points: int) -> Array:
-    """Return numbers at equal ratios over a range, or the one number."""
+    """Return numbers at equal ratios over a range, or a single number."""
     ends = np.atleast_1d(quantities.check(name, value))
     if ends.size == 1:
         return ends.reshape(1)
@@ -226,7 +226,7 @@ def _range(name: str, value: Any, points: int) -> Array:
 
 
 def speeds_of(velocity: Any, points: int) -> Array:
-    """Return velocities [m/s] at equal ratios over a range, or the one velocity."""
+    """Return velocities [m/s] at equal ratios over a range, or a single velocity."""
     if velocity is None:
         raise InputError("velocity", rule="must be given: one velocity, or the lowest and the highest")
     return _range("velocity", velocity, points)

@@ -211,7 +211,7 @@ class Law:
 
 
 def _registered(name: str) -> Law:
-    """Return the law of a target, from which a pickled result is made again."""
+    """Return the law of a target, for the pickle of a result."""
     return LAWS[name]
 
 

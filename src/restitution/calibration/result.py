@@ -50,7 +50,7 @@ class TypedParameter(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Result):
-    """A contact law of another code, calibrated to the exact coefficient of restitution; made by `calibrate`.
+    """A contact law of another code, calibrated to the exact coefficient of restitution; `calibrate` returns it.
 
     Attributes
     ----------
@@ -255,8 +255,8 @@ class Calibration(Result):
         for name, what in ((_E, "e"), (_TIME, "the contact time")):
             error, naive = (self._largest_error(kind + name) for kind in ("calibrated_", "naive_"))
             if np.isfinite(error):
-                known, typed = (self._in_words(x) if name == _E else percent(100.0 * x) for x in (error, naive))
-                lines.append(f"  largest error of {what}: {known}; as usually typed: {typed}")
+                largest, typed = (self._in_words(x) if name == _E else percent(100.0 * x) for x in (error, naive))
+                lines.append(f"  largest error of {what}: {largest}; as usually typed: {typed}")
         if self.angles is not None:
             low, high = np.degrees(self.angles.angle[[0, -1]])
             error = self.angles.largest_error

@@ -108,7 +108,7 @@ def rebounds(rule: Rule, law: TypedLaw, case: Case, ratio: float, number: float,
         pull = np.where(slips, share * trial, dashed)
         left = share * trial - (dragged if rule.slip == "together" else 0.0)
         if rule.slip == "dashpot":
-            # A dashpot that outweighs an opposite spring is the one that slips.
+            # A dashpot that outweighs an opposite spring slips.
             outweighs = (dragged * spring < 0.0) & (np.abs(dragged) >= np.abs(spring))
             left = np.where(outweighs, spring, np.clip(spring, -normal, normal))
         kept = np.where(slips, left if rule.memory == "force" else left / k, kept)
@@ -303,7 +303,7 @@ def over_angles(
 
 
 def _angles(angle: Any, count: int) -> Array:
-    """Return angles [rad] over a range, or the one angle."""
+    """Return angles [rad] over a range, or a single angle."""
     if angle is None:
         return np.linspace(_LOWEST, _HIGHEST, count)
     ends = np.atleast_1d(check("angle", angle))

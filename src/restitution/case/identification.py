@@ -35,7 +35,7 @@ from restitution.identification.observations import Noise, Observations
 from restitution.identification.parameters import SPECTRUM
 from restitution.material.models import material_models
 from restitution.material.shift import WLF, Arrhenius
-from restitution.quantities import DENSITY, INPUTS, MEASURED, NUMBER, known
+from restitution.quantities import DENSITY, INPUTS, MEASURED, NUMBER, choice
 from restitution.sweeps.grid import Linear
 from restitution.units import STIFFNESS, to_si
 
@@ -207,7 +207,7 @@ class IdentificationSection(Section):
     @field_validator("model")
     @classmethod
     def _known(cls, value: str) -> str:
-        return known("", value, (*material_models(), SPECTRUM))
+        return choice("", value, (*material_models(), SPECTRUM))
 
     @field_validator("compare")
     @classmethod

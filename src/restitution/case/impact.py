@@ -39,7 +39,7 @@ from restitution.quantities import (
     NUMBER,
     SLIDING,
     TIME,
-    known,
+    choice,
 )
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ class ImpactSection(Section):
 
 
 class AdhesionSection(Section):
-    """Attraction of the surfaces: its work, and the stress or the range, 0.4 nm unless one is given."""
+    """Attraction of the surfaces: its work, and the stress or the range, by default a range of 0.4 nm."""
 
     work: Annotated[float, Reader(ADHESION_INPUTS["work"])]
     stress: Annotated[float, Reader(ADHESION_INPUTS["stress"])] | None = None
@@ -205,7 +205,7 @@ class UncertaintySection(Section):
     @classmethod
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         try:
-            return tuple(known("", name, IMPACT_OUTPUTS) for name in value)
+            return tuple(choice("", name, IMPACT_OUTPUTS) for name in value)
         except InputError as error:
             refuse(error.rule)
 
@@ -300,7 +300,7 @@ def _or(value: Any, default: float) -> Any:
 
 @dataclass(frozen=True)
 class Case:
-    """An impact as a case file describes it, in SI; made by `read_case`.
+    """An impact as a case file describes it, in SI; `read_case` returns it.
 
     `options` are the keyword arguments of `solve`, `sections` the checked content of the file, `content` the one that
     it has. `deviations` are the standard deviations that stand behind values, as texts by the places of their keys.

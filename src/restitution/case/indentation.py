@@ -135,7 +135,7 @@ class IndenterFile(Section):
     )
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Name the commands of the other motions, where one of them stands in the file of this one."""
+        """Name the command of another motion that the file of this motion has."""
         super().__init_subclass__(**options)
         cls.elsewhere = cls.elsewhere | {key: text for key, text in MOTIONS.items() if key not in cls.__annotations__}
 

@@ -41,7 +41,7 @@ from restitution.material.readers import MaterialFile, read_material
 from restitution.material.shift import WLF, Arrhenius, Shift, ShiftTable
 from restitution.material.temperature_ramp import MEASURED_CONSTANTS, ReducedRamp, TemperatureRamp
 from restitution.material.viscoelastic import Material
-from restitution.quantities import NUMBER, TIME, known
+from restitution.quantities import NUMBER, TIME, choice
 from restitution.units import FREQUENCY
 
 Modulus = Annotated[float, of("instantaneous_modulus")]
@@ -300,7 +300,7 @@ class LibrarySection(MaterialSection):
     @field_validator("library")
     @classmethod
     def _known(cls, value: str) -> str:
-        return known("", value, library.names())
+        return choice("", value, library.names())
 
     def isothermal(self, window: Window | None) -> Material:
         return library.get(self.library)
@@ -365,7 +365,7 @@ class FileSection(MaterialSection):
             refuse(error.rule, error.field if is_key or not error.where else "file")
 
     def _missing(self, stated: str | None) -> list[InputError]:
-        """Return what is to be given beside data that state this deformation, all at once."""
+        """Return an error for each number that data of this deformation lack."""
         mistakes: list[InputError] = []
         try:
             self.one_of("bulk_modulus", "poisson_ratio")

@@ -261,12 +261,12 @@ def open_columns(source: Path) -> tuple[Sheet, list[str]]:
 
 
 def _columns(
-    sheet: Sheet, wanted: Sequence[str], names: Sequence[str], deviations: dict[str, Any], arguments: dict[str, Any]
+    sheet: Sheet, required: Sequence[str], names: Sequence[str], deviations: dict[str, Any], arguments: dict[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return standard deviations and values by name: those that are given, and the wanted columns of a file in SI."""
+    """Return standard deviations and values by name: those of the section and the required columns, in SI."""
     columns: dict[str, Any] = {}
     for index, name in enumerate(names):
-        if name not in wanted:
+        if name not in required:
             continue
         if name in columns or name in arguments or (name.startswith(_DEVIATION) and name[3:] in deviations):
             raise FileError("", sheet.header_line, f"column {name!r} is given twice: must be given once")
@@ -289,7 +289,7 @@ def _as_rebounds(
     kept = {name: column for name, column in values.items() if name not in pair}
     kept["velocity"] = np.sqrt(2.0 * STANDARD_GRAVITY * before) if power == 0.5 else before
     spread = {name: size for name, size in deviations.items() if name not in pair}
-    # The noise of e is that at a known velocity, which has a noise of its own.
+    # The noise of e is that at a known velocity; the noise of the velocity is separate.
     for name, height, key, size in zip(pair, (before, after), ("velocity", "restitution_coefficient"),
                                        (kept["velocity"], e), strict=True):  # fmt: skip
         if name in deviations:

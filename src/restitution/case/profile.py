@@ -49,7 +49,7 @@ LAYER: dict[str, Any] = {
 
 
 class ProfileSection(Section):
-    """Surface of the body at the contact. A type without a radius of its own has that of the body."""
+    """Surface of the body at the contact. A type without a radius has that of the body."""
 
     geometry: ClassVar[type[Geometry]]
     type: str

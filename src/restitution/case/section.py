@@ -154,7 +154,7 @@ class Section(BaseModel):
         return {key: value for key in keys if (value := getattr(self, key, None)) is not None}
 
     def one_of(self, *keys: str) -> str:
-        """Return which one of the keys has a value; refuse none and more than one."""
+        """Return the key that has a value; refuse none and several."""
         present = self.present(*keys)
         if len(present) != 1:
             state = f"{' and '.join(present)} are given" if present else "none is given"

@@ -85,7 +85,7 @@ def solve(
 
 
 def _picture(result: rs.ImpactResult, pressure_at: list[float] | None, title: str) -> Figure:
-    """Draw one impact; that of the normal motion where the pressure is wanted."""
+    """Draw one impact; that of the normal motion for a picture of the pressure."""
     from restitution.plot import impact, oblique
 
     if isinstance(result, rs.ObliqueResult) and pressure_at is None:

@@ -154,7 +154,7 @@ def compilation() -> Generator[None]:
 def single_solve() -> Generator[None]:
     """Solve one problem in the block, without the compiler where there is no machine code.
 
-    Its result is evaluated there, by `to_dict`: energies and pressures are found on first use.
+    Its result is evaluated there, by `to_dict`: energies and pressures are computed on first use.
     """
     from restitution.kernel.plain import single_problem
 

@@ -346,7 +346,7 @@ class ForceLaw(Geometry, case_name="force_law"):
         if counter_material is not None:
             raise InputError("counter_material", rule="must be left out: a force law is that of one deformable body")
         ratios = np.stack([material.poisson_ratio, material.instantaneous_poisson_ratio]).reshape(2, -1)
-        # Of several materials the one that differs most.
+        # The material that differs most counts.
         ratios = ratios[:, np.argmax(np.max(np.abs(ratios - self.poisson_ratio), axis=0))]
         if np.max(np.abs(ratios - self.poisson_ratio)) > _SAME_RATIO:
             text = f"force law: the Poisson ratio is {self.poisson_ratio:.4g} for the twin and {ratios[0]:.4g} "

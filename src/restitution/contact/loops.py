@@ -278,7 +278,7 @@ MOST = 128
 
 @inlined
 def _panel(panels: Any, radius: float) -> int:
-    """Return the panel that contains a radius over the thickness; the last one beyond its end."""
+    """Return the panel that contains a radius over the thickness; beyond its end, the last panel."""
     last = panels.shape[0] - 2
     panel = 0
     while panel < last and radius >= panels[panel + 1]:

@@ -98,7 +98,7 @@ def radiated(
             nu = np.where(np.isinf(bulk), 0.5, (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear))
             kept = 2.0 * size <= wave_speed * contact_time
             power = np.where(kept, 0.0, radiation(nu) / (density * wave_speed**3) * pulse)
-            # Where nothing leaves, or nothing is known of it, the slower one.
+            # The slower wave, where nothing leaves or nothing is known of it.
             radiates = (power > 0.0) | (energy > 0.0)
             more = np.isnan(speed) | np.where(radiates, power > energy, wave_speed < speed)
             speed, energy = np.where(more, wave_speed, speed), np.where(more, power, energy)

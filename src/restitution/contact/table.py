@@ -51,7 +51,7 @@ class PathTable(NamedTuple):
         Verified ``int |delta a| dd / Pi`` up to the end of each cell, shape ``(n_cells,)``: a bound of the error of
         forces up to there over the largest elastic one, as they depend on a(s) through its integral over depth alone.
     radius_error : float
-        Largest error of a found, relative to the largest a.
+        Largest error of the contact radius a, relative to the largest a.
     kinks, strengths : array
         Places s of the kinks [m^(1/2)] and their strengths: ``a = smooth + strength (s - kink)^power`` beyond each.
     power : float
@@ -351,7 +351,7 @@ def product(left: Any, right: Any) -> Array:
     return result
 
 
-# Geometries of one kind, one for each row of a batch of impacts, whose tables are made together.
+# Geometries of one kind, one for each row of a batch of impacts, whose tables are computed together.
 
 
 class Samples(NamedTuple):

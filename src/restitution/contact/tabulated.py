@@ -34,7 +34,7 @@ _FAR = 2.0
 # place of those of its parts, at rounding level too. So an integral costs the logarithm of the number of pieces.
 _GROUP = 4
 _GROUP_NODES = 16
-# Integrals that one thread computes at a time.
+# Integrals that a thread computes at a time.
 _BLOCK = 10_000
 _DEGREE = 20
 # Error of the series of g, its slope and Pi; Newton's method needs no more accurate slope.

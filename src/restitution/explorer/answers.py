@@ -64,9 +64,9 @@ _DECADES, _MODULI = 3.0, 61
 _MOST_BOUNCES, _LEAST_RISE = 200, 1e-4
 _WEIGHT = "the weight presses in each of these contacts; the tab Impact leaves it out, so its e differs"
 _MORE = "a series ends after {} bounces or {:g} s of work; the body would bounce on"
-# Shares of the time of an answer for a series, and for one with friction, whose bounces take ten times as long.
+# Shares of the time of an answer for a series without and with friction, whose bounces take ten times as long.
 _BOUNCES, _SPINNING_BOUNCES = 0.5, 5.0
-# Points of all flights of a series, and least number of one.
+# Points of all flights of a series, and of each flight at least.
 _FLIGHT_POINTS, _LEAST_POINTS = 400, 17
 # Most elements of an indentation times terms of its material; with many terms it has a coarser tolerance.
 _ELEMENTS, _MANY_TERMS, _COARSE_RTOL = 12_000, 20, 1e-4
@@ -101,7 +101,7 @@ def case_of(state: Mapping[str, Any]) -> Case:
 
 
 def numbers_of(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return numbers as JSON has them; an infinite or unknown one becomes None."""
+    """Return numbers as JSON has them; infinite and unknown numbers become None."""
     return plain(values, nullable)
 
 
@@ -318,7 +318,7 @@ def indentation(state: Mapping[str, Any]) -> Answer:
     limit = MOST_ELEMENTS.set(_ELEMENTS // max(terms, 10))
     try:
         with warnings.catch_warnings():
-            # The result has them.
+            # The result has the warnings.
             warnings.simplefilter("ignore", RestitutionWarning)
             result = indent(case.material, case.profile, rtol=rtol, **{case.prescribed: cast("Any", case.history)})
     finally:
@@ -341,7 +341,7 @@ def tapping_case(state: Mapping[str, Any]) -> TappingCase:
 
 
 def mode_swings() -> dict[str, Quantity]:
-    """Return the columns of the ways of the higher modes, from the second one on."""
+    """Return the columns of the ways of the higher modes, from the second mode on."""
     words = "half of the way of mode"
     return {f"mode_swing_{n}": MODES["mode_swing"]._replace(words=f"{words} {n}") for n in range(2, MOST_MODES + 2)}
 

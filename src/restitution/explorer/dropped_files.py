@@ -35,7 +35,7 @@ _LONGEST_CASE, _MOST_FILES = 65_536, 5
 _LONGEST_NAME, _MOST_ROWS = 100, 1000
 # The address of the page has the measured points.
 _MOST_POINTS = 300
-# A temperature ramp has no temperature of its own.
+# A temperature ramp has no single temperature.
 _ROOM = "20 degC"
 
 Question = dict[str, Any]

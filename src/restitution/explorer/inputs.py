@@ -1,4 +1,4 @@
-"""The inputs of the explorer, made from the registries of quantities, material models and profiles.
+"""The inputs of the explorer, from the registries of quantities, material models and profiles.
 
 The key of an input is a key path of a case file, such as `material.viscosity`. A few keys more choose between inputs.
 A state is a flat table of inputs, which is a case file and back.
@@ -31,7 +31,7 @@ from restitution.units import Dimension
 MOST_TERMS = 50
 """Most terms of a Prony series; the time of a solve grows with them."""
 
-# Values beyond the slider may be typed up to this factor, and numbers of a list up to the second one.
+# Factors over the slider up to which values may be typed: of a single number, and of the numbers of a list.
 _BEYOND, _MOST = 1e6, 1e100
 
 When = Mapping[str, Sequence[str]]
@@ -41,7 +41,7 @@ _ALWAYS: Mapping[str, Any] = MappingProxyType({})
 HALF_SPACE, LAYER, PLATE, BALL = "half_space", "layer", "plate", "ball"
 """What the body hits."""
 RIGID, SAME, OBLIQUE = "rigid", "same", "oblique"
-"""Values of further choices: what the other body is made of, where it bounces, how it comes."""
+"""Values of further choices: the material of the other body, where the body bounces, how it comes."""
 SIDES, SPOT, NEAREST = "profile.sides", "bounces.spot", "tapping.nearest"
 """Keys that are no quantities of a case file, or choices of whole numbers."""
 INFINITE, SOFT = "incompressible", "target"
@@ -349,7 +349,7 @@ def _body_inputs() -> Iterator[Input]:
 
 
 def _target_inputs(has_theory: Sequence[str]) -> Iterator[Input]:
-    """Yield what the body hits, and what the other one of the two is made of."""
+    """Yield what the body hits, and the material of the other body."""
     words = {
         HALF_SPACE: "a half-space", LAYER: "a layer on a rigid base", PLATE: "a plate or rod that recedes",
         BALL: "a free ball at rest",
@@ -571,6 +571,6 @@ def _from_groups(values: State) -> dict[str, float]:
 
 
 def one_line(error: InputError) -> str:
-    """Return an error as one line, the first one of several mistakes."""
+    """Return an error as one line, which is that of the first mistake."""
     first = error.mistakes[0] if isinstance(error, CaseError) else error
     return " ".join(str(CaseError(first)).split())

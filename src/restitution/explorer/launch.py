@@ -106,7 +106,7 @@ def _listener(host: str, port: int) -> socket.socket:
     except OSError as error:
         listener.close()
         reason = (error.strerror or str(error)).lower()
-        advice = f"cannot be listened on at {host} ({reason}); another one, or 0 for any that is free, may do"
+        advice = f"cannot be listened on at {host} ({reason}); give another port, or 0 for any that is free"
         raise InputError("port", port, advice) from None
     return listener
 
@@ -158,7 +158,7 @@ class Explorer(AbstractContextManager["Explorer"]):
         return not self._thread.is_alive()
 
     def close(self) -> None:
-        """End the server; the page stays as it is, and computes nothing any more."""
+        """End the server; the page stays as it is, and stops computing."""
         self._running.stop()
         self._thread.join(10.0)
 
@@ -256,7 +256,7 @@ def _reduced(about: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def write_static(folder: str | Path) -> list[Path]:
-    """Write the page and its data into a folder, which is made; return the files."""
+    """Create a folder and write the page and its data into it; return the files."""
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
         raise InputError("folder", str(folder), "must be a folder, and is a file")

@@ -210,7 +210,7 @@ def _about() -> dict[str, Any]:
 
 
 _TOO_LONG = 1009
-# Kinds that follow a slider, and the time [s] for which one of them may wait while another one goes first.
+# Kinds of requests that follow a slider, and the time [s] for which each may wait while others go first.
 _QUICK = {"impact": 0.0, "velocity": 0.1}
 # One thread has all of them: two would spend a third of their time on waiting for the interpreter's lock.
 _POOLS = {True: ThreadPoolExecutor(1), False: ThreadPoolExecutor(2)}
@@ -236,7 +236,7 @@ class Session:
 
         await self._websocket.accept()
         answers = asyncio.gather(*map(self._answer, _POOLS))
-        # What the page cannot be sent any more is lost.
+        # What cannot be sent to the page is lost.
         with suppress(WebSocketDisconnect, RuntimeError, OSError):
             await self._websocket.send_text(schema)
             await self._read()
@@ -257,7 +257,7 @@ class Session:
                 await self._websocket.send_text(json.dumps(answer))
                 continue
             quick = request.kind in _QUICK
-            # A newer request keeps the place of the one that it replaces.
+            # A newer request takes the place of the request that it replaces.
             due, _ = self._waiting[quick].get(request.kind, (time.monotonic() + _QUICK.get(request.kind, 0.0), None))
             self._waiting[quick][request.kind] = due, request
             self._arrived[quick].set()
@@ -408,7 +408,7 @@ def application(access: Access, state: State | None = None, title: str | None = 
 
     async def page(request: HttpRequest) -> Response:
         if not access.allows_tokens(request.query_params.getlist("token")):
-            return PlainTextResponse("the address has no valid token; open the one that the terminal shows\n", 403)
+            return PlainTextResponse("the address has no valid token; open the address that the terminal shows\n", 403)
         return Response(served[INDEX], media_type=content_type(INDEX))
 
     async def static(request: HttpRequest) -> Response:

@@ -36,7 +36,7 @@ _LOWEST, _HIGHEST = 0.15, 0.995
 
 
 class FormulaError(NamedTuple):
-    """Relative errors of the formulas of one bounce: 95 % of the random materials of a family have smaller ones."""
+    """Relative errors of the formulas of one bounce: those of 95 % of the random materials of a family are smaller."""
 
     loss_tangent: float
     storage_by_time: float  # storage modulus from the contact time

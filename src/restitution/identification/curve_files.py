@@ -28,11 +28,11 @@ from restitution.identification.curves import IndentationCurve
 from restitution.identification.observations import Noise
 
 _TIP = "tip position"
-# Columns that give the depth, best first; the deflection is subtracted already from the first one.
+# Columns that give the depth, best first; the first has the deflection subtracted already.
 _DEPTHS = (_TIP, "height (measured)", "height (piezo)")
 _FORCE_FACTORS = ("spring constant", "sensitivity")
 _RATES = ("rate approach", "rate retract")
-# The list of archives that afmformats keeps open is not made for threads.
+# The list of archives that afmformats keeps open is not safe for threads.
 _ARCHIVES = threading.Lock()
 
 
@@ -71,7 +71,7 @@ def read_curves(
     -------
     CurveFile
         List of functions without arguments that each return an `IndentationCurve`. Its attribute `source` is a text
-        that says how depth and time were made, and whether the deflection was subtracted. The method `read` of the
+        that states where depth and time come from, and whether the deflection was subtracted. The method `read` of the
         list returns all curves that can be read, and warns of each of the others.
 
     Raises
@@ -136,7 +136,7 @@ class CurveFile(list["CurveReader"]):
 
 
 class FileCurve(IndentationCurve):
-    """Indentation curve of a file; `source` says how depth and time were made."""
+    """Indentation curve of a file; `source` states where depth and time come from."""
 
     source: str = ""
 
@@ -302,7 +302,7 @@ def _igor_record(source: Path, data: Any) -> Record:
         return record
     numbers = np.arange(record.segments[1].size)
     segment = np.minimum(np.searchsorted(last, numbers), len(last) - 1)
-    # A hold may have a rate of its own, whose use the note does not prove.
+    # A hold may have another rate, and the note does not prove which rate was used.
     uniform = "0" not in way or float(lines.get("UseDwellRate", 0)) == 0.0
     times = {"time": numbers / record.metadata[_RATES[0]]} if uniform else {}
     rates = {} if uniform else dict.fromkeys(_RATES)

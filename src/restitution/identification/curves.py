@@ -59,7 +59,7 @@ class Touch(NamedTuple):
 
 
 def first_approach(depth: Array, force: Array) -> tuple[int, int]:
-    """Return the first sample of the first approach, and the first one after it."""
+    """Return the first sample of the first approach, and the first sample after it."""
     level = float(np.median(force[:_FEWEST]))
     pushed = int(np.argmax(force - level > _REACHED * (force.max() - level)))
     below = np.maximum.accumulate(depth[pushed:]) - depth[pushed:] > _BACK * np.ptp(depth)

@@ -24,8 +24,8 @@ from restitution.identification.statements import (
     FUNCTIONALS,
     SINGULAR,
     functional_slopes,
-    known,
     per_cent,
+    precision,
     sensitivities,
     standard_errors,
 )
@@ -83,8 +83,8 @@ class Design(Result):
     @property
     def statements(self) -> tuple[str, ...]:
         """Predictions in words."""
-        parameters = ", ".join(f"{name} {known(error)}" for name, error in self.standard_errors.items())
-        moduli = ", ".join(f"{FUNCTIONALS[name]} {known(error)}" for name, error in self.functional_errors.items())
+        parameters = ", ".join(f"{name} {precision(error)}" for name, error in self.standard_errors.items())
+        moduli = ", ".join(f"{FUNCTIONALS[name]} {precision(error)}" for name, error in self.functional_errors.items())
         lines = [
             f"{self.repeats.sum()} impacts determine {parameters}.",
             f"At {self.angular_frequency:.4g} rad/s they determine {moduli}.",

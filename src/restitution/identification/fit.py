@@ -109,7 +109,7 @@ def starts(
 
 
 def scattered(space: Parameters, centre: Array, n_points: int) -> Array:
-    """Return points around a centre, within 1.5 decades of each parameter without a start of its own."""
+    """Return points around a centre, within 1.5 decades of each parameter that the user gave no start."""
     n = len(space.free)
     wide = [1.0 if parameter.kind == "logit" or parameter.name in space.adhesion else _SPREAD
             for parameter in space.free]  # fmt: skip
@@ -441,7 +441,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 
 
 def _around(problem: EstimationProblem, fit: Fit) -> Array:
-    """Return points around a fit with another adhesion: a jump that is a sample away makes a minimum of its own."""
+    """Return points around a fit with another adhesion: a jump that is a sample away makes another minimum."""
     points = list[Array]()
     for k, name in enumerate(problem.space.names):
         if name in problem.space.adhesion:

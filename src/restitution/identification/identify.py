@@ -220,7 +220,7 @@ def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
             f"the data hardly show {' and '.join(unseen)}: intervals are those over a few of the values that fit as "
             "well; profiles=True follows all of them"
         )
-    # The parameters with a value may have another one in another minimum.
+    # Another minimum may have other values of the parameters.
     stated = np.array([estimate.determined for estimate in result.parameters.values()])
     n, best = problem.n_parameters, estimation.fit
     for other in estimation.fits:

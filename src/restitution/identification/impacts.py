@@ -249,11 +249,11 @@ class Rebounds(Observations):
         groups = list[Bodies]()
         for n in range(int(which.max()) + 1):
             places = np.flatnonzero(which.ravel() == n)
-            one = self._impact.take(places[0])
-            profile = as_profile(one.profile, "adhesion")
+            impact = self._impact.take(places[0])
+            profile = as_profile(impact.profile, "adhesion")
             velocity, blur = self.velocity[places], np.asarray(self._blur)[places]
             stuck = self.restitution_coefficient[places] == 0.0
-            groups.append(Bodies(profile, float(one.mass), places, velocity, velocity * blur, stuck))
+            groups.append(Bodies(profile, float(impact.mass), places, velocity, velocity * blur, stuck))
         return groups
 
     @cached_property
@@ -267,10 +267,10 @@ class Rebounds(Observations):
 
     def _squares_by(self, e: Array, slopes: Array) -> tuple[Array, Array]:
         """Return the same with the noise at these e, and by slopes of e^2 over the logarithm of the velocity."""
-        own = self._deviations[0] * np.where(self._relative[0], e, 1.0)
+        spread = self._deviations[0] * np.where(self._relative[0], e, 1.0)
         # If the velocity is too high by a share x, (v'/v)^2 is too low by twice this share.
         blur = (slopes + 2.0 * e * e) * np.asarray(self._blur)
-        return self.restitution_coefficient**2 - own**2, np.hypot(2.0 * np.maximum(e, own) * own, blur)
+        return self.restitution_coefficient**2 - spread**2, np.hypot(2.0 * np.maximum(e, spread) * spread, blur)
 
     def refined(self, materials: Material, nuisances: Array) -> Rebounds:
         """Return the same data with elements, and the noise of the velocity by slopes, for a fit, the first row."""
@@ -421,9 +421,9 @@ class Rebounds(Observations):
 
     def _moduli(self, times: Array) -> DynamicTable:
         # A body that sticks shows no loss of the material.
-        known = self.restitution_coefficient > 0.0
-        there = _thinned(np.isfinite(times) & (known if known.any() else True), times)
-        loss = -np.log(self.restitution_coefficient[there] if known.any() else np.full(int(there.sum()), _UNSEEN))
+        rebounded = self.restitution_coefficient > 0.0
+        there = _thinned(np.isfinite(times) & (rebounded if rebounded.any() else True), times)
+        loss = -np.log(self.restitution_coefficient[there] if rebounded.any() else np.full(int(there.sum()), _UNSEEN))
         with np.errstate(over="ignore", under="ignore"):
             elastic = (self._elastic[0][there] / times[there]) ** self._power
             omega, storage, tangent = moduli_of_bounces(loss, elastic, times[there])
@@ -456,7 +456,7 @@ class Rebounds(Observations):
     @cached_property
     def _elastic(self) -> tuple[Array, Array]:
         """Contact times [s] and peak forces [N] on an elastic material of E* = 1 Pa without weight, shape (n,)."""
-        # Two bodies of 2 Pa are in contact like one of 1 Pa; any known one is much stiffer.
+        # Two bodies of 2 Pa are in contact like one body of 1 Pa; all known bodies are much stiffer.
         shear = PronySeries.springs(np.full((1, 1), 0.5 if self.counter_material == "same" else 0.25))
         # Temperatures need a shift; a spring has no times.
         material = Material(shear, math.inf, shift=Arrhenius(300.0, 1.0))

@@ -161,7 +161,7 @@ _ABOUT = (
     ("points", "", "number of points of the fit"),
     ("indentation_depth", "m", "largest depth below the contact point"),
 )
-# A curve with this multiple of the median of chi2 is fitted again, from starts of its own.
+# A curve with this multiple of the median of chi2 is fitted again, from its own starts.
 _POOR = 2.0
 
 
@@ -412,7 +412,7 @@ def _alone(
 
 
 def _replace_fit(fits: CurveFits, n: int, uncertainty: Uncertainty) -> None:
-    """Enter the fit of one curve in place of another one."""
+    """Replace the fit of a curve in the table."""
     problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
     z = fit.coordinates
     fits.points[n], fits.errors[n] = z, uncertainty.standard_errors

@@ -175,7 +175,7 @@ def contact_modulus(reduced: PronySeries, counter: Material | str | None) -> Pro
 
 
 def alone_of(pair: NDArray[np.complex128], omega: Array, counter: Material | str | None) -> NDArray[np.complex128]:
-    """Return the reduced complex moduli [Pa] of a body from those of the contact with another one."""
+    """Return the reduced complex moduli [Pa] of a body from those of its contact with another body."""
     if counter is None:
         return pair
     if not isinstance(counter, Material):
@@ -213,7 +213,7 @@ def number_or_none(name: str, value: Any) -> float | None:
 
 
 def profile_of(radius: Any, profile: Any) -> Geometry:
-    """Return the profile of bodies: parabolas of these radii [m], or the given one."""
+    """Return the profile of bodies: parabolas of these radii [m], or `profile`."""
     if (radius is None) == (profile is None):
         raise InputError("radius, profile", rule="exactly one must be given")
     if profile is None:

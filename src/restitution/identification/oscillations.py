@@ -287,12 +287,12 @@ class Oscillations(Observations):
         return f"Oscillations({self.frequency.size} oscillations, {', '.join(self.measured)})"
 
 
-def _columns(given: dict[str, Any]) -> dict[str, Array]:
+def _columns(numbers: dict[str, Any]) -> dict[str, Array]:
     """Return columns in SI of one shape (n,), where numbers are repeated."""
-    values = {name: np.asarray(MEASURED[name].check(value, name)) for name, value in given.items()}
+    values = {name: np.asarray(MEASURED[name].check(value, name)) for name, value in numbers.items()}
     shapes = {name: value.shape for name, value in values.items()}
     lengths = {shape for shape in shapes.values() if shape} or {(1,)}
     if len(lengths) > 1 or len(shape := lengths.pop()) != 1 or shape == (0,):
         listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise InputError(", ".join(given), rule=f"must be single numbers, or arrays of one shape (n,): {listed}")
+        raise InputError(", ".join(numbers), rule=f"must be single numbers, or arrays of one shape (n,): {listed}")
     return {name: np.broadcast_to(value, shape) for name, value in values.items()}

@@ -96,7 +96,7 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Parameters:
-    """Unknown constants of a model of the material, and the known ones.
+    """Unknown and known constants of a model of the material.
 
     Attributes
     ----------
@@ -246,7 +246,7 @@ class RowShifts:
 
     @classmethod
     def of_laws(cls, laws: Sequence[Any]) -> RowShifts:
-        """Collect the laws of materials that were made one by one."""
+        """Collect the laws of single materials."""
 
         def factor(temperature: Any) -> Array:
             rows = np.broadcast_to(temperature, np.broadcast_shapes((len(laws), 1), np.shape(temperature)))

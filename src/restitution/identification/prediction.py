@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray
 
 _RTOL = 1e-9
-# With adhesion: tolerances of e and of the sticking velocity, and a velocity over that one at which e^2 has a slope.
+# With adhesion: tolerances of e and of the sticking velocity, and the multiple of the latter at which e^2 has a slope.
 _ADHESIVE_RTOL, _STICKING_RTOL, _ABOVE = 1e-5, 1e-3, 1.05
 
 
@@ -36,7 +36,7 @@ def predicted(uncertainty: Uncertainty, impact: Impact, window: tuple[float, flo
     """Return outputs of impacts on the material of a fit, with bands; see `Identification.predict`."""
     problem = uncertainty.estimation.problem
     velocity = np.broadcast_to(np.asarray(impact.velocity, dtype=np.float64), impact.shape).reshape(-1)
-    # A row for each impact, beside which the materials have an axis of their own.
+    # A row for each impact; the materials vary along another axis.
     flat = impact.take(np.arange(velocity.size))
     width = uncertainty.quantile(level)
     if problem.space.adhesion or impact.adhesion is not None:
@@ -81,7 +81,7 @@ def _adhesive(uncertainty: Uncertainty, flat: Impact, width: float) -> tuple[Arr
     problem = uncertainty.estimation.problem
 
     def functions(coordinates: Array) -> Array:
-        # Rows that differ by nuisances alone are one.
+        # Rows that differ in nuisances only are solved once.
         _, first, places = np.unique(
             coordinates[:, : problem.n_parameters], axis=0, return_index=True, return_inverse=True
         )
@@ -92,7 +92,7 @@ def _adhesive(uncertainty: Uncertainty, flat: Impact, width: float) -> tuple[Arr
     e, lowest, highest = (np.sqrt(np.clip(energy + move, 0.0, 1.0)) for move in (0.0 * energy, -spread, spread))
     others = np.exp(center[1:])
     low, high = limits(others, np.nan_to_num(errors[1:], nan=math.inf, posinf=math.inf), width)
-    # A contact that may not end has no longest time; one that does not end has no shortest time if it may.
+    # A contact that may not end has no longest time. If it may end but does not, it has no shortest time.
     high[0] = np.where(lowest > 0.0, high[0], math.inf)
     low[0] = np.where(e > 0.0, low[0], np.where(highest > 0.0, 0.0, math.inf))
     return np.vstack([e, others]), np.vstack([lowest, low]), np.vstack([highest, high])
@@ -108,7 +108,7 @@ def _trials(problem: EstimationProblem, flat: Impact, coordinates: Array) -> Imp
     for row, place in np.ndindex(trials.shape):
         adhesion = float(materials.work[row, 0]), float(materials.stress[row, 0])
         contact = trials.take(np.asarray(row * trials.shape[1] + place)).contact
-        # A thinner zone is taken as this one in the fit, too.
+        # The fit replaces thinner zones by this zone, too.
         stress[row, place] = thick_stress(
             as_profile(contact.profile, "adhesion"), contact.reduced_modulus, adhesion, MOST
         )

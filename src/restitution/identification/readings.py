@@ -160,7 +160,7 @@ def effective_moduli(data: Rebounds | Oscillations) -> EffectiveModuli | Oscilla
 
     **Oscillations.** The reading F_1 = 2 a E*(i w) d_1 neglects the rim of the contact, which leaves and touches in
     each period. How wide the rim is depends on the equilibrium modulus, which the mean force determines, and hardly on
-    the rest of the spectrum. For each oscillation two materials are found whose exact steady state has the measured
+    the rest of the spectrum. For each oscillation there are two materials whose exact steady state has the measured
     F_1 and F_0: one with a single relaxation time, one with a power law. The result is the middle of their moduli at
     the frequency. Without a mean force, the equilibrium modulus is taken as 20, 50 and 80 % of the storage modulus:
     the error is then nearly as large as the correction.
@@ -208,7 +208,7 @@ def _one_time(equilibrium: Array, rest: Array, loss: Array, omega: Array) -> Pro
 def _of_unit(exponents: Array) -> tuple[NDArray[np.complex128], Array]:
     """Return the complex modulus of power laws of unit weight, and the part of the loss by their fastest modes."""
     z, spacing = 1j * _TIMES, math.log(_TIMES[1] / _TIMES[0])
-    # Modes faster than the first one, as a dashpot.
+    # All modes faster than the first, as a dashpot.
     fast = _TIMES[0] ** (1.0 - exponents) * np.exp(-0.5 * spacing * (1.0 - exponents)) / ((1.0 - exponents) * spacing)
     return (_TIMES ** -exponents[:, None] * (z / (1.0 + z))).sum(axis=1) + 1j * fast, fast
 
@@ -301,19 +301,19 @@ def _moduli_of_oscillations(data: Oscillations) -> OscillationModuli:
     )  # fmt: skip
 
 
-def _statements(data: Oscillations, storage: Array, known: bool) -> tuple[str, ...]:
+def _statements(data: Oscillations, storage: Array, has_force: bool) -> tuple[str, ...]:
     """Return what the correction assumes, and oscillations without a result, in words."""
     lines = [
         "The mean force determines the equilibrium modulus; the model error is the range of a single relaxation time "
         "and a power law, and a tenth of the correction."
-        if known
+        if has_force
         else "No mean force is known: the correction is for equilibrium moduli of 20 to 80 % of the storage modulus. "
         "Give mean_force."
     ]
     missing = int(np.isnan(storage).sum())
     if missing:
         lines.append(f"{missing} of {storage.size} oscillations: no material has these readings.")
-    if known:
+    if has_force:
         heavy = int(np.sum(data.static_modulus > (2.0 - _MOST) * data.apparent_modulus.real))
         if heavy:
             lines.append(

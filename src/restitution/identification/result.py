@@ -334,7 +334,7 @@ class Identification(FittedResult):
         if impacts is not None and not all(map(math.isfinite, window)):
             times = impacts.contact_times(self.materials)
             window = math.pi / float(np.nanmax(times)), math.pi / float(np.nanmin(times))
-        # Impacts of one power law without a force have an invariance of their own.
+        # Impacts of one power law without a force have a further invariance.
         powers = [record.profile.path_exponent for record in contacts if not np.any(record.external_force)]
         alike = len(powers) == len(self.data) and all(power == powers[0] is not None for power in powers)
         # Directions that no datum determines may lead out of the range of numbers.
@@ -380,8 +380,8 @@ class Identification(FittedResult):
     def predict(self, impact: Impact, *, level: float = _LEVEL) -> xarray.Dataset:
         """Return outputs of impacts on the identified material, with bands; the material of `impact` is not used.
 
-        Where the surfaces of the data adhere, those of the impacts do as well, with the identified work and stress;
-        an adhesion of `impact` is not used then. It counts as known if no surfaces of the data adhere.
+        Where the surfaces of the data adhere, those of the impacts adhere as well, with the identified work and
+        stress, and the adhesion of `impact` is not used. Where no surfaces of the data adhere, it counts as known.
 
         Notes
         -----

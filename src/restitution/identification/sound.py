@@ -22,7 +22,7 @@ from restitution.errors import InputError
 
 # Shortest and longest flight [s]; the longest is one of 7.6 m.
 _SHORTEST, _LONGEST = 0.012, 2.5
-# Windows [s] in which a touch is loud, and the one before it.
+# Windows [s] in which a touch is loud, and before it.
 _WINDOWS, _BEFORE = (0.001, 0.003, 0.01), 0.01
 _HOP = 0.00025
 # Least strength of a sudden sound, in standard deviations of the noise, and the most of them that are looked at.
@@ -121,7 +121,7 @@ def find_bounces(recording: Recording) -> Picks:
     filtered = _whitened(samples - samples.mean(), rate)
     places = _chosen(filtered, rate, seconds)
     if places.size:
-        # The spectrum of the touches that were found shows fainter ones.
+        # The spectrum of the loud touches shows fainter touches.
         more = _chosen(_matched(filtered, rate, places), rate, seconds)
         places = more if more.size >= places.size else places
     if places.size < _FEWEST:
@@ -235,7 +235,7 @@ def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array]
 
 
 def _mean(total: Array, start: Any, end: Any) -> Array:
-    start, end = (np.clip(one, 0, total.size - 1) for one in (start, end))
+    start, end = (np.clip(edge, 0, total.size - 1) for edge in (start, end))
     return np.maximum(total[end] - total[start], 0.0) / np.maximum(end - start, 1)
 
 
@@ -289,7 +289,7 @@ def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
     alike = (np.abs(delay[:, None] - delay) < _SAME_DELAY) & (np.abs(share[:, None] - share) < _SAME_SHARE)
     alike &= (first[:, None] != second) & (second[:, None] != first)
     alike &= np.abs(time[first][:, None] - time[first]) < _NEAR
-    # Sounds near the first one whose echoes would be heard; most of them must have one.
+    # Sounds near the first sound whose echoes would be heard; most of them must have an echo.
     heard = ~pairs.any(axis=0) & (np.exp(share)[:, None] * loudness > _AUDIBLE)
     heard &= np.abs(time[first][:, None] - time) < _NEAR
     enough = np.maximum(_SIGHTINGS, 0.5 * heard.sum(axis=1))
@@ -404,8 +404,8 @@ def _onset(filtered: Array, rate: int, place: int, noise: float) -> tuple[float,
     for share in (0.1, 0.25, 0.5):
         for decay in (0.001, 0.003, 0.008):
             variance = 1.0 + share * loud**2 * np.exp(-after / decay)
-            one = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
-            likelihood = np.logaddexp(likelihood, one)
+            term = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
+            likelihood = np.logaddexp(likelihood, term)
     weights = np.exp(likelihood - likelihood.max())
     weights /= weights.sum()
     n = np.arange(weights.size)

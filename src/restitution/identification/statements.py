@@ -89,7 +89,7 @@ def per_cent(error: float) -> str:
     return f"{float(f'{100.0 * error:.2g}'):g} %"
 
 
-def known(error: float) -> str:
+def precision(error: float) -> str:
     """Return the standard error of a logarithm, in words."""
     if error < 0.5:
         return f"to {per_cent(error)}"
@@ -266,7 +266,7 @@ def _functionals(
         omega, place = math.pi / times[:, [middle]], f"pi over the contact time at {impacts.velocity[middle]:.3g} m/s"
     gradients = functional_slopes(materials, theta, omega)
     errors = standard_errors(information, gradients)
-    listed = [f"{symbol} {known(error)}" for symbol, error in zip(FUNCTIONALS.values(), errors, strict=True)]
+    listed = [f"{symbol} {precision(error)}" for symbol, error in zip(FUNCTIONALS.values(), errors, strict=True)]
     return f"At {place} the data determine {', '.join(listed)}."
 
 
@@ -297,7 +297,7 @@ def _combinations(names: Sequence[str], hidden: Array, seen: Array, singular: Ar
         if n not in pivots and powers and error < 1.0:
             above = [name, *(_power(other, power) for other, power in powers.items() if power > 0.0)]
             below = [f"/{_power(other, -power)}" for other, power in powers.items() if power < 0.0]
-            lines.append(f"{' '.join(above)}{''.join(below)} {known(error)}")
+            lines.append(f"{' '.join(above)}{''.join(below)} {precision(error)}")
     return [f"The data determine {', '.join(lines)}."] if lines else []
 
 
@@ -313,7 +313,8 @@ def _further(
     best = min(left, key=left.__getitem__)
     if left[best] > _SETTLED:
         return [
-            f"No single further measurement is sufficient; the best, {best}, determines the worst {known(left[best])}."
+            f"No single further measurement is sufficient; the best, {best}, "
+            f"determines the worst {precision(left[best])}."
         ]
     # The simplest measurement comes first.
     simple = next(words for words, error in left.items() if error <= _SETTLED)

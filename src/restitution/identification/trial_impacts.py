@@ -120,7 +120,7 @@ def trials(bodies: Batch, reduced: PronySeries, **numbers: Any) -> Batch:
     columns: dict[str, Any] = dict(zip(_SERIES, reduced.broadcast_to(shape).columns, strict=True))
     for name in _BODY:
         values = numbers.get(name, getattr(bodies, name))
-        # Numbers of no unit of their own and coefficients of no power law are single ones, or None.
+        # Numbers without a unit and coefficients of no power law are single numbers, or None.
         columns[name] = flat(values, shape) if np.ndim(values) or name in numbers else values
     return replace(bodies, **columns)
 

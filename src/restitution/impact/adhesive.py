@@ -27,7 +27,7 @@ _STORED = ("restitution_coefficient", "zone_width", *(name for name in NUMBERS i
 LEAST_RTOL = 1e-6
 """Smallest tolerance of e with adhesion."""
 
-# Maugis' parameter at the static modulus from which the zone is too thin for the elements, and the one advised.
+# Maugis' parameter at the static modulus from which the zone is too thin for the elements, and its advised value.
 _THINNEST, _ADVISED = 1000.0, 5.0
 
 
@@ -90,7 +90,7 @@ def adhesive_columns(
 def marched(
     impact: Impact | list[Impact], rtol: float, workers: int | None, progress: Progress | None
 ) -> tuple[dict[str, Array], March | None]:
-    """Return the stored outputs of impacts by name, raveled, with the error of e; and the march of a single one."""
+    """Return the stored outputs of impacts by name, raveled, with the error of e; and the march of a single impact."""
     shape = shape_of(impact)
     count, names = math.prod(shape), (*_STORED, "restitution_error")
     columns = {name: np.full(count, np.nan) for name in names}
@@ -117,7 +117,7 @@ def marched(
         if progress is not None:
             progress(done, count)
 
-    # The first one compiles.
+    # The first impact compiles the kernel.
     for place in range(min(count, 1)):
         run(place)
         report()

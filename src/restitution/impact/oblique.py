@@ -78,7 +78,7 @@ class ObliqueResult(ImpactResult):
         (friction + dissipated + stored + out - in)/in [-]. e_t does not depend on the split into parts.
     tangential_error, tangential_split_error : float or array
         Estimates of the errors [-] of e_t, and of each of the three parts over `tangential_energy_in`. `rtol` bounds
-        the first one alone; the second one is larger where a slipping rim is thin and relaxation fast.
+        the first only; the second is larger where a slipping rim is thin and relaxation fast.
 
     Notes
     -----
@@ -312,8 +312,8 @@ def _solved(
 
     def run(mine: NDArray[np.intp]) -> None:
         place = int(places[mine[0]])
-        known = None if solution is None else sliders.on(place, solution)
-        status, slider = (Status.SEPARATED, known) if known is not None else sliders.solve(place, rtol)
+        ready = None if solution is None else sliders.on(place, solution)
+        status, slider = (Status.SEPARATED, ready) if ready is not None else sliders.solve(place, rtol)
         rows[STATUS][mine] = status
         done.append(mine.size)
         if slider is None:
@@ -330,7 +330,7 @@ def _solved(
         if progress is not None:
             progress(sum(done), size)
 
-    # The first one compiles.
+    # The first impact compiles the kernel.
     for mine in tasks[:1]:
         run(mine)
     if len(tasks) > 1:
@@ -430,11 +430,11 @@ def _ratios(material: Material, counter: Material | None) -> Array:
             (2.0 - nu) / (2.0 * (1.0 - nu))
             for nu in map(np.asarray, (material.instantaneous_poisson_ratio, material.poisson_ratio))
         ])  # fmt: skip
-    known = np.asarray(bulk.is_elastic) if isinstance(bulk, PronySeries) else np.asarray(True)
+    constant = np.asarray(bulk.is_elastic) if isinstance(bulk, PronySeries) else np.asarray(True)
     if counter is not None:
-        known = known & _equal(material, counter)
+        constant = constant & _equal(material, counter)
     rigid = reduce(np.logical_and, [np.asarray(body.is_incompressible) for body in bodies])
-    return np.where(rigid, 1.5, np.where(known, ratios, np.nan))
+    return np.where(rigid, 1.5, np.where(constant, ratios, np.nan))
 
 
 def _equal(material: Material, counter: Material) -> Any:

@@ -321,7 +321,7 @@ class ImpactResult(Result):
         if not isinstance(self.status, Status):
             many = "a list" if isinstance(self.impact, list) else f"an array of shape {self.status.shape}"
             raise InputError("impact", rule=f"must be a single one: {what} of one impact, this result is of {many}")
-        rule = f"must end: {what} of a contact that ends, and this one does not ({self.status.message})"
+        rule = f"must end: {what} of a contact that ends, and this contact does not ({self.status.message})"
         raise InputError("contact_time", np.inf, rule, "s")
 
     def surface(self, *, after: float = 0.0) -> Surface:

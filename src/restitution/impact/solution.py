@@ -499,7 +499,7 @@ class Solution:
 
     @single_problem()
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:
-        """Return the elements, and the places in them, where a rising column takes the given values."""
+        """Return the elements, and the places in them, where a rising column takes these values."""
         from restitution.kernel.stored import find_rising
 
         order = np.argsort(values)

@@ -115,14 +115,14 @@ class _Steps(NamedTuple):
 def _steps(solution: Solution, spectrum: Spectrum, mobility: float, at: _Places, *, rebound: bool) -> _Steps:
     """Return the maps; the force weighs rates with the radius at their time, in the rebound with that at its own."""
     integral = at.lengths[:, None, None] * solution.scheme.A * at.pace[:, None, :]
-    one, radii = np.eye(integral.shape[-1]), solution.radius(at.roots)[:, 1:]
+    unit, radii = np.eye(integral.shape[-1]), solution.radius(at.roots)[:, 1:]
     rates = integral[:, None] / spectrum.times[:, None, None]
-    slow, fast = (np.linalg.inv(one + factor * rates) for factor in (1.0, 2.0))
-    matrix = spectrum.equilibrium * one + np.einsum("k,ekij->eij", spectrum.moduli, slow)
+    slow, fast = (np.linalg.inv(unit + factor * rates) for factor in (1.0, 2.0))
+    matrix = spectrum.equilibrium * unit + np.einsum("k,ekij->eij", spectrum.moduli, slow)
     push = radii[:, :, None] * (matrix @ integral) if rebound else matrix @ (integral * radii[:, None, :])
-    push = push + spectrum.viscosity * radii[:, :, None] * one
+    push = push + spectrum.viscosity * radii[:, :, None] * unit
     load = mobility * integral
-    inverse = np.linalg.inv(one + load @ push)
+    inverse = np.linalg.inv(unit + load @ push)
     gains = integral[:, None]
     return _Steps(
         integral, radii, slow.sum(axis=-1), slow @ gains, fast.sum(axis=-1), fast @ gains, push,
@@ -187,14 +187,14 @@ def _rebound(
     past = _Past(*(rows.reshape(*shape, *rows.shape[1:]) for rows in flat))
     X, a = np.exp(-np.maximum(at.times - past.times, 0.0)[..., None] / tau), solution.radius(at.roots)
     old = X * past.Z
-    known = equilibrium * (past.W0 - a * past.u) + (X * past.W - a[..., None] * old) @ G
+    past_force = equilibrium * (past.W0 - a * past.u) + (X * past.W - a[..., None] * old) @ G
     ways, memories = np.zeros(shape), np.zeros((*shape, tau.size))
     v, forces = np.zeros(shape), np.zeros(shape)
     v[0, 0], ways[0, 0], memories[0, 0] = states.v[-1, -1], states.u[-1, -1], states.Z[-1, -1]
     for e in range(shape[0]):
         if e:
             v[e, 0], ways[e, 0], memories[e, 0] = v[e - 1, -1], ways[e - 1, -1], memories[e - 1, -1]
-        fixed = known[e, 1:] + step.radii[e] * (equilibrium * ways[e, 0] + (G * memories[e, 0]) @ step.decays[e])
+        fixed = past_force[e, 1:] + step.radii[e] * (equilibrium * ways[e, 0] + (G * memories[e, 0]) @ step.decays[e])
         now = v[e, 0] * step.start[e] - step.back[e] @ fixed
         v[e, 1:], forces[e, 1:] = now, fixed + step.push[e] @ now
         ways[e, 1:] = ways[e, 0] + step.integral[e] @ now

@@ -22,7 +22,7 @@ COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072, 4608, 6144)
 _SURE, _LEAST = 192, 96
 # Largest residual of the balance of energy over the tolerance.
 _RESIDUAL = 10.0
-# Error of the parts of the energy over the changes of their extrapolations, whose order is the one that suits e_t: by
+# Error of the parts of the energy over the changes of their extrapolations, whose order suits e_t. It comes from a
 # comparison of 400 random impacts with finer marches.
 _SPLIT = 3.0
 # Numbers of a march that are extrapolated.
@@ -180,7 +180,7 @@ class Slider:
             changes.append(abs(change))
         split = near.split_error + far.split_error + max(changes)
         rim = rest._replace(restitution=rest.restitution + slope * first, error=error, gaps=near.gaps, **parts)
-        # Of the parts that of the material is the largest, unless the body is elastic.
+        # The part of the material is the largest, unless the body is elastic.
         viscous = max(rim.viscous - rim.residual, 0.0)
         return rim._replace(viscous=viscous, split_error=max(split, abs(rim.residual)))
 

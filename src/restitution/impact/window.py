@@ -24,7 +24,7 @@ WAY_OUT = "--extrapolate (in Python extrapolate=True) goes beyond"
 
 # Times need few digits.
 _RTOL = 1e-6
-# Decades around the given velocities in which admissible ones are searched, points of a search, and rounds of it: the
+# Decades around the velocities in which admissible velocities are searched, points of a search, and rounds of it: the
 # last step is then 10^(24/48/16^3), a hundredth of a per cent.
 _DECADES, _POINTS, _ROUNDS = 12, 49, 3
 _SLOWEST, _FASTEST = 1e-9, 1e5  # m/s
@@ -85,7 +85,7 @@ def _error(check: Check, field: str, value: Any, rule: str, unit: str = "") -> I
 def admissible_velocities(impact: Impact, near: ArrayLike) -> tuple[float, float] | None:
     """Lowest and highest velocity [m/s] whose contacts lie within the window of the materials, nearest to some.
 
-    An end is 0 or infinite where no limit was found within twelve decades; None if there is no such velocity.
+    An end is 0 or infinite where there is no limit within twelve decades; None if there is no such velocity.
     """
     ends = np.log([np.min(near), np.max(near)])
     reach = _DECADES * math.log(10.0)

@@ -119,10 +119,10 @@ class AdhesiveSolution:
         if self.prescribed == "force":
             force = np.where(t > self.end_time, 0.0, np.asarray(self.history(t)))
             return np.where(t > self.end_time, np.nan, depth), motion[high, 2], force, radius
-        given, rate = np.asarray(self.history(t)), np.asarray(self.history.rate(t))
+        value, rate = np.asarray(self.history(t)), np.asarray(self.history.rate(t))
         if self.prescribed == "depth":
-            return given, rate, force, radius
-        return np.where(ahead, given, depth), np.where(ahead, rate, motion[high, 2]), force, radius
+            return value, rate, force, radius
+        return np.where(ahead, value, depth), np.where(ahead, rate, motion[high, 2]), force, radius
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -191,16 +191,16 @@ def indent_with_adhesion(
     contact: Contact, adhesion: Adhesion, history: History, name: str, stiffness: float | None, rtol: float
 ) -> AdhesiveIndentation:
     """Return the indentation of an adhesive body under a prescribed depth, spring or force; see `indent`."""
-    given = "base" if stiffness is not None else name
+    driven = "base" if stiffness is not None else name
     lines = _Lines(adhesion, history, name, 0.0 if name == "force" else stiffness)
     limit = max(rtol, LEAST_RTOL)
-    solution = _solved(sticky(contact, adhesion), lines, given, limit)
+    solution = _solved(sticky(contact, adhesion), lines, driven, limit)
     time, depth, _, force, zone, radius, *_ = solution.march.motion.T
     end = solution.end_time
     status = IndentationStatus.SEPARATED if math.isfinite(end) else IndentationStatus.IN_CONTACT
     return AdhesiveIndentation(
         time, depth, solution.at(time)[1], force, radius, solution.contact_intervals,
-        np.array([solution.turning_time]), end, solution.turning_time, status, contact, given, history, limit,
+        np.array([solution.turning_time]), end, solution.turning_time, status, contact, driven, history, limit,
         solution.units.error, solution, pull_off_force=solution.pull_off_force, zone_radius=zone,
         jumps=solution.march.jumps,
     )  # fmt: skip
@@ -277,8 +277,8 @@ def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolu
             width = WIDER * width if march.end == NO_ROOM else 1.02 * march.widest
             trials += 1
             if not ROOM * width < float(np.asarray(profile.max_contact_radius)):
-                given = "force" if name == "force" else "depth"
-                raise InputError(given, rule=f"must not bring the attraction beyond the profile, {profile.end}")
+                field = "force" if name == "force" else "depth"
+                raise InputError(field, rule=f"must not bring the attraction beyond the profile, {profile.end}")
             fewest, most = body.counts(width, float(history.knots[-1]) - lines.touch)
             count, series = fewest, Richardson()
             continue

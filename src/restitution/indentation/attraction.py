@@ -18,16 +18,16 @@ from restitution.indentation.solid import branches_of, compliance_of
 from restitution.material.prony import PronySeries
 from restitution.parallel import checkpoint
 
-# Elements of the first march that counts, and of the finest. Where the attracted ring is thin: its elements in a first
-# march, the finest one over this, and the largest number of all.
+# Elements of the first march that counts, and of the finest. Where the attracted ring is thin: elements within it that
+# the first march needs, the number of the finest march over this need, and the largest number.
 FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
-# Rows of the motion for each element, and for each further one of a fine march.
+# Rows of the motion for each element, and for each further element of a fine march.
 _ROWS, _FINE_ROWS = 24, 6
 # Changes of elements in one call of the kernel: some tenths of a second.
 _PIECE = 10_000_000
-# Steps of one call at least, where most elements wait.
+# Fewest steps of a call, where most elements wait.
 _SHORTEST = 50
 # Share of the room that the largest zone takes at least, and factor of a zone that was too small.
 FILLED, WIDER = 0.6, 1.6
@@ -175,8 +175,8 @@ def peak(motion: Array, values: Array, kinks: ArrayLike = ()) -> tuple[float, fl
     """Return the largest value along a motion, from a parabola where it has no kink, and the error of the parabola.
 
     The parabola is over the length of the way in time and edge: near a fold all numbers are smooth over the edge, and
-    like a square root over the time. Its error is what another one through the second neighbours changes. Where bodies
-    touch or part beside it the motion has a corner, and the value lies between the largest one and that of the corner.
+    like a square root over the time. Its error is the difference from a parabola through the second neighbours. Where
+    bodies touch or part beside it the motion has a corner, and the value lies between the largest row and the corner.
     """
     time, n = motion[:, 0], int(np.argmax(values))
     largest = float(values[n])

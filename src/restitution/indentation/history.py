@@ -46,7 +46,7 @@ class History:
     Attributes
     ----------
     knots : array, shape (m + 1,)
-        Times [s]; two equal ones are a jump.
+        Times [s]; two equal times are a jump.
     coefficients : array, shape (m, n)
         The value between knots i and i + 1 is `sum_j coefficients[i, j] u^j`, with u from 0 to 1.
 
@@ -172,7 +172,7 @@ class History:
         order = np.argsort(starts)
         coefficients = np.concatenate([piece[1] for piece in fitted])[order]
         coefficients[np.abs(coefficients) < 1e-15 * scale] = 0.0
-        # A slope of rounding, at a zero, would make a touch of its own.
+        # A slope of rounding, at a zero, would make another touch.
         level = (coefficients[:, 0] == 0.0) & (np.abs(coefficients[:, 1]) <= _ROUNDING * scale)
         coefficients[level, 2] += coefficients[level, 1]
         coefficients[level, 1] = 0.0

@@ -1,4 +1,4 @@
-"""Merging of the panels of a free surface: few smooth ones in place of many from the steps that made them."""
+"""Merging of the panels of a free surface: few smooth panels in place of many short panels, one for each step."""
 
 from __future__ import annotations
 

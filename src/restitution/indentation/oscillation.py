@@ -511,9 +511,9 @@ def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, ra
     """Return the steady state under a prescribed depth."""
     if series.is_liquid:
         raise InputError("cycles", rule="must be given for a liquid, which yields until the indenter has no load")
-    profile, one = contact.profile, np.ones(1)
+    profile, unit = contact.profile, np.ones(1)
     steady = steady_states(
-        profile, series.broadcast_to((1,)), mean * one, swing * one, rate * one, count=_ORDERS, parts=_PARTS
+        profile, series.broadcast_to((1,)), mean * unit, swing * unit, rate * unit, count=_ORDERS, parts=_PARTS
     )
     if not steady.solved[0]:
         raise InputError("cycles", rule="must be given: the steady state of this oscillation is not found")

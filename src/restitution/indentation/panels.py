@@ -439,7 +439,7 @@ class PanelSolution:
 
     @property
     def panels(self) -> PanelSolution:
-        """The solution by panels: this one."""
+        """The solution itself, which is by panels."""
         return self
 
 

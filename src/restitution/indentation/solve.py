@@ -350,7 +350,7 @@ def indent(
     columns = solution.at(times)
     first = np.flatnonzero(times[1:] == times[:-1])
     if first.size:
-        # A time that is given twice is before and behind the jump.
+        # A repeated time is before and behind the jump.
         for column, values in zip(columns, solution.at(times[first], before=True), strict=True):
             column[first] = values
     end = solution.end_time

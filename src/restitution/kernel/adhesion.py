@@ -326,17 +326,17 @@ def _fold(solid: Solid, bodies: Bodies, way: int, after: float, room: Room) -> f
             return low + part * (high - low)
     # A contact smaller than a cell has a cusp.
     share = 0.5 * (math.sqrt(5.0) - 1.0)
-    one, two = high - share * (high - low), low + share * (high - low)
-    f_one, f_two = way * excess(solid, bodies, 0.0, one, room), way * excess(solid, bodies, 0.0, two, room)
+    left, right = high - share * (high - low), low + share * (high - low)
+    f_left, f_right = way * excess(solid, bodies, 0.0, left, room), way * excess(solid, bodies, 0.0, right, room)
     for _ in range(_SECTIONS):
-        if f_one < f_two:
-            low, one, f_one = one, two, f_two
-            two = low + share * (high - low)
-            f_two = way * excess(solid, bodies, 0.0, two, room)
+        if f_left < f_right:
+            low, left, f_left = left, right, f_right
+            right = low + share * (high - low)
+            f_right = way * excess(solid, bodies, 0.0, right, room)
         else:
-            high, two, f_two = two, one, f_one
-            one = high - share * (high - low)
-            f_one = way * excess(solid, bodies, 0.0, one, room)
+            high, right, f_right = right, left, f_left
+            left = high - share * (high - low)
+            f_left = way * excess(solid, bodies, 0.0, left, room)
     return 0.5 * (low + high)
 
 

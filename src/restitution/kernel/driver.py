@@ -216,7 +216,7 @@ def falls_to_zero(driver: Driver, piece: int) -> bool:
 
 
 @inlined
-def given(driver: Driver, piece: int, x: float, t: float) -> tuple[float, float, float]:
+def prescribed_at(driver: Driver, piece: int, x: float, t: float) -> tuple[float, float, float]:
     """Return the value of f at share x of a piece and time t, its slope over x, and the rate of the cosine."""
     value, slope, rate, turned = 0.0, 0.0, 0.0, falls_to_zero(driver, piece)
     place = 1.0 - x if turned else x

@@ -35,9 +35,9 @@ from restitution.kernel.driver import (
     Room,
     Y,
     ahead,
-    given,
     is_force,
     is_light,
+    prescribed_at,
 )
 from restitution.kernel.growth import at_nodes, differentiate
 from restitution.kernel.lever import acceleration
@@ -441,7 +441,7 @@ def end_at_zero(problem: Problem, room: Room, piece: int) -> int:
     nothing = _NO_LOAD * problem.scales.force
     if not is_force(driver) or places[PHASE] == FREE or places[FOLLOWING] == 0 or abs(state[FORCE]) > nothing:
         return DONE
-    if given(driver, piece, 0.0, state[TIME])[0] > nothing:
+    if prescribed_at(driver, piece, 0.0, state[TIME])[0] > nothing:
         return DONE
     if not sweep(problem, room, -1, 0.0):
         return NO_ROOM
@@ -511,7 +511,7 @@ def jump_load(problem: Problem, room: Room, piece: int, start: Any) -> int:
     Without inertia. `start` has how the next step starts.
     """
     solid, driver, state, places = problem.solid, problem.driver, room.state, room.places
-    value = given(driver, piece, 1.0, state[TIME])[0]
+    value = prescribed_at(driver, piece, 1.0, state[TIME])[0]
     if places[PHASE] == FREE:
         level = surface_at_axis(solid, room, state[TIME])
         touches = value > 0.0 if is_force(driver) else value > driver.stiffness * level

@@ -54,9 +54,9 @@ from restitution.kernel.driver import (
     ends_by_load,
     fades_out,
     falls_to_zero,
-    given,
     is_force,
     is_light,
+    prescribed_at,
 )
 from restitution.kernel.events import AT_AXIS, end_of_way, event_ahead, first_event, pace_of_load, write_event
 from restitution.kernel.growth import differentiate
@@ -262,8 +262,8 @@ def rate_behind_knot(problem: Problem, room: Room, piece: int, span: float) -> f
     """Return the rate of the depth behind a knot of what is prescribed; without a time span the size of the jump."""
     driver, solid = problem.driver, problem.solid
     if span == 0.0:
-        return given(driver, piece, 1.0, 0.0)[0] - given(driver, piece, 0.0, 0.0)[0]
-    _, slope, rate = given(driver, piece, 0.0, room.state[TIME])
+        return prescribed_at(driver, piece, 1.0, 0.0)[0] - prescribed_at(driver, piece, 0.0, 0.0)[0]
+    _, slope, rate = prescribed_at(driver, piece, 0.0, room.state[TIME])
     rate += slope / span
     if driver.by_depth:
         return rate
@@ -289,7 +289,7 @@ def phase_behind_knot(problem: Problem, room: Room, piece: int, span: float, rat
         excess = solid.viscosity * (rate - free_rate(solid, room))
         if phase == GROWS and excess > _MOMENT * problem.scales.tolerance * problem.scales.stress:
             return GROWS
-        value, slope, pace = given(problem.driver, piece, 0.0, room.state[TIME])
+        value, slope, pace = prescribed_at(problem.driver, piece, 0.0, room.state[TIME])
         room.nodes[GIVEN, 0], room.nodes[PACE, 0] = value, slope / span + pace
         return GROWS if pace_of_load(problem, room, 0, 0.0) >= 0.0 else SHRINKS
     lost = 0.0
@@ -513,7 +513,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             end_contact(problem, room)
         if hunted == ENDS and driver.stiffness > 0.0 and is_light(problem):
             # Without a force.
-            room.state[DEPTH] = given(driver, piece, done / span, room.state[TIME])[0] / driver.stiffness
+            room.state[DEPTH] = prescribed_at(driver, piece, done / span, room.state[TIME])[0] / driver.stiffness
         began, joint, first_kind = first_kind, SMOOTH, 1
         reach = reach if hunted == NOTHING else math.inf
         if hunted == TURNS:
@@ -616,7 +616,7 @@ def run(problem: Problem, room: Room, start: Any, most: int) -> int:
             elif driver.by_depth and span > 0.0:
                 # A flat face feels the dashpot from the touch on.
                 state[RATE] = rate_behind_knot(problem, room, piece, span)
-        if is_force(driver) and places[PHASE] == FREE and given(driver, piece, 0.5, 0.0)[0] > 0.0:
+        if is_force(driver) and places[PHASE] == FREE and prescribed_at(driver, piece, 0.5, 0.0)[0] > 0.0:
             # The force leaves zero at a knot.
             if places[RECORDS] >= room.records.start.shape[0]:
                 return NO_ROOM

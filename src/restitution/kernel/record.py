@@ -219,9 +219,9 @@ def _follow(solid: Solid, tip: Tip, work: Room, s: float, t: float) -> int:
     i = _push(tip, stack, work.counts, FOLLOWING, s, t)
     mean, passed = _mean_radius(i - 1, i, stack), t - stack.time[i - 1]
     for k in range(solid.rates.shape[0]):
-        fading, own = _faded(solid.rates[k], passed), work.loads[k] - solid.moduli[k] * work.shared[k]
-        stack.sums[i, k] = fading * stack.sums[i - 1, k] + (fading * stack.parts[i - 1, k] - own) * mean
-        stack.parts[i, k] = own
+        fading, rest = _faded(solid.rates[k], passed), work.loads[k] - solid.moduli[k] * work.shared[k]
+        stack.sums[i, k] = fading * stack.sums[i - 1, k] + (fading * stack.parts[i - 1, k] - rest) * mean
+        stack.parts[i, k] = rest
     return i
 
 

@@ -288,16 +288,16 @@ def settle_rims(
             work.stiffness[IM] += work.driven[1, k]
         work.stiffness[SCALE] = math.hypot(work.stiffness[RE], work.stiffness[IM])
         residuals[i] = 0.0
-        known = False
+        solved = False
         for m in range(offsets.shape[1]):
             # The state changes little from an element to the next one.
             if solids.recoveries.shape[1] == 0:
                 # The surface of an elastic body is that of the indenter, or flat.
                 work.times[1] = math.asin(min(max(-offsets[i, m], -1.0), 1.0)) / (2.0 * math.pi)
                 work.times[0] = 0.5 - work.times[1]
-            elif not (known and _continued(solid, work, offsets[i, m - 1], offsets[i, m])):
+            elif not (solved and _continued(solid, work, offsets[i, m - 1], offsets[i, m])):
                 residual = _followed(solid, work, offsets[i, m], shares)
-                known = residual == 0.0
+                solved = residual == 0.0
                 if not residual <= residuals[i]:
                     residuals[i] = residual
             times[i, m, 0], times[i, m, 1] = work.times[0], work.times[1]

@@ -45,8 +45,8 @@ from restitution.kernel.driver import (
     ahead,
     by_rate,
     ends_by_load,
-    given,
     is_force,
+    prescribed_at,
 )
 from restitution.kernel.growth import at_nodes, differentiate, write_growing_sums
 from restitution.kernel.lever import excess_velocity, solve_linear, write_response, write_swings
@@ -577,7 +577,7 @@ def write_given(problem: Problem, room: Room, step: Step) -> None:
         room.times[i], room.weights[i] = t0, 0.0
         if step.passing == TIME_PASSES:
             room.times[i], room.weights[i] = t0 + step.length * passed, step.length * pace
-        value, slope, rate = given(driver, step.piece, min(x, 1.0), room.times[i])
+        value, slope, rate = prescribed_at(driver, step.piece, min(x, 1.0), room.times[i])
         nodes[GIVEN, i], nodes[PACE, i] = value, slope / step.span + rate
         if driver.by_depth:
             if i > 0:

@@ -141,7 +141,7 @@ def _first_step(
         shortest = 0.0
     way, depth, age, load, rate, before = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     mean, rubbed, work, slope, lag = 0.0, 0.0, 0.0, 0.0, 0.0
-    known, known_before = -1.0, -1.0
+    part_before, two_before = -1.0, -1.0
     part = max(_FIRST_PART * shortest, _LEAST_PART * dt)
     while age < dt:
         part = min(part, _LONGEST_PART * dt)
@@ -150,11 +150,11 @@ def _first_step(
         middle = (age + 0.5 * part) / dt
         body = part * (along + middle * (along_end - along))
         # Most parts are as long as the two before them.
-        if part != known or before != known_before:
+        if part != part_before or before != two_before:
             slope, lag = set_factors(tangential, part, before, room.part_factors)
             for k in range(normal.times.shape[0]):
                 room.part[PART_LOSS_, k] = -math.expm1(-part / normal.times[k])
-            known, known_before = part, before
+            part_before, two_before = part, before
         trial = tangential.equilibrium * way - lag * rate
         for k in range(tangential.times.shape[0]):
             trial += room.part_factors[k, DECAY_] * room.young[k]
@@ -363,7 +363,7 @@ def _advance(
     """
     (first, end), (_, dt) = span, steps
     nodes, sums, factors = room.nodes, room.sums, room.factors
-    inverse, rate, one = 1.0 / slope, 1.0 / dt, broadcast(1.0)
+    inverse, rate, unit = 1.0 / slope, 1.0 / dt, broadcast(1.0)
     lost, pulled, sticking, fastest = broadcast(0.0), broadcast(0.0), broadcast(0.0), broadcast(0.0)
     for i in range(first, end, WIDTH):
         trial, weight, ended = read8(nodes, TRIAL_, i), read8(nodes, ACTIVE_, i), read8(nodes, ENDED_SLIP_, i)
@@ -373,7 +373,7 @@ def _advance(
         slip = where_positive(over, way - inverse * (bounded - trial))
         moved = way - (slip + ended)
         write8(nodes, SLIDES_, i, age + where_positive(over, 1.0 - age))
-        sticking = sticking + where_positive(weight, one - where_positive(over, one))
+        sticking = sticking + where_positive(weight, unit - where_positive(over, unit))
         mean = (0.5 * weight) * (read8(nodes, LOAD_, i) + bounded)
         lost, pulled = lost + mean * (slip + ended), pulled + mean
         faster = where_positive(weight, absolute(slip + ended)) - fastest

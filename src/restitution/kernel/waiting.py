@@ -98,7 +98,7 @@ def _wake_beyond(solid: Solid, i: int, room: Room) -> None:
 @compiled
 def wake(solid: Solid, bodies: Bodies, low: int, high: int, room: Room) -> None:
     """Let no element wait from a first to a last one."""
-    counts, made = room.counts, room.ends[MADE_]
+    counts, edge = room.counts, room.ends[MADE_]
     first, last = counts[LOW_], counts[TOP_]
     if low < first:
         low = max(low - _NEAR, 0)
@@ -109,15 +109,15 @@ def wake(solid: Solid, bodies: Bodies, low: int, high: int, room: Room) -> None:
             # No rounding is left.
             for k in range(room.branches.shape[0]):
                 room.branches[k, FIRST_], room.branches[k, SECOND_] = 0.0, 0.0
-        if not math.isnan(made):
-            write_pulls(bodies, made, low, first, room)
+        if not math.isnan(edge):
+            write_pulls(bodies, edge, low, first, room)
     high = min(high, room.nodes.shape[1])
     if high > last:
         for i in range(last, high):
             _wake_beyond(solid, i, room)
         counts[TOP_] = high
-        if not math.isnan(made):
-            write_pulls(bodies, made, last, high, room)
+        if not math.isnan(edge):
+            write_pulls(bodies, edge, last, high, room)
 
 
 @inlined

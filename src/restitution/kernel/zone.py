@@ -154,17 +154,17 @@ def _small_angle(sine: float) -> float:
 @inlined
 def dot(weights: Any, values: Any) -> float:
     """Return the sum of products; four sums run side by side."""
-    one, two, three, four = 0.0, 0.0, 0.0, 0.0
+    first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
     count = weights.shape[0]
     for n in range(count // 4):
         k = 4 * n
-        one += weights[k] * values[k]
-        two += weights[k + 1] * values[k + 1]
-        three += weights[k + 2] * values[k + 2]
-        four += weights[k + 3] * values[k + 3]
+        first += weights[k] * values[k]
+        second += weights[k + 1] * values[k + 1]
+        third += weights[k + 2] * values[k + 2]
+        fourth += weights[k + 3] * values[k + 3]
     for k in range(count - count % 4, count):
-        one += weights[k] * values[k]
-    return (one + two) + (three + four)
+        first += weights[k] * values[k]
+    return (first + second) + (third + fourth)
 
 
 @inlined

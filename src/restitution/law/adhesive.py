@@ -29,7 +29,7 @@ _COARSE = 64
 
 
 class AdhesiveState(NamedTuple):
-    """Numbers of a contact with adhesion, from `AdhesiveContactLaw.read`; single ones or arrays.
+    """Numbers of a contact with adhesion, from `AdhesiveContactLaw.read`; single numbers or arrays.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class _Units(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AdhesiveContactLaw(ContactLaw):
-    """Contact law with adhesion and memory, made by `contact_law` of an impact with adhesion.
+    """Contact law with adhesion and memory; `contact_law` of an impact with adhesion returns it.
 
     It has the members of `ContactLaw`, and is not reduced: `max_nodes` is the number of all its elements. The depth
     changes linearly over a step, and the attraction jumps at its own instants within. A jump changes the impulse of
@@ -173,7 +173,7 @@ class AdhesiveContactLaw(ContactLaw):
         )  # fmt: skip
         modes = weights / compliance * unit.time, rates * unit.time
         constants = np.concatenate([head, *modes, self._gaps / unit.length])
-        # Numba has one type for arrays that may be written, and another one for constants.
+        # Numba has different types for arrays that may be written and for constants.
         constants.setflags(write=False)
         return constants
 

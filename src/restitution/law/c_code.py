@@ -289,8 +289,8 @@ class _Function:
                 return "int"
             case ast.UnaryOp(operand=operand):
                 return self.type_of(operand)
-            case ast.IfExp(body=one, orelse=other):
-                return self.common(one, other)
+            case ast.IfExp(body=yes, orelse=no):
+                return self.common(yes, no)
             case ast.BinOp(left=left, op=op, right=right) if not isinstance(op, ast.Div | ast.Pow):
                 return self.common(left, right)
             case ast.Call(func=ast.Name(id="int")):
@@ -360,11 +360,14 @@ class _Function:
                 return f" {sign} ".join(self.expression(value, 5) for value in values), binds
             case ast.Compare(left=left, ops=ops, comparators=others):
                 terms = []
-                for one, op, other in zip([left, *others], ops, others, strict=False):
-                    terms.append(self.compared(one, op, other))
+                for term, op, other in zip([left, *others], ops, others, strict=False):
+                    terms.append(self.compared(term, op, other))
                 return (" && ".join(terms), 4) if len(terms) > 1 else (terms[0], 8)
-            case ast.IfExp(test=test, body=one, orelse=other):
-                return f"{self.expression(test, 3)} ? {self.expression(one, 3)} : {self.expression(other, 3)}", _EITHER
+            case ast.IfExp(test=test, body=yes, orelse=no):
+                return (
+                    f"{self.expression(test, 3)} ? {self.expression(yes, 3)} : {self.expression(no, 3)}",
+                    _EITHER,
+                )
             case ast.Call():
                 return self.call(node)
             case _:
@@ -425,9 +428,9 @@ class _Function:
             case ast.Name(id="int"):
                 return f"(int){self.expression(node.args[0], _UNARY)}", _UNARY
             case ast.Name(id=name) if name in ("max", "min") and self.common(*node.args) == "int":
-                one, other = (self.expression(each, 10) for each in node.args)
+                first, second = (self.expression(each, 10) for each in node.args)
                 sign = ">" if name == "max" else "<"
-                return f"{one} {sign} {other} ? {one} : {other}", _EITHER
+                return f"{first} {sign} {second} ? {first} : {second}", _EITHER
             case ast.Name(id=name) if name in ("max", "min", "abs"):
                 return f"f{name}({', '.join(arguments)})", _ATOM
             case ast.Name(id=name) if name in self.scope.members:

@@ -30,12 +30,12 @@ from restitution.material.viscoelastic import Material
 
 @dataclass(frozen=True, eq=False)
 class ContactLaw:
-    """Contact law with memory, made by `contact_law`.
+    """Contact law with memory; `contact_law` returns it.
 
     Attributes
     ----------
     impact : Impact
-        The impact for which the law was made.
+        The impact of the law.
     modulus : PronySeries
         Reduced relaxation modulus E*(t) [Pa] of the law.
     max_nodes : int
@@ -51,7 +51,7 @@ class ContactLaw:
 
     Examples
     --------
-    Three contacts, each with its own depth; the first one is a gap:
+    Three contacts, each with its own depth; the first depth is a gap:
 
     >>> import restitution as rs
     >>> rubber = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.45)
@@ -83,7 +83,7 @@ class ContactLaw:
         Parameters
         ----------
         contacts : int, optional
-            Number of contacts; a single one if left out.
+            Number of contacts; a single contact if left out.
         depth : float or array, optional
             Depth [m] before the first step, one or one for each contact: the gap between the bodies, with a minus
             sign. It is at most 0, the default, or -h0 with the range h0 of an attraction. The law then finds the
@@ -385,7 +385,7 @@ class ContactLaw:
         head = len(self._branches), self.max_nodes, self.modulus.equilibrium_modulus, exponent, coefficient
         branches = np.array(self._branches).reshape(-1, 2).T.ravel()
         constants = np.concatenate([[*head, self.max_depth, cells], branches, described])
-        # Numba has one type for arrays that may be written, and another one for constants.
+        # Numba has different types for arrays that may be written and for constants.
         constants.setflags(write=False)
         return constants
 

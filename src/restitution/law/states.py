@@ -33,5 +33,5 @@ def states_of(state: Any, size: int, depth: ArrayLike, deepest: float) -> Array:
 
 
 def forces_of(state: Array, forces: Array) -> Any:
-    """Return the forces in the shape of the contacts, a number for a single one."""
+    """Return the forces in the shape of the contacts, a number for a single contact."""
     return forces if state.ndim > 1 else float(forces[0])

@@ -44,7 +44,7 @@ def bulk_from_poisson_ratio(shear_modulus: Numeric, ratio: ArrayLike) -> Any:
 
 
 def static_bulk_modulus(shear_modulus: Numeric, poisson_ratio: Numeric | None, bulk_modulus: Numeric | None) -> Any:
-    """Return the bulk modulus [Pa] of a static Poisson ratio, or as it is given."""
+    """Return the bulk modulus [Pa] of a static Poisson ratio, or else the bulk modulus itself."""
     if poisson_ratio is not None:
         return bulk_from_poisson_ratio(shear_modulus, poisson_ratio)
     assert bulk_modulus is not None

@@ -41,7 +41,7 @@ class PronyApproximation(NamedTuple):
     """Prony series that approximates another relaxation function within a window of time."""
 
     series: PronySeries
-    error: float  # largest relative error found of R(t) and of the complex modulus, t and 1/omega in the window
+    error: float  # largest relative error of R(t) and of the complex modulus, t and 1/omega in the window
     window: tuple[float, float]  # shortest and longest time [s]
     loss_error: float  # largest relative error of the loss modulus, which exceeds `error` where the loss is small
 

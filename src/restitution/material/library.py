@@ -54,7 +54,7 @@ def get(name: str) -> Material:
     >>> print(round(material.at(273.15).shear.relaxation_times[0] / material.shear.relaxation_times[0], 3))
     16.55
     """
-    quantities.known("material", name, names())
+    quantities.choice("material", name, names())
     return _build(name)
 
 

@@ -93,7 +93,7 @@ def secular_root(
             low = max(low, y)
         else:
             high = min(high, y)
-        # A model made far from the root is noisy, so its bound holds for one step only.
+        # A model at a point far from the root is noisy, so its bound holds for one step only.
         target = min(high, max(y + step, low))
         if not target < 4.0 * low:
             target = math.sqrt(low) * math.sqrt(target)
@@ -160,7 +160,7 @@ def write_slopes(
 
     The sum over the poles would be right for exact roots. Where a weak pole lies within u of a root of the rest, two
     roots straddle it. Their different rounding errors would change the sum of the residues by up to eps/u. The product
-    belongs exactly to an S whose weights differ from the given ones by rounding (Gu and Eisenstat, SIAM J. Matrix
+    belongs exactly to an S whose weights differ from these weights by rounding (Gu and Eisenstat, SIAM J. Matrix
     Anal. Appl. 15 (1994) 1266).
     """
     for i in range(n):

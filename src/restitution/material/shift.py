@@ -247,7 +247,7 @@ def _ascending(name: str, values: Array, sign: float, rule: str, unit: str = "")
 
 
 def _power(decades: ArrayLike) -> Any:
-    """Return the power of ten; the loop of arrays also for one number, whose last bit may be another one."""
+    """Return the power of ten; by the loop of arrays also for one number, as its last bit might differ."""
     factor = np.power(10.0, np.asarray(decades))
     return factor if factor.ndim else float(factor)
 

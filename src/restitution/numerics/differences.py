@@ -20,7 +20,7 @@ _ORDERS = {order: math.sqrt(math.comb(2 * order, order)) for order in (7, 8)}
 
 
 class Slopes(NamedTuple):
-    """Derivatives per step: the first one, the estimate of its error, and the second one."""
+    """Derivatives per step: the first, the estimate of its error, and the second."""
 
     first: Array
     error: Array

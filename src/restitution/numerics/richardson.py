@@ -70,7 +70,7 @@ class Extrapolation:
     def __init__(self) -> None:
         self._counts: list[int] = []
         self._values: list[Array] = []
-        # Of each order the last numbers and their last three changes, the last one first.
+        # Of each order the last numbers and their last three changes, in reverse order.
         self._last: list[Array] = []
         self._changes: list[list[Array]] = [[] for _ in _ORDERS]
 

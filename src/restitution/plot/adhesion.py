@@ -73,7 +73,7 @@ def loop(ax: Axes, result: AdhesiveResult, *, color: str = style.BLUE, label: st
 def of_several(result: AdhesiveResult) -> Figure:
     """Draw the restitution coefficient and the largest pull over the velocity, with the threshold of sticking.
 
-    Where more than the velocity varies, and of a list, the points have no line, and no threshold.
+    The points of a list, and those where more than the velocity varies, have no line and no threshold.
     """
     impact, shape = result.impact, np.shape(result.status)
     velocity, e, pull = (

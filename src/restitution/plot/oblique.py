@@ -98,10 +98,10 @@ def of_several(result: ObliqueResult) -> Figure:
 
 
 def _array(result: ObliqueResult) -> Any:
-    """Return the impact of a result of one."""
+    """Return the impact of a result of a single impact."""
     return result.impact
 
 
 def _column(values: list[Array], shape: tuple[int, ...]) -> Array:
-    """Return numbers of an array of impacts, or of a list of them, for each one."""
+    """Return numbers of each impact of an array or a list."""
     return np.broadcast_to(values[0] if len(values) == 1 else np.stack(values), shape).ravel()

@@ -55,7 +55,7 @@ def threshold(x: Any, e: Any) -> tuple[float, float] | None:
 
 
 def draw_threshold(ax: Axes, x: Any, e: Any, unit: str) -> Axes:
-    """Draw the band between the last body that sticks and the first one that rebounds, with its ends in the legend."""
+    """Draw the band between the last body that sticks and the first that rebounds, with its ends in the legend."""
     ends = threshold(x, e)
     if ends is None:
         return ax
@@ -74,7 +74,7 @@ def draw_area(ax: Axes, x: Any, y: Any, e: Any) -> Axes:
     cells = stays[1:, 1:] | stays[:-1, 1:] | stays[1:, :-1] | stays[:-1, :-1]
     ax.pcolormesh(x, y, np.where(cells, 1.0, np.nan), cmap=ListedColormap([SHADE]), rasterized=True)
     rows, columns = np.nonzero(stays)
-    # The place of the name: the one of them that is nearest to their middle, on the scales of the grid.
+    # The place of the name: the point nearest to the middle of all, on the scales of the grid.
     nearest = int(np.argmin(np.hypot(rows - rows.mean(), columns - columns.mean())))
     place = float(np.asarray(x)[columns[nearest]]), float(np.asarray(y)[rows[nearest]])
     ax.annotate("no rebound", place, ha="center", va="center", fontsize=8, annotation_clip=True)

@@ -70,7 +70,7 @@ _SETTINGS: dict[str, Any] = {
 
 @contextmanager
 def context() -> Generator[None]:
-    """Give every figure made inside this context the style of the package; the user's settings return afterwards."""
+    """Give every new figure inside this context the style of the package; the user's settings return afterwards."""
     from matplotlib import style
 
     with style.context(["default", _SETTINGS]):
@@ -87,7 +87,7 @@ def use() -> None:
 class Picture(Figure):
     """A figure that a notebook shows when it is the value of a cell, without pyplot or any setting.
 
-    Pyplot does not hold it, so it needs no display and no closing, however many are made.
+    Pyplot does not hold it, so it needs no display and no closing, even in large numbers.
     """
 
     def _repr_png_(self) -> bytes:
@@ -111,7 +111,7 @@ def new_figure(width: float = PAGE_WIDTH, height: float = 4.4, *, dpi: float = 1
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     figure = Picture(figsize=(width, height), dpi=dpi, layout="constrained")
-    # Without a canvas of its own, each question for the size of a text costs a rendering of the whole figure.
+    # Without its own canvas, each question for the size of a text costs a rendering of the whole figure.
     FigureCanvasAgg(figure)
     return figure
 
@@ -346,7 +346,7 @@ def _label_curves(ax: Axes, x: Array, rows: Array, words: Sequence[str], colors:
     low, high = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]]) / point
     inside = np.all((shown > low + room_of_label) & (shown < high - room_of_label), axis=2)
     # Distance of each point of a curve from the nearest point of any other curve, in sizes of a label. Its width
-    # counts half: a curve that ends a label is less of a nuisance than one through it.
+    # counts half: a curve that ends at a label is less of a nuisance than a curve through it.
     sizes, near = shown / room_of_label, shown / room_of_label / [0.5, 1.0]
     away = [cdist(curve, np.delete(near, n, axis=0).reshape(-1, 2)) for n, curve in enumerate(near)]
     room = np.stack([np.nanmin(distances, axis=1, initial=3.0) for distances in away])

@@ -13,7 +13,7 @@ from restitution.checks import Array, instance, items, mapping
 from restitution.errors import InputError, InputTypeError
 from restitution.plot import sticking, style
 from restitution.plot.rebounds import draw_points, require_points
-from restitution.quantities import ALIASES, RESTITUTION, Values, known, scaled
+from restitution.quantities import ALIASES, RESTITUTION, Values, choice, scaled
 from restitution.units import VELOCITY, scaled_unit
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ _RESTITUTION_LEVELS = (0.01, 0.02, 0.05, *(round(0.1 * n, 1) for n in range(1, 1
 
 
 def draw_curves(ax: Axes, output: xr.DataArray, x: str, family: str | None = None) -> Axes:
-    """Draw an output over one axis, as a family of curves over a second one."""
+    """Draw an output over one axis, as a family of curves over a second axis."""
     values = scaled(output.transpose(*([family] if family else []), x))
     across = _along(ax, output, x)
     _frame(ax, across, values, output.name)
@@ -205,7 +205,7 @@ def _power(exponent: float) -> str:
     return f"{10.0**exponent:.3g}"
 
 
-# An axis of up to so many values makes a family of curves, a longer one a map.
+# An axis of up to so many values makes a family of curves, a longer axis a map.
 _MOST_CURVES = 10
 _MOST_PANELS = 6
 # A figure cannot show more points.
@@ -295,7 +295,7 @@ def plot_sweep(
     dataset = dataset.isel({name: 0 for name, size in dataset.sizes.items() if size == 1})
     there = [str(name) for name in dataset.data_vars if name != "status"]
     for name in outputs:
-        known("outputs", name, there)
+        choice("outputs", name, there)
     layout = choose_layout(dataset, x, y)
     if layout.x is None and layout.draws is None:
         raise InputError("dataset", dict(dataset.sizes), "must have an axis with more than one value")
@@ -323,7 +323,7 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
     x, y = (ALIASES.get(name, name) if name else name for name in (x, y))
     for field, name in (("x", x), ("y", y)):
         if name is not None:
-            known(field, name, sizes)
+            choice(field, name, sizes)
     if x is not None and x == y:
         raise InputError("y", y, "must be another axis than x")
     draws = next((name for name in sizes if name not in dataset.coords), None)
@@ -352,7 +352,7 @@ def choose_layout(dataset: xr.Dataset, x: str | None = None, y: str | None = Non
 def _selected(dataset: xr.Dataset, at: Mapping[str, Any]) -> xr.Dataset:
     for axis, value in at.items():
         name = ALIASES.get(axis, axis)
-        known("at", name, [str(dimension) for dimension in dataset.dims if dimension in dataset.coords])
+        choice("at", name, [str(dimension) for dimension in dataset.dims if dimension in dataset.coords])
         if np.issubdtype(dataset[name].dtype, np.number):
             place = _nearest(dataset[name], value)
         else:

@@ -28,7 +28,7 @@ from restitution.quantities import (
     SOLVER_RTOL,
     STATUS,
     checked_outputs,
-    known,
+    choice,
     needs,
 )
 from restitution.result import Result, Summary, Table, plain_symbol
@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 DERIVATIVE_RTOL = 1e-11
 """Tolerance of the solves whose differences are taken."""
 
-# Errors of outputs over the tolerance, which is that of e; 14 is the largest that surrogates found.
+# Errors of outputs over the tolerance, which is that of e; the largest of the surrogates is 14.
 _OF_OUTPUTS = 20.0
 # Shares of the usual steps that are tried in turn, and the relative error below which no further one is; with adhesion
-# smaller steps help where a larger one meets capture only.
+# smaller steps help only where a larger step meets capture.
 _SHARES, _GOOD, _GOOD_ADHESIVE = (1.0, 0.25, 0.0625), 1e-9, 1e-3
 # Relative error of a derivative above which the result has a warning; e_t, and all with adhesion, are known to 1e-6.
 _DOUBTFUL, _DOUBTFUL_SOLVES = 1e-4, 1e-2
@@ -92,8 +92,8 @@ class Derivatives(Result):
     def __getitem__(self, pair: tuple[str, str]) -> Any:
         """Return the derivative of an output by an input, a number or an array."""
         output, name = checks.pair("derivatives", pair, "take a pair of an output and an input")
-        place = self.outputs.index(known("output", output, self.outputs))
-        return self.matrix[place, self.inputs.index(known("input", name, self.inputs))][()]
+        place = self.outputs.index(choice("output", output, self.outputs))
+        return self.matrix[place, self.inputs.index(choice("input", name, self.inputs))][()]
 
     @property
     def elasticities(self) -> Array:
@@ -125,7 +125,7 @@ class Derivatives(Result):
         return xr.Dataset(columns, coords={"input": list(self.inputs)}, attrs={"rtol": self.rtol})
 
     def summary(self, title: str = "") -> Summary:
-        """Return the table of relative changes, which `print` and notebooks show; of arrays the largest ones."""
+        """Return the table of relative changes, which `print` and notebooks show; of arrays the largest changes."""
         relative = np.where(np.abs(self.matrix) < self.errors, 0.0, self.elasticities)
         if relative.ndim > 2:
             flat = relative.reshape(*relative.shape[:2], -1)
@@ -198,7 +198,7 @@ def derivatives(
     -----
     Partial derivatives: the other names keep their values, and what no name sets is held as in `vary`.
 
-    For each input, eight impacts beside the given one are solved, all in one array: at steps of 2 % of a positive
+    For each input, eight impacts beside `impact` are solved, all in one array: at steps of 2 % of a positive
     number, of 0.02 in the logit of a number between two ends, of 0.5 K, or to one side at an end of a range. The
     derivative is that of the polynomial through the nine values, of order 8; see
     `restitution.numerics.differences.slopes` for the estimate of its error, to which 20 times the tolerance of the
@@ -219,7 +219,7 @@ def derivatives(
         raise InputError("names", rule="must name at least one input")
     widths = None if steps is None else checks.mapping("steps", steps)
     for name in widths or ():
-        known("steps", name, listed)
+        choice("steps", name, listed)
     checks.one_of("held", held, ("bulk_modulus", "poisson_ratio"))
     return differentiate(model_of(impact, listed, held, widths), output_names(outputs), rtol, workers)
 
@@ -277,7 +277,7 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
         allowed = np.array(errors).reshape(-1, *(1,) * (best.error.ndim - 1))
         enough = _GOOD_ADHESIVE if model.adhesive else _GOOD
         good = best.error <= enough * np.abs(best.first) + 2.0 * _OF_OUTPUTS * allowed * scale
-        # Nothing is good that is not found yet.
+        # NaN and infinity count as rough.
         rough = [k for k in rough if not good[:, k].all()]
         if not rough:
             break
@@ -288,14 +288,14 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
     return Derivatives(outputs, tuple(at), values, at, best.first, best.error, best.second, tolerance, model, doubts)
 
 
-def _points(model: Model, wanted: Sequence[int], share: float) -> dict[str, Array]:
-    """Return values of all inputs: those of the impact itself, then the nine points of each wanted input."""
-    n = 1 + 9 * len(wanted)
+def _points(model: Model, inputs: Sequence[int], share: float) -> dict[str, Array]:
+    """Return values of all inputs: those of the impact itself, then the nine points of each of the `inputs`."""
+    n = 1 + 9 * len(inputs)
     values: dict[str, Array] = {}
     for each in model.inputs:
         flat = each.value.reshape(-1) if model.shape and each.value.ndim else each.value
         values[each.name] = np.repeat(np.asarray(flat)[None], n, axis=0)
-    for place, k in enumerate(wanted):
+    for place, k in enumerate(inputs):
         column = values[model.inputs[k].name]
         column[1 + 9 * place : 10 + 9 * place] = model.inputs[k].points(share).reshape(9, *column.shape[1:])
     return values

@@ -20,7 +20,7 @@ from restitution.units import NUMBER
 from restitution.variation import HeldElastic, numbers_by_name, varied
 
 STEP = 0.02
-"""Step of the logarithm of a positive number, or of the logit of one between two finite ends."""
+"""Step of the logarithm of a positive number, or of the logit of a number between two finite ends."""
 
 # Step [K] of temperatures, whose logarithm is no scale of relaxation.
 _KELVIN = 0.5

@@ -10,7 +10,7 @@ import numpy as np
 from restitution.axes import unnamed
 from restitution.checks import Array, Numeric
 from restitution.propagation.derivatives import Derivatives
-from restitution.quantities import IMPACT_OUTPUTS, Quantity, known
+from restitution.quantities import IMPACT_OUTPUTS, Quantity, choice
 from restitution.result import Outcome, Result, Summary, Table, plain_symbol
 from restitution.units import scaled_unit, with_error
 
@@ -113,7 +113,7 @@ class UncertaintyResult(Result):
 
     def __getitem__(self, output: str) -> ErrorBar:
         """Return the value and the linear standard deviation of an output."""
-        name = known("output", output, self.outputs)
+        name = choice("output", output, self.outputs)
         return ErrorBar(self.values[name], self.standard_deviations[name])
 
     def to_dataset(self) -> xarray.Dataset:
@@ -197,7 +197,7 @@ class UncertaintyResult(Result):
 
     def contributions(self, output: str) -> str:
         """Return the inputs that contribute most to the variance of an output of one impact, in words."""
-        row = self.shares[self.outputs.index(known("output", output, self.outputs))]
+        row = self.shares[self.outputs.index(choice("output", output, self.outputs))]
         if not np.all(np.isfinite(row)):
             return "-"
         order = np.argsort(-np.abs(row), kind="stable")[:_MOST]

@@ -121,8 +121,8 @@ def _halved(
     """
     rng = np.random.default_rng(limits.seed)
     degree, variables = limits.degree, low.size
-    # The ends are nodes, so that neighbouring pieces join. The error is largest half-way between the nodes; of the
-    # first of two variables every second place is enough.
+    # The ends are nodes, so that neighbouring pieces join. The error is largest half-way between the nodes.
+    # Every second place is enough for the first of two variables.
     nodes, between = chebpts2(degree + 1), chebpts1(degree)
     to_coefficients = np.linalg.inv(chebvander(nodes, degree))
     fixed = np.concatenate([_grid(*[nodes] * variables), _grid(*[between[::2]] * (variables - 1), between)])
@@ -217,7 +217,7 @@ def ready(boxes: Boxes) -> tuple[Any, ...]:
 
 @compiled
 def box_value(x: float, y: float, boxes: Any) -> float:
-    """Return the value of boxes at a point; one outside of the rectangle belongs to the box beside it."""
+    """Return the value of boxes at a point; a point outside of the rectangle belongs to the box beside it."""
     low, scale, cells, middle, inverse, coefficients = boxes
     i = min(max(int((x - low[0]) * scale[0]), 0), cells.shape[0] - 1)
     j = min(max(int((y - low[1]) * scale[1]), 0), cells.shape[1] - 1)

@@ -111,7 +111,7 @@ def tangential_values(v: Any, sliding: Any, friction: Any, out: Any, table: Any)
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class ObliqueSurrogate(Surrogate):
-    """Outputs of an impact with friction by interpolation; made by `surrogate`.
+    """Outputs of an impact with friction by interpolation; `surrogate` returns them.
 
     Besides what a `Surrogate` has, e_t and the rebound, for all velocities along the surface and all coefficients of
     friction: e_t depends on them by the slope ``v_c/(mu v0)`` alone, and e not at all.

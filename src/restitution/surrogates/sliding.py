@@ -96,7 +96,7 @@ def _at_each(
             raise SolverError(status, f"at velocity = {velocities[n]:.6g} m/s")
         work(slider, np.flatnonzero(place_of == n))
 
-    # The first one compiles.
+    # The first impact compiles the kernel.
     run(0)
     if logs.size > 1:
         on_threads(run, range(1, logs.size), workers, lambda: None)

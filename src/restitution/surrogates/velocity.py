@@ -134,7 +134,7 @@ def scalar_function(table: tuple[Any, ...]) -> Any:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Surrogate(Result):
-    """Outputs of an impact as functions of its velocity, by interpolation; made by `surrogate`.
+    """Outputs of an impact as functions of its velocity, by interpolation; `surrogate` returns them.
 
     Called with a velocity or an array of them [m/s], it returns the restitution coefficient.
 
@@ -315,8 +315,8 @@ class Surrogate(Result):
             raise InputError("", rule=f"is not a {_FORMAT}", where=str(path))
         stated = content.get("format_version")
         if stated is True or stated not in _VERSIONS:
-            known = ", ".join(map(str, _VERSIONS))
-            rule = f"must be one of {known}; version {content.get('version')} of restitution wrote the file"
+            versions = ", ".join(map(str, _VERSIONS))
+            rule = f"must be one of {versions}; version {content.get('version')} of restitution wrote the file"
             raise InputError("format_version", stated, rule, where=str(path))
         try:
             return _kind(stated)._from_content(content)

@@ -64,7 +64,7 @@ class Linear(Axis):
     Parameters
     ----------
     low, high : float
-        First and last value, in SI units; low may be the larger one.
+        First and last value, in SI units; low may be larger than high.
     n : int
         Number of values, from 1 to 10^8.
 

@@ -55,7 +55,7 @@ Tick = Callable[[int], None]
 
 # Points that are built and solved at a time, which limits the memory for chunks of any size.
 _BLOCK = 4096
-# Impacts that are kept, one for each combination of quantities that need an impact of their own.
+# Impacts that are kept, one for each combination of the quantities that need separate impacts.
 _MOST_PREPARED = 4096
 # Numbers of an impact that the validity report takes, and those that a problem without dimensions has.
 _BODIES = ("velocity", "mass", "impedance")
@@ -208,7 +208,7 @@ class Plan:
 
     @property
     def slides(self) -> bool:
-        """Whether outputs of the tangential motion are wanted."""
+        """Whether the sweep has outputs of the tangential motion."""
         return not set(OBLIQUE).isdisjoint(self.outputs)
 
     @property

@@ -116,7 +116,7 @@ class _HeldFiles(LocalStore):
         self.held[key] = value.to_bytes()
 
     def set_sync(self, key: str, value: Any) -> None:
-        # Newer versions of Zarr call this one.
+        # Newer versions of Zarr call this method.
         self.held[key] = value.to_bytes()
 
 
@@ -127,7 +127,7 @@ class _CheckedFiles(LocalStore):
         return self._checked(key, await super().get(key, *arguments, **named))
 
     def get_sync(self, key: str, *arguments: Any, **named: Any) -> Any:
-        # Newer versions of Zarr call this one.
+        # Newer versions of Zarr call this method.
         files: Any = super()
         return self._checked(key, files.get_sync(key, *arguments, **named))
 
@@ -177,7 +177,7 @@ class Store:
             self._arrays[name][region] = results[name]
             chunks[name] = self._files.held.pop(f"{name}/{place}")
         _write(_Record.file(self.path, place), _Record.of(place, chunks, tally).content)
-        # The status is the last one.
+        # The status is the last column.
         for name, content in chunks.items():
             _write(self.path / name / place, content)
 

@@ -29,7 +29,7 @@ from restitution.contact.table import (
 
 # Samples of the depth: number, distance in the logarithm, and the logarithm of the first one.
 _SAMPLES, _APART, _FIRST = 40, 0.5, -300.0
-# Contacts of layers whose tables are made together, and contacts that are kept, which limit the memory.
+# Contacts of layers whose tables are computed together, and contacts that are kept, which limit the memory.
 _BLOCK, _KEPT = 500_000, 10_000
 # Nodes of the interpolation over ln h, those for each unit of it over ln(a/h), and largest of its last coefficients
 # over the tolerance of the tables, which are as noisy.
@@ -60,7 +60,7 @@ class _Start(NamedTuple):
     power: float
     places: Array
     cells: Array
-    known: dict[bytes, Contact]
+    stored: dict[bytes, Contact]
 
     @property
     def ends(self) -> Array:
@@ -136,7 +136,7 @@ class Contacts:
         return [depth, radius, depth * radius - tau * contact.gap]
 
     def own_depth(self, thickness: Array, contact: Contact) -> Array:
-        """Return the depth [m] of each contact on a layer of its own, shape (n,)."""
+        """Return the depth [m] of each contact, each on its own layer, shape (n,)."""
         radius = contact.radius / thickness
         sigma, _ = self.punches.means(radius, contact.moments)
         return (contact.depth + sigma * contact.gap / thickness) / self.punches.edge_load(radius)
@@ -173,7 +173,7 @@ class Contacts:
         x = -np.cos(np.pi * (np.arange(count) + 0.5) / count)
         places = logs[0] + half * (1.0 + x)
         lowest = np.exp(np.interp(places, logs, np.log(least)))
-        # Tables made together have the same cells, so that all coefficients are smooth functions of ln h.
+        # Tables that are computed together have the same cells, so that all coefficients are smooth functions of ln h.
         nodes, _ = self._tables(np.exp(places), start, lowest, rtol)
         between, tail = _between(nodes.table, x, np.clip((logs - logs[0]) / half - 1.0, -1.0, 1.0))
         return Tables(between, *self._ends(thickness, start)) if tail <= _TAIL * rtol else None
@@ -188,7 +188,7 @@ class Contacts:
             typical = max(self._unit, self.end / PANELS[-1]) * _TYPICAL
             _, cells = self._tables(typical, start, np.zeros(typical.size), rtol)
             often = (start.ends, start.around, cell_nodes(cells))
-            series = start._replace(cells=cells, known={y.tobytes(): self._at_place(y) for y in often if y.size})
+            series = start._replace(cells=cells, stored={y.tobytes(): self._at_place(y) for y in often if y.size})
             # More contacts would take too much memory.
             if cell_nodes(cells).size > _KEPT:
                 return series
@@ -201,7 +201,7 @@ class Contacts:
         return self._contact(radius, self.profile.transform(radius))
 
     def _known_at(self, start: _Start, y: Array) -> Contact:
-        contact = start.known.get(y.tobytes())
+        contact = start.stored.get(y.tobytes())
         return self._at_place(y) if contact is None else contact
 
     def _ends(self, thickness: Array, start: _Start) -> Array:

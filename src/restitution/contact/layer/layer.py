@@ -24,7 +24,7 @@ from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
 from restitution.quantities import INPUTS
 
-# A profile on layers of many thicknesses, whose tables are made together.
+# A profile on layers of many thicknesses, whose tables are computed together.
 
 # Layers whose thickness differs by less than this share may represent each other for estimates.
 _SIMILAR = 0.2
@@ -138,7 +138,7 @@ class LayerRows(Rows):
         return contacts(self.profile, self.poisson_ratio, _power_of_two(thinnest, math.floor), end)
 
     def tables(self, deepest: Array, least: Array, rtol: float) -> Tables:
-        """Return tables of the distinct layers; those with the same largest contact radius are made together."""
+        """Return tables of the distinct layers; those with the same largest contact radius are computed together."""
         knots = self.samples.knots
         ends, small = np.empty((2, deepest.size))
         for n, (depth, integral) in enumerate(zip(*self.samples[1:], strict=True)):
@@ -317,7 +317,7 @@ class Layer(Geometry):
 
     @cached_property
     def _punch(self) -> FlatPunch:
-        """Flat punch on a half-space with the stiffness of the one on the layer."""
+        """Flat punch on a half-space with the stiffness of the punch on the layer."""
         radius: Any = self.profile.contact_radius(0.0)
         kappa = stored_punches(self._ratio).kappa(np.asarray(face_over_thickness(radius, self.thickness)))
         return FlatPunch(radius * kappa)

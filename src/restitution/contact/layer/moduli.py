@@ -34,7 +34,7 @@ _NODES, _PER_RADIUS = 24, 8
 # and all times of the fit closer to these than `_CLOSE`, in ln(tau). Variances below `_NO_WIDTH` are rounding.
 _MERGED, _TOGETHER, _CLOSE, _NO_WIDTH, _LEAST = 3, 1.1, 1.0, 1e-9, 1e-300
 _THIRDS = 0.0, 2.0 * np.pi / 3.0, 4.0 * np.pi / 3.0
-# Nodes x of the interpolation are at equal distances of ln(1 + x/scale). The last one is at 37.
+# Nodes x of the interpolation are at equal distances of ln(1 + x/scale); the last is at 37.
 _SCALE, _DISTANCE, _LAST = 0.25, 0.2, 25
 # Cubic polynomials continue beyond the nodes.
 _NEXT = 4.0, -6.0, 4.0, -1.0

@@ -253,7 +253,7 @@ _MOST_FILES = 64
 _FIELDS = ("stiffness", "edge", "softness", "ends")
 
 SHIPPED = {None: "frictionless.npz", 0.5: "incompressible.npz"}
-"""Files of the package by the Poisson ratio, made by `validation/flat_punches.py`."""
+"""Files of the package by the Poisson ratio; `validation/flat_punches.py` writes them."""
 
 
 @lru_cache(maxsize=32)
