@@ -14,11 +14,18 @@ from numpy.typing import ArrayLike
 from restitution import checks
 from restitution.checks import Array, function, one_of, truth, whole
 from restitution.errors import InputError
-from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
+from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate
 from restitution.identification.observations import Moduli, Observations, as_observations, hollow_balls
 from restitution.identification.parameters import MOST_TERMS, SPECTRUM, OfData, parameter_names, parameters
 from restitution.identification.result import Identification
-from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded, nuisance_estimates
+from restitution.identification.uncertainty import (
+    MODULUS_NAMES,
+    Estimate,
+    Uncertainty,
+    banded,
+    nuisance_estimates,
+    settled,
+)
 from restitution.material.master_curve import Isotherms
 from restitution.quantities import MODULI, Quantity
 from restitution.result import Result, Summary, Table
@@ -29,8 +36,6 @@ if TYPE_CHECKING:
     from restitution.identification.spectrum import Spectrum
 
 
-# A profile that finds a point this much better than the fit moves the fit there.
-_BETTER, _RESTARTS = 1e-2, 3
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
@@ -144,17 +149,9 @@ def identify(
     if progress is not None:
         function("progress", progress, "must be a function of the steps done and of all", 2)
     report = progress or (lambda done, steps: None)
-    uncertainty = Uncertainty(estimate(sets, space, loss))
-    estimates = _estimates(uncertainty, profiles, report)
-    for _ in range(_RESTARTS):
-        estimation, better = uncertainty.estimation, uncertainty.best
-        # A profile may find a better minimum, which is taken unless it is less plausible.
-        rank, other = ranks(estimation.problem, (estimation.fit, better))
-        if other > rank - _BETTER:
-            break
-        best = minimise(estimation.problem, better.coordinates, loss)
-        uncertainty = Uncertainty(moved(estimation.problem, loss, best, estimation.fits))
-        estimates = _estimates(uncertainty, profiles, report)
+    uncertainty, estimates = settled(
+        Uncertainty(estimate(sets, space, loss)), lambda uncertainty: _estimates(uncertainty, profiles, report)
+    )
     result = Identification(uncertainty, estimates, nuisance_estimates(uncertainty))
     return replace(result, warnings=_warnings(result, profiles))
 
@@ -217,8 +214,8 @@ def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
         lines += record.doubts(problem.materials(here), nuisances)
     if profiles is False and (unseen := result.uncertainty.unseen_adhesion):
         lines.append(
-            f"the data hardly show {' and '.join(unseen)}: intervals are those over a few of the values that fit as "
-            "well; profiles=True follows all of them"
+            f"the data hardly show {' and '.join(unseen)}: intervals are those over the fits along a few lines "
+            "that are as good; profiles=True follows the best fit at each value"
         )
     # The parameters with a value may have another one in another minimum.
     stated = np.array([estimate.determined for estimate in result.parameters.values()])

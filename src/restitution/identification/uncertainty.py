@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array
-from restitution.identification.fit import Estimation, Fit, efficiency, minimise, rescued
+from restitution.identification.fit import Estimation, Fit, efficiency, minimise, moved, ranks, rescued
 from restitution.identification.parameters import rows_of
 from restitution.material.prony import PronySeries
 from restitution.numerics.least_squares import squares
@@ -20,6 +20,8 @@ from restitution.quantities import Quantity, dataset
 
 if TYPE_CHECKING:
     import xarray
+
+T = TypeVar("T")
 
 
 # Bands: values over an axis with the ends of their intervals, and the moduli that have them.
@@ -238,6 +240,8 @@ _LEVEL = 0.95
 # Steps of a logarithm along a valley: the first and the largest, their growth, and the excess over that of the
 # interval that ends them.
 _PACE, _LONGEST_PACE, _FASTER, _LEFT = 0.12, 0.3, 1.3, 2.0
+# A profile or a valley with a point this much better than the fit moves the fit there, so many times.
+_BETTER, _RESTARTS = 1e-2, 3
 
 
 class Estimate(NamedTuple):
@@ -545,6 +549,23 @@ class Uncertainty:
         value = float(parameter.outward(z)) if determined else None
         size = error * float(parameter.slope(z)) if determined else None
         return Estimate(value, size, interval, determined, parameter.quantity.unit, opened)
+
+
+def settled(uncertainty: Uncertainty, results: Callable[[Uncertainty], T]) -> tuple[Uncertainty, T]:
+    """Return an uncertainty and results from it, at the best minimum that these come across.
+
+    A profile or a valley may lead to a better minimum, which is taken unless it is less plausible.
+    """
+    outcome = results(uncertainty)
+    for _ in range(_RESTARTS):
+        estimation, better = uncertainty.estimation, uncertainty.best
+        rank, other = ranks(estimation.problem, (estimation.fit, better))
+        if other > rank - _BETTER:
+            break
+        best = minimise(estimation.problem, better.coordinates, estimation.loss)
+        uncertainty = Uncertainty(moved(estimation.problem, estimation.loss, best, estimation.fits))
+        outcome = results(uncertainty)
+    return uncertainty, outcome
 
 
 def nuisance_estimates(uncertainty: Uncertainty) -> dict[str, Estimate]:
