@@ -103,6 +103,10 @@ def identify(
     times the stated error, in place of 5. The end is then where it is 1.8 times 1.96, as a chance excess would
     otherwise exclude values at many errors.
 
+    With adhesion a valley of fits has many small minima. Without profiles, intervals then hold all fits that are as
+    good along each parameter with an error above 5 %, if a work, a stress or a range is such a parameter, each with
+    what its chi2 leaves of the interval.
+
     Data with `adhesion=True` add the work of adhesion and its stress to the unknowns, or the range where an argument
     names that: `work`, `stress` and `range` of `restitution.Adhesion`, also in `fixed`, `bounds`, `start` and `prior`.
 
@@ -201,7 +205,8 @@ def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
     if freedom > 0 and not any(record.scaled for record in problem.data) and estimation.loss == "linear":
         share, ratio = float(gammainc(0.5 * freedom, 0.5 * result.chi2)), result.reduced_chi2
         if share > 0.995:
-            lines.append(f"chi2/dof = {ratio:.3g} is too large for this noise: the model or the noise is wrong")
+            cause = ", or the search ended in a poor minimum: give start" if problem.space.adhesion else ""
+            lines.append(f"chi2/dof = {ratio:.3g} is too large for this noise: the model or the noise is wrong{cause}")
         elif share < 0.005:
             lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
     if not estimation.fit.converged:

@@ -464,8 +464,8 @@ class Uncertainty:
     def _others(self) -> tuple[Fit, ...]:
         """Other minima with adhesion, which are no parts of one valley, and fits along all rough parameters.
 
-        A valley has many small minima: a descent far from it ends in one of them. So walks along a work or a stress
-        come first, and each walk begins at the farthest fit that is as good as the best one.
+        A valley has many small minima, and a descent from a point beside it ends in one of them. So a walk begins at
+        the farthest fit that is as good as the best one. Walks along work and stress come first.
         """
         problem = self.estimation.problem
         if not problem.space.adhesion:
