@@ -386,12 +386,12 @@ class IndentationCurve(ForceRecord):
         return without_baseline((forces - self.force) * weights, self._columns.T * weights[..., None])
 
     def baseline_factors(self, materials: Material, nuisances: Array) -> Array:
-        """Return minus the offset [N] and the slope [N/s] of the baseline of materials, shape (m, 2)."""
-        return self._fitted(materials, nuisances)[1]
+        """Return the offset [N] and the slope [N/s] of the baseline of materials, shape (m, 2)."""
+        return -self._fitted(materials, nuisances)[1]
 
     def _linear(self, materials: Material, nuisances: Array) -> tuple[Array, Array, float]:
         """Return the fitted force, the factors of the baseline, and the gain of the first row."""
-        forces, factors = self.forces(materials, nuisances)[0], -self._fitted(materials, nuisances)[1][0]
+        forces, factors = self.forces(materials, nuisances)[0], self.baseline_factors(materials, nuisances)[0]
         return forces + factors @ self._columns, factors, 1.0
 
     def discretisation_error(self, materials: Material, nuisances: Array) -> Array:

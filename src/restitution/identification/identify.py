@@ -14,11 +14,18 @@ from numpy.typing import ArrayLike
 from restitution import checks
 from restitution.checks import Array, function, one_of, truth, whole
 from restitution.errors import InputError
-from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate, minimise, moved, ranks
+from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate
 from restitution.identification.observations import Moduli, Observations, as_observations, hollow_balls
 from restitution.identification.parameters import MOST_TERMS, SPECTRUM, OfData, parameter_names, parameters
 from restitution.identification.result import Identification
-from restitution.identification.uncertainty import MODULUS_NAMES, Estimate, Uncertainty, banded, nuisance_estimates
+from restitution.identification.uncertainty import (
+    MODULUS_NAMES,
+    Estimate,
+    Uncertainty,
+    banded,
+    nuisance_estimates,
+    settled,
+)
 from restitution.material.master_curve import Isotherms
 from restitution.quantities import MODULI, Quantity
 from restitution.result import Result, Summary, Table
@@ -29,8 +36,6 @@ if TYPE_CHECKING:
     from restitution.identification.spectrum import Spectrum
 
 
-# A profile that finds a point this much better than the fit moves the fit there.
-_BETTER, _RESTARTS = 1e-2, 3
 _LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 
 
@@ -98,6 +103,10 @@ def identify(
     times the stated error, in place of 5. The end is then where it is 1.8 times 1.96, as a chance excess would
     otherwise exclude values at many errors.
 
+    With adhesion a valley of fits has many small minima. Without profiles, intervals then hold all fits that are as
+    good along each parameter with an error above 5 %, if a work, a stress or a range is such a parameter, each with
+    what its chi2 leaves of the interval.
+
     Data with `adhesion=True` add the work of adhesion and its stress to the unknowns, or the range where an argument
     names that: `work`, `stress` and `range` of `restitution.Adhesion`, also in `fixed`, `bounds`, `start` and `prior`.
 
@@ -144,17 +153,9 @@ def identify(
     if progress is not None:
         function("progress", progress, "must be a function of the steps done and of all", 2)
     report = progress or (lambda done, steps: None)
-    uncertainty = Uncertainty(estimate(sets, space, loss))
-    estimates = _estimates(uncertainty, profiles, report)
-    for _ in range(_RESTARTS):
-        estimation, better = uncertainty.estimation, uncertainty.best
-        # A profile may find a better minimum, which is taken unless it is less plausible.
-        rank, other = ranks(estimation.problem, (estimation.fit, better))
-        if other > rank - _BETTER:
-            break
-        best = minimise(estimation.problem, better.coordinates, loss)
-        uncertainty = Uncertainty(moved(estimation.problem, loss, best, estimation.fits))
-        estimates = _estimates(uncertainty, profiles, report)
+    uncertainty, estimates = settled(
+        Uncertainty(estimate(sets, space, loss)), lambda uncertainty: _estimates(uncertainty, profiles, report)
+    )
     result = Identification(uncertainty, estimates, nuisance_estimates(uncertainty))
     return replace(result, warnings=_warnings(result, profiles))
 
@@ -204,7 +205,8 @@ def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
     if freedom > 0 and not any(record.scaled for record in problem.data) and estimation.loss == "linear":
         share, ratio = float(gammainc(0.5 * freedom, 0.5 * result.chi2)), result.reduced_chi2
         if share > 0.995:
-            lines.append(f"chi2/dof = {ratio:.3g} is too large for this noise: the model or the noise is wrong")
+            cause = ", or the search ended in a poor minimum: give start" if problem.space.adhesion else ""
+            lines.append(f"chi2/dof = {ratio:.3g} is too large for this noise: the model or the noise is wrong{cause}")
         elif share < 0.005:
             lines.append(f"chi2/dof = {ratio:.3g} is too small for this noise, which is stated too large")
     if not estimation.fit.converged:
@@ -217,8 +219,8 @@ def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
         lines += record.doubts(problem.materials(here), nuisances)
     if profiles is False and (unseen := result.uncertainty.unseen_adhesion):
         lines.append(
-            f"the data hardly show {' and '.join(unseen)}: intervals are those over a few of the values that fit as "
-            "well; profiles=True follows all of them"
+            f"the data hardly show {' and '.join(unseen)}: intervals are those over the fits along a few lines "
+            "that are as good; profiles=True follows the best fit at each value"
         )
     # Another minimum may have other values of the parameters.
     stated = np.array([estimate.determined for estimate in result.parameters.values()])

@@ -19,7 +19,7 @@ from restitution.identification.curves import IndentationCurve, curves_block, we
 from restitution.identification.fit import Estimation, estimate
 from restitution.identification.observations import modulus
 from restitution.identification.parameters import MOST_TERMS, OfData, Parameters, parameters, penalties, rows_of
-from restitution.identification.uncertainty import FAR, Uncertainty, quantile
+from restitution.identification.uncertainty import FAR, Uncertainty, quantile, settled
 from restitution.numerics.least_squares import descend
 from restitution.parallel import on_threads
 from restitution.quantities import MODULUS, VISCOSITY
@@ -399,16 +399,18 @@ def _alone(
     freedom = np.array([max(curve.size - q - 2, 1)])
     fits = CurveFits(nothing, nothing.copy(), np.full(1, np.inf), freedom, unit, never, np.zeros(1, dtype=np.bool_))
     try:
-        uncertainty = Uncertainty(estimate([curve], space))
+        uncertainty, estimates = settled(
+            Uncertainty(estimate([curve], space)),
+            lambda uncertainty: [uncertainty.estimate(k, profiled=False) for k in range(len(space.free))],
+        )
     except InputError as error:
         return fits, {0: str(error)}, [curve], np.full((1, 2), np.nan)
     _replace_fit(fits, 0, uncertainty)
-    for k, parameter in enumerate(space.free):
-        result = uncertainty.estimate(k, profiled=False)
+    for k, (parameter, result) in enumerate(zip(space.free, estimates, strict=True)):
         ends = parameter.inward(np.array(result.interval)) if result.determined else np.array([0.0, np.inf])
         fits.errors[0, k] = 0.5 * np.ptp(ends) / uncertainty.quantile()
     problem, here = uncertainty.estimation.problem, uncertainty.estimation.fit.coordinates[None]
-    return fits, {}, [curve], -curve.baseline_factors(problem.materials(here), problem.nuisances(here)[0])
+    return fits, {}, [curve], curve.baseline_factors(problem.materials(here), problem.nuisances(here)[0])
 
 
 def _replace_fit(fits: CurveFits, n: int, uncertainty: Uncertainty) -> None:

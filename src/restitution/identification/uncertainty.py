@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array
-from restitution.identification.fit import Estimation, Fit, efficiency, minimise, rescued
+from restitution.identification.fit import Estimation, Fit, efficiency, minimise, moved, ranks, rescued
 from restitution.identification.parameters import rows_of
 from restitution.material.prony import PronySeries
 from restitution.numerics.least_squares import squares
@@ -20,6 +20,8 @@ from restitution.quantities import Quantity, dataset
 
 if TYPE_CHECKING:
     import xarray
+
+T = TypeVar("T")
 
 
 # Bands: values over an axis with the ends of their intervals, and the moduli that have them.
@@ -235,8 +237,11 @@ _BENT = 0.1
 CLOSE, UNDETERMINED = 1.3, 3.0
 """Factors between an estimate and the ends of its interval: a determined value, and one that results warn of."""
 _LEVEL = 0.95
-# Steps of the logarithm of an adhesion along its valley, their number to each side, and the excess that ends them.
-_PACE, _PACES, _LEFT = 0.12, 16, 12.0
+# Steps of a logarithm along a valley: the first and the largest, their growth, and the excess over that of the
+# interval that ends them.
+_PACE, _LONGEST_PACE, _FASTER, _LEFT = 0.12, 0.3, 1.3, 2.0
+# A profile or a valley with a point this much better than the fit moves the fit there, so many times.
+_BETTER, _RESTARTS = 1e-2, 3
 
 
 class Estimate(NamedTuple):
@@ -424,9 +429,10 @@ class Uncertainty:
 
     @property
     def best(self) -> Fit:
-        """Best fit, profiles included."""
+        """Best fit, those along valleys and profiles included."""
         return min(
-            (self.estimation.fit, *(profile.best for profile in self._profiles.values())), key=lambda fit: fit.cost
+            (self.estimation.fit, *self._others, *(profile.best for profile in self._profiles.values())),
+            key=lambda fit: fit.cost,
         )
 
     @cached_property
@@ -456,36 +462,63 @@ class Uncertainty:
 
     @cached_property
     def _others(self) -> tuple[Fit, ...]:
-        """Other minima with adhesion, which are no parts of one valley, and points along a rough work or stress.
+        """Other minima with adhesion, which are no parts of one valley, and fits along all rough parameters.
 
-        Where a fit no longer changes with a stress, others have no slope over it, though they change along the valley.
-        Its way has many small minima, so that each point starts from the one before.
+        A valley has many small minima, and a descent from a point beside it ends in one of them. So a walk begins at
+        the farthest fit that is as good as the best one. Walks along work and stress come first.
         """
-        problem, fit, loss = self.estimation.problem, self.estimation.fit, self.estimation.loss
+        problem = self.estimation.problem
         if not problem.space.adhesion:
             return ()
-        others = list(self.estimation.fits)
-        for k in np.flatnonzero(self.standard_errors[: problem.n_parameters] > _LINEAR):
-            if problem.space.names[k] not in problem.space.adhesion:
-                continue
-            for step in (-_PACE, _PACE):
-                point = fit.coordinates
-                for _ in range(_PACES):
-                    point = point + step * np.eye(point.size)[k]
-                    if not problem.low[k] < point[k] < problem.high[k]:
-                        break
-                    others.append(minimise(problem, point, loss, int(k), 1e-3))
-                    if others[-1].cost > fit.cost + _LEFT:
-                        break
-                    point = others[-1].coordinates
+        others = [self.estimation.fit, *self.estimation.fits]
+        errors, names = self.standard_errors[: problem.n_parameters], problem.space.names
+        rough = sorted(np.flatnonzero(errors > _LINEAR).tolist(), key=lambda k: names[k] not in problem.space.adhesion)
+        if any(names[k] in problem.space.adhesion for k in rough):
+            for k in rough:
+                for sign in (-1.0, 1.0):
+                    start = max(self._as_good(others), key=lambda fit: sign * fit.coordinates[k])
+                    others += self._valley(k, sign, start.coordinates)
         return tuple(others)
 
-    def _spread(self, k: int, level: float) -> tuple[float, float]:
-        """Return the ends of a coordinate over all fits that are as good."""
-        fit = self.estimation.fit
-        enough = fit.cost + self.quantile(level) ** 2 * self._efficiency[1]
-        values = [float(other.coordinates[k]) for other in (fit, *self._others) if other.cost <= enough]
-        return min(values), max(values)
+    def _valley(self, k: int, sign: float, point: Array) -> list[Fit]:
+        """Return fits from a point along coordinate k, in small steps along the line of the last two."""
+        problem, fit, loss = self.estimation.problem, self.estimation.fit, self.estimation.loss
+        fits, line, pace = list[Fit](), sign * np.eye(point.size)[k], min(_PACE, float(self.standard_errors[k]))
+        enough = fit.cost + _LEFT * self._excess()
+        while abs(point[k] - fit.coordinates[k]) < FAR:
+            # The line has a step of one along coordinate k.
+            new = point + np.clip(pace * line, -_LONGEST_STEP, _LONGEST_STEP)
+            if not problem.low[k] < new[k] < problem.high[k]:
+                break
+            fits.append(minimise(problem, np.clip(new, problem.low, problem.high), loss, k, 1e-3))
+            if fits[-1].cost > enough:
+                break
+            line, point = (fits[-1].coordinates - point) / pace, fits[-1].coordinates
+            pace = min(_FASTER * pace, _LONGEST_PACE)
+        return fits
+
+    def _excess(self, level: float = _LEVEL) -> float:
+        """Return the excess of the sum of squares of fits that are as good as the best one."""
+        return self.quantile(level) ** 2 * self._efficiency[1]
+
+    def _as_good(self, fits: Sequence[Fit], level: float = _LEVEL) -> list[Fit]:
+        """Return the fits that are as good as the best one."""
+        return [fit for fit in fits if fit.cost <= self.estimation.fit.cost + self._excess(level)]
+
+    def interval(self, k: int, level: float = _LEVEL, *, linear: bool = True) -> tuple[float, float]:
+        """Return the ends of a coordinate over all fits that are as good.
+
+        `linear` adds to each fit its own interval: what its sum of squares leaves of the excess, by the error at the
+        best fit. Where the errors at the best fit hold everywhere, the union is at most 1.41 times too wide.
+        """
+        best, quantile = self.estimation.fit, self.quantile(level) if linear else 0.0
+        fits = self._as_good((best, *self._others), level)
+        values = np.array([fit.coordinates[k] for fit in fits])
+        left = 1.0 - np.array([fit.cost - best.cost for fit in fits]) / self._excess(level)
+        reach = quantile * self.standard_errors[k] * np.sqrt(left)
+        low, high = float(np.min(values - reach)), float(np.max(values + reach))
+        z, far = best.coordinates[k], FAR if k < self.estimation.problem.n_parameters else math.inf
+        return low if z - low < far else -math.inf, high if high - z < far else math.inf
 
     def estimate(self, k: int, profiled: bool | None = None, level: float = _LEVEL) -> Estimate:
         """Return the estimate of parameter k; from its profile on request, or if its error is not small."""
@@ -493,15 +526,14 @@ class Uncertainty:
         z, error = float(self.estimation.fit.coordinates[k]), float(self.standard_errors[k])
         width = problem.high[k] - problem.low[k]
         free = any(direction.exact and parameter.name in direction.exponents for direction in self.flat_directions)
-        ends = self._spread(k, level)
+        ends = self.interval(k, level, linear=False)
         if free:
             low, high = -math.inf, math.inf
         # The linearised problem fails where an error is large, or where the least sum of squares is no parabola.
         elif profiled or (profiled is None and (error > _LINEAR or self._curved or self._bent(k, level))):
             low, high = self.profile(k, level)[2:4]
         else:
-            reach = self.quantile(level) * error
-            low, high = (ends[0] - reach, ends[1] + reach) if reach < FAR else (-math.inf, math.inf)
+            low, high = self.interval(k, level)
         low, high = min(low, ends[0]), max(high, ends[1])
         if ends[1] > ends[0] and math.isfinite(high - low):
             error = max(error, 0.5 * (high - low) / self.quantile(level))
@@ -519,6 +551,23 @@ class Uncertainty:
         return Estimate(value, size, interval, determined, parameter.quantity.unit, opened)
 
 
+def settled(uncertainty: Uncertainty, results: Callable[[Uncertainty], T]) -> tuple[Uncertainty, T]:
+    """Return an uncertainty and results from it, at the best minimum that these come across.
+
+    A profile or a valley may lead to a better minimum, which is taken unless it is less plausible.
+    """
+    outcome = results(uncertainty)
+    for _ in range(_RESTARTS):
+        estimation, better = uncertainty.estimation, uncertainty.best
+        rank, other = ranks(estimation.problem, (estimation.fit, better))
+        if other > rank - _BETTER:
+            break
+        best = minimise(estimation.problem, better.coordinates, estimation.loss)
+        uncertainty = Uncertainty(moved(estimation.problem, estimation.loss, best, estimation.fits))
+        outcome = results(uncertainty)
+    return uncertainty, outcome
+
+
 def nuisance_estimates(uncertainty: Uncertainty) -> dict[str, Estimate]:
     """Return unknowns of the measurements: those of the fit, with errors, then those that were projected out."""
     problem, fit = uncertainty.estimation.problem, uncertainty.estimation.fit
@@ -527,11 +576,10 @@ def nuisance_estimates(uncertainty: Uncertainty) -> dict[str, Estimate]:
     for n, (record, values) in enumerate(zip(problem.data, problem.nuisances(point), strict=True)):
         prefix = f"{record.label or n}: " if len(problem.data) > 1 else ""
         for k, nuisance in enumerate(record.nuisances):
-            value, error = float(values[0, k]), float(uncertainty.standard_errors[at]) * nuisance.step
+            low, high = (nuisance.step * end for end in uncertainty.interval(at))
             at += 1
-            reach = quantile * error
             estimates[prefix + nuisance.name] = Estimate(
-                value, error, (value - reach, value + reach), True, nuisance.unit
+                float(values[0, k]), 0.5 * (high - low) / quantile, (low, high), True, nuisance.unit
             )
         for name, (value, unit) in record.linear_estimates(materials, values).items():
             estimates[prefix + name] = Estimate(value, None, (-math.inf, math.inf), True, unit)
