@@ -86,6 +86,24 @@ def test_an_elastic_contact_is_that_of_maugis_at_any_rate():
     assert law.read(state).dissipated_energy == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_an_elastic_contact_keeps_nothing_of_its_way_between_the_jumps(seed):
+    """Random depths that keep the contact, in steps of any length: its state is that of the depth, within rounding."""
+    rng = np.random.default_rng(seed)
+    adhesion = rs.Adhesion(0.02, float(np.exp(rng.uniform(-3.0, 0.0))))
+    law = rs.contact_law(rs.Impact(solid(), rs.Parabola(1.0), 1.0, 0.5, adhesion=adhesion), elements=100)
+    state = law.start()
+    law.step(state, 0.1, 1.0)
+    before, jumped = law.read(state), state.copy()
+    for depth in rng.uniform(0.0, 0.25, 200).tolist():
+        law.step(state, depth, float(np.exp(rng.uniform(-9.0, 9.0))))
+    law.step(state, 0.1, 1.0)
+    assert before.jump_energy > 0.0
+    assert law.read(state) == pytest.approx(before, rel=1e-12, abs=1e-12)
+    loads, expected = (each[-3 * law.max_nodes :].reshape(3, -1)[::2] for each in (state, jumped))
+    assert loads == pytest.approx(expected, abs=1e-12)
+
+
 def test_a_history_with_two_touches_is_that_of_an_indentation():
     """Two visits before the surface has come to rest, with `indent`, whose steps are its own."""
     material, adhesion = solid([4.0, 1.0], [1.0, 10.0]), rs.Adhesion(0.02, 0.3)
