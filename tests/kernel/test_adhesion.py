@@ -124,19 +124,21 @@ def test_an_element_that_waits_has_the_memory_of_one_that_follows(monkeypatch):
         soft, weights, recoveries = compliance_of(series)
         (moduli, rates, creep), bridge = branches_of(series)
         solid = zone.Solid(soft, weights, recoveries)
-        room = room_of(solid, [0.0, 0.0])
+        gap = rng.uniform(-0.5, 0.5)
+        room = room_of(solid, [gap, 0.0])
         room.branches[:, zone.MODULUS_], room.branches[:, zone.PACE_] = moduli, rates
         room.branches[:, zone.CREEP_], room.bridge[...], room.ends[zone.FIRM_] = creep, bridge, equilibrium
-        room.nodes[zone.SUM_, 1] = room.nodes[zone.SHARE_, 0]
+        for n, row in enumerate((zone.SUM_, zone.SUM_G_, zone.SUM_GG_)):
+            room.nodes[row, 1] = room.nodes[zone.SHARE_, 0] * gap**n
         # The surface is loaded from time 0 on, and waits from 0.4 to 1.5, while the depth turns at 0.9.
-        knots, depths = np.array([0.0, 0.4, 0.9, 1.5]), np.array([0.0, 0.2, 0.5, 0.3])
-        branch, load = relaxed(equilibrium, moduli, rates, knots, depths, 0.0)
+        knots, depths = np.array([0.0, 0.4, 0.9, 1.5]), gap + np.array([0.0, 0.2, 0.5, 0.3])
+        branch, load = relaxed(equilibrium, moduli, rates, knots, depths, gap)
 
         def memory(j, t, load=load, recoveries=recoveries):
             points = [knot for knot in (0.4, 0.9) if knot < t]
             return quad(lambda s: math.exp(-recoveries[j] * (t - s)) * load(s), 0.0, t, points=points, limit=200)[0]
 
-        room.now[zone.T_], room.now[zone.D_] = 0.4, 0.2
+        room.now[zone.T_], room.now[zone.D_] = 0.4, gap + 0.2
         room.nodes[zone.P_, 0] = load(0.4)
         room.memory[:, 0] = [memory(j, 0.4) for j in range(3)]
         plain(waiting._let_follow)(solid, 0, room)
@@ -144,7 +146,7 @@ def test_an_element_that_waits_has_the_memory_of_one_that_follows(monkeypatch):
         share, spent = room.nodes[zone.SHARE_, 0], 0.0
         for k in range(3):
             assert room.branches[k, zone.FIRST_] == pytest.approx(share * branch(k, 0.4), rel=1e-8)
-        for dt, depth in ((0.5, 0.5), (0.6, 0.3)):
+        for dt, depth in ((0.5, gap + 0.5), (0.6, gap + 0.3)):
             spent += plain(waiting.carry)(solid, dt, depth - room.now[zone.D_], room)
             room.now[zone.T_] += dt
             room.now[zone.D_] = depth
