@@ -249,3 +249,19 @@ def test_a_march_in_which_elements_wait_is_that_of_all_elements(equilibrium):
     # Loads of one are lines over a step, displacements of the other: both of second order, 1/16 here.
     assert coarse.max() < 1e-3
     assert np.all(np.linalg.norm(fine, axis=1) < 0.2 * np.linalg.norm(coarse, axis=1))
+
+
+def test_sums_over_the_elements_before_one_have_its_weights_and_gaps():
+    body = attraction.Sticky(rs.Parabola(1.0), rs.PronySeries(1.0, [], []), rs.Adhesion(0.02, 1.5))
+    _, room = attraction._Scaled(body, 0.9, 2.5).begin(20, 1.0, 4)
+    places = 0.9 * np.arange(room.nodes.shape[1]) / 20
+    for n, row in enumerate((zone.SUM_, zone.SUM_G_, zone.SUM_GG_)):
+        parts = room.nodes[zone.SHARE_] * (places**2 / 0.9) ** n
+        assert room.nodes[row] == pytest.approx([parts[:k].sum() for k in range(parts.size)], rel=1e-12)
+
+
+def test_the_first_elements_resolve_the_ring_of_the_glass_where_relaxation_is_faster_than_a_step():
+    """A ring of pi w E0/(8 sigma0^2) = 9.8e-5 takes a quarter of an element of 1/2546, and so 100 times 32."""
+    for time, first in ((1e-6, 3200), (1.0, 100)):
+        body = attraction.Sticky(rs.Parabola(1.0), rs.PronySeries(1.0, [4.0], [time]), rs.Adhesion(0.02, 20.0))
+        assert body.counts(1.0, 1.0) == (first, 51200)
