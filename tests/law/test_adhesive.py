@@ -277,11 +277,15 @@ def test_without_work_of_adhesion_it_is_the_law_without():
     plain = rs.contact_law(replace(GRAIN, adhesion=None), max_nodes=400)
     law = rs.contact_law(replace(GRAIN, adhesion=rs.Adhesion(1e-12, stress=1e-2)), elements=200)
     reach, most = 1e-10, law.max_depth
-    for _ in range(3):
+    rng, times, parts = np.random.default_rng(23), np.linspace(0.0, 1.0, 401)[1:], list[np.ndarray]()
+    while len(parts) < 3:
+        waves = np.sin(2.0 * np.pi * times[:, None] * rng.uniform(1.0, 4.0, 3) + rng.uniform(0.0, 6.0, 3)).sum(axis=1)
+        # Some begin at their top, and never touch.
+        if waves.max() > waves[0] + 0.5:
+            parts.append((waves - waves[0]) * np.minimum(1.0, 10.0 * times))
+    for part in parts:
         one, other = law.start(depth=-5.0 * reach), plain.start(depth=-5.0 * reach)
-        times = np.linspace(0.0, 1.0, 401)[1:]
-        waves = np.sin(2.0 * np.pi * times[:, None] * RNG.uniform(1.0, 4.0, 3) + RNG.uniform(0.0, 6.0, 3))
-        depths = 0.15 * most * (waves.sum(axis=1) - waves[0].sum()) * np.minimum(1.0, 10.0 * times)
+        depths = 0.15 * most * part
         forces = np.array(
             [[law.step(one, d, 1e-9), law.read(one).force, plain.step(other, d, 1e-9)] for d in depths.tolist()]
         )
