@@ -13,6 +13,7 @@ from adhesive_elements import adhesive_restitution
 from checkout import ROOT, script
 from refusals import in_one_line
 from restitution.contact.adhesion import maugis_number, static_contact
+from restitution.impact.adhesive import problem_of
 from restitution.impact.dugdale import Problem, scales
 from restitution.impact.status import SolverError, Status
 from restitution.indentation import attraction
@@ -80,6 +81,21 @@ def test_no_work_of_adhesion_is_no_adhesion():
         impact = ball(material, 1e-10, 1e-5, float(rng.uniform(0.3, 2.0)))
         e = rs.solve(replace(impact, adhesion=None)).restitution_coefficient
         assert rs.solve(impact).restitution_coefficient == pytest.approx(e, abs=2e-6)
+
+
+def test_elements_without_work_of_adhesion_have_the_rebound_of_panels():
+    """Two discretisations that share no code: equal elements here, fronts and panels in `solve` without adhesion."""
+    rng = np.random.default_rng(6)
+    for count in (0, 1, 2, 3):
+        material = solid(10.0 ** rng.uniform(-1, 1, count), 10.0 ** rng.uniform(-1.5, 0.5, count))
+        impact = ball(material, 1e-13, 1e-8, float(rng.uniform(0.3, 2.0)))
+        e = rs.solve(replace(impact, adhesion=None), rtol=1e-10).restitution_coefficient
+        problem = problem_of(impact)
+        width, time = scales(problem)
+        rough, fine = (abs(problem.march(width, time, n).motion[-1, 2]) / problem.velocity for n in (6400, 12800))
+        assert fine == pytest.approx(e, abs=1e-8)
+        # Of second order.
+        assert (4.0 * fine - rough) / 3.0 == pytest.approx(e, abs=1e-9)
 
 
 def test_elastic_bodies_keep_their_energy_without_jumps():

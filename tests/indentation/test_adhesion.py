@@ -107,6 +107,18 @@ def test_energy_that_is_dissipated_is_that_of_the_elements():
     assert sum(jump.energy for jump in result.jumps) == pytest.approx(result.radiated)
 
 
+def test_a_second_visit_has_no_force_before_it_jumps():
+    """The work of both visits is what elements dissipate, what jumps lose and what is stored."""
+    result = rs.indent(
+        solid([4.0, 1.0], [1.0, 10.0]), TIP, depth=[-0.3, 0.2, -0.5, 0.15, -0.6], time=[0.0, 1.0, 2.0, 3.0, 4.5],
+        adhesion=rs.Adhesion(0.02, 0.3), rtol=1e-4,
+    )  # fmt: skip
+    _, out, again, _ = result.jumps
+    assert again.inward
+    assert not result.sample(np.linspace(out.time, again.time, 7)[1:-1]).force.values.any()
+    assert result.dissipated == pytest.approx(float(result._march.motion[-1, 6]), rel=2e-4)
+
+
 def test_a_contact_that_lasts_has_no_end():
     result = rs.indent(
         solid([4.0], [1.0]), TIP, depth=[-0.2, 0.1, 0.1], time=[0.0, 1.0, 3.0], adhesion=rs.Adhesion(0.01, 0.3),

@@ -96,6 +96,8 @@ _MOST_ROOTS, _MOST_FOLDS, _SECTIONS = 80, 16, 20
 _AT_FOLD, _PARABOLIC = 1e-3, 0.1
 # G over the range that is no root, where a force leaves no contact.
 _TORN = 1e-6
+# G over range and depth, without attraction, that is rounding of its root.
+_BEGINS = 1e-12
 # Length of a step over the last one below which a fold may be near; share of a step of the edge for a slope.
 _SHORTER, _ASIDE = 0.75, 0.02
 # Rate times step below which the rate of a mode is linear over a step.
@@ -342,17 +344,16 @@ def _fold(solid: Solid, bodies: Bodies, way: int, after: float, room: Room) -> f
 
 @compiled
 def _apart(solid: Solid, bodies: Bodies, room: Room) -> int:
-    """Take one step without attraction, or the jump with which it begins."""
-    longest = bodies.longest
-    above = excess(solid, bodies, longest, 0.0, room)
-    if above >= 0.0:
-        _accept(solid, bodies, longest, 0.0, room)
-        return -1
-    start = excess(solid, bodies, 0.0, 0.0, room)
-    if start > 0.0:
-        dt = _root(solid, bodies, True, 0.0, (0.0, start, longest, above), room)
-        _accept(solid, bodies, dt, 0.0, room)
-    return _jump(solid, bodies, 1, room)
+    """Take one step without attraction, which ends where it begins, or the jump with which it begins."""
+    dt = bodies.longest
+    above = excess(solid, bodies, dt, 0.0, room)
+    if above < 0.0:
+        start = excess(solid, bodies, 0.0, 0.0, room)
+        if start <= _BEGINS * (bodies.reach + abs(room.now[D_])):
+            return _jump(solid, bodies, 1, room)
+        dt = _root(solid, bodies, True, 0.0, (0.0, start, dt, above), room)
+    _accept(solid, bodies, dt, 0.0, room)
+    return -1
 
 
 @compiled
