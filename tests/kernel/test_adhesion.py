@@ -224,12 +224,12 @@ def marches(series, count, *, waits):
 def test_elastic_elements_that_wait_are_those_of_the_march_of_all(series):
     """Loads and displacements of what does not relax are both lines, so that rounding and the relaxation are left."""
     relaxed = 20.0 * 7.0 / float(series.relaxation_times.min(initial=math.inf))
-    for waiting, other in zip(*(marches(series, 200, waits=waits) for waits in (True, False)), strict=True):
-        assert waiting.end == other.end
-        assert len(waiting.jumps) == len(other.jumps) > 1
-        assert waiting.motion.shape == other.motion.shape
-        assert waiting.motion == pytest.approx(other.motion, abs=1e-10 + relaxed)
-        assert waiting.left == pytest.approx(other.left, abs=1e-10 + relaxed)
+    for lazy, other in zip(*(marches(series, 200, waits=waits) for waits in (True, False)), strict=True):
+        assert lazy.end == other.end
+        assert len(lazy.jumps) == len(other.jumps) > 1
+        assert lazy.motion.shape == other.motion.shape
+        assert lazy.motion == pytest.approx(other.motion, abs=1e-10 + relaxed)
+        assert lazy.left == pytest.approx(other.left, abs=1e-10 + relaxed)
 
 
 @pytest.mark.parametrize("equilibrium", [1.0, 0.0])
@@ -238,14 +238,14 @@ def test_a_march_in_which_elements_wait_is_that_of_all_elements(equilibrium):
     distances = []
     for count in (150, 600):
         pairs = zip(*(marches(series, count, waits=waits) for waits in (True, False)), strict=True)
-        for waiting, other in pairs:
-            assert waiting.end == other.end
-            assert len(waiting.jumps) == len(other.jumps)
-            ends = waiting.motion[-1] - other.motion[-1]
-            tops = waiting.motion.max(axis=0) - other.motion.max(axis=0)
-            pulls = waiting.motion.min(axis=0) - other.motion.min(axis=0)
+        for lazy, other in pairs:
+            assert lazy.end == other.end
+            assert len(lazy.jumps) == len(other.jumps)
+            ends = lazy.motion[-1] - other.motion[-1]
+            tops = lazy.motion.max(axis=0) - other.motion.max(axis=0)
+            pulls = lazy.motion.min(axis=0) - other.motion.min(axis=0)
             distances.append(
-                [*np.abs(ends[6:]), *np.abs(tops[[1, 3]]), np.abs(pulls[3]), abs(waiting.left - other.left)]
+                [*np.abs(ends[6:]), *np.abs(tops[[1, 3]]), np.abs(pulls[3]), abs(lazy.left - other.left)]
             )
     coarse, fine = np.reshape(distances, (2, 2, -1))
     # Loads of one are lines over a step, displacements of the other: both of second order, 1/16 here.
