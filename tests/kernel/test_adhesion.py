@@ -244,9 +244,7 @@ def test_a_march_in_which_elements_wait_is_that_of_all_elements(equilibrium):
             ends = lazy.motion[-1] - other.motion[-1]
             tops = lazy.motion.max(axis=0) - other.motion.max(axis=0)
             pulls = lazy.motion.min(axis=0) - other.motion.min(axis=0)
-            distances.append(
-                [*np.abs(ends[6:]), *np.abs(tops[[1, 3]]), np.abs(pulls[3]), abs(lazy.left - other.left)]
-            )
+            distances.append([*np.abs(ends[6:]), *np.abs(tops[[1, 3]]), np.abs(pulls[3]), abs(lazy.left - other.left)])
     coarse, fine = np.reshape(distances, (2, 2, -1))
     # Loads of one are lines over a step, displacements of the other: both of second order, 1/16 here.
     assert coarse.max() < 1e-3
