@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from restitution.impact.scaling import ScaledImpact
 
 
-class Found(NamedTuple):
+class Reference(NamedTuple):
     """Restitution coefficient and evaluations of the right-hand side."""
 
     restitution_coefficient: float
@@ -26,7 +26,7 @@ class Unsuited(Exception):
     """The method fails or needs too many evaluations, as an explicit method for stiff equations."""
 
 
-def solve(impact: ScaledImpact, method: str, rtol: float, most: int = 1_000_000) -> Found:
+def solve(impact: ScaledImpact, method: str, rtol: float, most: int = 1_000_000) -> Reference:
     """Restitution coefficient by a method of `solve_ivp` at its own tolerance `rtol`.
 
     Raises
@@ -92,4 +92,4 @@ def solve(impact: ScaledImpact, method: str, rtol: float, most: int = 1_000_000)
     back = solve_ivp(rebound, (way, end), begin, method=method, rtol=rtol, atol=atol, first_step=0.1 * way)
     if back.status < 0:
         raise Unsuited(back.message)
-    return Found(-float(back.y[1, -1]), count)
+    return Reference(-float(back.y[1, -1]), count)

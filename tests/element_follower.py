@@ -104,10 +104,10 @@ def followed_force(result, series, time):
     Between the radii of the contact at turnings and knots the load is smooth but for square roots at the ends, which
     y = low + (high - low) (3 z^2 - 2 z^3) removes.
     """
-    knots = result.history_given.knots
+    knots = result.prescribed_history.knots
     knots = np.append(knots[knots < time], time)
     follower = Follower(series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, knots,
-                        result.history_given(knots))  # fmt: skip
+                        result.prescribed_history(knots))  # fmt: skip
     moments = np.concatenate([knots, result.turning_times[result.turning_times < time]])
     radii = np.concatenate([result.sample(moments, before=before).contact_radius.values for before in (True, False)])
     last = float(result.sample([time]).contact_radius[0])

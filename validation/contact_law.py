@@ -229,13 +229,13 @@ def cost_lines() -> tuple[list[str], float]:
         law, cells = rs.contact_law(impact), []
         for steps in COUNTS:
             state = law.start()
-            cells.append(f"{nanoseconds(lambda: _one(law, state, contact_time / steps)):.0f}")  # noqa: B023
+            cells.append(f"{nanoseconds(lambda: _steps_of_contact(law, state, contact_time / steps)):.0f}")  # noqa: B023
         lines.append(f"| {terms} | {' | '.join(cells)} |")
         print(lines[-1], flush=True)
     return lines, nanoseconds(lambda: plain_law(0.1, 0.05))
 
 
-def _one(law: rs.ContactLaw, state: np.ndarray, dt: float) -> int:
+def _steps_of_contact(law: rs.ContactLaw, state: np.ndarray, dt: float) -> int:
     state[:] = 0.0
     return verlet(law.constants, state, 0.0, dt)[2]
 

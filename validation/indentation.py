@@ -160,7 +160,7 @@ def by_tamaas(force: Callable[[float], float], step: float) -> Any:
 def pressure_radius(result: rs.IndentationResult, series: rs.PronySeries, t: float) -> float:
     """Root mean square radius of the pressure of an exact solution under a force, by quadrature of its history."""
     until = t
-    if t > result.turning_time and result.turning_time < result.history_given.stop:
+    if t > result.turning_time and result.turning_time < result.prescribed_history.stop:
         radius = result.sample([t]).contact_radius.item()
         until = brentq(
             lambda x: result.sample([x]).contact_radius.item() - radius, 0.0, result.turning_time, xtol=1e-14

@@ -85,7 +85,7 @@ b = {loss:g}. The contact lasts until zero overlap, and the error refers to the 
 {table}
 """
 
-WANTED = """
+TARGETS = """
 ## A prescribed e
 
 `damping coeff_restitution` and `damping tsuji` take e as input and damp with `(k a)^(1/2)` in place of a, so that
@@ -291,7 +291,7 @@ def step_table(counts: list[int], b: float) -> str:
     return "\n".join(lines)
 
 
-def wanted_table(coefficients: list[float]) -> str:
+def target_table(coefficients: list[float]) -> str:
     """Lines of the table of the prescribed and the resulting coefficient of restitution."""
     ways = ["coeff_restitution", "coeff_restitution limit_damping", "tsuji", "tsuji limit_damping"]
     lines = [
@@ -335,7 +335,7 @@ def main() -> None:
         ),
         HISTORY.format(table=history_table([0.01, 0.1, 1.0])),
         TIME_STEP.format(loss=loss, table=step_table([20, 50, 100, 200, 1000], loss)),
-        WANTED.format(velocity=VELOCITY, slow=0.01 * VELOCITY, table=wanted_table([0.95, 0.8, 0.5, 0.2, 0.05])),
+        TARGETS.format(velocity=VELOCITY, slow=0.01 * VELOCITY, table=target_table([0.95, 0.8, 0.5, 0.2, 0.05])),
     ]
     Path(__file__).with_suffix(".md").write_text("".join(text), encoding="utf-8")
 

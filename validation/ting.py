@@ -173,7 +173,7 @@ class UnderDepth:
             depths.append(depth)
             forces.append(now + self.force(moment, depth))
             own_rounding.append(abs(self.force(moment + ulps, depth) - self.force(moment, depth)))
-        moments = np.minimum(t + touch, result.history_given.stop)
+        moments = np.minimum(t + touch, result.prescribed_history.stop)
         results = result.sample(moments)
         before, behind = (result.sample(np.clip(moments + n * ulps, *result.time[[0, -1]])) for n in (-1, 1))
         rounding = np.maximum(np.abs(behind.force.values - before.force.values), own_rounding)

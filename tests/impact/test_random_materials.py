@@ -143,7 +143,7 @@ def check(
     check_same(scaled, result, units)
 
 
-GIVEN = {
+DRAWN = {
     "material": st.one_of(materials(liquid=None), materials(viscosity=True)),
     "build": PROFILES,
     "mass": logarithmic(1e-3, 1e3),
@@ -156,4 +156,4 @@ GIVEN = {
 @pytest.mark.parametrize("count", [25, pytest.param(600, marks=pytest.mark.slow)])
 def test_any_material_on_any_profile(count):
     """1 to 25 branches in shear and bulk over twelve decades, dashpots and liquids among them."""
-    settings(max_examples=count, deadline=None, derandomize=True)(given(**GIVEN)(check))()
+    settings(max_examples=count, deadline=None, derandomize=True)(given(**DRAWN)(check))()

@@ -173,7 +173,7 @@ def triangle_of(series, profile, *, depth=0.1, loading=1.0, unloading=1.5, rtol=
 
 
 def columns(result, shares):
-    return result.sample(shares * result.history_given.stop)[["force", "contact_radius"]].to_array().values
+    return result.sample(shares * result.prescribed_history.stop)[["force", "contact_radius"]].to_array().values
 
 
 SHARES = np.linspace(0.0, 1.0, 23)[1:-1]

@@ -195,7 +195,7 @@ def test_no_instant_has_two_rows(name, peak):
     for duration in (0.6, 1.8, 1.9):
         result = indent(GEL, Parabola(2.0), **{name: sine_arch(peak, duration)})
         assert np.diff(result.time).min() > 1e-6 * duration
-        assert set(result.history_given.knots) <= set(result.time)
+        assert set(result.prescribed_history.knots) <= set(result.time)
 
 
 def test_a_newtonian_liquid_separates_at_the_turning_point():

@@ -133,7 +133,7 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
         raise InputError("kind", kind, f"must be one of {', '.join(KINDS)}")
 
     def moduli() -> Observations:
-        return _made("moduli", [read_material(source)], deviations, arguments, source)
+        return _observations("moduli", [read_material(source)], deviations, arguments, source)
 
     if kind == "moduli":
         return moduli()
@@ -149,7 +149,9 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
     entry = KINDS[file_kind]
     columns_of = (*(pair or entry.required), *entry.optional)
     if kind == "bounce_times" and "time" in names:
-        return _made(kind, [], *_columns(sheet, ["time", f"{_DEVIATION}time"], names, deviations, arguments), source)
+        return _observations(
+            kind, [], *_columns(sheet, ["time", f"{_DEVIATION}time"], names, deviations, arguments), source
+        )
     strange = [n for n, name in enumerate(names) if name.removeprefix(_DEVIATION) not in columns_of]
     if kind is None and (file_kind == "moduli" or (file_kind == "bounce_times" and strange)):
         # Times with an unknown quantity are not bounces, but perhaps a relaxation.
@@ -167,7 +169,7 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
     if pair:
         deviations, values = _as_rebounds(pair, deviations, values)
     try:
-        return _made(file_kind, [], deviations, values, source)
+        return _observations(file_kind, [], deviations, values, source)
     except InputError as error:
         if error.index and error.field.removeprefix("noise.") in names:
             # A row of the table is a line of the file.
@@ -297,7 +299,7 @@ def _as_rebounds(
     return spread, kept | {"restitution_coefficient": e}
 
 
-def _made(
+def _observations(
     kind: str, first: Sequence[Any], deviations: dict[str, Any], arguments: dict[str, Any], source: Path
 ) -> Observations:
     build = KINDS[kind].build

@@ -40,7 +40,7 @@ _DERIVATIONS = {
     "fractional": ("mainardi2010", "fractional model"),
     "fit": ("lawson1974", "Prony fit by non-negative least squares"),
 }
-_OWN = (("restitution", "this program"), ("willert", "the paper that the program reproduces"))
+_PROGRAM = (("restitution", "this program"), ("willert", "the paper that the program reproduces"))
 
 
 @cache
@@ -101,7 +101,7 @@ def citations(*subjects: Any) -> dict[str, list[str]]:
     """
     purposes: dict[str, list[str]] = {}
     for subject in subjects or (None,):
-        for key, use in _reasons(subject) if subjects else _OWN:
+        for key, use in _reasons(subject) if subjects else _PROGRAM:
             uses = purposes.setdefault(key, [])
             if use not in uses:
                 uses.append(use)
@@ -114,7 +114,7 @@ def _reasons(subject: Any) -> Iterator[Reason]:
 
 
 def _problem(method: str, *contacts: rs.Impact | rs.IndentationResult | IndentationCase) -> Iterator[Reason]:
-    yield _OWN[0]
+    yield _PROGRAM[0]
     yield from _METHODS[method]
     for contact in contacts:
         yield from _CONTACT
@@ -161,7 +161,7 @@ def _(subject: Plan) -> Iterator[Reason]:
 
 @_reasons.register
 def _(subject: rs.Resilience) -> Iterator[Reason]:
-    yield from (_OWN[0], *_METHODS["exact"], *_CONTACT)
+    yield from (_PROGRAM[0], *_METHODS["exact"], *_CONTACT)
     yield from ((key, f"numbers of {subject.standard.name}") for key in subject.standard.keys)
     yield from _reasons(subject.material)
 

@@ -192,7 +192,7 @@ def design(
     def materials(coordinates: Array) -> Material:
         return space.materials(coordinates, (window.low, window.high))
 
-    noise = Noise(restitution_coefficient="1 %", contact_time="1 %") if noise is None else Noise.given(noise)
+    noise = Noise(restitution_coefficient="1 %", contact_time="1 %") if noise is None else Noise.from_argument(noise)
     values, jacobian = sensitivities(impacts, materials, theta, noise)
     possible = np.all(np.isfinite(jacobian), axis=(1, 2))
     if not np.any(possible):

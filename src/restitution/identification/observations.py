@@ -47,7 +47,7 @@ class Noise:
         self.deviations: Mapping[str, Any] = dict(deviations)
 
     @staticmethod
-    def given(noise: Any) -> Noise:
+    def from_argument(noise: Any) -> Noise:
         """Return a noise, or none at all for None; other types are refused."""
         return Noise() if noise is None else checks.instance("noise", noise, Noise, "must be a Noise")
 
@@ -86,7 +86,7 @@ class Noise:
 
 def noise_of(noise: Any, measured: Sequence[str], further: Sequence[str] = ()) -> Noise:
     """Return a noise, which is that of all measured quantities or of none, and perhaps of further ones."""
-    noise = Noise.given(noise)
+    noise = Noise.from_argument(noise)
     for name in noise.deviations:
         if name not in (*measured, *further):
             raise InputError(f"noise.{name}", rule=f"was not measured; measured are {', '.join(measured)}")

@@ -246,17 +246,17 @@ class OscillationArray(Result):
         Shape of the arrays.
     axes : Axes
         Names of the dimensions.
-    given : dict of str to array
+    inputs : dict of str to array
         Mean, amplitude and frequency.
     """
 
-    _numbers = ("given", *_COLUMNS, "status", "warnings")
+    _numbers = ("inputs", *_COLUMNS, "status", "warnings")
     _picture = "oscillation.errors"
 
     rows: tuple[Oscillation, ...] = field(repr=False)
     shape: tuple[int, ...]
     axes: Axes = field(repr=False)
-    given: dict[str, Array] = field(repr=False)
+    inputs: dict[str, Array] = field(repr=False)
 
     def __getattr__(self, name: str) -> Array:
         """Return a number of all oscillations by the name that it has in `Oscillation`."""
@@ -276,7 +276,7 @@ class OscillationArray(Result):
         names = {"depth": LENGTH, "force": FORCE, "amplitude": self._swing, "frequency": FREQUENCY}
         columns = {
             name: (values, Quantity(name, names[name], name).attributes)
-            for name, values in self.given.items() if name not in self.axes.places.coords
+            for name, values in self.inputs.items() if name not in self.axes.places.coords
         }  # fmt: skip
         columns |= {name: (getattr(self, name), quantity.attributes) for name, quantity in _COLUMNS.items()}
         columns["status"] = self.status, OscillationStatus.attributes()
@@ -289,7 +289,7 @@ class OscillationArray(Result):
 
     @property
     def _swing(self) -> Dimension:
-        return LENGTH if "depth" in self.given else FORCE
+        return LENGTH if "depth" in self.inputs else FORCE
 
     @property
     def warnings(self) -> list[str]:
@@ -303,7 +303,7 @@ class OscillationArray(Result):
 
     def summary(self, title: str = "") -> Summary:
         """Return a table of the oscillations, which `print` and notebooks show."""
-        columns = {name: values.ravel() for name, values in self.given.items()}
+        columns = {name: values.ravel() for name, values in self.inputs.items()}
         columns |= {name: getattr(self, name).ravel() for name in _COLUMNS if not name.startswith("apparent")}
         rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns.values(), strict=True)]
         table = Table(tuple(name.replace("_", " ") for name in columns), rows)

@@ -57,7 +57,7 @@ class RecordBlock:
     """
 
     def __init__(self, profile: Geometry, records: Sequence[Record], deepest: float, *, refinement: int = 1) -> None:
-        self._given = profile, records, deepest, refinement
+        self._arguments = profile, records, deepest, refinement
         sizes = np.array([record.time.size for record in records])
         parts = [_parts(record) * refinement for record in records]
         self.n_samples = sizes
@@ -132,7 +132,7 @@ class RecordBlock:
 
     def refined(self) -> RecordBlock:
         """Return the same block with steps of half the length."""
-        profile, records, deepest, refinement = self._given
+        profile, records, deepest, refinement = self._arguments
         return RecordBlock(profile, records, deepest, refinement=2 * refinement)
 
 

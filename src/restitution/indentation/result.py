@@ -68,7 +68,7 @@ class IndentationResult(Result):
         Whether the contact ended.
     contact : Contact
         Materials and profile; `material`, `profile` and `counter_material` are short for its parts.
-    prescribed, history_given
+    prescribed, prescribed_history
         "depth", "force" or "base" (the depth of the base of a spring), and its `History`.
     rtol : float
         Tolerance of depth, force and contact radius, over their largest value.
@@ -96,7 +96,7 @@ class IndentationResult(Result):
     status: IndentationStatus
     contact: Contact
     prescribed: str
-    history_given: History = field(repr=False)
+    prescribed_history: History = field(repr=False)
     rtol: float
     error: float
     _solution: Solution | PanelSolution | AdhesiveSolution = field(repr=False)
@@ -240,7 +240,7 @@ class IndentationResult(Result):
         The contact lasts from first touch to its end, or to the end of the history.
         """
         speeds = np.abs(self.indentation_velocity)
-        stop = min(self.contact_end_time, self.history_given.stop)
+        stop = min(self.contact_end_time, self.prescribed_history.stop)
         return validity(
             self.contact,
             max_contact_radius=self.max_contact_radius,

@@ -37,7 +37,7 @@ class FileError(InputError):
 
     def __init__(self, source: str, line: int, message: str, place: str = "line") -> None:
         super().__init__("", ABSENT, f"{place} {line}: {message}" if line else message, where=source)
-        self._given = source, line, message, place
+        self._arguments = source, line, message, place
 
     def within(self, section: str = "", *, where: str = "") -> InputError:
         """Return the same error for the field that names the file."""
@@ -45,10 +45,10 @@ class FileError(InputError):
 
     def moved(self, source: str, place: str) -> FileError:
         """Return the same error for another name of the file, and another word for its lines."""
-        return FileError(source, self._given[1], self._given[2], place)
+        return FileError(source, self._arguments[1], self._arguments[2], place)
 
     def __reduce__(self) -> tuple[type[FileError], tuple[str, int, str, str]]:
-        return FileError, self._given
+        return FileError, self._arguments
 
 
 class Line(NamedTuple):

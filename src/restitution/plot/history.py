@@ -152,7 +152,7 @@ def curve(result: IndentationResult) -> xr.Dataset:
     """
     import xarray as xr
 
-    knots = np.unique(result.history_given.knots)
+    knots = np.unique(result.prescribed_history.knots)
     # Sorting keeps the order of points at the same time.
     count = _POINTS * min(1 + result.turning_times.size // 2, _MOST_LOOPS)
     return xr.concat([result.sample(knots, before=True), result.sample(n_points=count)], "time").sortby("time")
@@ -179,7 +179,7 @@ def overview(result: IndentationResult, *, figure: Figure | None = None) -> Figu
             for end in ends * scaled_unit(history["time"].values, TIME.unit).factor:
                 ax.axvline(end, color=style.GREY, linewidth=0.8, linestyle="--")
         # The area is the lost energy if there is one loop, the contact ends and the history has no step.
-        steps = np.any(np.diff(result.history_given.knots) == 0.0)
+        steps = np.any(np.diff(result.prescribed_history.knots) == 0.0)
         loops = result.turning_times.size + len(result.contact_intervals) > _ONE_LOOP
         closed = result.status == IndentationStatus.SEPARATED and not steps
         force_indentation(panels[3], history, area=closed and not loops)

@@ -66,12 +66,12 @@ def errors(result: OscillationArray, *, figure: Figure | None = None) -> Figure:
     >>> len(errors(waves).axes)
     2
     """
-    frequency, places = result.given["frequency"].ravel(), np.arange(len(result.rows))
+    frequency, places = result.inputs["frequency"].ravel(), np.arange(len(result.rows))
     contacts = list(dict.fromkeys(id(row.contact) for row in result.rows))
-    others = [values.ravel() for name, values in result.given.items() if name != "frequency"]
+    others = [values.ravel() for name, values in result.inputs.items() if name != "frequency"]
     others.append(np.array([float(contacts.index(id(row.contact))) + 1.0 for row in result.rows]))
     kinds, which = np.unique(np.column_stack(others), axis=0, return_inverse=True)
-    unit = (LENGTH if "depth" in result.given else FORCE).unit
+    unit = (LENGTH if "depth" in result.inputs else FORCE).unit
     with style.page("AB", height=3.2, figure=figure, title="Readings of the textbook over the moduli") as (
         page,
         panels,
