@@ -9,6 +9,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import case_reference
 import foreign_hosts
 import module_list
+import other_projects
 from sphinx.errors import ExtensionError
 
 from restitution.explorer.launch import write_static
@@ -25,6 +26,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
+    "sphinx.ext.intersphinx",
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",
     "numpydoc",
@@ -40,9 +42,13 @@ myst_heading_anchors = 3
 autosummary_generate = True
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "inherited-members": "Exception,tuple,int"}
+autodoc_default_options = {"members": True, "inherited-members": "Exception,tuple,int,str,list"}
 numpydoc_show_class_members = False
-numpydoc_xref_param_type = False
+numpydoc_xref_param_type = True
+numpydoc_xref_aliases = other_projects.aliases()
+numpydoc_xref_ignore = other_projects.WORDS
+
+intersphinx_mapping = other_projects.mapping()
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples/gallery",
@@ -58,9 +64,6 @@ sphinx_gallery_conf = {
     "write_computation_times": False,
     "min_reported_time": 1e9,
 }
-
-# Names of other projects are not resolved, so that the build needs no network; our own must resolve.
-nitpick_ignore_regex = [(r"py:.*", r"(?!restitution\.).*")]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "restitution"

@@ -54,6 +54,12 @@ def test_all_forms_of_one_metre_per_second(value):
         assert positive("velocity", value, "m/s") == pytest.approx(1.0, rel=1e-15)
 
 
+def test_text_with_a_unit_is_refused_with_the_unit_of_the_plain_number():
+    with pytest.raises(InputError, match="numbers in m/s; text with a unit is for case files") as refused:
+        positive("velocity", "1 m/s", "m/s")
+    assert (refused.value.field, refused.value.value) == ("velocity", "1 m/s")
+
+
 @pytest.mark.parametrize("library", ["pint", "unyt", "astropy", "list of pint"])
 def test_arrays_are_converted_as_a_whole(library):
     speeds = np.random.default_rng(7).uniform(0.1, 10.0, 17)

@@ -27,7 +27,9 @@ def number(name: str, value: Any, unit: str = "") -> Array:
         return value.copy()
     if type(value) is float:
         return np.array(value)
-    if isinstance(value, (bool, str, bytes)) or value is None:
+    if isinstance(value, str):
+        raise InputTypeError(name, value, f"{_NUMBER}{f' in {unit}' * bool(unit)}; text with a unit is for case files")
+    if isinstance(value, (bool, bytes)) or value is None:
         raise InputTypeError(name, value, _NUMBER)
     value = without_unit(name, value, unit)
     if isinstance(value, Sequence):

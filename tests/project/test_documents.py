@@ -15,6 +15,18 @@ from restitution.case.identification import read_identification
 DOCUMENTS = sorted(
     [*ROOT.glob("*.md"), *(path for path in (ROOT / "docs").rglob("*.md") if "_build" not in path.parts)]
 )
+# Pages that are no part of the documentation, but have links.
+FOLDERS = ("benchmarks", "examples", "paper", "tests/data", "validation")
+LINKED = [*DOCUMENTS, *sorted(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.md"))]
+# A file named in the text; what a command makes is left out.
+PLACE = re.compile(
+    r"`(?!docs/_build|paper/build|benchmarks/history/VERSION)"
+    r"((?:\.ci|\.github|benchmarks|docs|examples|paper|recipe|src|studies|tests|validation)/[\w./-]+)`"
+)
+# Markdown, its references, and HTML; the build of the documentation makes the static explorer.
+LINK = re.compile(
+    r"\]\(([^)\s]+)\)|^\[[^\]]+\]: (\S+)$|(?:src|href)=\"(?!static_explorer)([^\"]+)\"", flags=re.MULTILINE
+)
 PYTHON = ("README.md", "docs/quickstart.md")
 
 
@@ -97,15 +109,21 @@ def test_public_names_exist(document):
     assert [name for name in named if not hasattr(restitution, name)] == []
 
 
-@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize("document", LINKED, ids=lambda path: str(path.relative_to(ROOT)))
 def test_relative_links_exist(document):
-    for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
+    for target in map("".join, LINK.findall(document.read_text(encoding="utf-8"))):
         if re.match(r"\w+:", target):
             continue
         path, _, anchor = target.partition("#")
         file = (document.parent / path).resolve() if path else document
         assert file.exists(), target
         assert not anchor or anchor in anchors(file), target
+
+
+@pytest.mark.parametrize("document", LINKED, ids=lambda path: str(path.relative_to(ROOT)))
+def test_files_that_are_named_exist(document):
+    named = PLACE.findall(document.read_text(encoding="utf-8"))
+    assert [name for name in named if not (ROOT / name).exists()] == []
 
 
 def test_no_module_hides_a_public_name():

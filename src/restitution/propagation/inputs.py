@@ -117,8 +117,8 @@ class Model:
     inputs : tuple of Input
         The inputs.
     build : callable
-        Function from values of all inputs by name, of shape (n, *shape) or (n,) for single impacts, to an array of
-        impacts of shape (n, size), or a list of n impacts.
+        Function from values of all inputs by name, of shape ``(n, *shape)``, or (n,) for single impacts, to an array
+        of impacts of shape (n, size), or a list of n impacts.
     shape, axes
         Shape of the impacts, and the names of their axes.
     adhesive : bool
