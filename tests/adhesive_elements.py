@@ -8,6 +8,7 @@ them at the folds; a jump is a step of no time. `Held` has steps of one length, 
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -17,6 +18,15 @@ ANGLES = 0.5 * np.pi * (np.arange(400) + 0.5) / 400
 SHORTEST, ROUNDED = 1e-13, 1e-6
 # Steps at most, over the number of elements.
 MOST = 100
+
+
+class Elements(NamedTuple):
+    """Places, displacements, loads of the branches, and displacements at the end of a step without load."""
+
+    x: Any
+    W: Any
+    loads: Any
+    B: Any
 
 
 @numba.njit
@@ -32,9 +42,10 @@ def branch(modulus, time, dt):
 
 
 @numba.njit
-def unloaded(material, dt, W, loads, B):
+def unloaded(material, dt, elements):
     """Write the displacements B of elements without load at the end of a step; return load over displacement."""
     equilibrium, moduli, times = material
+    _, W, loads, B = elements
     stiff = equilibrium
     B[:] = 0.0
     for k in range(times.size):
@@ -47,12 +58,12 @@ def unloaded(material, dt, W, loads, B):
 
 
 @numba.njit
-def excess(edge, depth, stiff, adhesion, x, B):
+def excess(edge, depth, stiff, adhesion, elements):
     """Mean gap on the circle of the edge less the range, times pi/2; contact radius, and elements in contact.
 
     ``int (W - d + x^2)/sqrt(c^2 - x^2) dx`` from a to c, with B linear between elements and the rest exact.
     """
-    stress, reach = adhesion
+    (stress, reach), x, B = adhesion, elements.x, elements.B
     if edge > x[-2]:
         raise ValueError("the zone is wider than its room")
     if edge <= 0.0:
@@ -82,14 +93,15 @@ def excess(edge, depth, stiff, adhesion, x, B):
 
 
 @numba.njit
-def between(low, f_low, high, f_high, depth, stiff, adhesion, x, B):
-    """Edge at which the excess vanishes between two edges of other sign, by regula falsi."""
+def between(first, second, depth, stiff, adhesion, elements):
+    """Edge at which the excess vanishes between two edges and their excess, by regula falsi."""
+    (low, f_low), (high, f_high) = first, second
     edge, side = high, 0
     for n in range(80):
         edge = (low * f_high - high * f_low) / (f_high - f_low)
         if n % 12 == 11 or not min(low, high) < edge < max(low, high):
             edge = 0.5 * (low + high)
-        f = excess(edge, depth, stiff, adhesion, x, B)[0]
+        f = excess(edge, depth, stiff, adhesion, elements)[0]
         if abs(f) < 1e-14 or abs(high - low) < 1e-15:
             break
         if (f > 0.0) == (f_high > 0.0):
@@ -102,9 +114,9 @@ def between(low, f_low, high, f_high, depth, stiff, adhesion, x, B):
 
 
 @numba.njit
-def take(material, dt, edge, depth, stiff, stress, x, W, loads, B, radius, count):
+def take(material, dt, edge, depth, stiff, stress, elements, contact):
     """Take displacements and loads over a step; return the force."""
-    _, moduli, times = material
+    (_, moduli, times), (x, W, loads, B), (radius, count) = material, elements, contact
     h, total, last, before = x[1] - x[0], 0.0, 0.0, 0.0
     for i in range(x.size):
         load = pull(stress, edge, x[i])
@@ -126,7 +138,7 @@ def take(material, dt, edge, depth, stiff, stress, x, W, loads, B, radius, count
 def impact(material, adhesion, velocity, x, longest):
     """Return e and the number of jumps of a unit parabola of unit mass."""
     stress, reach = adhesion
-    W, B, loads = np.zeros(x.size), np.zeros(x.size), np.zeros((material[2].size, x.size))
+    elements = Elements(x, np.zeros(x.size), np.zeros((material[2].size, x.size)), np.zeros(x.size))
     depth, speed, force, edge, jumps = -reach, velocity, 0.0, 0.0, 0
     # The attraction begins with a jump.
     dt, way, cell = 0.0, 1.0, x[1] - x[0]
@@ -134,32 +146,32 @@ def impact(material, adhesion, velocity, x, longest):
         after, f, high, f_high, stiff, stays = depth, 0.0, edge, 0.0, 1.0, False
         while dt > SHORTEST * longest and not stays:
             after = depth + dt * speed - 0.5 * dt * dt * force
-            stiff = unloaded(material, dt, W, loads, B)
-            f = excess(edge, after, stiff, adhesion, x, B)[0]
+            stiff = unloaded(material, dt, elements)
+            f = excess(edge, after, stiff, adhesion, elements)[0]
             if dt > ROUNDED * longest:
                 way = -1.0 if f > 0.0 else 1.0
             # Near a fold the edge has two roots within a cell.
             for share in (1.0, 0.1, 0.01):
                 high = max(edge + share * way * cell, 0.0)
-                f_high = excess(high, after, stiff, adhesion, x, B)[0]
+                f_high = excess(high, after, stiff, adhesion, elements)[0]
                 stays = way * f_high >= 0.0
                 if stays:
                     break
             dt *= 1.0 if stays else 0.5
         if stays:
-            new = edge if way * f >= 0.0 else between(edge, f, high, f_high, after, stiff, adhesion, x, B)
+            new = edge if way * f >= 0.0 else between((edge, f), (high, f_high), after, stiff, adhesion, elements)
         else:
             dt, after, jumps = 0.0, depth, jumps + 1
-            stiff = unloaded(material, dt, W, loads, B)
+            stiff = unloaded(material, dt, elements)
             high, f_high, low, f = edge, -way, edge, -way
             while way * f_high < 0.0 and (high > 0.0 or high == edge):
                 low, f = high, f_high
                 high = max(low + way * cell, 0.0)
-                f_high = excess(high, after, stiff, adhesion, x, B)[0]
-            new = between(low, f, high, f_high, after, stiff, adhesion, x, B) if way * f_high > 0.0 else high
-        _, radius, count = excess(new, after, stiff, adhesion, x, B)
+                f_high = excess(high, after, stiff, adhesion, elements)[0]
+            new = between((low, f), (high, f_high), after, stiff, adhesion, elements) if way * f_high > 0.0 else high
+        _, radius, count = excess(new, after, stiff, adhesion, elements)
         before = force
-        force = take(material, dt, new, after, stiff, stress, x, W, loads, B, radius, count)
+        force = take(material, dt, new, after, stiff, stress, elements, (radius, count))
         speed -= 0.5 * dt * (before + force)
         moved, depth, edge = abs(new - edge), after, new
         if edge == 0.0 and speed < 0.0:

@@ -34,7 +34,7 @@ from restitution.indentation.attraction import Sticky
 from restitution.indentation.solid import compliance_of
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-from adhesive_elements import adhesive_restitution  # noqa: E402
+from adhesive_elements import adhesive_restitution
 
 STANDARD = rs.PronySeries(1.0, [4.0], [1.0])
 # Reduced modulus, work of adhesion, stress and velocity of unit balls; e where a prototype with fixed steps has it.
