@@ -1,7 +1,8 @@
-"""Adhesive impacts beside closed forms, and by boundary elements in time, which use no Abel transform.
+"""Adhesive impacts beside closed forms, a second program, and boundary elements in time without an Abel transform.
 
 `python validation/adhesion.py` prints the tables of validation/adhesion.md. It takes some ten minutes. With
-`--random 10000` it solves so many random impacts instead and prints what became of them.
+`--random 10000` it solves so many random impacts instead and prints what became of them; with `--second` it prints
+the table of the second program alone, `tests/adhesive_elements.py`.
 
 In the boundary elements the attraction is a uniform stress on the disc whose gap is below the range, the contact
 follows from complementarity for each ring, and the memory is that of displacements of the surface. Nothing of this is
@@ -17,6 +18,7 @@ import time
 import warnings
 from collections import Counter
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,9 @@ from restitution.impact.status import Status
 from restitution.indentation.attraction import Sticky
 from restitution.indentation.solid import compliance_of
 
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+from adhesive_elements import adhesive_restitution
+
 STANDARD = rs.PronySeries(1.0, [4.0], [1.0])
 # Reduced modulus, work of adhesion, stress and velocity of unit balls; e where a prototype with fixed steps has it.
 ROWS = (
@@ -42,6 +47,20 @@ ROWS = (
     ("A6", rs.PronySeries(1.0, [], []), 0.01, 0.157768, 0.1217, 0.9412),
 )
 JKR_LOSS = 7.0921960
+# Reduced modulus, work of adhesion, stress and velocity of unit balls that a second program solves too.
+SECOND = (
+    ("A7", STANDARD, 0.02, 0.1, 0.5),
+    ("A1", STANDARD, 0.02, 0.3, 0.5),
+    ("A8", STANDARD, 0.02, 0.8, 0.5),
+    ("A2", STANDARD, 0.05, 1.0, 1.0),
+    ("thin", STANDARD, 0.02, 2.11161, 0.8),
+    ("fast", rs.PronySeries(1.0, [4.0], [0.03]), 0.02, 0.5, 0.8),
+    ("three terms", rs.PronySeries(0.5, [2.0, 1.0, 0.5], [3.0, 0.3, 0.05]), 0.01, 0.25, 0.6),
+    ("liquid", rs.PronySeries(0.0, [3.0, 1.0], [1.0, 10.0]), 0.01, 0.3, 0.5),
+    ("slow", rs.PronySeries(1.0, [1.0], [4.0]), 0.01, 0.8, 0.4),
+    ("elastic", rs.PronySeries(1.0, [], []), 0.01, 0.05, 0.15),
+    ("A6", rs.PronySeries(1.0, [], []), 0.01, 0.157768, 0.1217),
+)
 
 
 def impact(modulus: rs.PronySeries, work: float, stress: float, velocity: float) -> rs.Impact:
@@ -119,6 +138,29 @@ def rows() -> None:
         e, error = float(result.restitution_coefficient), float(result.restitution_error)
         residual = float(result.energy.residual)
         print(f"| {name} | {prototype} | {' | '.join(cells)} | {e:.8f} | {error:.0e} | {residual:.0e} | {spent:.0f} |")
+
+
+def second_program() -> None:
+    """Print e by a second program and by marches of many elements, each of them extrapolated, and by `solve`."""
+    print("| row | lambda at rest, at once | jumps | second program | marches | difference | `solve` at 1e-6 |")
+    print("|---|---|---|---|---|---|---|")
+    for name, modulus, work, stress, velocity in SECOND:
+        problem = Problem(Sticky(rs.Parabola(1.0), modulus, rs.Adhesion(work, stress)), 1.0, velocity)
+        width, duration = scales(problem)
+        ours = [-problem.march(width, duration, count).motion[-1, 2] / velocity for count in (6400, 12800)]
+        solid = modulus.equilibrium_modulus, modulus.branch_moduli, modulus.relaxation_times
+        others = [
+            adhesive_restitution(solid, work, stress, velocity, width=1.3 * width, elements=count)
+            for count in (3200, 6400)
+        ]
+        march, other = ((4.0 * fine - rough) / 3.0 for rough, fine in (ours, [e for e, _ in others]))
+        result = rs.solve(impact(modulus, work, stress, velocity))
+        static, glass = (float(value) for value in result.maugis_numbers)
+        print(
+            f"| {name} | {static:.2f}, {glass:.2f} | {len(result.jumps)}, {others[1][1]} | {other:.8f} | {march:.8f} "
+            f"| {other - march:.0e} | {float(result.restitution_coefficient) - other:.0e} |",
+            flush=True,
+        )
 
 
 def boundary_elements() -> None:
@@ -254,7 +296,11 @@ def main() -> int:
     parser.add_argument("--random", type=int, metavar="COUNT", help="number of random impacts")
     parser.add_argument("--rtol", type=float, default=1e-4, help="tolerance of random impacts")
     parser.add_argument("--minutes", type=float, default=40.0, help="time after which no further one begins")
+    parser.add_argument("--second", action="store_true", help="the second program alone")
     options = parser.parse_args()
+    if options.second:
+        second_program()
+        return 0
     if options.random:
         random_impacts(options.random, options.rtol, options.minutes)
         return 0
@@ -263,6 +309,8 @@ def main() -> int:
     limits()
     print()
     thin_rings()
+    print()
+    second_program()
     print()
     boundary_elements()
     return 0

@@ -114,7 +114,7 @@ def main(impacts: int, seed: int) -> str:
     return f"""\
 # Contact law with adhesion in random impacts
 
-Made by `python validation/law_adhesive.py --impacts {impacts} --seed {seed}`, which says how they are drawn.
+Made by `python validation/law_adhesive.py --impacts {impacts} --seed {seed}`; its docstring has how they are drawn.
 
 | rebound | both stick | one of both sticks | the law ends |
 |---|---|---|---|

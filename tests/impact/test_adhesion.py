@@ -9,12 +9,12 @@ import pytest
 from scipy.optimize import brentq
 
 import restitution as rs
-from adhesive_elements import adhesive_restitution
+from adhesive_elements import extrapolated_restitution
 from checkout import ROOT, script
 from refusals import in_one_line
 from restitution.contact.adhesion import maugis_number, static_contact
 from restitution.impact.adhesive import problem_of
-from restitution.impact.dugdale import Problem, scales
+from restitution.impact.dugdale import Problem, scales, solve_adhesive
 from restitution.impact.status import SolverError, Status
 from restitution.indentation import attraction
 from restitution.indentation.attraction import Sticky
@@ -87,23 +87,55 @@ def test_elements_without_work_of_adhesion_have_the_rebound_of_panels():
     """Two discretisations that share no code: equal elements here, fronts and panels in `solve` without adhesion."""
     rng = np.random.default_rng(6)
     for count in (0, 1, 2, 3):
-        material = solid(10.0 ** rng.uniform(-1, 1, count), 10.0 ** rng.uniform(-1.5, 0.5, count))
-        impact = ball(material, 1e-13, 1e-8, float(rng.uniform(0.3, 2.0)))
+        equilibrium = float(count < 2)
+        material = solid(10.0 ** rng.uniform(-1, 1, count), 10.0 ** rng.uniform(-1.5, 0.5, count), equilibrium)
+        profile = [rs.Parabola(1.0), rs.PowerLaw(3.0, 0.5), rs.Sphere(5.0)][count % 3]
+        impact = replace(ball(material, 1e-13, 1e-8, float(rng.uniform(0.3, 2.0))), profile=profile)
         e = rs.solve(replace(impact, adhesion=None), rtol=1e-10).restitution_coefficient
-        problem = problem_of(impact)
-        width, time = scales(problem)
-        rough, fine = (abs(problem.march(width, time, n).motion[-1, 2]) / problem.velocity for n in (6400, 12800))
-        assert fine == pytest.approx(e, abs=1e-8)
-        # Of second order.
-        assert (4.0 * fine - rough) / 3.0 == pytest.approx(e, abs=1e-9)
+        solved = solve_adhesive(problem_of(impact), 1e-8)
+        assert solved.status == Status.SEPARATED
+        assert math.sqrt(solved.numbers["energy"]) == pytest.approx(e, abs=1e-8)
 
 
-def test_elastic_bodies_keep_their_energy_without_jumps():
-    # lambda = 0.248: the equation for c has one root at all depths but the last, where c tends to 0.
-    result = rs.solve(ball(solid(), 0.01, 0.0474, 0.15))
+def elastic_balance(work, stress, velocity, count):
+    """Energy of the motion and loss in jumps at the end of an elastic impact, over that of the impact."""
+    problem = Problem(Sticky(rs.Parabola(1.0), rs.PronySeries(1.0, [], []), rs.Adhesion(work, stress)), 1.0, velocity)
+    march = problem.march(*scales(problem), count)
+    kinetic = 0.5 * velocity**2
+    return march.left / kinetic, float(march.motion[-1, 7]) / kinetic
+
+
+def test_elastic_bodies_keep_their_energy_without_folds():
+    """With lambda below 0.25 nothing is lost but while nothing touches, in jumps of 0 to c and back from c/2.
+
+    Their loss has a closed form: see `test_a_hard_ball_jumps_without_touch_alone`. What is left of the kinetic energy
+    has the error of the steps in time.
+    """
+    rng = np.random.default_rng(7)
+    for _ in range(3):
+        work, lam = rng.uniform(0.005, 0.02), rng.uniform(0.1, 0.25)
+        stress, velocity = lam / float(maugis_number(work, 1.0, 1.0, 1.0)), float(rng.uniform(0.1, 0.3))
+        loss = (1.0 / 12.0 + 1.0 / 192.0) * math.pi * stress * (8.0 * stress / math.pi) ** 4 / (0.5 * velocity**2)
+        errors = []
+        for count in (800, 3200):
+            kept, lost = elastic_balance(work, stress, velocity, count)
+            assert lost == pytest.approx(loss, abs=1e-12)
+            errors.append(kept + loss - 1.0)
+        assert abs(errors[1]) < 1e-8
+        # Of second order, 1/16.
+        assert abs(errors[1]) < 0.1 * abs(errors[0])
+
+
+@pytest.mark.parametrize(("lam", "velocity"), [(0.8255, 0.1217), (3.0, 0.3)])
+def test_what_elastic_bodies_lose_is_the_loss_in_jumps(lam, velocity):
+    """The balance of motion and jumps closes with the square of the step."""
+    stress = lam / float(maugis_number(0.01, 1.0, 1.0, 1.0))
+    rough, fine = (sum(elastic_balance(0.01, stress, velocity, count)) - 1.0 for count in (800, 3200))
+    assert abs(rough) < 2e-6
+    assert abs(fine) < 0.1 * abs(rough)
+    result = rs.solve(ball(solid(), 0.01, stress, velocity))
     lost = result.radiated_energy / result.energy.kinetic_in
     assert result.restitution_coefficient == pytest.approx(math.sqrt(1.0 - lost), abs=2e-6)
-    assert result.restitution_coefficient == pytest.approx(1.0, abs=1e-3)
     assert result.energy.dissipated == 0.0
 
 
@@ -190,11 +222,24 @@ def test_an_elastic_ball_sticks_below_its_loss_in_jumps():
     assert slow == pytest.approx(math.sqrt(2.0 * fast.radiated_energy), rel=2e-3)
 
 
-def test_another_discretisation_agrees():
-    # Equal elements and steps, Maxwell branches, no events in a step: 3e-5 and less from its own finer grids.
-    results = adhesive_restitution((1.0, [2.0, 3.0], [2.0, 0.1]), 0.02, 0.4, 1.0, width=1.1, elements=400, steps=400)
-    result = rs.solve(ball(solid([2.0, 3.0], [2.0, 0.1]), 0.02, 0.4, 1.0), rtol=1e-5)
-    assert result.restitution_coefficient == pytest.approx(results, abs=2e-4)
+# Equilibrium modulus, branch moduli and times; work, stress, velocity.
+SECOND = [
+    ((1.0, [4.0], [1.0]), 0.02, 0.3, 0.5),
+    ((0.5, [2.0, 1.0, 0.5], [3.0, 0.3, 0.05]), 0.01, 0.25, 0.6),
+    ((0.0, [3.0, 1.0], [1.0, 10.0]), 0.01, 0.3, 0.5),
+    ((1.0, [], []), 0.01, 0.3, 0.3),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("material", "work", "stress", "velocity"), SECOND)
+def test_another_program_has_the_same_rebound(material, work, stress, velocity):
+    """Maxwell branches in the middle of cells, steps of their own: from 800 and 1600 elements, within 1e-7."""
+    exact, rough, fine = extrapolated_restitution(material, work, stress, velocity, width=1.2, elements=800)
+    assert abs(fine - rough) < 2e-5
+    equilibrium, moduli, times = material
+    result = rs.solve(ball(solid(moduli, times, equilibrium), work, stress, velocity))
+    assert result.restitution_coefficient == pytest.approx(exact, abs=1e-6)
 
 
 def random_impact(rng):

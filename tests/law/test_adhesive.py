@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import restitution as rs
-from adhesive_elements import adhesive_restitution
+from adhesive_elements import extrapolated_restitution
 from refusals import in_one_line
 from restitution.contact.adhesion import maugis_number, static_contact
 from restitution.impact.status import SolverError, Status
@@ -63,11 +63,11 @@ def test_second_order_in_the_step_and_near_the_solver():
 
 @pytest.mark.slow
 def test_another_program_has_the_same_rebound():
-    """Fixed elements and steps of another program, accurate to its events (tests/adhesive_elements.py)."""
+    """Maxwell branches and steps of another program (tests/adhesive_elements.py)."""
     impact = rs.Impact(solid([4.0], [1.0]), rs.Parabola(1.0), 1.0, 0.5, adhesion=rs.Adhesion(0.02, 0.1))
     law = rs.contact_law(impact)
     e, *_ = thrown(law, 0.01)
-    other = adhesive_restitution((1.0, (4.0,), (1.0,)), 0.02, 0.1, 0.5, elements=200)
+    other, *_ = extrapolated_restitution((1.0, (4.0,), (1.0,)), 0.02, 0.1, 0.5, width=1.4, elements=200)
     assert e == pytest.approx(other, abs=3e-3)
 
 

@@ -9,7 +9,6 @@ from restitution.kernel.compile import compiled
 from restitution.kernel.waiting import wake
 from restitution.kernel.zone import (
     BASE_,
-    C_,
     D_,
     DEPTH_NOW_,
     F_,
@@ -127,7 +126,6 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     """Return G after a step with the zone up to `edge`; the elements from the contact to the edge are written."""
     now, counts, nodes, ends, h = room.now, room.counts, room.nodes, room.ends, bodies.cell
     size, target = nodes.shape[1], 0.5 * math.pi * bodies.reach
-    wake(solid, bodies, max(counts[IN_] - 1, 0), int(max(edge, now[C_]) / h) + 3, room)
     if ends[MADE_] != edge:
         write_pulls(bodies, edge, counts[LOW_], counts[TOP_], room)
         counts[WEIGHED_], ends[MADE_] = size, edge
