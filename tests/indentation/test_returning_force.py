@@ -12,6 +12,7 @@ import restitution as rs
 from element_follower import pressed_elements
 from refusals import in_one_line
 from restitution import PronySeries, indent
+from restitution.errors import InputError
 
 STANDARD, LIQUID = PronySeries(1.0, [4.0], [1.0]), PronySeries(0.0, [4.0, 1.0], [1.0, 0.2])
 THREE = PronySeries(0.5, [1.0, 2.0, 4.0], [0.05, 0.5, 5.0])
@@ -76,6 +77,27 @@ def test_a_force_that_returns_at_once_on_spectra_with_a_dashpot(series, profile)
         series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, parallel_viscosity=0.1
     )  # fmt: skip
     check_against_elements(damped, profile, TIME, FORCE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("liquid", "least"), [(False, 8), (True, 6)], ids=["solid", "liquid"])
+def test_random_forces_that_return_at_once_on_a_dashpot(liquid, least):
+    """Parabolas and cones; where a cleared gap has a joint, more than half of them are refused."""
+    solved = 0
+    for seed in range(10):
+        rng = np.random.default_rng([seed, int(liquid)])
+        moduli, times = 10.0 ** rng.uniform(-1.0, 1.0, (2, 2))
+        viscosity = 10.0 ** rng.uniform(-2.5, -0.5)
+        series = PronySeries(float(not liquid), moduli, times, parallel_viscosity=viscosity)
+        time, force = np.cumsum(rng.uniform(0.2, 1.0, 6)), rng.uniform(0.2, 1.0, 6)
+        force[[0, 2, 4]] = 0.0
+        try:
+            check_against_elements(series, (TIP, CONE)[seed % 2], time, force)
+        except InputError:
+            # Refused, and no number is silently wrong.
+            continue
+        solved += 1
+    assert solved >= least
 
 
 def random_force(rng, size):

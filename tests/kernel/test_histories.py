@@ -26,7 +26,7 @@ from restitution.kernel.driver import (
     Scales,
     room,
 )
-from restitution.kernel.panels import leave, scheme, touch
+from restitution.kernel.panels import larger, leave, scheme, touch
 from restitution.kernel.path import Path, power_path
 from restitution.kernel.program import run, touch_surface
 
@@ -95,6 +95,14 @@ def run_depth(
     state = room(solid, 2000, MOST_STEPS)
     problem = Problem(solid, path, by_depth(*points), scheme(), scales, power)
     return Run(run(problem, state, np.array([0.0, 0.0, math.inf]), MOST_STEPS), state)
+
+
+@pytest.mark.parametrize(("first", "second"), [(math.nan, 1.0), (1.0, math.nan), (math.nan, math.nan)])
+def test_an_error_that_is_not_a_number_remains_the_largest(first, second):
+    """No comparison with NaN is true: a step without numbers would be accepted."""
+    compare = getattr(larger, "py_func", larger)
+    assert math.isnan(compare(first, second))
+    assert compare(2.0, 1.0) == compare(1.0, 2.0) == 2.0
 
 
 def test_a_force_that_rises_and_falls_to_zero():

@@ -64,7 +64,8 @@ if TYPE_CHECKING:
 _STEP_SHARE = 0.1
 # Errors of panels that are merged, of rtol: above that of a step, which they keep; the next one where many remain.
 _MERGE_SHARES, _MANY_PANELS = (0.1, 0.3, 1.0), 32
-_FIRST_PANELS, _FIRST_STEPS = 64, 256
+# Room of the first run; one that is too small costs another run.
+_FIRST_PANELS, _FIRST_STEPS, _STEPS_PER_KNOT = 64, 256, 16
 _MOST_STEPS = 1 << 20
 # Largest power of the map of time after a touch.
 _MOST_POWER = 12
@@ -166,7 +167,7 @@ class PanelSolution:
 
     def _run(self, drive: Drive, imprint: Imprint | None, grip: Grip | None) -> Room:
         pieces = drive.history.knots.size
-        panels, steps = _FIRST_PANELS + pieces, _FIRST_STEPS + 4 * pieces
+        panels, steps = _FIRST_PANELS + pieces, _FIRST_STEPS + _STEPS_PER_KNOT * pieces
         if imprint is not None:
             panels += imprint.end.size
         if grip is not None:

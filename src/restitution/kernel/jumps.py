@@ -314,8 +314,9 @@ def clear_gap(problem: Problem, room: Room) -> None:
             # The slowest part does not change loads by much.
             room.displacements[0, i] += most * (nodes[Y, i] / edge) ** 2 - value
         free.start[p], free.length[p], free.kind[p], free.end[p] = room.state[TIME], 0.0, FROZEN, 1.0
-        if p == first:
-            free.joint[p] = KINK
+        if p == first and start > 0.0:
+            # Its kink is not felt.
+            free.joint[p] = SMOOTH
         to_coefficients(problem.rule, nodes[Y], free.coefficients[p, 0])
         for j in range(solid.recoveries.shape[0]):
             to_coefficients(problem.rule, room.displacements[j], free.coefficients[p, 1 + j])

@@ -299,6 +299,12 @@ def to_coefficients(rule: Scheme, values: Any, row: Any) -> None:
 
 
 @inlined
+def larger(first: float, second: float) -> float:
+    """Return the larger of two numbers; NaN where one of them is."""
+    return first if first > second or math.isnan(first) else second
+
+
+@inlined
 def tail(rule: Scheme, values: Any, row: Any) -> float:
     """Return the size of the last two coefficients of a polynomial."""
     to_coefficients(rule, values, row)

@@ -88,6 +88,7 @@ from restitution.kernel.panels import (
     NODES,
     SMOOTH,
     STAGES,
+    larger,
     polynomials,
     share,
     tail,
@@ -135,7 +136,7 @@ def memory_error(problem: Problem, room: Room, scatters: bool) -> float:
         common = room.loads[k, NODES - 1] - solid.moduli[k] * room.h[k, NODES - 1] if scatters else 0.0
         for i in range(NODES):
             values[i] = room.L[k, i] - (solid.moduli[k] * room.h[k, i] + common) * nodes[A, i]
-        worst = max(worst, tail(problem.rule, values, row) / scales.force)
+        worst = larger(worst, tail(problem.rule, values, row) / scales.force)
     return worst
 
 
@@ -154,7 +155,7 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
         if room.places[FREE_PANELS] > 0:
             for i in range(NODES):
                 values[i] = surface_at_axis(solid, room, room.times[i])
-            worst = max(worst, tail(rule, values, row) / scales.depth * scales.tolerance / _RESOLVED)
+            worst = larger(worst, tail(rule, values, row) / scales.depth * scales.tolerance / _RESOLVED)
         return worst
     # A contact that begins on an imprint, whose depths below the surface may be rounding.
     touches = phase == GROWS and not nodes[A, 0] > 0.0 and is_light(problem) and room.places[FREE_PANELS] > 0
@@ -165,9 +166,7 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
     worst = tail(rule, values, row) / scales.stress
     pull = tail(rule, nodes[PULL], row) / scales.force if problem.driver.attraction > 0.0 else 0.0
     for part in (tail(rule, nodes[D], row) / scales.depth, tail(rule, nodes[F], row) / scales.force, pull):
-        # Comparisons with NaN are false.
-        if not part <= worst:
-            worst = part
+        worst = larger(worst, part)
     if solid.viscosity > 0.0 and not problem.driver.by_depth and length > 0.0 and phase != FREE:
         rounding = 0.0
         if touches:
@@ -176,9 +175,7 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
             values[i] = nodes[V, i] * room.weights[i]
             if is_light(problem) and i > 0:
                 rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
-        part = solid.viscosity / (length * scales.stress) * tail(rule, values, row) - rounding
-        if not part <= worst:
-            worst = part
+        worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values, row) - rounding)
     for i in range(NODES):
         values[i] = nodes[Y, i] * nodes[Y, i]
     # On virgin surface y^2 = d may be a polynomial where y is not.
@@ -194,10 +191,8 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
         if scatters:
             front = 0.0
     if phase == GROWS:
-        part = memory_error(problem, room, scatters and touches)
-        if not part <= worst:
-            worst = part
-    return front if not front <= worst else worst
+        worst = larger(worst, memory_error(problem, room, scatters and touches))
+    return larger(worst, front)
 
 
 @compiled

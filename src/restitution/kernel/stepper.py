@@ -56,6 +56,7 @@ from restitution.kernel.panels import (
     Scheme,
     Solid,
     gap,
+    larger,
     load,
     locate,
     polynomials,
@@ -659,7 +660,7 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
                 part = max(part, abs(room.matrix[i, STAGES]) * pace / nodes[BELOW, i + 1])
             # Rounding of forces that few elements share.
             if not (light and part <= rounding_of_load(problem, room, i + 1)):
-                change = max(change, part)
+                change = larger(change, part)
             size = max(size, abs(nodes[D, i + 1]) / scales.depth, abs(nodes[V, i + 1]) * reach)
         ratio = change / last if last > 0.0 else 0.0
         if not change < math.inf or (iteration > 8 and ratio > 2.0):
