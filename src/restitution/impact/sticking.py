@@ -151,8 +151,8 @@ def _march(solution: Solution, spectrum: Spectrum, mobility: float, parts: int) 
     states, forces, spent = _approach(solution, spectrum, mobility, approach)
     rebound = _places(solution, solution.rebound, parts, rebound=True)
     motion, lost, stored = _rebound(solution, spectrum, mobility, (approach, states, rebound))
-    first = np.column_stack([approach.times.ravel(), states.v.ravel(), forces.ravel(), approach.roots.ravel()])
-    motion = np.concatenate([first, motion])
+    first = np.stack([approach.times, states.v, forces, approach.roots], axis=-1)
+    motion = np.concatenate([first[0, :1], first[:, 1:].reshape(-1, 4), motion])
     return Sticking(float(motion[-1, 1]), spent + lost, stored, motion, np.inf)
 
 
