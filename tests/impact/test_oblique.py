@@ -202,6 +202,10 @@ def test_without_and_with_endless_friction():
     much = thrown(BALL, friction=300.0, tangential_velocity=0.3, spin=20.0, rtol=1e-4)
     assert rough.slip_time < 1e-9 * rough.stick_time
     assert rough.friction_energy == 0.0
+    assert np.all(np.diff(rough.history.time.values) > 0.0)
+    # All of the contact sticks.
+    radii = rough.history.contact_radius.values
+    assert rough.history.stick_radius.values == pytest.approx(radii, abs=1e-7 * radii.max())
     assert much.tangential_restitution_coefficient == pytest.approx(rough.tangential_restitution_coefficient, abs=3e-4)
 
 

@@ -353,8 +353,10 @@ def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangentia
         return
     for name, value in zip(_SOLVED, tangential[:6], strict=True):
         rows[name][n] = value
-    durations = np.diff(tangential.motion[:, 0])
-    rows["stick"][n] = float(durations @ (tangential.motion[1:, 3] > 0.0)) * slider.solution.units.time
+    motion = tangential.motion
+    # Where nothing slips, all steps count, also the last one, at whose end the radius is 0.
+    stuck = motion[1:, 3] > 0.0 if motion[:, 4].any() else np.ones(len(motion) - 1)
+    rows["stick"][n] = float(np.diff(motion[:, 0]) @ stuck) * slider.solution.units.time
     rows["gaps"][n], rows["impulse"][n] = tangential.gaps, slider.impulse
 
 

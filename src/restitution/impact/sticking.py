@@ -19,7 +19,7 @@ import numpy as np
 from restitution.checks import Array
 from restitution.impact.solution import S_, T_, Half, Solution
 
-# Shares at which the first element of the approach and the last of the rebound are cut, where a(s) may have a root.
+# Shares at which the first element of the approach and the last of the rebound are cut where a(s) is no polynomial.
 _GRADED = np.concatenate([[0.0], 0.25 ** np.arange(6, -1, -1.0)])
 # Most parts of an element of the normal solution.
 _MOST_PARTS = 16
@@ -37,7 +37,8 @@ class Spectrum(NamedTuple):
 class Sticking(NamedTuple):
     """Motion for a velocity 1 of the contact point at first touch, scaled; energies in units of m v^2.
 
-    `motion` has the columns time, velocity, force; `error` is the difference between the last two divisions.
+    `motion` has the columns time, velocity, force and s of the contact radius; `error` is the difference between the
+    last two divisions.
     """
 
     velocity: float
@@ -72,13 +73,14 @@ def solve_sticking(solution: Solution, spectrum: Spectrum, mobility: float, rtol
 def _places(solution: Solution, half: Half, parts: int, *, rebound: bool) -> _Places:
     """Divide the elements of a half."""
     starts, ends = list[Array](), list[Array]()
-    even = np.linspace(0.0, 1.0, parts + 1)
+    even, exponent = np.linspace(0.0, 1.0, parts + 1), solution.units.exponent
+    graded = _GRADED if solution.units.table is not None or exponent != round(exponent) else even
     for place, (start, length) in enumerate(zip(half.starts, half.lengths, strict=True)):
         shares, last = even, place == half.starts.size - 1
         if not rebound and place == 0:
-            shares = np.unique(np.concatenate([_GRADED, even]))
+            shares = np.unique(np.concatenate([graded, even]))
         if rebound and last:
-            shares = np.unique(np.concatenate([1.0 - _GRADED, even]))
+            shares = np.unique(np.concatenate([1.0 - graded, even]))
         if last:
             shares = shares * half.share
         starts.append(start + length * shares[:-1])
@@ -117,7 +119,9 @@ def _steps(solution: Solution, spectrum: Spectrum, mobility: float, at: _Places,
     integral = at.lengths[:, None, None] * solution.scheme.A * at.pace[:, None, :]
     unit, radii = np.eye(integral.shape[-1]), solution.radius(at.roots)[:, 1:]
     rates = integral[:, None] / spectrum.times[:, None, None]
-    slow, fast = (np.linalg.inv(unit + factor * rates) for factor in (1.0, 2.0))
+    slow = np.linalg.inv(unit + rates)
+    # Squares of loads are integrated in the approach only.
+    fast = slow if rebound else np.linalg.inv(unit + 2.0 * rates)
     matrix = spectrum.equilibrium * unit + np.einsum("k,ekij->eij", spectrum.moduli, slow)
     push = radii[:, :, None] * (matrix @ integral) if rebound else matrix @ (integral * radii[:, None, :])
     push = push + spectrum.viscosity * radii[:, :, None] * unit
@@ -147,8 +151,8 @@ def _march(solution: Solution, spectrum: Spectrum, mobility: float, parts: int) 
     states, forces, spent = _approach(solution, spectrum, mobility, approach)
     rebound = _places(solution, solution.rebound, parts, rebound=True)
     motion, lost, stored = _rebound(solution, spectrum, mobility, (approach, states, rebound))
-    first = np.column_stack([approach.times.ravel(), states.v.ravel(), forces.ravel()])
-    motion = np.concatenate([first, motion])
+    first = np.stack([approach.times, states.v, forces, approach.roots], axis=-1)
+    motion = np.concatenate([first[0, :1], first[:, 1:].reshape(-1, 4), motion])
     return Sticking(float(motion[-1, 1]), spent + lost, stored, motion, np.inf)
 
 
@@ -206,7 +210,7 @@ def _rebound(
     # Elements store - int density da = int a d(density) at separation.
     edge = equilibrium * (ways - past.u) ** 2 + (left * left) @ G
     stored = 0.5 * float(np.einsum("ej,ij,ei,i->", edge, scheme.derivative[1:], step.radii, scheme.A[-1]))
-    motion = np.stack([at.times, v, forces], axis=-1)[:, 1:].reshape(-1, 3)
+    motion = np.stack([at.times, v, forces, at.roots], axis=-1)[:, 1:].reshape(-1, 4)
     return motion, spent, stored
 
 

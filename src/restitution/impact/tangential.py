@@ -187,11 +187,11 @@ class Slider:
     def _stick(self, mobility: float, rtol: float) -> Tangential:
         """Solve without slip."""
         sticking = solve_sticking(self.solution, self.scaled, mobility, 1e-3 * rtol)
-        unit = 2.0 * mobility
+        unit, units, roots = 2.0 * mobility, self.solution.units, sticking.motion[:, 3]
         motion = np.zeros((sticking.motion.shape[0], len(MOTION)))
-        motion[:, :3] = sticking.motion
-        times = np.minimum(sticking.motion[:, 0], self.solution.end) * self.solution.units.time
-        motion[:, 3] = self.solution.at(times).contact_radius / self.solution.units.radius
+        motion[:, :3] = sticking.motion[:, :3]
+        radii = self.solution.radius(roots) * units.radius
+        motion[:, 3] = self.solution.contact_radii(radii, roots**2 * units.length) / units.radius
         viscous, stored = unit * sticking.dissipated, unit * sticking.stored
         result = Tangential(-sticking.velocity, sticking.error, 0.0, 0.0, viscous, stored, motion, 0.0)
         return result._replace(split_error=max(abs(result.residual), 2.0 * abs(result.restitution) * result.error))
