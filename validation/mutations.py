@@ -1,27 +1,33 @@
-"""Break the kernel and the contact law at random places, and count what the tests see: `mutations.py --seed 1`.
+"""Break kernel and contact law at random places, and list what the tests miss: `mutations.py --count 60 --seed 1`.
 
-One operator, comparison or number is changed at a time, in a copy of the tree. The tests marked `plain` then run
-without compilation: those of kernel and law first, those of impacts, indentations and contacts if these pass. A change
-that no test sees is listed. Some of these are no faults at all: they change a tolerance, a size of a workspace, or the
-order of equal cases.
+One operator, comparison or number is changed at a time, in a copy of the tree. The tests marked `plain` that reach the
+line then run without compilation, the shortest first. Lines that none of them reaches are not drawn: their share is
+stated. Ctrl-C ends the run; the same command goes on from there, while sources and tests are the same. The page keeps
+the verdicts that were written into its last column.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
-import math
+import hashlib
+import json
 import os
 import random
+import re
 import resource
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
+
+from coverage import CoverageData
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = Path(__file__).with_suffix(".md")
@@ -35,7 +41,7 @@ SWAPPED = {
     ast.And: ast.Or, ast.Or: ast.And,
 }  # fmt: skip
 
-STAGES = (("tests/kernel", "tests/law"), ("tests/impact", "tests/indentation", "tests/contact"))
+TESTS = ("tests/kernel", "tests/law", "tests/impact", "tests/indentation", "tests/contact")
 
 
 @dataclass(frozen=True)
@@ -44,6 +50,7 @@ class Mutation:
 
     file: str
     line: int
+    last_line: int
     start: int
     stop: int
     before: str
@@ -96,18 +103,24 @@ def mutations(file: str, text: str) -> list[Mutation]:
             # Columns are those of bytes; the sources of kernel and law are ASCII where code stands.
             start, stop = lines[node.lineno - 1] + node.col_offset, lines[node.end_lineno - 1] + node.end_col_offset
             written = f"({ast.unparse(ast.fix_missing_locations(after))})"
-            results[start, stop] = Mutation(file, node.lineno, start, stop, text[start:stop], written)
+            results[start, stop] = Mutation(file, node.lineno, node.end_lineno, start, stop, text[start:stop], written)
     return list(results.values())
 
 
-def copy(folder: Path) -> None:
-    """Copy what the tests need."""
+def copy() -> Path:
+    """Copy what the tests need into a folder of these sources and tests, and return it."""
+    digest = hashlib.sha256()
+    for path in sorted([*(ROOT / "src").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]):
+        digest.update(path.read_bytes())
+    folder = Path(tempfile.gettempdir()) / f"mutations-{digest.hexdigest()[:12]}"
     for name in ("src", "tests", "examples", "validation", "benchmarks", "studies", "docs"):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "_build"))
+        ignored = shutil.ignore_patterns("__pycache__", "_build", "generated")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored, dirs_exist_ok=True)
     shutil.copy(ROOT / "pyproject.toml", folder)
+    return folder
 
 
-def passes(folder: Path, tests: tuple[str, ...], most: int = 3600) -> bool:
+def passes(folder: Path, tests: list[str], most: int, *more: str) -> bool:
     """Return whether the tests pass in a copy; those that take more than so many seconds of processor time do not."""
     switches = {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(folder / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "plain"]
@@ -116,27 +129,63 @@ def passes(folder: Path, tests: tuple[str, ...], most: int = 3600) -> bool:
         resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 
     options = {"cwd": folder, "env": os.environ | switches, "capture_output": True, "preexec_fn": limit}
-    return subprocess.run([*command, *tests], check=False, **options).returncode == 0
+    return subprocess.run([*command, *more, *tests], check=False, **options).returncode == 0
 
 
-def run(chosen: list[Mutation], folder: Path) -> list[Mutation]:
-    """Return the changes that no test sees."""
-    limits = []
-    for tests in STAGES:
-        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        if not passes(folder, tests):
-            sys.exit(f"the tests {tests} fail without any change")
-        limits.append(10 + 3 * math.ceil(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before))
-    survivors = []
-    for number, mutation in enumerate(chosen, 1):
+def durations(folder: Path) -> dict[str, float]:
+    """Return the times of the tests by name; run them once with the lines that each of them reaches."""
+    times = folder / "times.xml"
+    if not times.exists():
+        print("the tests without a change, and the lines that they reach", flush=True)
+        traced = ("--cov=restitution", "--cov-context=test", "--cov-report=", f"--junit-xml={folder / 'new.xml'}")
+        if not passes(folder, list(TESTS), 3600, *traced):
+            sys.exit("the tests fail without any change")
+        (folder / "new.xml").rename(times)
+    cases = ElementTree.parse(times).iter("testcase")
+    return {
+        f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}": float(case.get("time", 0))
+        for case in cases
+    }
+
+
+def reaching(folder: Path, every: list[Mutation], times: dict[str, float]) -> dict[Mutation, list[str]]:
+    """Return the tests that reach each change, the shortest first, of those changes that any test reaches."""
+    data = CoverageData(str(folder / ".coverage"))
+    data.read()
+    lines = {file: data.contexts_by_lineno(str(folder / file)) for file in {change.file for change in every}}
+    results = {}
+    for change in every:
+        of_lines = (lines[change.file].get(line, []) for line in range(change.line, change.last_line + 1))
+        tests = {context.partition("|")[0] for contexts in of_lines for context in contexts} & times.keys()
+        if tests:
+            results[change] = sorted(tests, key=lambda test: times[test])
+    return results
+
+
+def run(chosen: dict[Mutation, list[str]], folder: Path, times: dict[str, float]) -> list[Mutation]:
+    """Return the changes that no test sees; go on where an earlier run was ended."""
+    record = folder / "results.jsonl"
+    known = dict(map(json.loads, record.read_text(encoding="utf-8").splitlines())) if record.exists() else {}
+    begin, started, survivors = time.monotonic(), len(known.keys() & {repr(change) for change in chosen}), []
+    for number, (mutation, tests) in enumerate(chosen.items(), 1):
         path = folder / mutation.file
         text = path.read_text(encoding="utf-8")
-        path.write_text(mutation.applied(text), encoding="utf-8")
-        if all(passes(folder, tests, most) for tests, most in zip(STAGES, limits, strict=True)):
+        if repr(mutation) not in known:
+            try:
+                path.write_text(mutation.applied(text), encoding="utf-8")
+                missed = passes(folder, tests, 30 + round(3 * sum(times[test] for test in tests)))
+            finally:
+                path.write_text(text, encoding="utf-8")
+            known[repr(mutation)] = missed
+            with record.open("a", encoding="utf-8") as file:
+                file.write(json.dumps([repr(mutation), missed]) + "\n")
+            left = (time.monotonic() - begin) / max(number - started, 1) * (len(chosen) - number) / 60
+            print(
+                f"{number} of {len(chosen)}, {len(survivors) + missed} not seen, about {left:.0f} min left", flush=True
+            )
+        if known[repr(mutation)]:
             survivors.append(mutation)
-            print(f"{mutation.file}, {mutation.line}: {mutation.before} -> {mutation.after}")
-        path.write_text(text, encoding="utf-8")
-        print(f"{number} of {len(chosen)}, {len(survivors)} not seen", flush=True)
+            print(f"{mutation.file}, {mutation.line}: {mutation.before} -> {mutation.after}", flush=True)
     return survivors
 
 
@@ -145,17 +194,26 @@ def shown(text: str) -> str:
     return "`` " + " ".join(text.split()).replace("|", "\\|") + " ``"
 
 
-def page(chosen: list[Mutation], survivors: list[Mutation], every: int, seed: int) -> str:
+def verdicts() -> dict[tuple[str, ...], str]:
+    """Return the verdicts of the page by file, code and change."""
+    text = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    rows = re.findall(r"^\| (\S+), \d+ \| (``.*?``) \| (``.*?``) \| (.*) \|$", text, flags=re.MULTILINE)
+    return {tuple(row[:3]): row[3] for row in rows}
+
+
+def page(chosen: dict[Mutation, list[str]], survivors: list[Mutation], every: int, reached: int, seed: int) -> str:
     """Return the result as a page."""
-    tried = Counter(mutation.file for mutation in chosen)
-    missed = Counter(mutation.file for mutation in survivors)
+    tried, missed = (Counter(mutation.file for mutation in part) for part in (chosen, survivors))
     rows = [f"| {file} | {count} | {count - missed[file]} |" for file, count in sorted(tried.items())]
-    listed = [f"| {m.file}, {m.line} | {shown(m.before)} | {shown(m.after)} |" for m in survivors]
+    written = verdicts()
+    cells = [(m, shown(m.before), shown(m.after)) for m in survivors]
+    listed = [f"| {m.file}, {m.line} | {b} | {a} | {written.get((m.file, b, a), '')} |" for m, b, a in cells]
     return "\n".join(
         [
-            f"Made by `validation/mutations.py --count {len(chosen)} --seed {seed}`: {len(chosen)} of {every} possible"
-            " changes;",
-            f"{len(chosen) - len(survivors)} are seen by the tests marked `plain`.",
+            f"Made by `validation/mutations.py --count {len(chosen)} --seed {seed}`. The tests marked `plain` reach"
+            f" {reached}",
+            f"of {every} possible changes of kernel and law, {100 * reached / every:.0f} %; the others are left out.",
+            f"{len(chosen)} of these were tried, {len(chosen) - len(survivors)} are seen.",
             "",
             "| file | changed | seen |",
             "|---|---|---|",
@@ -164,8 +222,8 @@ def page(chosen: list[Mutation], survivors: list[Mutation], every: int, seed: in
             "",
             "Not seen:",
             "",
-            "| place | code | instead |",
-            "|---|---|---|",
+            "| place | code | instead | verdict |",
+            "|---|---|---|---|",
             *listed,
             "",
         ]
@@ -175,7 +233,7 @@ def page(chosen: list[Mutation], survivors: list[Mutation], every: int, seed: in
 def main() -> None:
     """Draw changes, try them and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     files = [
@@ -185,11 +243,16 @@ def main() -> None:
         if path.name not in SKIPPED
     ]
     every = [change for file in files for change in mutations(file, (ROOT / file).read_text(encoding="utf-8"))]
-    chosen = sorted(random.Random(options.seed).sample(every, options.count), key=lambda m: (m.file, m.line, m.start))
-    with tempfile.TemporaryDirectory() as folder:
-        copy(Path(folder))
-        survivors = run(chosen, Path(folder))
-    PAGE.write_text(page(chosen, survivors, len(every), options.seed), encoding="utf-8")
+    folder = copy()
+    try:
+        times = durations(folder)
+        reached = reaching(folder, every, times)
+        drawn = random.Random(options.seed).sample(list(reached), options.count)
+        chosen = {change: reached[change] for change in sorted(drawn, key=lambda m: (m.file, m.line, m.start))}
+        survivors = run(chosen, folder, times)
+    except KeyboardInterrupt:
+        sys.exit("ended; the same command goes on from here")
+    PAGE.write_text(page(chosen, survivors, len(every), len(reached), options.seed), encoding="utf-8")
 
 
 if __name__ == "__main__":

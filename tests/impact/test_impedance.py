@@ -255,6 +255,22 @@ def test_flat_punch_on_a_plate_is_a_damped_oscillator(damping):
     assert result.contact_time == pytest.approx(period, rel=1e-9)
 
 
+@pytest.mark.plain
+@pytest.mark.parametrize(("impedance", "dashpot"), [(3.0, 0.2), (1.5, 0.05), (20.0, 0.9)])
+def test_dashpot_and_plate_under_a_flat_face_are_one_damped_oscillator(impedance, dashpot):
+    # F = d + c d' and v = d' + F/Z: (1 + c/Z) d'' + (c + 1/Z) d' + d = 0, until F = 0, where v = d'.
+    inertia, damping = 1.0 + dashpot / impedance, dashpot + 1.0 / impedance
+    decay = 0.5 * damping / inertia
+    pace = math.sqrt(1.0 / inertia - decay**2)
+    time = (math.pi - math.atan2(dashpot * pace, 1.0 - dashpot * decay)) / pace
+    angle = pace * time
+    rate = math.exp(-decay * time) / inertia * (math.cos(angle) - decay / pace * math.sin(angle))
+    impact = rs.Impact(material(1.0, viscosity=dashpot), rs.FlatPunch(0.5), 1.0, 1.0, impedance=impedance)
+    result = rs.solve(impact)
+    assert result.restitution_coefficient == pytest.approx(-rate, abs=2e-9)
+    assert result.contact_time == pytest.approx(time, rel=1e-8)
+
+
 def test_overdamped_flat_punch_stays():
     result = rs.solve(rs.Impact(material(1.0), rs.FlatPunch(0.5), 1.0, 1.0, impedance=0.4))
     assert result.status is rs.Status.CAPTURED
