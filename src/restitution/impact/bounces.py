@@ -13,6 +13,7 @@ import numpy as np
 
 from restitution.checks import Array, function, nonnegative, single, truth, whole
 from restitution.errors import InputError, InputTypeError
+from restitution.impact.adhesion import AdhesiveResult
 from restitution.impact.adhesive import attraction_numbers
 from restitution.impact.oblique import ObliqueResult, sliding_numbers
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
@@ -112,9 +113,9 @@ class Bounces(Result):
     gravity : float
         Acceleration of free fall [m/s2].
     ended : Ending
-        "captured": the weight holds the body. "stuck": the attraction does. "sunk": the material is a liquid and the body sinks in. "below
-        surface": the body does not rise above the undeformed surface. "low": the next height is below `min_height`.
-        "max bounces", "stopped": the body would bounce on.
+        "captured": the weight holds the body. "stuck": the attraction does. "sunk": the material is a liquid and the
+        body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height is
+        below `min_height`. "max bounces", "stopped": the body would bounce on.
     impact : Impact
         The first impact.
     validity : Validity
@@ -303,7 +304,8 @@ def bounces(
         bodies |= sliding_numbers([touch.impact for touch in touches], columns)
         columns |= _sliding(touches, columns)
     if first.adhesion is not None:
-        bodies |= attraction_numbers(first, {"zone_width": np.array([touch.result.zone_width for touch in touches])})
+        widths = [touch.result.zone_width for touch in touches if isinstance(touch.result, AdhesiveResult)]
+        bodies |= attraction_numbers(first, {"zone_width": np.array(widths)})
     report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
     return kind(
         **{name: columns[name] for name in (*_COLUMNS, *_SLIDING) if name in columns},
