@@ -35,6 +35,16 @@ def exact():
     return np.asarray(rs.solve(impacts, rtol=1e-4).restitution_coefficient)
 
 
+@pytest.fixture(scope="module")
+def threshold():
+    """Velocity below which the body sticks, by a search that is extrapolated to 1e-3."""
+    impact = rs.Impact(
+        rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), mass=MASS, velocity=0.3,
+        adhesion=rs.Adhesion(WORK, stress=STRESS),
+    )  # fmt: skip
+    return rs.sticking_velocity(impact, rtol=1e-3)
+
+
 def measured(exact, rng, noise=NOISE):
     """Rebounds whose velocities are known to 1 %, and whose e = v'/v has a noise of 0.01."""
     velocity = VELOCITY * np.exp(rng.normal(0.0, 0.01, VELOCITY.size))
@@ -72,6 +82,7 @@ def test_predictions_are_those_of_solve(exact):
     assert np.array_equal(np.isnan(result["contact_time"][0]), stuck)
 
 
+@pytest.mark.slow
 def test_bands_of_predictions_are_those_of_solves_at_the_ends_of_the_work(exact):
     """With one unknown the band of an output lies between its values at both ends of the interval of the work."""
     result = rs.identify(measured(exact, np.random.default_rng(1)), rs.standard_solid, fixed=KNOWN, profiles=False)
@@ -126,27 +137,17 @@ def test_an_adhesion_that_is_known_is_kept(exact):
     assert bands["contact_time_low"].values[0] == math.inf
 
 
-def test_the_sticking_velocity_is_that_of_the_search(exact):
+def test_the_sticking_velocity_is_that_of_the_search(threshold):
     """That of `rs.sticking_velocity`, which is extrapolated to 1e-3, within the error of few elements."""
-    impact = rs.Impact(
-        rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), mass=MASS, velocity=0.3,
-        adhesion=rs.Adhesion(WORK, stress=STRESS),
-    )  # fmt: skip
-    velocity = rs.sticking_velocity(impact, rtol=1e-3)
     # A datum at the sticking velocity makes the search go on to its end.
-    rebounds = rs.Rebounds([velocity, 0.5], [0.0, 0.7], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
+    rebounds = rs.Rebounds([threshold, 0.5], [0.0, 0.7], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
     result = rebounds._collisions(materials(**KNOWN, work=WORK))
-    assert result.thresholds[0, 0] == pytest.approx(velocity, rel=5e-3)
+    assert result.thresholds[0, 0] == pytest.approx(threshold, rel=5e-3)
 
 
-def test_a_sticking_velocity_as_a_datum():
+def test_a_sticking_velocity_as_a_datum(threshold):
     """Both outcomes at one velocity, which `rs.sticking_velocity` gives for the true work, are the whole data."""
-    impact = rs.Impact(
-        rs.standard_solid(**CONSTANTS), rs.Parabola(RADIUS), mass=MASS, velocity=0.3,
-        adhesion=rs.Adhesion(WORK, stress=STRESS),
-    )  # fmt: skip
-    velocity = rs.sticking_velocity(impact, rtol=1e-3)
-    rebounds = rs.Rebounds(velocity, [0.0, math.nan], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
+    rebounds = rs.Rebounds(threshold, [0.0, math.nan], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
     work = rs.identify(rebounds, rs.standard_solid, fixed=KNOWN).parameters["work"]
     assert work.determined
     # Few elements err by 5e-3 of the velocity, which is known to 1e-2; the work is about its power of 6/5.

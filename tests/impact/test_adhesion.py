@@ -214,6 +214,30 @@ def test_a_hard_ball_jumps_without_touch_alone():
     assert last.zone_radius_after == 0.0
 
 
+def test_a_body_bounces_until_it_sticks():
+    """Free flights between single impacts, on a fresh surface each; the last is below the sticking velocity alone."""
+    rng = np.random.default_rng(5)
+    material = rs.standard_solid(1e6, 10.0 ** rng.uniform(6.0, 6.7), 10.0 ** rng.uniform(0.0, 2.0), poisson_ratio=0.45)
+    bead = rs.Impact(material, rs.Parabola(1e-5), 5e-12, 0.4, adhesion=rs.Adhesion(rng.uniform(0.03, 0.06), 4e5))
+    gravity = float(rng.uniform(1.0, 10.0))
+    series = rs.bounces(bead, with_weight=False, gravity=gravity, rtol=1e-4)
+    assert series.ended == "stuck"
+    assert series.n_bounces > 2
+    assert math.isinf(series.contact_time[-1])
+    for velocity, e in zip(series.velocity, series.restitution_coefficient, strict=True):
+        assert rs.solve(replace(bead, velocity=velocity), rtol=1e-4).restitution_coefficient == e
+    away, depth = series.rebound_velocity[:-1], series.residual_indentation_depth[:-1]
+    # It leaves on the neck that it has pulled out, above the undeformed surface.
+    assert np.all(depth < 0.0)
+    np.testing.assert_allclose(series.velocity[1:], np.sqrt(away**2 - 2.0 * gravity * depth), rtol=1e-12)
+    threshold = rs.sticking_velocity(bead, rtol=1e-3)
+    assert series.velocity[-1] < 1.002 * threshold
+    assert np.all(series.velocity[:-1] > 0.998 * threshold)
+    assert any(line.startswith("attraction") for line in map(str, series.warnings)) == (
+        series.validity["attraction"].exceeded
+    )
+
+
 def test_an_elastic_ball_sticks_below_its_loss_in_jumps():
     work, lam = 0.01, 4.0
     impact = ball(solid(), work, lam / float(maugis_number(work, 1.0, 1.0, 1.0)), 0.2)
@@ -396,7 +420,8 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: rs.solve([impact, replace(impact, adhesion=None)])).field == "impact"
     assert in_one_line(lambda: rs.solve([impact], "elements")).field == "method"
     assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
-    assert in_one_line(lambda: rs.bounces(impact, height=1.0)).field == "adhesion"
+    assert in_one_line(lambda: rs.bounces(impact, height=1.0)).field == "with_weight"
+    assert in_one_line(lambda: rs.bounces(impact, with_weight=False, same_spot=True)).field == "same_spot"
     plain = rs.solve(replace(impact, adhesion=None))
     assert in_one_line(lambda: plain.to_dataset(["pull_off_force"])).field == "outputs"
     assert in_one_line(lambda: rs.element_history(impact)).field == "adhesion"
@@ -468,8 +493,11 @@ def test_a_case_file_has_a_section(tmp_path):
     assert (
         result.restitution_coefficient == rs.solve(ball(STANDARD, 0.02, 0.3, 0.5), rtol=1e-4).restitution_coefficient
     )
-    path.write_text(text + "\n[bounces]\n")
     assert "adhesion" in str(in_one_line(lambda: rs.read_case(path).bounces()))
+    path.write_text(text.replace("velocity = 0.5", "velocity = 0.5\nweight = false\ngravity = 1e-3"))
+    series = rs.read_case(path).bounces()
+    assert series.restitution_coefficient[0] == result.restitution_coefficient
+    assert series.ended == "stuck"
     path.write_text(text.replace("stress = 0.3", 'stress = 0.3\nrange = "1 nm"'))
     assert "adhesion" in str(in_one_line(lambda: rs.read_case(path)))
 

@@ -267,12 +267,10 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     late = _clock(share)
     if sections.counter_body is not None or motion.impedance is not None:
         raise InputError("target", rule="must be a half-space or a layer for a body that bounces")
-    if sections.adhesion is not None:
-        raise InputError("sticking", rule="must be none for a body that bounces; the tab Impact has single impacts")
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
     result = rs.bounces(
         problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=rtol,
-        same_spot=sections.bounces.same_spot,
+        with_weight=sections.adhesion is None, same_spot=sections.bounces.same_spot,
         min_height=_LEAST_RISE * motion.impact_velocity**2 / (2.0 * motion.gravity),
     )  # fmt: skip
     table = result.to_dataset()
@@ -285,7 +283,7 @@ def bounces(state: Mapping[str, Any]) -> Answer:
         "numbers": numbers_of(numbers),
         "status": {"name": str(result.ended), "message": message},
         "warnings": result.warnings,
-        "notes": [_WEIGHT],
+        "notes": [_WEIGHT] if sections.adhesion is None else [],
         "curves": {"bounces": columns, "flight": _flight(result)},
     }
 

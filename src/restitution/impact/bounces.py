@@ -13,6 +13,8 @@ import numpy as np
 
 from restitution.checks import Array, function, nonnegative, single, truth, whole
 from restitution.errors import InputError, InputTypeError
+from restitution.impact.adhesion import AdhesiveResult
+from restitution.impact.adhesive import attraction_numbers
 from restitution.impact.oblique import ObliqueResult, sliding_numbers
 from restitution.impact.problem import STANDARD_GRAVITY, Impact, fall_velocity
 from restitution.impact.result import ImpactResult
@@ -49,6 +51,7 @@ class Ending(StrEnum):
     """Why a series of bounces ended."""
 
     CAPTURED = "captured", "the weight holds the body in contact"
+    STUCK = "stuck", "the attraction holds the body in contact"
     SUNK = "sunk", "the material is a liquid and the body sinks in"
     BELOW_SURFACE = "below surface", "the body does not rise above the undeformed surface"
     LIFTED = "lifted", "the recovering surface meets the body on its way up"
@@ -100,7 +103,8 @@ class Bounces(Result):
     contact_time : array
         Contact time [s]; infinite where the body stays.
     residual_indentation_depth : array
-        Depth [m] at separation. If the body stays: the static depth under its weight, infinite in a liquid.
+        Depth [m] at separation. If the body stays: the static depth under its weight, or under the attraction alone,
+        infinite in a liquid.
     height : array
         Greatest height [m] of the lowest point over the undeformed surface after the bounce; 0 where the body stays,
         negative where it does not leave its imprint.
@@ -109,9 +113,9 @@ class Bounces(Result):
     gravity : float
         Acceleration of free fall [m/s2].
     ended : Ending
-        "captured": the weight holds the body. "sunk": the material is a liquid and the body sinks in. "below
-        surface": the body does not rise above the undeformed surface. "low": the next height is below `min_height`.
-        "max bounces", "stopped": the body would bounce on.
+        "captured": the weight holds the body. "stuck": the attraction does. "sunk": the material is a liquid and the
+        body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height is
+        below `min_height`. "max bounces", "stopped": the body would bounce on.
     impact : Impact
         The first impact.
     validity : Validity
@@ -226,7 +230,7 @@ def bounces(
         Acceleration of free fall g [m/s2], > 0.
     with_weight : bool
         Whether the weight m g also acts during contact. It must be False where the target has an impedance, as the
-        weight would drive such a target for ever.
+        weight would drive such a target for ever, and with adhesion, whose impacts have no force beside the contact.
     max_bounces : int
         Largest number of bounces, >= 1.
     min_height : float, optional
@@ -247,8 +251,8 @@ def bounces(
     Raises
     ------
     InputError
-        If a number is out of range, `impact` is not a single impact, or friction meets `same_spot` or a body without
-        the radius of a ball.
+        If a number is out of range, `impact` is not a single impact, friction meets `same_spot` or a body without
+        the radius of a ball, or adhesion meets `same_spot` or the weight.
     SolverError
         If the solve of a bounce fails.
 
@@ -256,7 +260,8 @@ def bounces(
     -----
     The surface is taken to have recovered before each touch, unless they are on the same spot, and a target with an
     impedance to have come back. The flights are free, without air resistance, from the depth at separation to the
-    undeformed surface, or to the imprint on the axis as it then is.
+    undeformed surface, or to the imprint on the axis as it then is. With adhesion the range of the attraction is left
+    out against the heights, and a body that sticks ends the series.
 
     Examples
     --------
@@ -283,6 +288,8 @@ def bounces(
     floor = single("min_height", nonnegative("min_height", least, "m"), "m")
     if truth("same_spot", same_spot) and first.friction is not None:
         raise InputError("same_spot", same_spot, "must be False with friction, which moves the body along")
+    if same_spot and first.adhesion is not None:
+        raise InputError("same_spot", same_spot, "must be False with adhesion, which begins on a fresh surface")
     series = _series_on_one_spot(first, g, rtol) if same_spot else _series(first, g, rtol)
     touches, ending = list[_Touch](), None
     while ending is None:
@@ -296,6 +303,9 @@ def bounces(
         kind = ObliqueBounces
         bodies |= sliding_numbers([touch.impact for touch in touches], columns)
         columns |= _sliding(touches, columns)
+    if first.adhesion is not None:
+        widths = [touch.result.zone_width for touch in touches if isinstance(touch.result, AdhesiveResult)]
+        bodies |= attraction_numbers(first, {"zone_width": np.array(widths)})
     report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
     return kind(
         **{name: columns[name] for name in (*_COLUMNS, *_SLIDING) if name in columns},
@@ -318,11 +328,13 @@ def _first_impact(impact: Impact, height: float | None, gravity: float, with_wei
     """Return the first impact of the series and the height [m] of the release."""
     if not isinstance(impact, Impact):
         raise InputTypeError("impact", impact, "must be an Impact")
-    impact.refuse_adhesion()
     if impact.shape:
         raise InputError("impact", rule=f"must be a single impact, not an array of shape {impact.shape}")
     if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
         rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
+        raise InputError("with_weight", with_weight, rule)
+    if with_weight and impact.adhesion is not None:
+        rule = "must be False with adhesion, whose impacts have no force beside that of the contact"
         raise InputError("with_weight", with_weight, rule)
     if impact.friction is not None and not (impact.is_single_body and np.isfinite(impact.profile.ball_radius)):
         raise InputError(
@@ -344,7 +356,7 @@ def _series(first: Impact, gravity: float, rtol: float) -> Iterator[_Touch]:
     """Yield one impact after another of a body that falls back from each rise. The caller ends the series."""
     impact = first
     while True:
-        result = solve_exact(impact, rtol)
+        result = solve_exact(impact, rtol) if first.adhesion is None else solve(impact, rtol=rtol)
         height = _rise(result, impact, gravity)
         yield _Touch(impact, result, height)
         velocity = float(fall_velocity(height, gravity))
@@ -409,6 +421,7 @@ def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> End
     # In an imprint the rise counts from the separation.
     depth = float(touch.result.residual_indentation_depth)
     reasons = {
+        Ending.STUCK: touch.result.status == Status.CAPTURED and touch.impact.adhesion is not None,
         Ending.CAPTURED: touch.result.status == Status.CAPTURED,
         Ending.SUNK: touch.result.status == Status.SINKS_IN,
         Ending.BELOW_SURFACE: touch.height <= 0.0 and not touch.in_imprint,
