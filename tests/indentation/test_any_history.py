@@ -10,8 +10,10 @@ import pytest
 
 import restitution as rs
 from element_follower import followed_force, program
+from refusals import in_one_line
 from restitution import InputError, Material, PronySeries, indent
 from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, TruncatedCone
+from restitution.indentation import panels
 
 # E*(t) = 1 + 4 exp(-t).
 STANDARD = PronySeries(1.0, [4.0], [1.0])
@@ -345,3 +347,12 @@ def test_a_force_reaches_the_end_of_its_table(profile):
         result = indent(half_space(PronySeries(1.0)), tip, time=[0.0, 0.3, 1.0], force=[0.0, peak, 0.2 * peak])
         depth = float(result.sample([0.3]).indentation_depth[0])
         assert 2.0 * tip.force_integral_at_depth(depth) == pytest.approx(peak, rel=1e-8)
+
+
+def test_a_history_of_too_many_steps_is_refused(monkeypatch):
+    """Each of its six lines takes a step at least."""
+    monkeypatch.setattr(panels, "_MOST_STEPS", 5)
+    monkeypatch.setattr(panels, "_MOST_STEPS_PER_KNOT", 0)
+    error = in_one_line(lambda: indent(SOLID, TIP, **D1))
+    assert error.field == "history"
+    assert "needs over 5 steps" in str(error)

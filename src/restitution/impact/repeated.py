@@ -15,7 +15,6 @@ from restitution.impact.status import Status
 from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, PanelSolution
 from restitution.indentation.surface import Surface, check_surface
-from restitution.indentation.work import largest_of
 from restitution.kernel.plain import single_problem
 
 # Contact times of the first run, its factor, and the longest.
@@ -90,8 +89,8 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
     return {
         "restitution_coefficient": e,
         "contact_time": end if parted else math.inf,
-        "max_indentation_depth": largest_of(solution, 0),
-        "max_force": largest_of(solution, 2),
+        "max_indentation_depth": solution.largest(0),
+        "max_force": solution.largest(2),
         "max_contact_radius": solution.max_contact_radius,
         "residual_indentation_depth": float(depth[-1]),
         "status": status,

@@ -27,6 +27,7 @@ from restitution.indentation.attraction import (
 )
 from restitution.indentation.history import History
 from restitution.indentation.result import IndentationResult, IndentationStatus
+from restitution.indentation.work import largest_of
 from restitution.numerics.richardson import Richardson
 from restitution.quantities import ADHESION, OUTPUTS
 
@@ -82,6 +83,10 @@ class AdhesiveSolution:
     def turning_time(self) -> float:
         """Time [s] at which the contact radius is largest."""
         return float(self.march.motion[np.argmax(self.march.motion[:, 5]), 0])
+
+    def largest(self, column: int) -> float:
+        """Return the largest value of a column of `at`."""
+        return largest_of(self, column)
 
     @property
     def work(self) -> float:

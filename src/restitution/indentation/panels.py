@@ -66,9 +66,13 @@ _STEP_SHARE = 0.1
 _MERGE_SHARES, _MANY_PANELS = (0.1, 0.3, 1.0), 32
 # Room of the first run; one that is too small costs another run.
 _FIRST_PANELS, _FIRST_STEPS, _STEPS_PER_KNOT = 64, 256, 16
-_MOST_STEPS = 1 << 20
+# Steps of a history, alone and for each knot, behind which it creeps on.
+_MOST_STEPS, _MOST_STEPS_PER_KNOT = 1 << 14, 256
 # Largest power of the map of time after a touch.
 _MOST_POWER = 12
+# Places in a step at which the search for a largest value starts, and the polynomials there.
+_GRID = np.linspace(0.0, 1.0, 65)
+_POLYNOMIALS = chebyshev.chebvander(2.0 * _GRID - 1.0, NODES - 1)
 # Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
 # to about 1e-14.
 _SAME_TIME = 1e-12
@@ -167,7 +171,8 @@ class PanelSolution:
 
     def _run(self, drive: Drive, imprint: Imprint | None, grip: Grip | None) -> Room:
         pieces = drive.history.knots.size
-        panels, steps = _FIRST_PANELS + pieces, _FIRST_STEPS + _STEPS_PER_KNOT * pieces
+        most = _MOST_STEPS + _MOST_STEPS_PER_KNOT * pieces
+        panels, steps = _FIRST_PANELS + pieces, min(_FIRST_STEPS + _STEPS_PER_KNOT * pieces, most)
         if imprint is not None:
             panels += imprint.end.size
         if grip is not None:
@@ -184,12 +189,12 @@ class PanelSolution:
                 _write_grip(self._problem, work, grip)
             if drive.touches:
                 touch_surface(self._problem, work, 0.0, float(work.state[RATE]))
-            outcome = run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), _MOST_STEPS)
+            outcome = run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), most)
             if outcome != NO_ROOM:
                 break
-            panels, steps = 4 * panels, 4 * steps
-            if steps > _MOST_STEPS:
-                raise InputError("history", rule=f"needs over {_MOST_STEPS} steps; smooth or thin it, or loosen rtol")
+            if steps == most:
+                raise InputError("history", rule=f"needs over {most} steps; smooth or thin it, or loosen rtol")
+            panels, steps = 4 * panels, min(4 * steps, most)
         if outcome not in (DONE, APART):
             moment = self.units.touch + self.units.time * float(work.state[0])
             rule = "leads to a contact that could not be solved there"
@@ -295,6 +300,21 @@ class PanelSolution:
         ends = self._room.records.columns[places, 0] @ np.ones(NODES)
         touches = self._room.records.phase[places] != FREE
         return float(np.max(ends, initial=0.0, where=touches)) * self.units.length
+
+    def largest(self, column: int) -> float:
+        """Return the largest depth [m], column 0 of `at`, or force [N], column 2; both are polynomials in a step."""
+        rows = self._room.records.columns[self._records[3], column]
+        values = rows @ _POLYNOMIALS.T
+        step, place = divmod(int(np.argmax(values)), _GRID.size)
+        best = float(values[step, place])
+        low, high = _GRID[max(place - 1, 0)], _GRID[min(place + 1, _GRID.size - 1)]
+        for _ in range(3):
+            z = low + (high - low) * _GRID
+            near = chebyshev.chebval(2.0 * z - 1.0, rows[step])
+            n = int(np.argmax(near))
+            best = max(best, float(near[n]))
+            low, high = z[max(n - 1, 0)], z[min(n + 1, z.size - 1)]
+        return best * (self.units.length if column == 0 else self.units.force)
 
     def times(self, n_points: int) -> Array:
         """Return even times [s], the knots of the history, turnings, and both ends of each contact."""

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from restitution.checks import Array, finite, nonnegative, single, single_nonnegative, whole
 from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
-from restitution.indentation.work import largest_of
 from restitution.kernel import outcome
 from restitution.kernel.plain import single_problem
 from restitution.material.viscoelastic import Material
@@ -153,12 +152,12 @@ class IndentationResult(Result):
     @cached_property
     def max_force(self) -> float:
         """Largest normal force [N], which may lie between the times."""
-        return largest_of(self._solution, 2)
+        return self._solution.largest(2)
 
     @cached_property
     def max_indentation_depth(self) -> float:
         """Largest depth during contact [m]."""
-        return largest_of(self._solution, 0)
+        return self._solution.largest(0)
 
     @property
     def max_contact_radius(self) -> float:

@@ -30,7 +30,7 @@ from restitution.indentation.panels import (
 )
 from restitution.indentation.result import IndentationResult, IndentationStatus
 from restitution.indentation.surface import Surface, check_surface
-from restitution.indentation.work import loop_work
+from restitution.indentation.work import largest_of, loop_work
 from restitution.kernel.growing import BEYOND_PROFILE, TOO_STEEP, Elements, Past, depth_rounding, grow_contact
 from restitution.kernel.indentation import (
     ELEMENT_SHARE,
@@ -477,6 +477,10 @@ class Solution:
     def panels(self) -> PanelSolution:
         """The same by panels, which have the state of the surface."""
         return solve_by_panels(self._profile, self._series, self.history, self._name, self.rtol)
+
+    def largest(self, column: int) -> float:
+        """Return the largest value of a column of `at`."""
+        return largest_of(self, column)
 
     @property
     def work(self) -> float:

@@ -21,7 +21,6 @@ from restitution.indentation.solid import solid_of
 from restitution.indentation.solve import contact_of
 from restitution.indentation.steady import Mixture, Past, Recovery, Trial
 from restitution.indentation.surface import Imprint
-from restitution.indentation.work import largest_of
 from restitution.material.viscoelastic import Material
 from restitution.parallel import checkpoint
 from restitution.quantities import NUMBER, Quantity, dataset
@@ -537,9 +536,9 @@ def numbers_of_tap(tapper: Tapper, distance: float, solution: PanelSolution) -> 
         "amplitude": abs(tip),
         "phase": math.atan2(tip.imag, tip.real),
         "contact_share": float(np.sum(intervals[:, 1] - intervals[:, 0])) / tapper.period,
-        "max_force": largest_of(solution, 2),
+        "max_force": solution.largest(2),
         "mean_force": float(np.sum(weights * force)) / tapper.period,
-        "max_indentation_depth": largest_of(solution, 0),
+        "max_indentation_depth": solution.largest(0),
         "dissipated": solution.work,
         "mode_amplitude": np.abs(harmonics),
         "mode_phase": np.angle(harmonics),

@@ -11,7 +11,6 @@ from restitution.checks import Array
 
 if TYPE_CHECKING:
     from restitution.indentation.adhesion import AdhesiveSolution
-    from restitution.indentation.panels import PanelSolution
     from restitution.indentation.solve import Solution
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
@@ -32,7 +31,7 @@ def largest(values: Callable[[Array], Array], breaks: Array) -> float:
     return best
 
 
-def largest_of(solution: Solution | PanelSolution | AdhesiveSolution, column: int) -> float:
+def largest_of(solution: Solution | AdhesiveSolution, column: int) -> float:
     """Return the largest value of a column of `at`, up to the end of contact where the solution ends with it."""
     breaks, knots = solution.breaks, solution.history.knots
     # Values jump at kinks: also those before one.

@@ -10,6 +10,7 @@ While the contact shrinks, L_k follows from the panels (docs/development/decisio
 """
 
 import math
+from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.driver import (
@@ -324,6 +325,16 @@ def write_residuals(solid: Solid, driver: Driver, room: Room, shrinks: bool) -> 
         M[i, S] = -excess_velocity(room, i)
 
 
+@inlined
+def write_rates(rule: Scheme, room: Room, depths: Any) -> None:
+    """Write the rates at the nodes from depths there, wherever time passes."""
+    slopes = room.vectors[7]
+    differentiate(rule, depths, slopes)
+    for i in range(1, NODES):
+        if room.weights[i] > 0.0:
+            room.nodes[V, i] = slopes[i] / room.weights[i]
+
+
 @compiled
 def apply_correction(rule: Scheme, room: Room, moving: bool, amount: float) -> None:
     """Add the correction in the last column of the matrix; the rates follow from the depths, or they from these."""
@@ -337,12 +348,7 @@ def apply_correction(rule: Scheme, room: Room, moving: bool, amount: float) -> N
                 total += rule.A[i, j] * room.weights[j + 1] * nodes[V, j + 1]
             nodes[D, i + 1] = nodes[D, 0] + total
         return
-    for i in range(1, NODES):
-        if room.weights[i] > 0.0:
-            total = 0.0
-            for j in range(NODES):
-                total += rule.derivative[i, j] * nodes[D, j]
-            nodes[V, i] = total / room.weights[i]
+    write_rates(rule, room, nodes[D])
 
 
 @compiled
@@ -357,18 +363,16 @@ def correct_touch(solid: Solid, rule: Scheme, room: Room, amount: float) -> None
     for i in range(1, NODES):
         nodes[BELOW, i] += amount * room.matrix[i - 1, STAGES]
         nodes[D, i] = nodes[EVENT, i] + nodes[BELOW, i]
+    write_rates(rule, room, nodes[BELOW])
+    if p < 0:
+        return
     for i in range(1, NODES):
         if room.weights[i] > 0.0:
-            total = 0.0
-            for j in range(NODES):
-                total += rule.derivative[i, j] * nodes[BELOW, j]
-            nodes[V, i] = total / room.weights[i]
-            if p >= 0:
-                write_displacements(
-                    solid, room.free, p, room.free.end[p], room.times[i], room.parts, room.basis[0], room.basis[1]
-                )
-                for j in range(solid.recoveries.shape[0]):
-                    nodes[V, i] -= solid.recoveries[j] * room.parts[j]
+            write_displacements(
+                solid, room.free, p, room.free.end[p], room.times[i], room.parts, room.basis[0], room.basis[1]
+            )
+            for j in range(solid.recoveries.shape[0]):
+                nodes[V, i] -= solid.recoveries[j] * room.parts[j]
 
 
 @inlined
@@ -409,10 +413,7 @@ def newton_step_of_touch(room: Room) -> tuple[bool, float]:
         most = max(most, abs(M[i, STAGES]))
     part = min(1.0, 1.0 / most) if most > 0.0 else 1.0
     for i in range(STAGES):
-        below = nodes[BELOW, i + 1]
-        change, least = below * math.expm1(part * M[i, STAGES]), _DEPTH_ROUNDING * abs(nodes[EVENT, i + 1])
-        # A smaller depth below the surface would be rounding, and its force is not felt.
-        M[i, STAGES] = change if below + change > least else least - below
+        M[i, STAGES] = nodes[BELOW, i + 1] * math.expm1(part * M[i, STAGES])
     return True, part
 
 
@@ -486,7 +487,7 @@ def first_depth(problem: Problem, room: Room, t: float, level: float, modulus: f
 @compiled
 def predict(problem: Problem, room: Room, phase: int) -> None:
     """Write a first guess of depths or velocities: under a constant force, or elastic growth."""
-    solid, driver, nodes, slopes = problem.solid, problem.driver, room.nodes, room.vectors[7]
+    solid, driver, nodes = problem.solid, problem.driver, room.nodes
     force = nodes[F, 0] if phase != FREE else 0.0
     for i in range(1, NODES):
         nodes[V, i], nodes[D, i] = nodes[V, 0], nodes[D, 0]
@@ -517,10 +518,7 @@ def predict(problem: Problem, room: Room, phase: int) -> None:
                 nodes[BELOW, i] = max(below, _DEPTH_ROUNDING * abs(level))
             nodes[D, i] = level + nodes[BELOW, i]
     if solid.viscosity > 0.0 and phase != FREE and driver.mass == 0.0 and not nodes[A, 0] > 0.0:
-        differentiate(problem.rule, nodes[D], slopes)
-        for i in range(1, NODES):
-            if room.weights[i] > 0.0:
-                nodes[V, i] = slopes[i] / room.weights[i]
+        write_rates(problem.rule, room, nodes[D])
 
 
 @compiled
@@ -651,9 +649,6 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
         for i in range(STAGES):
             part = abs(room.matrix[i, STAGES]) * reach
             felt = abs(room.matrix[i, STAGES]) > _DEPTH_ROUNDING * abs(nodes[D, i + 1])
-            if by_logarithm and felt and nodes[SLOPE, i + 1] > 0.0:
-                # On a flat imprint the front is much further than the depth.
-                part = max(part, 2.0 * nodes[Y, i + 1] / nodes[SLOPE, i + 1] * part)
             if by_logarithm and felt and nodes[BELOW, i + 1] > 0.0:
                 # The rate, which loads a dashpot, is about a multiple of the depth below the surface.
                 pace = abs(nodes[V, i + 1]) * solid.viscosity / scales.stress
