@@ -25,6 +25,7 @@ def half_space(series):
     return Material(series.scaled(0.25), math.inf)
 
 
+@pytest.mark.plain
 def test_a_force_that_jumps_downward():
     """Creep under F_1, then decay of the depth at the constant radius of an elastic contact under F_2."""
     first, second, jump = 3.0, 0.8, 0.5
