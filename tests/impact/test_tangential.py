@@ -177,6 +177,11 @@ def test_full_sliding_is_recognised_and_exact():
     assert body.slides(3.9356, SPHERE)
     assert not body.slides(3.9352, SPHERE)
     assert body.solve(4.0, SPHERE, 1e-6).restitution == pytest.approx(0.0654873, abs=5e-8)
+    # e_t is exact, and the parts of the energy still have an error, which bounds them.
+    known, fine = body.solve(4.0, SPHERE, 1e-6), body._step(4.0, SPHERE, 1536)
+    assert known.error == 0.0
+    assert known.split_error < 1e-4
+    assert np.abs(parts_of(known) - parts_of(fine)).max() <= known.split_error
     # Without a criterion the elements find the same.
     blind = slider(solid(0.5, 0.1, 1.0)).solve(4.0, SPHERE, 1e-6)
     assert blind.restitution == body.solve(4.0, SPHERE, 1e-6).restitution
