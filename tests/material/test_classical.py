@@ -13,6 +13,7 @@ from restitution import (
     burgers,
     elastic,
     fractional_maxwell,
+    fractional_zener,
     generalised_maxwell,
     kelvin_voigt,
     maxwell,
@@ -174,3 +175,10 @@ def test_constants_are_numbers_or_lists():
 )
 def test_branches_that_do_not_fit_each_other_are_refused(moduli, times):
     assert "branch_moduli" in in_one_line(lambda: generalised_maxwell(1.0, moduli, times, bulk_modulus=1e9)).field
+
+
+def test_a_wrong_argument_is_named_with_those_of_the_model():
+    with pytest.raises(TypeError, match=r"standard_solid\(\) .*'poison_ratio'; its arguments are .*, poisson_ratio, "):
+        standard_solid(1e6, 1e7, 1e3, poison_ratio=0.4)
+    with pytest.raises(TypeError, match=r"fractional_zener\(\) missing .*'exponent'; its arguments are "):
+        fractional_zener(1e6, 1e7, 1e-3)

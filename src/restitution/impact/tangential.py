@@ -219,8 +219,8 @@ class Slider:
             sticks = bool(march.motion[:, 3].any())
             if not sticks:
                 result = result._replace(restitution=closed, error=0.0 if slides or count >= _SURE else math.inf)
-            known = result.error <= rtol and abs(result.residual) <= _RESIDUAL * rtol and math.isfinite(result.split_error)
-            if known and count >= _LEAST:
+            exact = result.error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
+            if exact and math.isfinite(result.split_error) and count >= _LEAST:
                 break
         assert result is not None
         return result

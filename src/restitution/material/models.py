@@ -126,7 +126,12 @@ def checked(
 
     @wraps(function)
     def call(*args: _P.args, **kwargs: _P.kwargs) -> _T:
-        bound = signature.bind(*args, **kwargs)
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError as error:
+            raise TypeError(
+                f"{function.__name__}() {error}; its arguments are {', '.join(signature.parameters)}"
+            ) from None
         numbers = {name: bound.arguments[name] for name in constants if name in bound.arguments}
         numbers, axes = aligned(numbers, [name for name in numbers if constants[name].is_list])
         values = bound.arguments
