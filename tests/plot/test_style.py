@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from restitution.plot import style
+from restitution.quantities import HISTORY
 
 
 def settings() -> dict:
@@ -107,3 +108,18 @@ def test_family_colors_grow_lighter_and_stay_visible_on_white() -> None:
     assert np.all(np.diff(values) > 0)
     # Contrast to white by WCAG; a line of 1.5 points is hard to see below 1.5.
     assert 1.05 / (values[-1] + 0.05) > 1.5
+
+
+def test_curves_that_share_axes_share_their_units() -> None:
+    """A second curve of another size, or of zeros, has the unit of the first; another quantity has its own."""
+    ax = style.new_figure().add_subplot()
+    time, radius, force = (HISTORY[name] for name in ("time", "contact_radius", "force"))
+    for top in (2e-3, 3e-6, 0.0, 5.0):
+        style.draw(ax, (time, [0.0, 1e-3]), (radius, [0.0, top]))
+        assert "[mm]" in ax.get_ylabel()
+        assert ax.lines[-1].get_ydata()[1] == pytest.approx(1e3 * top, rel=1e-15)
+    style.draw(ax, (time, [0.0, 1e-3]), (force, [0.0, 2e3]))
+    assert "[kN]" in ax.get_ylabel()
+    ax.clear()
+    style.draw(ax, (time, [0.0, 1e-3]), (radius, [0.0, 1e-6]))
+    assert "[µm]" in ax.get_ylabel()

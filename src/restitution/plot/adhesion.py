@@ -54,8 +54,7 @@ def loop(ax: Axes, result: AdhesiveResult, *, color: str = style.BLUE, label: st
     """Draw the force over the depth; jumps are dotted."""
     history = result.history
     depth, force = history["indentation_depth"].values, history["force"].values
-    across = style.axis(HISTORY["indentation_depth"], depth)
-    up = style.axis(HISTORY["force"], force)
+    across, up = style.axes_of(ax, (HISTORY["indentation_depth"], depth), (HISTORY["force"], force))
     # The first jump begins without a force.
     depth, force = np.append(depth[0], depth), np.append(0.0, force)
     time = np.append(0.0, history["time"].values)

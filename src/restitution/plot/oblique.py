@@ -64,8 +64,7 @@ def forces(ax: Axes, result: ObliqueResult) -> Axes:
     time = HISTORY["time"], history["time"].values
     limit = friction * history["force"].values if np.isfinite(friction) else np.full(time[1].size, np.nan)
     both = np.stack([history["tangential_force"].values, limit, -limit])
-    up = style.axis(_FORCE, np.where(np.isfinite(both), both, 0.0))
-    across = style.axis(*time)
+    across, up = style.axes_of(ax, time, (_FORCE, both))
     for values, look in zip(both, ("-", "--", "--"), strict=True):
         color = style.BLUE if look == "-" else style.GREY
         ax.plot(across.factor * time[1], up.factor * values, look, color=color)

@@ -8,6 +8,7 @@ from io import BytesIO
 from pathlib import Path
 from string import ascii_lowercase
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -172,8 +173,34 @@ def axis(quantity: Quantity, values: Any) -> Axis:
     return Axis(factor, unit, quantity.label(unit))
 
 
+# Quantities and axes of the last curve: curves that share axes share their units.
+_LAST: WeakKeyDictionary[Axes, tuple[list[str], list[Axis]]] = WeakKeyDictionary()
+
+
+def axes_of(ax: Axes, x: tuple[Quantity, Any], y: tuple[Quantity, Any]) -> list[Axis]:
+    """Return the axes of two quantities: the units are those of a curve of such quantities here, or suitable ones.
+
+    Examples
+    --------
+    >>> from restitution.quantities import HISTORY
+    >>> ax, time = new_figure().add_subplot(), (HISTORY["time"], [0.0, 1.0])
+    >>> for top in (2e-3, 0.0):
+    ...     ax = draw(ax, time, (HISTORY["indentation_depth"], [0.0, top]))
+    >>> ax.get_ylabel()
+    'indentation depth $d$ [mm]'
+    """
+    units, axes = [quantity.unit for quantity, _ in (x, y)], [axis(*x), axis(*y)]
+    if ax.has_data() and _LAST.get(ax, ([], []))[0] == units:
+        axes = [
+            old._replace(label=quantity.label(old.unit))
+            for old, (quantity, _) in zip(_LAST[ax][1], (x, y), strict=True)
+        ]
+    _LAST[ax] = units, axes
+    return axes
+
+
 def draw(ax: Axes, x: tuple[Quantity, Any], y: tuple[Quantity, Any], *fmt: str, **look: Any) -> Axes:
-    """Draw the values of a quantity over those of another, in suitable units.
+    """Draw the values of a quantity over those of another, in suitable units; see `axes_of`.
 
     Examples
     --------
@@ -182,7 +209,7 @@ def draw(ax: Axes, x: tuple[Quantity, Any], y: tuple[Quantity, Any], *fmt: str, 
     >>> ax.get_xlabel(), ax.lines[0].get_xdata().tolist()
     ('time since first touch $t$ [ms]', [0.0, 1.0])
     """
-    across, up = axis(*x), axis(*y)
+    across, up = axes_of(ax, x, y)
     ax.plot(across.factor * np.asarray(x[1]), up.factor * np.asarray(y[1]), *fmt, **look)
     return labelled(ax, across.label, up.label)
 
