@@ -165,7 +165,8 @@ class Tapping(Result):
             for n in range(self.distance.size)
         ]  # fmt: skip
         heads = ("distance", "amplitude", "phase [deg]", "in contact", "largest force", "loss per tap", "status")
-        return Summary(title or "Tapping", Table(heads, rows), (f"free amplitude {self.free_amplitude:.6g} m",))
+        note = f"free amplitude {in_words(self.free_amplitude, 'm')}"
+        return Summary(title or "Tapping", Table(heads, rows), (note,))
 
     @property
     def _short(self) -> str:

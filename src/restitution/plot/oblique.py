@@ -54,7 +54,7 @@ def overview(result: ObliqueResult, *, title: str = "") -> Figure:
         for label, (name, color) in velocities.items():
             style.draw(panels[2], time, (_VELOCITY, history[name].values), color=color, label=label)
         panels[2].axhline(0.0, color=style.GREY, linewidth=0.8)
-        panels[2].legend(loc="upper right")
+        panels[2].legend(loc="best")
     return page
 
 
