@@ -17,7 +17,12 @@ from commands import done
 from restitution.kernel import plain
 from restitution.kernel.impact import solve_block
 
-COMMAND = "from restitution.cli.main import main; main()"
+# However slow the machine is, its patience does not end.
+PATIENT = """
+from restitution.kernel import plain
+plain.PATIENCE = plain.LONGEST = plain.ALLOWANCE = float("inf")
+"""
+COMMAND = f"{PATIENT}from restitution.cli.main import main\nmain()"
 # Of the solves in these tests.
 RTOL = 1e-9
 
@@ -105,7 +110,8 @@ def test_random_impacts_agree_within_rtol(monkeypatch: pytest.MonkeyPatch) -> No
     assert np.all(np.abs(ours - compiled) <= 2.0 * RTOL * np.maximum(compiled, 1e-3)), (impacts, ours - compiled)
 
 
-FIRST = """
+FIRST = f"""
+{PATIENT}
 import json, os, sys
 from concurrent.futures import ThreadPoolExecutor
 import numpy as np
@@ -116,9 +122,9 @@ def answer(_=None):
     history = result.history
     curve = rs.indent(rs.Material(rs.PronySeries(60.0, [250.0], [0.3]), bulk=np.inf), rs.Parabola(radius=2.5e-6),
                       depth=rs.triangle(1e-6, 1.0))
-    return {"e": result.restitution_coefficient, "force": history.force.values.tolist(),
-            "dissipated": result.energy.dissipated, "curve": curve.force.tolist(), "end": curve.contact_end_time,
-            "stored": curve.stored}
+    return dict(e=result.restitution_coefficient, force=history.force.values.tolist(),
+                dissipated=result.energy.dissipated, curve=curve.force.tolist(), end=curve.contact_end_time,
+                stored=curve.stored)
 
 print(json.dumps([answer(), *ThreadPoolExecutor(3).map(answer, range(3))]))
 """
