@@ -437,6 +437,38 @@ def test_a_zone_that_is_too_thin_is_refused():
     assert caught.value.status == Status.NOT_ACCURATE
 
 
+def wide_spectrum():
+    """A rubber of 12 terms over eleven decades, whose fastest ones are far below the time of a contact."""
+    times = np.logspace(-9.0, 2.0, 12)
+    rubber = rs.Material(rs.PronySeries(1e6, 1e8 * (times / 1e-9) ** -0.3, times), bulk=math.inf)
+    return rs.Impact(rubber, rs.Sphere(1e-3), mass=5e-6, velocity=0.5, adhesion=rs.Adhesion(work=0.1, stress=1e7))
+
+
+@pytest.mark.slow
+def test_a_wide_spectrum_is_solved_within_rtol():
+    impact = wide_spectrum()
+    fine = rs.solve(impact, rtol=4e-5)
+    for rtol in (1e-3, 1e-4):
+        rough = rs.solve(impact, rtol=rtol)
+        assert rough.restitution_error <= rtol
+        error = rough.restitution_error + fine.restitution_error
+        assert abs(rough.restitution_coefficient - fine.restitution_coefficient) <= error
+
+
+def test_a_missed_tolerance_has_the_error_that_was_reached(monkeypatch):
+    impact = wide_spectrum()
+    monkeypatch.setattr(attraction, "MOST", 800)
+    monkeypatch.setattr(attraction, "_WORK", 0.0)
+    monkeypatch.setattr(attraction, "_FINEST", 1)
+    with pytest.raises(SolverError, match=r"the error of e is [0-9.e-]+; range") as caught:
+        rs.solve(impact, rtol=1e-5)
+    assert caught.value.status == Status.NOT_ACCURATE
+    with pytest.warns(rs.RestitutionWarning, match="NOT_ACCURATE|not reached"):
+        result = rs.solve(impact, rtol=1e-5, errors="warn")
+    assert math.isnan(result.restitution_coefficient)
+    assert 1e-5 < result.restitution_error < 0.1
+
+
 def test_marches_in_pieces_are_the_same_and_end_with_the_work(monkeypatch):
     problem = Problem(Sticky(rs.Parabola(1.0), rs.PronySeries(1.0, [4.0], [1.0]), rs.Adhesion(0.02, 0.3)), 1.0, 0.5)
     width, duration = scales(problem)

@@ -71,7 +71,7 @@ class AdhesiveResult(ImpactResult):
         Energies [J] that the material dissipates, that the surface still stores at separation, and that jumps into
         contact and out of it lose to waves. NaN where the body does not separate.
     restitution_error : float or array
-        Estimate of the error of e [-]; 0 for a body that sticks.
+        Estimate of the error of e [-], also where it is above `rtol`; 0 for a body that sticks.
 
     Notes
     -----
@@ -201,7 +201,9 @@ def solve_with_adhesion(
     if message and (errors or ("warn" if shape else "raise")) == "raise":
         first = int(np.argmax(status >= Status.TOO_MANY_STEPS))
         place = f"impact {first} of {status.size}: " if status.size > 1 else ""
-        raise SolverError(Status(int(status[first])), place + _zone_in_words(single_of(impact, first)))
+        error = columns["restitution_error"][first]
+        reached = f"the error of e is {error:.1g}; " if math.isfinite(error) else ""
+        raise SolverError(Status(int(status[first])), place + reached + _zone_in_words(single_of(impact, first)))
     warn({"failed": message} if message else {}, 4)
     result = _result(impact, limit, columns, march)
     if shape:

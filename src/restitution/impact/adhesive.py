@@ -105,11 +105,10 @@ def marched(
         if too_thin(single):
             return
         solved = _solved(problem_of(single), rtol)
-        columns[STATUS][place] = int(solved.status)
+        columns[STATUS][place], columns["restitution_error"][place] = int(solved.status), solved.error
         if not solved.status.failed:
             for name, value in solved.numbers.items():
                 columns[name][place] = value
-            columns["restitution_error"][place] = solved.error
         if not shape:
             kept.append(solved.march)
 

@@ -48,7 +48,7 @@ class Problem(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """Extrapolated numbers with the finest march, and the error of e."""
+    """Extrapolated numbers with the finest march, and the error of e, also where it is above the tolerance."""
 
     status: Status
     numbers: dict[str, float]
@@ -76,8 +76,8 @@ def solve_adhesive(problem: Problem, rtol: float) -> Solved:
     return _failed(Status.TOO_DEEP if width == math.inf else Status.TOO_MANY_STEPS)
 
 
-def _failed(status: Status, march: March | None = None) -> Solved:
-    return Solved(status, dict.fromkeys(NUMBERS, math.nan), march, math.inf)
+def _failed(status: Status, march: March | None = None, error: float = math.nan) -> Solved:
+    return Solved(status, dict.fromkeys(NUMBERS, math.nan), march, error)
 
 
 def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved:
@@ -85,16 +85,17 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
     from restitution.kernel.zone import HELD, SEPARATED
 
     count, most = problem.body.counts(width, time)
+    most = max(most, problem.body.affordable(width))
     if rtol >= _LOOSE:
         count //= 2
-    held, series = 0, Richardson()
+    held, series, reached = 0, Richardson(), math.nan
     kinetic = 0.5 * problem.mass * problem.velocity**2
     while count <= most:
         march = problem.march(width, time, count)
         if march.end not in (HELD, SEPARATED):
             return _failed(Status.NOT_ACCURATE, march)
         if march.end == HELD:
-            held, series = held + 1, Richardson()
+            held, series, reached = held + 1, Richardson(), math.nan
             if held >= _SURE:
                 numbers = _numbers(problem, march)
                 numbers["energy"] = 0.0
@@ -106,10 +107,11 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
             energy, error = numbers["energy"], _error_of_e(numbers["energy"], float(errors[0]))
             # The loss in jumps has an error of its own, which that of e does not show.
             lost = float(errors[_JUMPS]) / kinetic
+            reached = max(error, lost)
             if energy > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(energy)) and lost <= rtol:
                 return Solved(Status.SEPARATED, numbers, march, error)
         count *= 2
-    return _failed(Status.NOT_ACCURATE)
+    return _failed(Status.NOT_ACCURATE, error=reached)
 
 
 def _widest(problem: Problem) -> float:

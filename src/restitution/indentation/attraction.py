@@ -21,6 +21,8 @@ from restitution.parallel import checkpoint
 # Elements of the first march that counts, and of the finest. Where the attracted ring is thin: elements within it that
 # the first march needs, the number of the finest march over this need, and the largest number.
 FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
+# Changes of elements in the longest march of an impact: some seconds. Elements beside the ring that change in a step.
+_WORK, _BESIDE = 1.5e9, 30
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
 # Rows of the motion for each element, and for each further element of a fine march.
@@ -113,6 +115,20 @@ class Sticky(NamedTuple):
         fastest = time / float(self.modulus.relaxation_times.min(initial=math.inf))
         first, most = (2 ** math.ceil(math.log2(max(need / FEWEST, 1.0))) for need in (min(ring, fastest), ring))
         return FEWEST * first, min(max(MOST, _FINEST * FEWEST * most), _LARGEST)
+
+    def affordable(self, width: float) -> int:
+        """Return the largest number of elements whose march takes some seconds, for a largest zone [m].
+
+        Elements outside of the ring wait. Relaxation times far below the contact time make it thinner than on the
+        glass, so that it may need more elements than `counts` has.
+        """
+        modes, count = self.modulus.relaxation_times.size, MOST
+        while 2 * count <= _LARGEST:
+            touched = min(self.ring / width, 1.0) * 2 * count + _BESIDE
+            if 2 * (2 * count) * touched * (modes + 2) > _WORK:
+                break
+            count *= 2
+        return count
 
     def march(self, width: float, time: float, count: int, *, mass: float, velocity: float) -> March:
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
