@@ -111,7 +111,7 @@ class Recovery:
         if not most > 0.0:
             return None
         memory = np.zeros((starts.size, solid.rates.size, NODES))
-        motion = Motion(starts, lengths, kinds, coefficients, memory, peak, place, 1.0)
+        motion = Motion(starts, lengths, kinds, coefficients, memory, np.zeros_like(memory), peak, place, 1.0)
         write_memory(solid, rule, room(solid, 1, 1), motion, depths)
         rows = self._rows(solid, motion, most, error)
         if rows is None:

@@ -9,6 +9,12 @@ the rates, its loads then differ by
     dl_k = E_k (sum_j theta_jk dw_j - dW),    dl_k' = -rho_k dl_k
 
 and, as its load is zero where it leaves, dw_j = sum_k theta_jk dl_k/S_j there.
+
+A part that relaxes in a million periods changes by a millionth of itself in one. This change comes from integrals,
+
+    dw_j/dt = -sum_k theta_jk rho_k l_k/S_j    in contact without a parallel dashpot,    -r_j w_j    beside it,
+
+as a difference of w_j before and after would have no correct digits.
 """
 
 import math
@@ -34,6 +40,7 @@ class Motion(NamedTuple):
     kind: Any  # (M,): map of the time
     depth: Any  # (M, N): Chebyshev coefficients
     memory: Any  # (M, K, N): those of h_k
+    sum: Any  # (M, K, N): those of the integral of h_k over the time
     peak: int  # Piece and place of the largest depth
     place: float
     period: float
@@ -43,15 +50,15 @@ class Bench(NamedTuple):
     """Scratch space for one element."""
 
     loads: Any  # (K,): l_k - E_k h_k at the touch
-    parts: Any  # (J,): w_j after a period
+    change: Any  # (J,): of w_j in a period
     matrix: Any  # (J, J + 1)
     basis: Any  # (2, N)
 
 
 @entry_point
 def write_memory(solid: Solid, rule: Scheme, room: Room, motion: Motion, depths: Any) -> None:
-    """Write h_k; `depths` are those at the nodes, (M, N)."""
-    source, values = room.vectors[0], room.vectors[1]
+    """Write h_k and their integrals; `depths` are those at the nodes, (M, N)."""
+    source, values, total = room.vectors[0], room.vectors[1], room.vectors[2]
     for m in range(motion.start.shape[0]):
         for i in range(NODES):
             room.weights[i] = motion.length[m] * share(motion.kind[m], rule.c[i])[1]
@@ -63,6 +70,14 @@ def write_memory(solid: Solid, rule: Scheme, room: Room, motion: Motion, depths:
             at_nodes(room.inverse[k], source, values)
             room.memory[k] = values[NODES - 1]
             to_coefficients(rule, values, motion.memory[m, k])
+            total[0] = 0.0
+            for n in range(NODES if m > 0 else 0):
+                total[0] += motion.sum[m - 1, k, n]
+            for i in range(NODES - 1):
+                total[i + 1] = total[0]
+                for j in range(NODES - 1):
+                    total[i + 1] += rule.A[i, j] * room.weights[j + 1] * values[j + 1]
+            to_coefficients(rule, total, motion.sum[m, k])
 
 
 @compiled
@@ -151,12 +166,12 @@ def time_of(motion: Motion, m: int, z: float) -> float:
 
 @compiled
 def pass_period(solid: Solid, motion: Motion, s: float, w: Any, bench: Bench) -> tuple[float, float]:
-    """Write the parts of the displacement of an element after a period; return the times of touch and end, or -1."""
+    """Write what a period changes of the parts of an element; return the times of touch and end, or -1."""
     J, K, basis = solid.recoveries.shape[0], solid.rates.shape[0], bench.basis
     m, z = find(solid, motion, s, w, -1.0, bench)
     if m < 0:
         return -1.0, 0.0
-    touch = time_of(motion, m, z)
+    touch, first, z_touch = time_of(motion, m, z), m, z
     polynomials(z, basis[0], basis[1])
     for k in range(K):
         bench.loads[k] = -solid.moduli[k] * value_of(motion.memory[m, k], basis[0])
@@ -167,16 +182,22 @@ def pass_period(solid: Solid, motion: Motion, s: float, w: Any, bench: Bench) ->
     if m < 0:
         return -1.0, 0.0
     end = time_of(motion, m, z)
-    polynomials(z, basis[0], basis[1])
     for j in range(J):
-        bench.parts[j] = solid.displacement[j] * (value_of(motion.depth[m], basis[0]) - s)
+        bench.change[j] = 0.0
     for k in range(K):
-        decay = math.exp(max(-solid.rates[k] * (end - touch), _FORGOTTEN))
-        load = bench.loads[k] * decay + solid.moduli[k] * value_of(motion.memory[m, k], basis[0])
+        polynomials(z_touch, basis[0], basis[1])
+        held = -value_of(motion.sum[first, k], basis[0])
+        polynomials(z, basis[0], basis[1])
+        held += value_of(motion.sum[m, k], basis[0])
+        # What the branch relaxes in contact.
+        relaxed = solid.moduli[k] * solid.rates[k] * held
+        relaxed -= bench.loads[k] * math.expm1(max(-solid.rates[k] * (end - touch), _FORGOTTEN))
         for j in range(J):
-            bench.parts[j] += solid.loads[j, k] * load
+            bench.change[j] -= solid.loads[j, k] * relaxed
     for j in range(J):
-        bench.parts[j] *= math.exp(max(-solid.recoveries[j] * (motion.period - end), _FORGOTTEN))
+        bench.change[j] *= math.exp(max(-solid.recoveries[j] * (motion.period - end), _FORGOTTEN))
+        free = motion.period - (end - touch)
+        bench.change[j] += w[j] * math.expm1(max(-solid.recoveries[j] * free, _FORGOTTEN))
     return touch, end
 
 
@@ -201,8 +222,8 @@ def solve_square(matrix: Any) -> None:
 
 
 @compiled
-def write_change(solid: Solid, motion: Motion, touch: float, end: float, w: Any, bench: Bench) -> None:
-    """Write the change of the parts by Newton's method into the last column of the matrix."""
+def write_correction(solid: Solid, motion: Motion, touch: float, end: float, bench: Bench) -> None:
+    """Write the correction of the parts by Newton's method into the last column of the matrix."""
     J, K, M = solid.recoveries.shape[0], solid.rates.shape[0], bench.matrix
     for j in range(J):
         late = math.exp(max(-solid.recoveries[j] * (motion.period - end), _FORGOTTEN))
@@ -213,7 +234,7 @@ def write_change(solid: Solid, motion: Motion, touch: float, end: float, w: Any,
                 total += solid.loads[j, k] * decay * (solid.moduli_of[k, n] - solid.moduli[k])
             early = math.exp(max(-solid.recoveries[n] * touch, _FORGOTTEN))
             M[j, n] = (1.0 if j == n else 0.0) - late * total * early
-        M[j, J] = bench.parts[j] - w[j]
+        M[j, J] = bench.change[j]
     solve_square(M)
 
 
@@ -236,7 +257,7 @@ def write_periodic(
         for j in range(J):
             w[j] = guess[j]
         for iteration in range(_MOST_ITERATIONS):
-            write_change(solid, motion, touch, end, w, bench)
+            write_correction(solid, motion, touch, end, bench)
             size, part = 0.0, 1.0
             for j in range(J):
                 size = max(size, abs(bench.matrix[j, J]))
