@@ -64,6 +64,36 @@ def test_the_steady_state_of_elements_is_that_of_many_cycles(profile):
     assert steady.min_contact_radius == pytest.approx(many.min_contact_radius, rel=1e-6)
 
 
+@pytest.mark.parametrize("viscosity", [0.0, 0.3])
+@pytest.mark.parametrize("power", [7.0, 9.0, 12.0, 15.0])
+def test_a_part_that_relaxes_in_a_million_periods_and_more(viscosity, power):
+    """Numbers are a series in the period over the slow time: its limit from times of 160 and 320 periods.
+
+    The next term is some thousandth of the second one, which changes these numbers by 1e-4.
+    """
+
+    def numbers(time):
+        series = rs.PronySeries(0.1, [1.0, 0.5], [1.0, time], parallel_viscosity=viscosity)
+        wave = rs.oscillate(
+            rs.Material(series, bulk=math.inf), rs.Parabola(1.0), depth=1.0, amplitude=0.3, frequency=UNIT
+        )
+        return np.append(wave.force_harmonics[:3], wave.dissipated)
+
+    first, second = numbers(1e3), numbers(2e3)
+    time = 10.0 ** (power + np.random.default_rng().uniform(-0.5, 0.5))
+    assert np.abs(first - second).max() > 5e-5
+    assert np.all(np.abs(numbers(time) - (2.0 * second - first)) < 3e-7)
+
+
+def test_the_steady_state_of_a_dashpot_is_that_of_many_cycles():
+    series = rs.PronySeries(0.3, [1.0, 0.4], [1.0, 0.2], parallel_viscosity=0.2)
+    options = {"depth": 0.3, "amplitude": 0.05, "frequency": 0.4}
+    material = rs.Material(series, bulk=math.inf)
+    steady = rs.oscillate(material, rs.Parabola(2.0), **options)
+    many = rs.oscillate(material, rs.Parabola(2.0), **options, cycles=20, rise_time=1.0, hold_time=60.0, rtol=1e-7)
+    assert steady.force_harmonics == pytest.approx(many.force_harmonics, abs=1e-8 * abs(many.force_harmonics[0]))
+
+
 def test_a_flat_punch_is_read_exactly():
     """Its radius is constant: F_1 = 2 a E*(i w) d_1."""
     wave = rs.oscillate(SOLID, rs.FlatPunch(0.3), depth=1.0, amplitude=0.1, frequency=UNIT)

@@ -253,6 +253,25 @@ def test_a_slow_polymer_is_steady():
         assert numbers[name] == pytest.approx(before[name], abs=1e-8)
 
 
+@pytest.mark.parametrize("power", [6.0, 9.0, 12.0])
+def test_a_part_that_relaxes_in_a_million_taps_and_more(power):
+    """A part far slower than a period feels the mean load alone: the numbers are a series in the period over its time.
+
+    The limit is extrapolated from times of 160 and 320 periods; the next term is their square.
+    """
+
+    def numbers(time):
+        polymer = rs.Material(rs.PronySeries(0.1, [1.0, 0.5], [1.0, time]), bulk=math.inf)
+        curve = rs.tap(polymer, rs.Parabola(1.0), 0.7, **OPTIONS)
+        assert curve.status[0] == TappingStatus.PERIODIC
+        return numbers_of(curve)
+
+    first, second = numbers(1e3), numbers(2e3)
+    time = 10.0 ** (power + np.random.default_rng().uniform(-0.5, 0.5))
+    assert np.all(np.abs(first - second) > 1e-7)
+    assert numbers(time) == pytest.approx(2.0 * second - first, abs=1e-7)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_steady_tip_within_the_free_amplitude_touches(seed):
     """A surface that has sunk too far recovers until the tip touches it, however slowly that is."""

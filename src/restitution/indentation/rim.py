@@ -148,6 +148,6 @@ def _coefficients(
     waves = np.exp(-1j * omega * orders * touching)
     for k in range(solids.rates.shape[1]):
         sums = solids.rates[:, k, None, None] + 1j * omega * orders
-        fades = 1.0 - np.exp(-sums * (leaving - touching))
+        fades = -np.expm1(-sums * (leaving - touching))
         total = total + excess[..., k, None] * waves * fades / sums
     return total

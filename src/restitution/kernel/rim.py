@@ -3,6 +3,10 @@
 In units of the period and of the amplitude an element has the displacement `u = c + sin(2 pi t)`, with its offset
 c = (mean - s)/amplitude. Its state repeats after a period. Given the times of leaving and of the touch before, the
 periodic state is linear in the loads; both times are where the load vanishes and where the gap closes.
+
+What a period changes of a slow part w_j is small. It is written by integrals, which have all digits:
+
+    w_j' = -sum_k L_jk rho_k l_k + c_j eta u'   in contact,   L_jk = c_j/(r_j - rho_k),   w_j' = -r_j w_j   in flight.
 """
 
 import math
@@ -114,25 +118,51 @@ def _first_below(solid: Solid, work: Room, offset: float, start: float, is_load:
     return least
 
 
+@inlined
+def _dashpot(solid: Solid, j: int) -> float:
+    """Return c_j eta, the share of a change of the displacement in contact in a part."""
+    if solid.viscosity == 0.0:
+        return 0.0
+    if solid.rates.shape[0] == 0:
+        return solid.displacement[j]
+    far = 0
+    for k in range(solid.rates.shape[0]):
+        if abs(solid.recoveries[j] - solid.rates[k]) > abs(solid.recoveries[j] - solid.rates[far]):
+            far = k
+    return solid.viscosity * solid.loads[j, far] * (solid.recoveries[j] - solid.rates[far])
+
+
 @compiled
 def _periodic(solid: Solid, work: Room, offset: float, leaving: float, touching: float) -> None:
     """Write the parts of the displacement at the touch that repeat after a period, and the excess of the loads."""
     K, J, matrix = solid.rates.shape[0], solid.recoveries.shape[0], work.matrix
-    u = offset + math.sin(2.0 * math.pi * leaving)
+    contact, flight = leaving - touching, touching + 1.0 - leaving
+    # Integrals of the sine and of the cosine over the contact.
+    both, half = math.pi * (leaving + touching), math.sin(math.pi * contact) / math.pi
+    sine, cosine = math.sin(both) * half, math.cos(both) * half
+    moved = 2.0 * math.pi * cosine
     for k in range(K):
-        work.decay[k] = math.exp(-solid.rates[k] * (leaving - touching))
-        work.loads[k] = _drive(work, k, leaving) - work.decay[k] * _drive(work, k, touching)
+        # Share of the excess that relaxes in contact, and what relaxes if there is none at the touch.
+        work.decay[k] = -math.expm1(-solid.rates[k] * contact)
+        held = work.driven[0, k] * sine + work.driven[1, k] * cosine
+        work.loads[k] = solid.rates[k] * held - work.decay[k] * _drive(work, k, touching)
     for j in range(J):
-        recovery = math.exp(-solid.recoveries[j] * (touching + 1.0 - leaving))
-        target = solid.displacement[j] * u
+        recovery = math.exp(-solid.recoveries[j] * flight)
+        change = _dashpot(solid, j) * moved
         for k in range(K):
-            target += solid.loads[j, k] * work.loads[k]
-        matrix[j, J] = recovery * target
+            change -= solid.loads[j, k] * work.loads[k]
+        matrix[j, J] = recovery * change
+        largest = 0.0
         for i in range(J):
             value = 0.0
             for k in range(K):
                 value += solid.loads[j, k] * work.decay[k] * solid.moduli_of[k, i]
-            matrix[j, i] = (1.0 if i == j else 0.0) - recovery * value
+            own = -math.expm1(-solid.recoveries[j] * flight) if i == j else 0.0
+            matrix[j, i] = own + recovery * value
+            largest = max(largest, abs(matrix[j, i]))
+        # Slow parts have small rows.
+        for i in range(J + 1 if largest > 0.0 else 0):
+            matrix[j, i] /= largest
     _eliminate(matrix, J)
     for j in range(J):
         work.parts[j] = matrix[j, J]
