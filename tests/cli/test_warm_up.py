@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,10 +63,42 @@ def test_the_problems_call_every_entry_point() -> None:
 def test_the_command_solves_its_problems_and_names_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     solved: list[int] = []
     monkeypatch.setattr(warm_up, "PROBLEMS", {lambda: solved.append(1): 2, lambda: solved.append(2): 3})
+    monkeypatch.setattr(warm_up.os, "cpu_count", lambda: 1)
     for module in (cache, compiler):
         monkeypatch.setattr(module, "cache_folder", lambda: str(tmp_path))
     assert done("warm-up").stdout == f"the kernel is compiled; its machine code is in {tmp_path}\n"
     assert solved == [1, 2]
+
+
+def test_the_process_beside_has_ended_before_the_second_problem(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    started: list[list[str]] = []
+    ended: list[bool] = []
+    sleeper = "import sys, time; time.sleep(1.0); open(sys.argv[1], 'w')"
+
+    class Beside(subprocess.Popen[bytes]):
+        def __init__(self, command: list[str], **options: Any) -> None:
+            started.append(command)
+            super().__init__([sys.executable, "-c", sleeper, str(tmp_path / "end")], **options)
+
+    monkeypatch.setattr(warm_up.subprocess, "Popen", Beside)
+    monkeypatch.setattr(warm_up.os, "cpu_count", lambda: 2)
+
+    def problem() -> None:
+        ended.append((tmp_path / "end").exists())
+
+    monkeypatch.setattr(warm_up, "PROBLEMS", {problem: 1, lambda: problem(): 1})
+    done("warm-up")
+    assert ended == [False, True]
+    assert len(started) == 1
+
+
+@pytest.mark.slow
+def test_the_process_beside_solves_its_problems() -> None:
+    # A failure of it would cost time alone, as the command then compiles all by itself.
+    assert python(warm_up.CODE_BESIDE + "; print(len(warm_up.BESIDE))") == f"{len(warm_up.BESIDE)}\n"
+    assert set(warm_up.BESIDE) < set(list(warm_up.PROBLEMS)[1:])
 
 
 def test_machine_code_that_nothing_keeps_is_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
