@@ -266,7 +266,8 @@ def test_two_processes_compile_at_the_same_time(tmp_path: Path) -> None:
         + "".join(f"@entry_point\ndef multiply_{n}(x):\n    return {n}.0 * x\n" for n in range(MANY))
     )
     cache, paths = str(tmp_path / "cache"), os.pathsep.join([str(PACKAGE.parent), str(tmp_path)])
-    variables = os.environ | {"NUMBA_CACHE_DIR": cache, "NUMBA_DISABLE_JIT": "0", "PYTHONPATH": paths}
+    variables = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA_")}
+    variables |= {"NUMBA_CACHE_DIR": cache, "NUMBA_DISABLE_JIT": "0", "PYTHONPATH": paths}
     marks = [str(tmp_path / name) for name in ("first", "second")]
     processes = [
         subprocess.Popen(
