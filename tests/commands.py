@@ -1,8 +1,14 @@
 """Commands of the command line, run in this process."""
 
+from functools import cache
+
+from typer import testing
 from typer.testing import CliRunner, Result
 
 from restitution.cli.main import app
+
+# Typer would build all commands anew for each call, which takes longer than most commands.
+testing._get_command = cache(testing._get_command)
 
 
 def run(*arguments: str) -> Result:

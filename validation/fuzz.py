@@ -25,15 +25,20 @@ import warnings
 from collections import Counter
 from collections.abc import Generator
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
+from typer import testing
 from typer.testing import CliRunner
 
 import restitution as rs
 from restitution.cli.main import app
 from restitution.surrogates.velocity import content_hash
+
+# Typer would build all commands anew for each run, which takes longer than most of them.
+testing._get_command = cache(testing._get_command)
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 LIMIT = 30

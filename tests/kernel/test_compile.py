@@ -50,18 +50,34 @@ def test_import_loads_nothing_heavy(tmp_path):
     assert _run(code, PACKAGE.parent) == "set()\n"
 
 
+WHOLE = """
+from restitution.kernel.compile import entry_point
+from restitution.kernel.part import half
+
+@entry_point
+def quarter(x):
+    return half(half(x))
+"""
+PART = """
+from restitution.kernel.compile import compiled
+
+@compiled
+def half(x):
+    return 0.5 * x
+"""
+
+
 @pytest.mark.slow
-def test_edit_of_a_callee_in_another_file_takes_effect(tmp_path):
+def test_edit_of_a_callee_in_another_file_takes_effect(tmp_path: Path) -> None:
+    # Two more modules of the kernel: its solver of impacts takes ten seconds and more, twice.
     root = _copy(tmp_path)
-    first = _run(SOLVE, root)
-    code = SOLVE + "; from restitution.kernel.impact import solve_block as s; print(sum(s.stats.cache_hits.values()))"
-    assert _run(code, root).split() == [first.strip(), "1"]
-    path = root / "restitution" / "kernel" / "path.py"
-    # Pi of a power law, in the scalar and in the vector form.
-    changed = path.read_text().replace("(2.0 / 3.0)", "1.0").replace("2.0 / (p + 2.0)", "3.0 / (p + 2.0)")
-    assert changed != path.read_text()
-    path.write_text(changed)
-    assert _run(SOLVE, root) != first
+    kernel = root / "restitution" / "kernel"
+    (kernel / "whole.py").write_text(WHOLE)
+    (kernel / "part.py").write_text(PART)
+    code = "from restitution.kernel.whole import quarter as q; print(q(1.0), sum(q.stats.cache_hits.values()))"
+    assert [_run(code, root) for _ in range(2)] == ["0.25 0\n", "0.25 1\n"]
+    (kernel / "part.py").write_text(PART.replace("0.5", "3.0"))
+    assert [_run(code, root) for _ in range(2)] == ["9.0 0\n", "9.0 1\n"]
 
 
 @pytest.mark.slow
@@ -224,18 +240,48 @@ def test_machine_code_is_known_by_function_and_sources(tmp_path: Path) -> None:
     assert _run(both, root, NUMBA_CACHE_DIR=cache) == "False False False\n"
 
 
+MANY = 40
+CALL_MANY = f"""
+import sys, time
+from pathlib import Path
+import functions
+
+if len(sys.argv) > 1:
+    Path(sys.argv[1]).touch()
+    until = time.monotonic() + 60.0
+    while not Path(sys.argv[2]).exists() and time.monotonic() < until:
+        time.sleep(0.001)
+called = [getattr(functions, f"multiply_{{n}}") for n in range({MANY})]
+print([multiply(2.0) for multiply in called])
+if len(sys.argv) == 1:
+    print(sum(sum(multiply.stats.cache_hits.values()) for multiply in called))
+"""
+
+
 @pytest.mark.slow
 def test_two_processes_compile_at_the_same_time(tmp_path: Path) -> None:
-    variables = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
+    # Both come to many small functions at almost the same moment, to the large ones of the kernel only once.
+    (tmp_path / "functions.py").write_text(
+        "from restitution.kernel.compile import entry_point\n"
+        + "".join(f"@entry_point\ndef multiply_{n}(x):\n    return {n}.0 * x\n" for n in range(MANY))
+    )
+    cache, paths = str(tmp_path / "cache"), os.pathsep.join([str(PACKAGE.parent), str(tmp_path)])
+    variables = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA_")}
+    variables |= {"NUMBA_CACHE_DIR": cache, "NUMBA_DISABLE_JIT": "0", "PYTHONPATH": paths}
+    marks = [str(tmp_path / name) for name in ("first", "second")]
     processes = [
         subprocess.Popen(
-            [sys.executable, "-c", SOLVE], env=variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            [sys.executable, "-c", CALL_MANY, *order],
+            env=variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         )
-        for _ in range(2)
-    ]
+        for order in (marks, marks[::-1])
+    ]  # fmt: skip
     ends = [process.communicate(timeout=300) for process in processes]
-    assert [process.returncode for process in processes] == [0, 0], ends
-    assert ends[0][0] == ends[1][0] == _run(SOLVE, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path))
+    products = f"{[2.0 * n for n in range(MANY)]}\n"
+    assert [(process.returncode, end[0]) for process, end in zip(processes, ends, strict=True)] == [
+        (0, products)
+    ] * 2, ends
+    assert _run(CALL_MANY, tmp_path, NUMBA_CACHE_DIR=cache, PYTHONPATH=paths) == f"{products}{MANY}\n"
 
 
 STAGES = """

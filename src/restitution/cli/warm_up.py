@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import restitution as rs
@@ -16,29 +20,56 @@ if TYPE_CHECKING:
 def warm_up() -> None:
     """Compile the whole kernel, so that no later command and no Python process waits for it.
 
-    This takes about a minute after an installation or an update, and a few seconds if all is compiled.
+    This takes about a minute after an installation or an update, half of it on two processors, and a few seconds if
+    all is compiled.
     Example: restitution warm-up
     """
     from restitution.kernel.cache import cache_folder
     from restitution.kernel.compile import machine_code_is_kept
-    from restitution.kernel.plain import compiled_only
 
     folder = cache_folder()
     if folder is None:
         raise cli.BadInput("no folder can keep machine code; set NUMBA_CACHE_DIR to one that only you may write")
     if not machine_code_is_kept():
         raise cli.BadInput("NUMBA_DISABLE_JIT or NUMBA_OPT = 0 is set, with which no machine code is kept")
-    total = sum(PROBLEMS.values())
-    with cli.progress_bar("compiling", begin="compiling") as progress, warnings.catch_warnings(), compiled_only():
-        # The problems are small, not physical.
-        warnings.simplefilter("ignore", rs.RestitutionWarning)
-        done = 0
+    total, done = sum(PROBLEMS.values()), 0
+    with cli.progress_bar("compiling", begin="compiling") as progress, _beside() as other:
         progress(0, total)
         for problem, share in PROBLEMS.items():
-            problem()
+            solve([problem])
+            if other and not done:
+                # What it has compiled is only loaded here, and what it could not is compiled.
+                other.wait()
             done += share
             progress(done, total)
     print(f"the kernel is compiled; its machine code is in {folder}")
+
+
+def solve(problems: list[Callable[[], None]]) -> None:
+    """Solve problems, compiled."""
+    from restitution.kernel.plain import compiled_only
+
+    # The problems are small, not physical.
+    with warnings.catch_warnings(), compiled_only():
+        warnings.simplefilter("ignore", rs.RestitutionWarning)
+        for problem in problems:
+            problem()
+
+
+@contextmanager
+def _beside() -> Generator[subprocess.Popen[bytes] | None]:
+    """Let another process solve what has few functions in common with the first problem, if there is a processor."""
+    if (os.cpu_count() or 1) < 2:
+        yield None
+        return
+    nothing = subprocess.DEVNULL
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", CODE_BESIDE], stdin=nothing, stdout=nothing, stderr=nothing
+    ) as other:
+        try:
+            yield other
+        finally:
+            other.terminate()
 
 
 def _ball(profile: Geometry | None = None) -> rs.Impact:
@@ -127,6 +158,12 @@ def _laws() -> None:
 
 
 PROBLEMS: dict[Callable[[], None], int] = {
-    _impacts: 15, _geometries: 7, _indentations: 28, _histories: 2, _attractions: 6, _laws: 9,
+    _indentations: 28, _impacts: 15, _geometries: 7, _histories: 2, _attractions: 6, _laws: 9,
 }  # fmt: skip
 """Problems that call all entry points, with shares of the time."""
+
+BESIDE: list[Callable[[], None]] = [_impacts, _geometries, _attractions, _laws]
+"""Problems for a process beside the one that solves the first, which takes nearly half of the time."""
+
+CODE_BESIDE = "from restitution.cli import warm_up; warm_up.solve(warm_up.BESIDE)"
+"""Code of that process."""
