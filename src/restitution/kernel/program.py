@@ -382,7 +382,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 # Behind a joint or the end a step is not smooth, but the event, which follows from the depth, is.
                 event, z = NOTHING, 2.0
                 if error < _COARSE:
-                    event, z = first_event(problem, room, phase, passing, length, switches > 4)
+                    event, z = first_event(problem, room, phase, passing, length, error, switches > 4)
                 passed = share(kind, z)[0]
                 if event != NOTHING and z < rule.c[1] and error > tolerance and length > 64.0 * moment:
                     # Whether an event before the first node is at the start only a shorter step can decide.
@@ -475,7 +475,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if hunted == TOUCHES:
                 begin_contact(problem, room)
             elif hunted in (JOINT, ENDS):
-                _, p = end_of_way(room, phase)
+                p = 0 if hunted == ENDS else end_of_way(room, phase)[1]
                 while room.places[ahead(room, phase)[1]] > max(p, 0):
                     jump(problem, room, phase, 0.0, KINK)
                 if hunted == ENDS:
