@@ -163,21 +163,28 @@ def crossing(rule: Scheme, room: Room, deadband: float) -> float:
     # At the start the last event has its zero: the value there follows from the other nodes.
     values[0] = 0.0
     for i in range(1, NODES):
-        weight = 1.0
+        above, below = 1.0, 1.0
         for j in range(1, NODES):
             if j != i:
-                weight *= rule.c[j] / (rule.c[j] - rule.c[i])
-        values[0] += weight * values[i]
+                above *= rule.c[j]
+                below *= rule.c[j] - rule.c[i]
+        values[0] += above / below * values[i]
     to_coefficients(rule, values, row)
     low, high = rule.c[first - 1], rule.c[first]
+    z = 0.5 * (low + high)
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        polynomials(middle, room.basis[0], room.basis[1])
-        if value_of(row, room.basis[0]) > 0.0:
-            high = middle
+        polynomials(z, room.basis[0], room.basis[1])
+        value, slope = value_of(row, room.basis[0]), value_of(row, room.basis[1])
+        if value > 0.0:
+            high = z
         else:
-            low = middle
-    return high
+            low = z
+        # Newton's method between bisections.
+        target = z - value / slope if slope > 0.0 else low
+        if abs(target - z) <= 1e-16 * z:
+            break
+        z = target if low < target < high else 0.5 * (low + high)
+    return z
 
 
 @inlined
