@@ -55,6 +55,17 @@ def test_energies_of_a_second_impact_balance():
     assert first.surface().stored > second.began_on.stored > 0.0
 
 
+def test_a_history_at_any_time_follows_the_law_of_motion():
+    """m dv/dt = -F, by central differences around times that are no samples of the solver."""
+    second = series_of_impacts(2)[1]
+    times = np.sort(np.random.default_rng(3).uniform(0.01, 0.99, 20)) * second.contact_time
+    step = 1e-4
+    rates = [second.sample(times + way).indentation_velocity.values for way in (-step, step)]
+    forces = second.sample(times).force.values
+    # The error is step^2/6 times the second derivative of the force, which is about that over the square of a time.
+    np.testing.assert_allclose((rates[1] - rates[0]) / (2.0 * step), -forces, atol=1e-6)
+
+
 def test_the_weight_works_from_the_imprint_on():
     """Energies balance to the tolerance, with the work of the force along the way from the first to the last depth."""
     heavy = replace(IMPACT, external_force=0.05)

@@ -7,25 +7,38 @@ from typing import Any
 
 import numpy as np
 
-from restitution.checks import Array
 from restitution.errors import InputError
+from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.impact.solution import Sampled, Trajectory
+from restitution.impact.solution import PanelMotion, solve_scaled
 from restitution.impact.status import Status
 from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, PanelSolution
 from restitution.indentation.surface import Surface, check_surface
+from restitution.kernel.outcome import MAX_DEPTH, STATUS
 from restitution.kernel.plain import single_problem
 
 # Contact times of the first run, its factor, and the longest.
 _FIRST, _FACTOR, _MOST = 8.0, 8.0, 1e7
 # Share of the impact velocity below which a body that a force holds is at rest.
 _REST = 1e-6
-_POINTS = 2001
 # Force on a body that sinks, over what holds it, less 1, in the second half of a run; and times that are looked at.
 _UNSTEADY, _SAMPLES = 0.1, 201
 # First step over the time to the largest depth.
 _FIRST_STEP = 0.25
+
+
+def fresh_depth(impact: Impact, rtol: float) -> float | None:
+    """Return the largest depth [m] of an impact on a fresh surface, without its other outputs.
+
+    None where it does not follow from the turning point: with an external force, or without a rebound.
+    """
+    if np.any(impact.external_force):
+        return None
+    block, outcomes = Batch.from_impact(impact).solved(lambda block: solve_scaled(block, rtol), rtol)
+    if outcomes[0, STATUS] != Status.SEPARATED:
+        return None
+    return float(outcomes[0, MAX_DEPTH] * block.length[0])
 
 
 @single_problem()
@@ -57,7 +70,7 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
         if solution.max_depth > float(impact.profile.max_depth):
             rule = f"is described to a depth of {peak:.3g} m, {impact.profile.end}, and the body goes deeper"
             raise InputError("profile", rule=rule)
-        rests = abs(float(solution.at(solution.stop)[1][0])) < _REST * velocity
+        rests = abs(solution.end_state[1]) < _REST * velocity
         ends = solution.stop < time or rests or (sinks and _creeps(solution, push))
         if ends or time > _MOST * reach / velocity:
             return solution
@@ -71,28 +84,21 @@ def _creeps(solution: PanelSolution, push: float) -> bool:
 
 
 def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: float) -> dict[str, Any]:
-    """Return the outputs of an impact on a surface, its status, and samples of its motion."""
+    """Return the outputs of an impact on a surface, its status, and its motion."""
     check_surface(surface, impact.contact)
     solution = panels_of_impact(impact, surface, deepest, rtol)
-    end, parted = solution.stop, bool(np.isfinite(solution.end_time))
-    times = solution.times(_POINTS)
-    times = np.append(times[times < end], end)
-    depth, rate, force, radius = solution.at(times, before=True)
-    e = max(-float(rate[-1]) / float(impact.velocity), 0.0) if parted else 0.0
+    parted = not solution.touches_at_end
+    depth, rate = solution.end_state
     status = Status.SEPARATED if parted else Status.CAPTURED
     if not parted and impact.reduced_modulus.is_liquid:
         status = Status.SINKS_IN
-    kept = solution.elements.stored - surface.stored
-    kinetic: Array = 0.5 * float(impact.mass) * rate * rate
-    motion = Trajectory(times, depth, rate, force, radius, kinetic)
-    samples = Sampled(motion, solution.work - kept, kept, 0.0, solution)
     return {
-        "restitution_coefficient": e,
-        "contact_time": end if parted else math.inf,
+        "restitution_coefficient": max(-rate / float(impact.velocity), 0.0) if parted else 0.0,
+        "contact_time": solution.stop if parted else math.inf,
         "max_indentation_depth": solution.largest(0),
         "max_force": solution.largest(2),
         "max_contact_radius": solution.max_contact_radius,
-        "residual_indentation_depth": float(depth[-1]),
+        "residual_indentation_depth": depth,
         "status": status,
-        "samples": samples if parted else None,
+        "motion": PanelMotion(solution, surface) if parted else None,
     }

@@ -17,7 +17,7 @@ from restitution.checks import Array, Numeric
 from restitution.errors import InputError
 from restitution.impact.batch import shaped, solve_columns
 from restitution.impact.problem import require_outputs
-from restitution.impact.solution import Sampled, Solution
+from restitution.impact.solution import PanelMotion, Sampled, Solution
 from restitution.impact.status import Status
 from restitution.quantities import (
     BODY,
@@ -132,7 +132,7 @@ class ImpactResult(Result):
     rtol: float | None
     notes: tuple[str, ...] = ()
     began_on: Surface | None = field(default=None, repr=False)
-    _solution: Solution | Sampled | None = field(default=None, repr=False)
+    _solution: Solution | Sampled | PanelMotion | None = field(default=None, repr=False)
     # Solves some of the impacts in the same way.
     _again: Callable[[Impact], ImpactResult] | None = field(default=None, repr=False)
 
@@ -314,7 +314,7 @@ class ImpactResult(Result):
         assert not isinstance(self.impact, list)
         return ImpactFields(self.impact, solution, self.rtol or 0.0)
 
-    def _single(self, what: str) -> Solution | Sampled:
+    def _single(self, what: str) -> Solution | Sampled | PanelMotion:
         """Return the solution of one impact that ended in separation."""
         if self._solution is not None:
             return self._solution
@@ -351,7 +351,7 @@ class ImpactResult(Result):
             raise InputError("method", self.method, "must be 'exact' for the surface that an impact leaves")
         solution, impact = self._single("the surface is that"), self.impact
         assert not isinstance(impact, list)
-        panels = solution.panels if isinstance(solution, Sampled) else None
+        panels = solution.panels if isinstance(solution, PanelMotion) else None
         if panels is None:
             deepest, rtol = float(np.asarray(self.max_indentation_depth)), max(self.rtol or 0.0, 1e-11)
             panels = panels_of_impact(impact, None, deepest, rtol)

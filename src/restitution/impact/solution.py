@@ -28,6 +28,7 @@ from restitution.parallel import on_threads
 
 if TYPE_CHECKING:
     from restitution.indentation.panels import PanelSolution
+    from restitution.indentation.surface import Surface
     from restitution.kernel.collocation import Scheme
     from restitution.kernel.path import Path
     from restitution.kernel.stored import Ledger
@@ -563,7 +564,6 @@ class Sampled(NamedTuple):
     dissipated: float = math.nan
     stored: float = math.nan
     radiated: float = math.nan
-    panels: PanelSolution | None = None  # with the surface at the end
 
     def at(self, times: ArrayLike | None) -> Trajectory:
         """Return the samples, or linear interpolants at the given times [s]."""
@@ -572,6 +572,45 @@ class Sampled(NamedTuple):
         knots = self.trajectory.time
         t = within_contact(times, float(knots[-1]))
         return Trajectory(*(np.interp(t, knots, values) for values in self.trajectory if values is not None))
+
+
+class PanelMotion:
+    """Motion of an impact by panels, in SI, from the touch of a surface to the separation.
+
+    Parameters
+    ----------
+    panels : PanelSolution
+        Solution, with the surface at the end.
+    surface : Surface
+        The surface at the touch.
+    """
+
+    # Samples of the motion, beside knots and turnings, over the history in which the impact is looked for.
+    _POINTS = 2001
+    radiated = 0.0
+
+    def __init__(self, panels: PanelSolution, surface: Surface) -> None:
+        self.panels, self._surface = panels, surface
+
+    @cached_property
+    def stored(self) -> float:
+        """Energy [J] that the impact leaves in the surface."""
+        return self.panels.elements.stored - self._surface.stored
+
+    @property
+    def dissipated(self) -> float:
+        """Energy [J] that the material dissipates."""
+        return self.panels.work - self.stored
+
+    def at(self, times: ArrayLike | None) -> Trajectory:
+        """Return the motion at given times [s], or at even ones."""
+        end = self.panels.stop
+        if times is None:
+            moments = self.panels.times(self._POINTS)
+            moments = np.append(moments[moments < end], end)
+        else:
+            moments = np.minimum(within_contact(times, end), end)
+        return Trajectory(moments, *self.panels.at(moments, before=True))
 
 
 def pressure_unit(mass: Any, velocity: Any, units: ScaledImpact | ScaledBlock) -> Any:

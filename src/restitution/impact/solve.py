@@ -21,7 +21,7 @@ from restitution.impact.members import shape_of
 from restitution.impact.oblique import ObliqueResult, Sliding, join_sliding, normal_rtol
 from restitution.impact.problem import Impact
 from restitution.impact.result import ImpactResult
-from restitution.impact.solution import Progress, Sampled, Solution, Trajectory
+from restitution.impact.solution import PanelMotion, Progress, Sampled, Solution, Trajectory
 from restitution.impact.status import SolverError, Status, failures
 from restitution.indentation.surface import Surface
 from restitution.kernel.outcome import OUTCOME
@@ -275,7 +275,7 @@ def solve_exact(
 
 def _result(
     impact: Impact | list[Impact], method: str, rtol: float | None, fields: dict[str, Any],
-    solution: Solution | Sampled | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
+    solution: Solution | Sampled | PanelMotion | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
     sliding: Sliding | None = None,
 ) -> ImpactResult:  # fmt: skip
     numbers: dict[str, Any] = {
@@ -300,20 +300,24 @@ def _solve_on(
     impact: Impact, method: str, surface: Surface, rtol: float, errors: Errors | None, progress: Progress | None
 ) -> ImpactResult:
     """Solve one impact on a surface with an imprint."""
-    from restitution.impact.repeated import solve_on_surface
+    from restitution.impact.repeated import fresh_depth, solve_on_surface
 
     if impact.shape:
         raise InputError("surface", rule=f"belongs to a single impact, not to an array of shape {impact.shape}")
     one_of("method", method, ("exact",), "an imprint takes the exact method")
     within("rtol", rtol, 1e-11, 1e-2)
-    fresh = solve_exact(impact, max(rtol, 1e-6), errors)
-    if fresh.status is Status.SINKS_IN and impact.external_force:
-        fresh = solve_exact(replace(impact, external_force=0.0), max(rtol, 1e-6), errors)
-    fields = solve_on_surface(impact, surface, float(np.asarray(fresh.max_indentation_depth)), rtol)
-    samples = fields.pop("samples")
+    # Only scales follow from this depth.
+    deepest = fresh_depth(impact, max(rtol, 1e-6))
+    if deepest is None:
+        fresh = solve_exact(impact, max(rtol, 1e-6), errors)
+        if fresh.status is Status.SINKS_IN and impact.external_force:
+            fresh = solve_exact(replace(impact, external_force=0.0), max(rtol, 1e-6), errors)
+        deepest = float(np.asarray(fresh.max_indentation_depth))
+    fields = solve_on_surface(impact, surface, deepest, rtol)
+    motion = fields.pop("motion")
     if progress is not None:
         progress(1, 1)
-    return replace(_result(impact, "panels", rtol, fields, samples), began_on=surface)
+    return replace(_result(impact, "panels", rtol, fields, motion), began_on=surface)
 
 
 def _solve_adhesive(

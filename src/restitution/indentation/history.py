@@ -247,8 +247,11 @@ class History:
         knots: list[Array] = []
         pieces: list[Array] = []
         for n, c in enumerate(self.coefficients):
-            zeros = _zeros(c) if bends[n] else []
-            turns = _zeros(slopes[n]) if bends[n] else []
+            if not bends[n]:
+                pieces.append(c)
+                knots.append(self.knots[n : n + 1])
+                continue
+            zeros, turns = _zeros(c), _zeros(slopes[n])
             places = [0.0, *sorted(set(zeros + turns)), 1.0]
             for low, high in pairwise(places):
                 piece = _restricted(c, low, high)

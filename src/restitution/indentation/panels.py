@@ -73,6 +73,8 @@ _MOST_POWER = 12
 # Places in a step at which the search for a largest value starts, and the polynomials there.
 _GRID = np.linspace(0.0, 1.0, 65)
 _POLYNOMIALS = chebyshev.chebvander(2.0 * _GRID - 1.0, NODES - 1)
+# Distance of these places, as x = 2 z - 1, and steps of Newton's method from one of them to the largest value.
+_CELL, _MOST_TOPS = 2.0 / 64.0, 8
 # Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
 # to about 1e-14.
 _SAME_TIME = 1e-12
@@ -277,6 +279,11 @@ class PanelSolution:
         return float(self._time(float(self._room.state[TIME])))
 
     @property
+    def touches_at_end(self) -> bool:
+        """Whether there is contact at the end of the run."""
+        return int(self._room.places[PHASE]) != FREE
+
+    @property
     def end_time(self) -> float:
         """Time [s] at which the last contact ends; infinite if it outlasts the history."""
         return float(self.contact_intervals[-1, 1])
@@ -290,8 +297,13 @@ class PanelSolution:
 
     @property
     def max_contact_radius(self) -> float:
-        """Largest contact radius [m]."""
-        return float(np.max(self.at(np.append(self.turning_times, self.turning_time), before=True)[3]))
+        """Largest contact radius [m], which is that at the end of a step."""
+        places = self._records[3]
+        touches = self._room.records.phase[places] != FREE
+        if not touches.any():
+            return 0.0
+        y = float(np.max((self._room.records.columns[places, 3] @ np.ones(NODES))[touches]))
+        return float(self._profile.contact_radius(y * y * self.units.length))
 
     @property
     def max_depth(self) -> float:
@@ -307,13 +319,8 @@ class PanelSolution:
         values = rows @ _POLYNOMIALS.T
         step, place = divmod(int(np.argmax(values)), _GRID.size)
         best = float(values[step, place])
-        low, high = _GRID[max(place - 1, 0)], _GRID[min(place + 1, _GRID.size - 1)]
-        for _ in range(3):
-            z = low + (high - low) * _GRID
-            near = chebyshev.chebval(2.0 * z - 1.0, rows[step])
-            n = int(np.argmax(near))
-            best = max(best, float(near[n]))
-            low, high = z[max(n - 1, 0)], z[min(n + 1, z.size - 1)]
+        if 0 < place < _GRID.size - 1:
+            best = max(best, _top(rows[step], 2.0 * _GRID[place] - 1.0))
         return best * (self.units.length if column == 0 else self.units.force)
 
     def times(self, n_points: int) -> Array:
@@ -462,6 +469,24 @@ class PanelSolution:
     def panels(self) -> PanelSolution:
         """The solution itself, which is by panels."""
         return self
+
+
+def _top(row: Array, x: float) -> float:
+    """Return the largest value, next to x, of a polynomial with these Chebyshev coefficients, by Newton's method."""
+    coefficients, start, best = row.tolist(), x, -math.inf
+    for _ in range(_MOST_TOPS):
+        values, slopes, bends = (1.0, x), (0.0, 1.0), (0.0, 0.0)
+        value, slope, bend = coefficients[0] + coefficients[1] * x, coefficients[1], 0.0
+        for c in coefficients[2:]:
+            bends = bends[1], 2.0 * x * bends[1] - bends[0] + 4.0 * slopes[1]
+            slopes = slopes[1], 2.0 * x * slopes[1] - slopes[0] + 2.0 * values[1]
+            values = values[1], 2.0 * x * values[1] - values[0]
+            value, slope, bend = value + c * values[1], slope + c * slopes[1], bend + c * bends[1]
+        best = max(best, value)
+        if not bend < 0.0 or value + 0.5 * slope * slope / -bend <= best:
+            break
+        x = min(max(x - slope / bend, start - _CELL), start + _CELL)
+    return best
 
 
 def _write_grip(problem: Problem, work: Room, grip: Grip) -> None:

@@ -133,11 +133,6 @@ class Elements:
             total += np.where(r > 0.0, np.arcsin(share), 0.5 * math.pi) * displacement[0]
         return total * (2.0 / math.pi * self._length)
 
-    @property
-    def axis_depth(self) -> float:
-        """Displacement [m] of the element at the axis."""
-        return self.axis_depth_at(self._time)
-
     def axis_depth_at(self, time: float) -> float:
         """Return the displacement [m] of the element at the axis at a time, while it is free."""
         if self._axis is None:
@@ -308,7 +303,7 @@ class Surface:
     @property
     def depth(self) -> float:
         """Depth [m] of the surface at the axis, where the next contact begins."""
-        return self._elements.axis_depth
+        return self.marks.axis_depth(solid_of(self._series).recoveries)
 
     @property
     def stored(self) -> float:

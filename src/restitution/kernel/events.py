@@ -36,6 +36,7 @@ from restitution.kernel.driver import (
 from restitution.kernel.growth import differentiate
 from restitution.kernel.lever import acceleration
 from restitution.kernel.panels import (
+    CORNER,
     FLAT,
     NODES,
     SMOOTH,
@@ -52,6 +53,8 @@ from restitution.kernel.stepper import shared_load, surface_at_axis
 
 # Depth up to which an element, over the depth of the run, lies at the axis.
 AT_AXIS = 1e-10
+# Error of a step, over the tolerance, that passes joints of panels: their kinks have decayed.
+_UNFELT = 0.03
 
 
 @inlined
@@ -114,6 +117,9 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
     solid, nodes, E = problem.solid, room.nodes, room.nodes[EVENT]
     basis, slopes, change = room.basis[0], room.basis[1], room.vectors[7]
     panels, p = end_of_way(room, phase)
+    if event == ENDS:
+        # Joints before it may be unfelt.
+        p = 0
     corner = next_corner(problem.path, nodes[Y, 0]) if event == BENDS else 0.0
     if event == TURNS and phase == SHRINKS and solid.viscosity > 0.0 and problem.driver.by_depth:
         differentiate(problem.rule, nodes[V], change)
@@ -157,39 +163,63 @@ def crossing(rule: Scheme, room: Room, deadband: float) -> float:
     # At the start the last event has its zero: the value there follows from the other nodes.
     values[0] = 0.0
     for i in range(1, NODES):
-        weight = 1.0
+        above, below = 1.0, 1.0
         for j in range(1, NODES):
             if j != i:
-                weight *= rule.c[j] / (rule.c[j] - rule.c[i])
-        values[0] += weight * values[i]
+                above *= rule.c[j]
+                below *= rule.c[j] - rule.c[i]
+        values[0] += above / below * values[i]
     to_coefficients(rule, values, row)
     low, high = rule.c[first - 1], rule.c[first]
+    z = 0.5 * (low + high)
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        polynomials(middle, room.basis[0], room.basis[1])
-        if value_of(row, room.basis[0]) > 0.0:
-            high = middle
+        polynomials(z, room.basis[0], room.basis[1])
+        value, slope = value_of(row, room.basis[0]), value_of(row, room.basis[1])
+        if value > 0.0:
+            high = z
         else:
-            low = middle
-    return high
+            low = z
+        # Newton's method between bisections.
+        target = z - value / slope if slope > 0.0 else low
+        if abs(target - z) <= 1e-16 * z:
+            break
+        z = target if low < target < high else 0.5 * (low + high)
+    return z
+
+
+@inlined
+def is_passed(panels: Stack, p: int, last: int) -> bool:
+    """Return whether a smooth step that ends in panel `last` may pass the joint at the lower end of panel p.
+
+    It does not if it reaches virgin surface or the end of the contact, or passes a corner of the profile.
+    """
+    while p > last >= 0 and panels.joint[p] != CORNER:
+        p -= 1
+    return p == last
 
 
 @compiled
 def first_event(
-    problem: Problem, room: Room, phase: int, passing: int, length: float, settled: bool
+    problem: Problem, room: Room, phase: int, passing: int, length: float, error: float, settled: bool
 ) -> tuple[int, float]:
-    """Return the first event of a solved step and its z; (NOTHING, 2) if there is none."""
+    """Return the first event of a step with this error and its z; (NOTHING, 2) if there is none."""
     event, first = NOTHING, 2.0
-    _, p = end_of_way(room, phase)
-    for candidate in (TURNS, ENDS if p == 0 and phase == SHRINKS else JOINT, TOUCHES, BENDS):
+    panels, p = end_of_way(room, phase)
+    to_end = phase == SHRINKS and p == 0
+    passes = p >= 0 and not to_end and error <= _UNFELT * problem.scales.tolerance
+    passes = passes and is_passed(panels, p, room.at[NODES - 1])
+    for candidate in (TURNS, JOINT, ENDS, TOUCHES, BENDS):
         deadband = 0.0
         if candidate == TURNS:
             if phase == FREE or passing != TIME_PASSES or settled:
                 continue
             # A body that stands still turns by rounding.
             deadband = 1e-13 * problem.scales.depth / length
-        elif candidate in (JOINT, ENDS):
-            if phase == FREE or p < 0:
+        elif candidate == JOINT:
+            if phase == FREE or p < 0 or to_end or passes:
+                continue
+        elif candidate == ENDS:
+            if not (to_end or (passes and phase == SHRINKS)):
                 continue
         elif candidate == TOUCHES:
             if phase != FREE:

@@ -379,7 +379,7 @@ def sweep(problem: Problem, room: Room, last: int, z: float) -> bool:
                 u = room.nodes[D, i] - room.nodes[Y, i] * room.nodes[Y, i]
                 leave(solid, u, room.loads[:, i], room.displacements[:, i])
             for j in range(solid.recoveries.shape[0]):
-                worst = max(worst, tail(problem.rule, room.displacements[j], room.vectors[6]))
+                worst = max(worst, tail(problem.rule, room.displacements[j]))
             if worst <= scales.tolerance * scales.depth:
                 break
             part = 0.5 * (part + end)

@@ -59,6 +59,12 @@ def solve_oscillator(
             M[i, S + j] = weight
             push += weight * ((room.nodes[GIVEN, j + 1] if driven else 0.0) - stiffness * depth)
         M[i, 2 * S] = mass * rate + push
+    if damping == 0.0 and stiffness == 0.0:
+        # A free mass.
+        for i in range(S):
+            for n in range(S, 2 * S + 1):
+                M[i, n] /= mass
+        return True
     for i in range(S):
         for j in range(S):
             twice = 0.0

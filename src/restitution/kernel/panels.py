@@ -305,7 +305,10 @@ def larger(first: float, second: float) -> float:
 
 
 @inlined
-def tail(rule: Scheme, values: Any, row: Any) -> float:
-    """Return the size of the last two coefficients of a polynomial."""
-    to_coefficients(rule, values, row)
-    return abs(row[NODES - 1]) + abs(row[NODES - 2])
+def tail(rule: Scheme, values: Any) -> float:
+    """Return the size of the last two Chebyshev coefficients of the polynomial with these values at the nodes."""
+    last, before = 0.0, 0.0
+    for i in range(NODES):
+        last += rule.coefficients[NODES - 1, i] * values[i]
+        before += rule.coefficients[NODES - 2, i] * values[i]
+    return abs(last) + abs(before)

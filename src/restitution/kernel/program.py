@@ -107,6 +107,8 @@ _MOMENT = 0.05
 _FRONT_SHARE = 0.1
 # Error of a free surface, over the depth of the run, with which a touch is found.
 _RESOLVED = 1e-3
+# Error of the instant at which a step ends, over its length and the tolerance.
+_INSTANT = 1e-3
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
 # Rounding of the rate where a contact begins, times the length of the step over the depth.
@@ -131,12 +133,12 @@ def memory_error(problem: Problem, room: Room, scatters: bool) -> float:
     Where the front scatters and loads do not feel it, sums over elements scatter with it.
     """
     solid, scales, nodes = problem.solid, problem.scales, room.nodes
-    values, row, worst = room.vectors[5], room.vectors[6], 0.0
+    values, worst = room.vectors[5], 0.0
     for k in range(solid.rates.shape[0]):
         common = room.loads[k, NODES - 1] - solid.moduli[k] * room.h[k, NODES - 1] if scatters else 0.0
         for i in range(NODES):
             values[i] = room.L[k, i] - (solid.moduli[k] * room.h[k, i] + common) * nodes[A, i]
-        worst = larger(worst, tail(problem.rule, values, row) / scales.force)
+        worst = larger(worst, tail(problem.rule, values) / scales.force)
     return worst
 
 
@@ -149,13 +151,13 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
     is found in a resolved one and then solved for.
     """
     solid, scales, rule, nodes = problem.solid, problem.scales, problem.rule, room.nodes
-    values, row = room.vectors[7], room.vectors[6]
+    values = room.vectors[7]
     if phase == FREE:
-        worst = tail(rule, nodes[D], row) / scales.depth
+        worst = tail(rule, nodes[D]) / scales.depth
         if room.places[FREE_PANELS] > 0:
             for i in range(NODES):
                 values[i] = surface_at_axis(solid, room, room.times[i])
-            worst = larger(worst, tail(rule, values, row) / scales.depth * scales.tolerance / _RESOLVED)
+            worst = larger(worst, tail(rule, values) / scales.depth * scales.tolerance / _RESOLVED)
         return worst
     # A contact that begins on an imprint, whose depths below the surface may be rounding.
     touches = phase == GROWS and not nodes[A, 0] > 0.0 and is_light(problem) and room.places[FREE_PANELS] > 0
@@ -163,9 +165,9 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
         values[i] = 0.0
         for k in range(solid.rates.shape[0]):
             values[i] += solid.moduli[k] * room.h[k, i]
-    worst = tail(rule, values, row) / scales.stress
-    pull = tail(rule, nodes[PULL], row) / scales.force if problem.driver.attraction > 0.0 else 0.0
-    for part in (tail(rule, nodes[D], row) / scales.depth, tail(rule, nodes[F], row) / scales.force, pull):
+    worst = tail(rule, values) / scales.stress
+    pull = tail(rule, nodes[PULL]) / scales.force if problem.driver.attraction > 0.0 else 0.0
+    for part in (tail(rule, nodes[D]) / scales.depth, tail(rule, nodes[F]) / scales.force, pull):
         worst = larger(worst, part)
     if solid.viscosity > 0.0 and not problem.driver.by_depth and length > 0.0 and phase != FREE:
         rounding = 0.0
@@ -175,18 +177,18 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
             values[i] = nodes[V, i] * room.weights[i]
             if is_light(problem) and i > 0:
                 rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
-        worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values, row) - rounding)
+        worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values) - rounding)
     for i in range(NODES):
         values[i] = nodes[Y, i] * nodes[Y, i]
     # On virgin surface y^2 = d may be a polynomial where y is not.
-    front = max(tail(rule, values, row), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y], row))
+    front = max(tail(rule, values), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y]))
     front *= _FRONT_SHARE / scales.depth
     scatters = False
     if front > scales.tolerance or touches:
         steepest = 0.0
         for i in range(1, NODES):
             steepest = max(steepest, nodes[SLOPE, i])
-        scatter = tail(rule, nodes[Y], row) * steepest * (solid.glass if phase == GROWS else 1.0)
+        scatter = tail(rule, nodes[Y]) * steepest * (solid.glass if phase == GROWS else 1.0)
         scatters = scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
         if scatters:
             front = 0.0
@@ -382,7 +384,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 # Behind a joint or the end a step is not smooth, but the event, which follows from the depth, is.
                 event, z = NOTHING, 2.0
                 if error < _COARSE:
-                    event, z = first_event(problem, room, phase, passing, length, switches > 4)
+                    event, z = first_event(problem, room, phase, passing, length, error, switches > 4)
                 passed = share(kind, z)[0]
                 if event != NOTHING and z < rule.c[1] and error > tolerance and length > 64.0 * moment:
                     # Whether an event before the first node is at the start only a shorter step can decide.
@@ -463,7 +465,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 # The event was one of the error of the longer step.
                 hunted = NOTHING
                 break
-            if abs(change) <= grain or tries > 40 or last_value == math.inf:
+            # Where y is smooth an error of the instant is one of the front.
+            known = _INSTANT * tolerance * length if hunted in (TURNS, JOINT) and kind > 0 else 0.0
+            if abs(change) <= max(grain, known) or tries > 40 or last_value == math.inf:
                 break
             last_length, last_value = length, value
             length = min(max(length + change, 0.5 * length), min(1.5 * length, left))
@@ -475,7 +479,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if hunted == TOUCHES:
                 begin_contact(problem, room)
             elif hunted in (JOINT, ENDS):
-                _, p = end_of_way(room, phase)
+                p = 0 if hunted == ENDS else end_of_way(room, phase)[1]
                 while room.places[ahead(room, phase)[1]] > max(p, 0):
                     jump(problem, room, phase, 0.0, KINK)
                 if hunted == ENDS:

@@ -240,6 +240,7 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
     virgin surface a stands behind the memory, and the load there is eta (d' - W'), so that eta a' is added to Einf a.
     """
     S, nodes, M, row, growth = STAGES, room.nodes, room.jacobian, room.vectors[5], room.vectors[6]
+    product = room.matrix
     grows = phase == GROWS and solid.viscosity > 0.0
     if grows:
         differentiate(rule, nodes[A], growth)
@@ -273,22 +274,24 @@ def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase
     for i in range(S):
         for j in range(S):
             row[j] = 0.0
-            for n in range(S):
-                row[j] += M[i, n] * rule.A[n, j] * room.weights[j + 1]
+        for n in range(S):
+            for j in range(S):
+                row[j] += M[i, n] * rule.A[n, j]
         for j in range(S):
-            M[i, j] = row[j]
+            M[i, j] = row[j] * room.weights[j + 1]
         M[i, i] += solid.viscosity * nodes[A, i + 1] if phase != FREE else 0.0
     if driver.mass == 0.0:
         return
     # v - u + R F = 0.
-    for j in range(S):
-        for i in range(S):
-            row[i] = 0.0
-            for n in range(S):
-                row[i] += room.mobility[i, n] * M[n, j]
-        for i in range(S):
-            M[i, j] = row[i]
-        M[j, j] += 1.0
+    for i in range(S):
+        for j in range(S):
+            product[i, j] = 1.0 if i == j else 0.0
+        for n in range(S):
+            for j in range(S):
+                product[i, j] += room.mobility[i, n] * M[n, j]
+    for i in range(S):
+        for j in range(S):
+            M[i, j] = product[i, j]
 
 
 @compiled
