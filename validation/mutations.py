@@ -3,7 +3,7 @@
 One operator, comparison or number is changed at a time, in a copy of the tree. The tests marked `plain` that reach the
 line then run without compilation, the shortest first. Lines that none of them reaches are not drawn: their share is
 stated. Ctrl-C ends the run; the same command goes on from there, while sources and tests are the same. The page keeps
-the verdicts that were written into its last column.
+other draws, and the verdicts that were written into the last column of this one.
 """
 
 from __future__ import annotations
@@ -195,21 +195,37 @@ def shown(text: str) -> str:
 
 
 def verdicts() -> dict[tuple[str, ...], str]:
-    """Return the verdicts of the page by file, code and change."""
-    text = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
-    rows = re.findall(r"^\| (\S+), \d+ \| (``.*?``) \| (``.*?``) \| (.*) \|$", text, flags=re.MULTILINE)
+    """Return the verdicts of the page by place, code and change."""
+    rows = re.findall(r"^\| (\S+, \d+) \| (``.*?``) \| (``.*?``) \| (.*) \|$", written(), flags=re.MULTILINE)
     return {tuple(row[:3]): row[3] for row in rows}
 
 
-def page(chosen: dict[Mutation, list[str]], survivors: list[Mutation], every: int, reached: int, seed: int) -> str:
-    """Return the result as a page."""
+def written() -> str:
+    """Return the page as it is."""
+    return PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+
+
+def with_others(section: str) -> str:
+    """Return the page with a draw in place of the one of the same seed."""
+    title = section.partition("\n")[0]
+    parts = re.split(r"^(?=### )", written(), flags=re.MULTILINE)
+    others = [part.rstrip() + "\n" for part in parts if part.strip() and part.partition("\n")[0] != title]
+    return "\n".join(sorted([*others, section]))
+
+
+def section_of(
+    chosen: dict[Mutation, list[str]], survivors: list[Mutation], every: int, reached: int, seed: int
+) -> str:
+    """Return the result as a section of the page."""
     tried, missed = (Counter(mutation.file for mutation in part) for part in (chosen, survivors))
     rows = [f"| {file} | {count} | {count - missed[file]} |" for file, count in sorted(tried.items())]
-    written = verdicts()
-    cells = [(m, shown(m.before), shown(m.after)) for m in survivors]
-    listed = [f"| {m.file}, {m.line} | {b} | {a} | {written.get((m.file, b, a), '')} |" for m, b, a in cells]
+    known = verdicts()
+    cells = [(f"{m.file}, {m.line}", shown(m.before), shown(m.after)) for m in survivors]
+    listed = [f"| {' | '.join(cell)} | {known.get(cell, '')} |" for cell in cells]
     return "\n".join(
         [
+            f"### Seed {seed}",
+            "",
             f"Made by `validation/mutations.py --count {len(chosen)} --seed {seed}`. The tests marked `plain` reach"
             f" {reached}",
             f"of {every} possible changes of kernel and law, {100 * reached / every:.0f} %; the others are left out.",
@@ -231,7 +247,7 @@ def page(chosen: dict[Mutation, list[str]], survivors: list[Mutation], every: in
 
 
 def main() -> None:
-    """Draw changes, try them and write the page."""
+    """Draw changes, try them and write their section of the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
@@ -252,7 +268,8 @@ def main() -> None:
         survivors = run(chosen, folder, times)
     except KeyboardInterrupt:
         sys.exit("ended; the same command goes on from here")
-    PAGE.write_text(page(chosen, survivors, len(every), len(reached), options.seed), encoding="utf-8")
+    section = section_of(chosen, survivors, len(every), len(reached), options.seed)
+    PAGE.write_text(with_others(section), encoding="utf-8")
 
 
 if __name__ == "__main__":

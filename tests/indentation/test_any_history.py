@@ -356,3 +356,14 @@ def test_a_history_of_too_many_steps_is_refused(monkeypatch):
     error = in_one_line(lambda: indent(SOLID, TIP, **D1))
     assert error.field == "history"
     assert "needs over 5 steps" in str(error)
+
+
+@pytest.mark.plain
+def test_a_depth_that_jumps_down_in_a_contact_that_shrinks_and_then_grows():
+    """Elements followed alone along a line so steep that it changes the force by less than the tolerance."""
+    series = PronySeries(1.0, [4.0, 4.0], [1.0, 0.1])
+    times, depths, brief = [0.0, 0.8, 1.5, 1.5, 2.0], [0.0, 0.4, 0.26, 0.23, 0.42], 1e-8
+    result = indent(half_space(series), TIP, time=times, depth=depths)
+    steep = indent(half_space(series), TIP, time=[0.0, 0.8, 1.5, 1.5 + brief, 2.0], depth=depths)
+    expected = followed_force(steep, series, 1.55)
+    assert float(result.sample([1.55]).force[0]) == pytest.approx(expected, abs=1e-6 * result.max_force)

@@ -42,6 +42,7 @@ def test_a_force_that_jumps_downward():
     assert sample.force.values == pytest.approx(second, rel=1e-7)
 
 
+@pytest.mark.plain
 def test_a_force_that_jumps_to_zero_lets_the_whole_contact_leave():
     """The free surface relaxes as a whole, exp(-E t/eta)."""
     result = indent(VOIGT, Parabola(R), force=[0.0, 3.0, 3.0, 0.0, 0.0], time=[0.0, 0.0, 0.5, 0.5, 2.0])

@@ -104,6 +104,15 @@ def test_random_forces_that_return_at_once_on_a_dashpot(liquid, least):
     assert solved >= least
 
 
+@pytest.mark.plain
+def test_a_contact_that_turns_where_the_force_begins_to_fall():
+    """The search for an event ends where only rounding is left of its function."""
+    series = PronySeries(1.0, [1.0638902307791718, 0.8319147931254491], [0.17049473087061073, 0.9771511530130834])
+    time = [0.0, 0.398462091649153, 1.3333963836083707, 2.270701731587889, 3.0568545635405333, 3.860945227480932]
+    force = [0.0, 0.8954069663847756, 0.9610176878202099, 0.6682783619296827, 0.0, 0.3744746238818413]
+    check_against_elements(series, TIP, np.array(time), np.array(force))
+
+
 def random_force(rng, size):
     """Straight lines from zero on that vanish some times, for a moment or for a while."""
     time, force = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.0, size))]), rng.uniform(0.2, 1.0, size + 1)

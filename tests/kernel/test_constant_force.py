@@ -71,6 +71,29 @@ def test_fast_branch_after_the_second_solve():
     assert result.restitution_coefficient == pytest.approx(reference, rel=RTOL)
 
 
+@pytest.mark.plain
+@pytest.mark.parametrize("ratio", [1e-12, 1e-9])
+def test_a_branch_as_short_as_a_dashpot_is_no_capture(ratio):
+    """The first elements of the rebound are as short as those that end at an instant when the contact grows again.
+
+    The branch acts as its dashpot but for this ratio of times: k d + c v = m g ends at a zero of a damped oscillation.
+    """
+    k, c, force = 8.0, 1.6, 0.4
+    result = rs.solve(_impact(1.0, 0.2 / ratio, ratio, 1.0, 1.0, 1.0, force), rtol=RTOL)
+    damping, rest = 0.5 * c, force / k
+    frequency = math.sqrt(k - damping**2)
+
+    def motion(t):
+        # d'' + c d' + k d = w from d = 0 and d' = 1.
+        sine = (1.0 - damping * rest) / frequency
+        wave = complex(-rest, -sine) * np.exp(complex(-damping, frequency) * t)
+        return rest + wave.real, (complex(-damping, frequency) * wave).real
+
+    end = brentq(lambda t: k * motion(t)[0] + c * motion(t)[1], 0.4 * math.pi / frequency, 1.2 * math.pi / frequency)
+    assert result.restitution_coefficient == pytest.approx(-motion(end)[1], rel=RTOL + 10.0 * ratio)
+    assert result.contact_time == pytest.approx(end, rel=RTOL + 10.0 * ratio)
+
+
 @pytest.mark.parametrize("rtol", [1e-4, 1e-9, 1e-11])
 def test_a_contact_that_grows_again_is_captured(rtol):
     # dt/dlambda diverges at the instant when the contact grows again. Newton's method must not fail before it.

@@ -6,12 +6,14 @@ the kernel's own predictions are too poor for the long elements of these tests.
 
 import numpy as np
 import pytest
+from numpy.polynomial.legendre import legvander
 from scipy.interpolate import CubicSpline
 
 from restitution.kernel.approach import approach, approach_element
 from restitution.kernel.collocation import Scheme, interpolate_lanes, radau
 from restitution.kernel.compile import entry_point
 from restitution.kernel.element import CHORD, CONVERGED, DIVERGED, FACTOR, newton_verdict
+from restitution.kernel.kinks import _missed
 from restitution.kernel.lanes import read8, write8
 from restitution.kernel.outcome import SEPARATED
 from restitution.kernel.path import power_path, radii_and_integrals
@@ -229,3 +231,24 @@ def test_turning_point_of_an_elastic_body():
 def test_verdicts_on_steps_of_newton(size, previous, drift, full, renewed, verdict):
     judge = getattr(newton_verdict, "py_func", newton_verdict)
     assert judge(size, previous, drift, full, renewed, 1e-9, 1e-13) == verdict
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("degree", [0, 7, 13, 14, 15])
+def test_the_estimate_for_a_rough_rate_is_the_error_of_the_rule(degree):
+    """What Radau's rule misses of x f and of (1 - x) f, where f = x^degree; closed forms.
+
+    The rule on 2 S points is exact below the degree 2 S, where it misses the integral of their node polynomial.
+    """
+    stages = SCHEME.c.size - 1
+    nodes, both = SCHEME.c[1:], np.append(SCHEME.c[1:], SCHEME.between)
+    weights = np.linalg.solve(legvander(2.0 * nodes - 1.0, stages - 1).T, np.eye(stages)[0])
+
+    def error(power):
+        beyond = np.poly1d(both, r=True).integ()(1.0) if power == 2 * stages else 0.0
+        return 1.0 / (power + 1.0) - beyond - weights @ nodes**power
+
+    later = error(degree + 1)
+    expected = 0.5 * (abs(later) + abs(error(degree) - later))
+    estimate = getattr(_missed, "py_func", _missed)(SCHEME, 0.5, nodes**degree, SCHEME.between**degree, 0.0)
+    assert estimate == pytest.approx(expected, rel=1e-6, abs=1e-14)
