@@ -13,14 +13,16 @@ from restitution.kernel.compile import compiled, inlined
 # Rows of `nodes`: undeformed gap g; at the start of the step contact load p, gap and cohesive load; at its end contact
 # load, gap, cohesive load, gap without the displacement J0 q, impulse beyond that of a linear load; impulse of the
 # cohesive load beyond a linear one over the time, gap without J0 q and without the depth, weights of the gaps at both
-# ends of the cell behind the element, energy dissipated in the step; place x, weight in integrals over x; of elements
-# that wait the time since when; sums of the weight, and of the weight with g and g^2, over all elements before.
+# ends of the cell behind the element, energy dissipated in the step, or weight of the gap in the tail; place x, weight
+# in integrals over x; of elements that wait the time since when; sums of the weight, and of the weight with g and g^2,
+# over all elements before.
 (
     G_, P_, H_, Q_, P1_, H1_, Q1_, REST_, BUMP_, SHAPE_, BASE_, NEAR_, NEXT_, LOST_, PLACE_, SHARE_, SINCE_, SUM_,
     SUM_G_, SUM_GG_, N_NODES
 ) = range(21)  # fmt: skip
-# Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant.
-DECAY_, FALL_, RISE_, MEAN_, N_FACTORS = range(5)
+# Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant; sum
+# of its memory over the tail.
+DECAY_, FALL_, RISE_, MEAN_, TAIL_, N_FACTORS = range(6)
 # Columns of `branches`: modulus and rate of a branch; sum of E_k/(s_k - r_j) over the branches, for mode j; load of
 # the branch along the depth; sums of loads and of their squares over elements that wait and follow; sum of M_j^2 over
 # those that wait beyond the edge; load of the branch in one element.
@@ -33,14 +35,18 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait,
 # and the first one behind it that waits, elements that may have memory, 1 if elements may wait, rows of `motion`,
 # jumps, direction of the last step of c, steps in a row that sought a fold, elements astray from the disc, first cell
-# with weights, line of the program.
+# with weights, first cell of the tail, line of the program.
 (
-    IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, LINE_, N_COUNTS
-) = range(14)  # fmt: skip
+    IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_, N_COUNTS
+) = range(15)  # fmt: skip
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
 # which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
-# equilibrium modulus.
-S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, FIRM_, N_ENDS = range(10)
+# equilibrium modulus; over the tail, sums of the weight, and of the weight with undeformed gap, cohesive load at the
+# start, impulse beyond a linear one, cohesive load at the end.
+(
+    S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, FIRM_, ALL_, ALL_G_, ALL_Q_, ALL_SHAPE_,
+    ALL_Q1_, N_ENDS
+) = range(15)  # fmt: skip
 SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC, PAUSED = range(7)
 
 # Rate times step below which factors are series.
@@ -224,18 +230,54 @@ def weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     square, apart = edge * edge, h / _SMALL_ANGLE
     inner = min(max(int(math.sqrt(max((edge - apart) * (edge + apart), 0.0)) / h) - 1, low), end)
     low_of, high_of, first, second = place[low:inner], place[low + 1 : inner + 1], near[low:inner], beyond[low:inner]
+    # The root of c^2 - x^2 is known from the cohesive load.
+    pull, pull1, scale = room.nodes[Q1_, low:inner], room.nodes[Q1_, low + 1 : inner + 1], -0.5 / bodies.stress
     for k in range(inner - low):
-        x, x1 = low_of[k], high_of[k]
-        root, root1 = math.sqrt((edge - x) * (edge + x)), math.sqrt((edge - x1) * (edge + x1))
-        way = (x1 - x) * (x1 + x)
-        whole = _small_angle(way / (x1 * root + x * root1))
-        part = (0.5 * (square * whole - x1 * root1 + x * root) - x * x * whole) / way
+        x, x1, root, root1 = low_of[k], high_of[k], scale * pull[k], scale * pull1[k]
+        way, both = (x1 - x) * (x1 + x), x1 * root + x * root1
+        per = 1.0 / (way * both)
+        whole = _small_angle(way * way * per)
+        part = (0.5 * (square * whole - x1 * root1 + x * root) - x * x * whole) * both * per
         first[k], second[k] = whole - part, part
     for k in range(inner, end):
         if place[k] >= edge:
             break
         near[k], beyond[k] = cell_weights(edge, place[k], place[k + 1])
     counts[WEIGHED_] = low
+
+
+@compiled
+def write_tail(solid: Solid, edge: float, first: int, end: int, room: Room) -> None:
+    """Write the sums over the cells from one to another in which no element is near the contact.
+
+    The gaps there without J0 q are linear in few numbers of a step, whatever its length, and so is their integral.
+    """
+    nodes, ends = room.nodes, room.ends
+    weight, near, beyond = nodes[LOST_, first : end + 1], nodes[NEAR_, first:end], nodes[NEXT_, first:end]
+    count = end - first
+    weight[count] = 0.0
+    for k in range(count):
+        weight[k] = near[k]
+    for k in range(count):
+        weight[k + 1] += beyond[k]
+    place = nodes[PLACE_, first]
+    ends[ALL_] = math.atan2(math.sqrt(max((edge - place) * (edge + place), 0.0)), place)
+    ends[ALL_G_], ends[ALL_Q_] = dot(weight, nodes[G_, first : end + 1]), dot(weight, nodes[Q_, first : end + 1])
+    ends[ALL_SHAPE_] = dot(weight, nodes[SHAPE_, first : end + 1])
+    ends[ALL_Q1_] = dot(weight, nodes[Q1_, first : end + 1])
+    for k in range(solid.rates.shape[0]):
+        room.factors[k, TAIL_] = dot(weight, room.memory[k, first : end + 1])
+
+
+@compiled
+def tail(solid: Solid, dt: float, depth: float, room: Room) -> float:
+    """Return the integral of the gaps in the tail, without J0 q, after a step."""
+    ends = room.ends
+    total = ends[ALL_G_] - depth * ends[ALL_] + ends[S_FALL_] * ends[ALL_Q_]
+    total += ends[S_MEAN_] * dt * ends[ALL_SHAPE_] + ends[S_RISE_] * ends[ALL_Q1_]
+    for k in range(solid.rates.shape[0]):
+        total += solid.weights[k] * room.factors[k, DECAY_] * room.factors[k, TAIL_]
+    return total
 
 
 @compiled
