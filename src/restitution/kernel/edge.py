@@ -45,8 +45,8 @@ from restitution.kernel.zone import (
 )
 
 _MOST_DEPTHS = 200
-# Cells between the contact and the tail.
-_SPARE = 4
+# Cells between the contact and the tail, so that it stays while the contact grows a little.
+_SPARE = 1
 
 
 @compiled
@@ -176,7 +176,7 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     if left > cut or cut > end:
         cut = min(max(left, count) + _SPARE, end)
         counts[CUT_] = cut
-        write_tail(solid, edge, cut, end, room)
+        write_tail(solid, bodies, edge, cut, end, room)
     write_bases(solid, dt, left, cut + 1, room)
     base, rest, near_of, beyond_of = nodes[BASE_], nodes[REST_], nodes[NEAR_], nodes[NEXT_]
     for i in range(left, cut + 1):

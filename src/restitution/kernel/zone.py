@@ -33,12 +33,13 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # Columns of `jumps`: time, depth, edge and contact radius before and after, energy, depth after.
 (AT_, DEPTH_, EDGE_, RADIUS_, EDGE1_, RADIUS1_, ENERGY_, DEPTH1_, N_JUMP) = range(9)
 # Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait,
-# and the first one behind it that waits, elements that may have memory, 1 if elements may wait, rows of `motion`,
-# jumps, direction of the last step of c, steps in a row that sought a fold, elements astray from the disc, first cell
-# with weights, first cell of the tail, line of the program.
+# and the first one behind it that waits, elements that may have memory, 1 if elements may wait, 1 if gaps have the
+# form of `_bend`, rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold, elements
+# astray from the disc, first cell with weights, first cell of the tail, line of the program.
 (
-    IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_, N_COUNTS
-) = range(15)  # fmt: skip
+    IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, BENDS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_,
+    N_COUNTS
+) = range(16)  # fmt: skip
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
 # which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
 # equilibrium modulus; over the tail, sums of the weight, and of the weight with undeformed gap, cohesive load at the
@@ -246,8 +247,70 @@ def weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     counts[WEIGHED_] = low
 
 
+@inlined
+def _dot_of_cubes(weights: Any, values: Any) -> float:
+    """Return the sum of products with third powers; four sums run side by side."""
+    first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
+    count = weights.shape[0]
+    for n in range(count // 4):
+        k = 4 * n
+        first += weights[k] * (values[k] * values[k] * values[k])
+        second += weights[k + 1] * (values[k + 1] * values[k + 1] * values[k + 1])
+        third += weights[k + 2] * (values[k + 2] * values[k + 2] * values[k + 2])
+        fourth += weights[k + 3] * (values[k + 3] * values[k + 3] * values[k + 3])
+    for k in range(count - count % 4, count):
+        first += weights[k] * (values[k] * values[k] * values[k])
+    return (first + second) + (third + fourth)
+
+
+@inlined
+def _moment(edge: float, x: float) -> float:
+    """Return the integral of ``c^2 - y^2`` from x to c."""
+    return (edge - x) * (edge - x) * (2.0 * edge + x) / 3.0
+
+
 @compiled
-def write_tail(solid: Solid, edge: float, first: int, end: int, room: Room) -> None:
+def _bend(stress: float, edge: float, first: int, end: int, room: Room) -> None:
+    """Let the weights of the tail be those of gaps ``a + b u + B u^(3/2)`` with ``u = c^2 - x^2``.
+
+    While the edge passes elements, their memory has this form beside it. B follows from the last three elements within
+    the edge, and what an interpolation linear in u leaves of ``B u^(3/2)`` is added in all cells. The cell in which
+    the edge lies has the form of these three alone, as the gap has a kink where the edge has turned.
+    """
+    nodes, scale = room.nodes, -0.5 / stress
+    weight, near = nodes[LOST_, first : end + 1], nodes[NEAR_]
+    place, root = nodes[PLACE_, first : end + 1], nodes[Q1_, first : end + 1]
+    last = end - first
+    inside = last > 0 and place[last] - edge > 1e-9 * (place[last] - place[last - 1])
+    if inside:
+        last -= 1
+    if last < 2:
+        return
+    s, s1, s2 = scale * root[last], scale * root[last - 1], scale * root[last - 2]
+    u, u1, u2 = s * s, s1 * s1, s2 * s2
+    cubes = _dot_of_cubes(nodes[LOST_, first : first + last + 1], nodes[Q1_, first : first + last + 1])
+    bend = _moment(edge, place[0]) - scale * scale * scale * cubes
+    slope = 0.0
+    if inside:
+        beyond = nodes[NEXT_, first + last]
+        whole = near[first + last] + beyond
+        weight[last] += beyond
+        weight[last + 1] -= beyond
+        # The weight of the last element has the part within its last cell.
+        slope = 0.5 * (edge * edge * whole - place[last] * s) - u * whole
+        bend += near[first + last] * u * s - u * s * whole
+    else:
+        bend -= _moment(edge, place[last])
+    d1, d2, g1, g2 = u1 - u, u2 - u, u1 * s1 - u * s, u2 * s2 - u * s
+    both = d1 * g2 - d2 * g1
+    part1, part2 = (slope * g2 - bend * d2) / both, (bend * d1 - slope * g1) / both
+    weight[last - 1] += part1
+    weight[last - 2] += part2
+    weight[last] -= part1 + part2
+
+
+@compiled
+def write_tail(solid: Solid, bodies: Bodies, edge: float, first: int, end: int, room: Room) -> None:
     """Write the sums over the cells from one to another in which no element is near the contact.
 
     The gaps there without J0 q are linear in few numbers of a step, whatever its length, and so is their integral.
@@ -260,6 +323,8 @@ def write_tail(solid: Solid, edge: float, first: int, end: int, room: Room) -> N
         weight[k] = near[k]
     for k in range(count):
         weight[k + 1] += beyond[k]
+    if room.counts[BENDS_] > 0:
+        _bend(bodies.stress, edge, first, end, room)
     place = nodes[PLACE_, first]
     ends[ALL_] = math.atan2(math.sqrt(max((edge - place) * (edge + place), 0.0)), place)
     ends[ALL_G_], ends[ALL_Q_] = dot(weight, nodes[G_, first : end + 1]), dot(weight, nodes[Q_, first : end + 1])
