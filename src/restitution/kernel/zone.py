@@ -34,8 +34,8 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 (AT_, DEPTH_, EDGE_, RADIUS_, EDGE1_, RADIUS1_, ENERGY_, DEPTH1_, N_JUMP) = range(9)
 # Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait,
 # and the first one behind it that waits, elements that may have memory, 1 if elements may wait, 1 if gaps have the
-# form of `_bend`, rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold, elements
-# astray from the disc, first cell with weights, first cell of the tail, line of the program.
+# form of `_bend`, rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold,
+# elements astray from the disc, first cell with weights, first cell of the tail, line of the program.
 (
     IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, BENDS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_,
     N_COUNTS
