@@ -9,6 +9,7 @@ from restitution.kernel.compile import compiled
 from restitution.kernel.waiting import wake
 from restitution.kernel.zone import (
     BASE_,
+    BENDS_,
     CUT_,
     D_,
     DEPTH_NOW_,
@@ -47,6 +48,8 @@ from restitution.kernel.zone import (
 _MOST_DEPTHS = 200
 # Cells between the contact and the tail, so that it stays while the contact grows a little.
 _SPARE = 1
+# Cells of the ring below which each is asked anew for each length of a step.
+_SHORT = 16
 
 
 @compiled
@@ -174,12 +177,15 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     end = max(end, count)
     cut = counts[CUT_]
     if left > cut or cut > end:
-        cut = min(max(left, count) + _SPARE, end)
+        is_short = end - left < _SHORT and counts[BENDS_] == 0
+        cut = end if is_short else min(max(left, count) + _SPARE, end)
         counts[CUT_] = cut
-        write_tail(solid, bodies, edge, cut, end, room)
+        if cut < end:
+            write_tail(solid, bodies, edge, cut, end, room)
     write_bases(solid, dt, left, cut + 1, room)
     base, rest, near_of, beyond_of = nodes[BASE_], nodes[REST_], nodes[NEAR_], nodes[NEXT_]
     for i in range(left, cut + 1):
         rest[i] = base[i] - depth
-    total += tail(solid, dt, depth, room)
+    if cut < end:
+        total += tail(solid, dt, depth, room)
     return total + dot(near_of[count:cut], rest[count:cut]) + dot(beyond_of[count:cut], rest[count + 1 : cut + 1])
