@@ -177,8 +177,7 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     end = max(end, count)
     cut = counts[CUT_]
     if left > cut or cut > end:
-        is_short = end - left < _SHORT and counts[BENDS_] == 0
-        cut = end if is_short else min(max(left, count) + _SPARE, end)
+        cut = end if end - left < _SHORT and counts[BENDS_] == 0 else min(max(left, count) + _SPARE, end)
         counts[CUT_] = cut
         if cut < end:
             write_tail(solid, bodies, edge, cut, end, room)
