@@ -49,7 +49,7 @@ def test_factors_are_integrals_of_the_memory(rate):
     plain(zone.set_factors)(zone.Solid(1.0, np.array([1.0]), np.array([rate])), dt, room)
     loads = (lambda t: 1.0 - t / dt), (lambda t: t / dt), (lambda t: 1.0)
     exact = [quad(lambda t, load=load: math.exp(-rate * (dt - t)) * load(t), 0.0, dt)[0] for load in loads]
-    assert room.factors[0, 1:] == pytest.approx(exact, rel=1e-10)
+    assert room.factors[0, zone.FALL_ : zone.MEAN_ + 1] == pytest.approx(exact, rel=1e-10)
     assert room.factors[0, 0] == pytest.approx(math.exp(-rate * dt))
 
 
@@ -265,3 +265,40 @@ def test_the_first_elements_resolve_the_ring_of_the_glass_where_relaxation_is_fa
     for time, first in ((1e-6, 3200), (1.0, 100)):
         body = attraction.Sticky(rs.Parabola(1.0), rs.PronySeries(1.0, [4.0], [time]), rs.Adhesion(0.02, 20.0))
         assert body.counts(1.0, 1.0) == (first, 51200)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.3, 0.9])
+def test_a_gap_that_bends_at_the_edge_is_integrated_exactly(place, monkeypatch):
+    """With ``u = c^2 - x^2`` the integral of ``u^(n/2)/sqrt(u)`` over x from x0 to c is that of ``u^((n - 1)/2)``."""
+    for name in ("cohesive_load", "_bump", "cell_weights", "_small_angle", "dot", "_dot_of_cubes", "_moment", "_bend"):
+        monkeypatch.setattr(zone, name, plain(getattr(zone, name)))
+    cells, first = 40, 12
+    room = zone.allocate_room(cells + 8, 1.0 / cells, 0, 1, 1)
+    edge = (30.0 + place) / cells
+    x = room.nodes[zone.PLACE_]
+    u = np.maximum(edge**2 - x**2, 0.0)
+    bodies = zone.Bodies(0.4, 0.1, 1.0, 1.0 / cells, 1.0, False, 0.0, 0.0, 0.0)
+    solid = zone.Solid(1.0, np.zeros(0), np.zeros(0))
+    room.counts[zone.TOP_], room.counts[zone.WEIGHED_] = cells + 8, cells + 8
+    plain(zone.write_pulls)(bodies, edge, 0, cells + 8, room)
+    plain(zone.weigh)(bodies, edge, first, room)
+    coefficients = 0.7, -1.3, 2.1
+    powers = (0, 2, 3)
+    # Beyond the edge the gap has another form, which does not count.
+    gap = sum(a * u ** (n / 2) for a, n in zip(coefficients, powers, strict=True))
+    room.nodes[zone.G_] = np.where(x > edge, 5.0, gap)
+    # By y = c sin(t).
+    start = math.asin(x[first] / edge)
+    exact = sum(
+        a * quad(lambda t, n=n: (edge * math.cos(t)) ** n, start, 0.5 * math.pi, epsabs=1e-14)[0]
+        for a, n in zip(coefficients, powers, strict=True)
+    )
+    last = 30 if place == 0.0 else 31
+    errors = []
+    for bends in (0, 1):
+        room.counts[zone.BENDS_] = bends
+        plain(zone.write_tail)(solid, bodies, edge, first, last, room)
+        errors.append(abs(plain(zone.tail)(solid, 0.0, 0.0, room) - exact))
+    # A gap linear in u within cells would be off.
+    assert errors[0] > 1e-5
+    assert errors[1] < 1e-12

@@ -23,6 +23,8 @@ from restitution.parallel import checkpoint
 FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
 # Changes of elements in the longest march of an impact: some seconds. Elements beside the ring that change in a step.
 _WORK, _BESIDE = 1.5e9, 30
+# Elements in such a ring from which on all marches of a sequence have the form of the gap at the edge.
+_RESOLVED = 5.0
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
 # Rows of the motion for each element, and for each further element of a fine march.
@@ -130,15 +132,24 @@ class Sticky(NamedTuple):
             count *= 2
         return count
 
-    def march(self, width: float, time: float, count: int, *, mass: float, velocity: float) -> March:
+    def resolves(self, width: float, count: int) -> bool:
+        """Return whether elements ``width/count`` apart resolve the form of the gap in the attracted ring."""
+        return self.ring * count >= _RESOLVED * width
+
+    def march(
+        self, width: float, time: float, count: int, *, mass: float, velocity: float, bends: bool = False
+    ) -> March:
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
 
         `width` [m] is the largest radius of the zone, `time` [s] the duration, `velocity` [m/s] that at the start.
+        With `bends` gaps have a form at the edge that takes a ring of some elements.
         """
         from restitution.kernel import adhesion as kernel
+        from restitution.kernel import zone
 
         scaled = _Scaled(self, width, time)
         bodies, room = scaled.begin(count, mass, _ROWS * min(count, MOST) + _FINE_ROWS * max(count - MOST, 0))
+        room.counts[zone.BENDS_] = int(bends)
         speed = velocity * time / width
         return scaled.result(
             self._whole(room, lambda most: kernel.march(scaled.solid, bodies, speed, most, room)), room

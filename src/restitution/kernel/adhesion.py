@@ -142,11 +142,14 @@ def _root(
 
 
 @inlined
-def _spent(rate: float, before: float, slope: float, decay: float, dt: float) -> float:
-    """Return the integral of (q - r M)^2 over a step with a linear load of this slope, from its value at the start."""
-    steady = slope / rate
+def _spent(time: float, before: float, slope: float, decay: float, dt: float) -> float:
+    """Return the integral of (q - r M)^2 over a step, from its value at the start; 1/r is the time.
+
+    The load has this slope.
+    """
+    steady = slope * time
     rest = before - steady
-    return steady * steady * dt + rest * (1.0 - decay) * (2.0 * steady + 0.5 * rest * (1.0 + decay)) / rate
+    return steady * steady * dt + rest * (1.0 - decay) * (2.0 * steady + 0.5 * rest * (1.0 + decay)) * time
 
 
 @compiled
@@ -174,17 +177,18 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
                 start, end = before[i] - rate * old, after[i] - rate * new
                 lost[i] += share * (start * start + start * end + end * end)
         else:
+            slow = 1.0 / rate
             for i in range(size):
                 old = memory[i]
                 new = decay * old + fall * before[i] + rise * after[i] + mean * bump[i]
                 memory[i] = new
-                lost[i] += weight * _spent(rate, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
+                lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
     return dot(nodes[SHARE_], lost)
 
 
 @compiled
-def _all_elements(solid: Solid, dt: float, depth: float, low: int, top: int, room: Room) -> int:
-    """Write loads and gaps of elements at the end of a step; return how many are astray from the disc."""
+def _beside_contact(solid: Solid, dt: float, depth: float, low: int, top: int, room: Room) -> int:
+    """Write loads and gaps in and beside the contact at the end of a step; return how many elements are astray."""
     nodes, counts, soft = room.nodes[:, low:top], room.counts, solid.compliance + room.ends[S_RISE_]
     press, gap, pull = nodes[P1_], nodes[H1_], nodes[Q1_]
     base, rest, bump, shape = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[SHAPE_]
@@ -197,9 +201,8 @@ def _all_elements(solid: Solid, dt: float, depth: float, low: int, top: int, roo
     # Those that follow before and after, and those that are loaded before and after.
     for i in range(inner):
         press[i], gap[i] = -(rest[i] + solid.compliance * pull[i]) / soft, 0.0
-    press_out, gap_out, rest_out, pull_out = press[outer:size], gap[outer:size], rest[outer:size], pull[outer:size]
-    for i in range(size - outer):
-        gap_out[i], press_out[i] = rest_out[i] + solid.compliance * pull_out[i], 0.0
+    for i in range(outer, size):
+        gap[i], press[i] = rest[i] + solid.compliance * pull[i], 0.0
     for i in range(inner, outer):
         write_element(solid, dt, depth, low + i, room)
     astray = 0
@@ -211,23 +214,64 @@ def _all_elements(solid: Solid, dt: float, depth: float, low: int, top: int, roo
 
 
 @compiled
+def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: Room) -> float:
+    """Take elements that are loaded before and after a step to its end; return what they dissipate.
+
+    Their gap is ``g - d + J0 q + sum c_j M_j``.
+    """
+    nodes, per, size = room.nodes[:, low:top], 1.0 / dt if dt > 0.0 else 0.0, max(top - low, 0)
+    before, after, shape, gap, lost = nodes[Q_], nodes[Q1_], nodes[SHAPE_], nodes[H_], nodes[LOST_]
+    undeformed = nodes[G_]
+    for i in range(size):
+        gap[i], lost[i] = undeformed[i] - depth + solid.compliance * after[i], 0.0
+    for k in range(solid.rates.shape[0]):
+        factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
+        decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_]
+        if rate * dt < _LINEAR:
+            share = weight * dt / 3.0
+            for i in range(size):
+                old = memory[i]
+                new = decay * old + fall * before[i] + rise * after[i] + mean * shape[i]
+                memory[i] = new
+                gap[i] += weight * new
+                start, end = before[i] - rate * old, after[i] - rate * new
+                lost[i] += share * (start * start + start * end + end * end)
+        else:
+            slow = 1.0 / rate
+            for i in range(size):
+                old = memory[i]
+                new = decay * old + fall * before[i] + rise * after[i] + mean * shape[i]
+                memory[i] = new
+                gap[i] += weight * new
+                lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
+    astray = 0
+    for i in range(size):
+        before[i] = after[i]
+        astray += 0 if gap[i] >= 0.0 else 1
+    room.counts[ASTRAY_] += astray
+    return dot(nodes[SHARE_], lost)
+
+
+@compiled
 def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> None:
     """Take a step to its end: all elements, motion and energies."""
     now, counts, nodes, h = room.now, room.counts, room.nodes, bodies.cell
     if room.ends[TRIED_] != dt or room.ends[MADE_] != edge:
         excess(solid, bodies, dt, edge, room)
     count, depth, low, top = counts[IN1_], room.ends[DEPTH_NOW_], counts[LOW_], counts[TOP_]
-    write_bases(solid, dt, low, top, room)
-    counts[ASTRAY_] += _all_elements(solid, dt, depth, low, top, room)
+    ring = min(max(counts[IN_], count) + 1, top)
+    write_bases(solid, dt, low, ring, room)
+    counts[ASTRAY_] += _beside_contact(solid, dt, depth, low, ring, room)
     lost = carry(solid, dt, depth - now[D_], room) if dt > 0.0 and counts[WAITS_] > 0 else 0.0
     radius = contact_radius(solid, bodies, edge, room)
     force = normal_force(bodies, edge, radius, depth, room)
     if dt > 0.0:
-        now[VISCOUS_] += 2.0 * h * (lost + _remember(solid, dt, low, top, room))
+        now[VISCOUS_] += 2.0 * h * (lost + _remember(solid, dt, low, ring, room))
     for new, old in ((P1_, P_), (H1_, H_), (Q1_, Q_)):
         source, target = nodes[new], nodes[old]
-        for i in range(low, top):
+        for i in range(low, ring):
             target[i] = source[i]
+    now[VISCOUS_] += 2.0 * h * _take_ring(solid, dt, depth, ring, top, room)
     if not bodies.sprung:
         now[V_] -= 0.5 * dt * (now[F_] + force) / bodies.mass
     elif dt > 0.0:

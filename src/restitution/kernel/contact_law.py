@@ -16,6 +16,7 @@ from restitution.kernel.compile import cached, compiled, entry_point
 from restitution.kernel.zone import (
     A_,
     ASTRAY_,
+    BENDS_,
     C_,
     D_,
     F_,
@@ -122,7 +123,7 @@ def unpack(law: NDArray, state: NDArray, room: Room) -> None:
     counts[IN_], counts[IN1_], counts[TOP_] = int(state[FOLLOWING]), 0, int(state[TOUCHED])
     counts[WAY_], counts[SOUGHT_], counts[STEPS_] = int(state[WAY]), int(state[SOUGHT]), 0
     counts[JUMPED_], counts[ASTRAY_], counts[LINE_] = 0, 0, 0
-    counts[LOW_], counts[REACHED_], counts[WAITS_], counts[WEIGHED_] = 0, 0, 0, size
+    counts[LOW_], counts[REACHED_], counts[WAITS_], counts[BENDS_], counts[WEIGHED_] = 0, 0, 0, 0, size
     ends[MADE_], ends[TRIED_], ends[LAST_] = math.nan, math.nan, state[LAST]
     now[D_], now[F_], now[C_], now[A_] = state[DEPTH], state[LOAD], state[EDGE], state[RADIUS]
     now[VISCOUS_], now[JUMPS_] = state[SPENT], state[RADIATED]

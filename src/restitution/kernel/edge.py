@@ -9,6 +9,8 @@ from restitution.kernel.compile import compiled
 from restitution.kernel.waiting import wake
 from restitution.kernel.zone import (
     BASE_,
+    BENDS_,
+    CUT_,
     D_,
     DEPTH_NOW_,
     F_,
@@ -35,13 +37,19 @@ from restitution.kernel.zone import (
     dot,
     normal_force,
     set_factors,
+    tail,
     weigh,
     write_bases,
     write_element,
     write_pulls,
+    write_tail,
 )
 
 _MOST_DEPTHS = 200
+# Cells between the contact and the tail, so that it stays while the contact grows a little.
+_SPARE = 1
+# Cells of the ring below which each is asked anew for each length of a step.
+_SHORT = 16
 
 
 @compiled
@@ -94,11 +102,11 @@ def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
 
 @compiled
 def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, room: Room) -> int:
-    """Return how many elements follow at a depth; those from the last of them on are written."""
+    """Return how many elements follow at a depth; those beside the contact are written."""
     nodes, count = room.nodes, room.counts[IN_]
     size = nodes.shape[1]
-    low, high = max(count - 1, 0), min(max(int(edge / bodies.cell), count) + 2, size)
-    wake(solid, bodies, low, high + 1, room)
+    low, high = max(count - 1, 0), count + 1
+    wake(solid, bodies, low, min(max(int(edge / bodies.cell), count) + 2, size) + 1, room)
     write_bases(solid, dt, low, high, room)
     write_element(solid, dt, depth, count, room)
     if nodes[P1_, count] > 0.0:
@@ -128,7 +136,7 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     size, target = nodes.shape[1], 0.5 * math.pi * bodies.reach
     if ends[MADE_] != edge:
         write_pulls(bodies, edge, counts[LOW_], counts[TOP_], room)
-        counts[WEIGHED_], ends[MADE_] = size, edge
+        counts[WEIGHED_], counts[CUT_], ends[MADE_] = size, size, edge
     set_factors(solid, dt, room)
     ends[TRIED_] = dt
     if bodies.sprung:
@@ -161,13 +169,22 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
         write_element(solid, dt, depth, i, room)
     if count < counts[WEIGHED_]:
         weigh(bodies, edge, count, room)
-    base, rest, near_of, beyond_of = nodes[BASE_], nodes[REST_], nodes[NEAR_], nodes[NEXT_]
-    for i in range(left, min(int(edge / h) + 2, size)):
-        rest[i] = base[i] - depth
     end = int(edge / h)
     while end * h < edge:
         end += 1
     while end > 0 and (end - 1) * h >= edge:
         end -= 1
     end = max(end, count)
-    return total + dot(near_of[count:end], rest[count:end]) + dot(beyond_of[count:end], rest[count + 1 : end + 1])
+    cut = counts[CUT_]
+    if left > cut or cut > end:
+        cut = end if end - left < _SHORT and counts[BENDS_] == 0 else min(max(left, count) + _SPARE, end)
+        counts[CUT_] = cut
+        if cut < end:
+            write_tail(solid, bodies, edge, cut, end, room)
+    write_bases(solid, dt, left, cut + 1, room)
+    base, rest, near_of, beyond_of = nodes[BASE_], nodes[REST_], nodes[NEAR_], nodes[NEXT_]
+    for i in range(left, cut + 1):
+        rest[i] = base[i] - depth
+    if cut < end:
+        total += tail(solid, dt, depth, room)
+    return total + dot(near_of[count:cut], rest[count:cut]) + dot(beyond_of[count:cut], rest[count + 1 : cut + 1])

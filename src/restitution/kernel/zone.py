@@ -13,14 +13,16 @@ from restitution.kernel.compile import compiled, inlined
 # Rows of `nodes`: undeformed gap g; at the start of the step contact load p, gap and cohesive load; at its end contact
 # load, gap, cohesive load, gap without the displacement J0 q, impulse beyond that of a linear load; impulse of the
 # cohesive load beyond a linear one over the time, gap without J0 q and without the depth, weights of the gaps at both
-# ends of the cell behind the element, energy dissipated in the step; place x, weight in integrals over x; of elements
-# that wait the time since when; sums of the weight, and of the weight with g and g^2, over all elements before.
+# ends of the cell behind the element, energy dissipated in the step, or weight of the gap in the tail; place x, weight
+# in integrals over x; of elements that wait the time since when; sums of the weight, and of the weight with g and g^2,
+# over all elements before.
 (
     G_, P_, H_, Q_, P1_, H1_, Q1_, REST_, BUMP_, SHAPE_, BASE_, NEAR_, NEXT_, LOST_, PLACE_, SHARE_, SINCE_, SUM_,
     SUM_G_, SUM_GG_, N_NODES
 ) = range(21)  # fmt: skip
-# Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant.
-DECAY_, FALL_, RISE_, MEAN_, N_FACTORS = range(5)
+# Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant; sum
+# of its memory over the tail.
+DECAY_, FALL_, RISE_, MEAN_, TAIL_, N_FACTORS = range(6)
 # Columns of `branches`: modulus and rate of a branch; sum of E_k/(s_k - r_j) over the branches, for mode j; load of
 # the branch along the depth; sums of loads and of their squares over elements that wait and follow; sum of M_j^2 over
 # those that wait beyond the edge; load of the branch in one element.
@@ -31,16 +33,21 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # Columns of `jumps`: time, depth, edge and contact radius before and after, energy, depth after.
 (AT_, DEPTH_, EDGE_, RADIUS_, EDGE1_, RADIUS1_, ENERGY_, DEPTH1_, N_JUMP) = range(9)
 # Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait,
-# and the first one behind it that waits, elements that may have memory, 1 if elements may wait, rows of `motion`,
-# jumps, direction of the last step of c, steps in a row that sought a fold, elements astray from the disc, first cell
-# with weights, line of the program.
+# and the first one behind it that waits, elements that may have memory, 1 if elements may wait, 1 if gaps have the
+# form of `_bend`, rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold,
+# elements astray from the disc, first cell with weights, first cell of the tail, line of the program.
 (
-    IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, LINE_, N_COUNTS
-) = range(14)  # fmt: skip
+    IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, BENDS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_,
+    N_COUNTS
+) = range(16)  # fmt: skip
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
 # which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
-# equilibrium modulus.
-S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, FIRM_, N_ENDS = range(10)
+# equilibrium modulus; over the tail, sums of the weight, and of the weight with undeformed gap, cohesive load at the
+# start, impulse beyond a linear one, cohesive load at the end.
+(
+    S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, FIRM_, ALL_, ALL_G_, ALL_Q_, ALL_SHAPE_,
+    ALL_Q1_, N_ENDS
+) = range(15)  # fmt: skip
 SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC, PAUSED = range(7)
 
 # Rate times step below which factors are series.
@@ -224,18 +231,118 @@ def weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     square, apart = edge * edge, h / _SMALL_ANGLE
     inner = min(max(int(math.sqrt(max((edge - apart) * (edge + apart), 0.0)) / h) - 1, low), end)
     low_of, high_of, first, second = place[low:inner], place[low + 1 : inner + 1], near[low:inner], beyond[low:inner]
+    # The root of c^2 - x^2 is known from the cohesive load.
+    pull, pull1, scale = room.nodes[Q1_, low:inner], room.nodes[Q1_, low + 1 : inner + 1], -0.5 / bodies.stress
     for k in range(inner - low):
-        x, x1 = low_of[k], high_of[k]
-        root, root1 = math.sqrt((edge - x) * (edge + x)), math.sqrt((edge - x1) * (edge + x1))
-        way = (x1 - x) * (x1 + x)
-        whole = _small_angle(way / (x1 * root + x * root1))
-        part = (0.5 * (square * whole - x1 * root1 + x * root) - x * x * whole) / way
+        x, x1, root, root1 = low_of[k], high_of[k], scale * pull[k], scale * pull1[k]
+        way, both = (x1 - x) * (x1 + x), x1 * root + x * root1
+        per = 1.0 / (way * both)
+        whole = _small_angle(way * way * per)
+        part = (0.5 * (square * whole - x1 * root1 + x * root) - x * x * whole) * both * per
         first[k], second[k] = whole - part, part
     for k in range(inner, end):
         if place[k] >= edge:
             break
         near[k], beyond[k] = cell_weights(edge, place[k], place[k + 1])
     counts[WEIGHED_] = low
+
+
+@inlined
+def _dot_of_cubes(weights: Any, values: Any) -> float:
+    """Return the sum of products with third powers; four sums run side by side."""
+    first, second, third, fourth = 0.0, 0.0, 0.0, 0.0
+    count = weights.shape[0]
+    for n in range(count // 4):
+        k = 4 * n
+        first += weights[k] * (values[k] * values[k] * values[k])
+        second += weights[k + 1] * (values[k + 1] * values[k + 1] * values[k + 1])
+        third += weights[k + 2] * (values[k + 2] * values[k + 2] * values[k + 2])
+        fourth += weights[k + 3] * (values[k + 3] * values[k + 3] * values[k + 3])
+    for k in range(count - count % 4, count):
+        first += weights[k] * (values[k] * values[k] * values[k])
+    return (first + second) + (third + fourth)
+
+
+@inlined
+def _moment(edge: float, x: float) -> float:
+    """Return the integral of ``c^2 - y^2`` from x to c."""
+    return (edge - x) * (edge - x) * (2.0 * edge + x) / 3.0
+
+
+@compiled
+def _bend(stress: float, edge: float, first: int, end: int, room: Room) -> None:
+    """Let the weights of the tail be those of gaps ``a + b u + B u^(3/2)`` with ``u = c^2 - x^2``.
+
+    While the edge passes elements, their memory has this form beside it. B follows from the last three elements within
+    the edge, and what an interpolation linear in u leaves of ``B u^(3/2)`` is added in all cells. The cell in which
+    the edge lies has the form of these three alone, as the gap has a kink where the edge has turned.
+    """
+    nodes, scale = room.nodes, -0.5 / stress
+    weight, near = nodes[LOST_, first : end + 1], nodes[NEAR_]
+    place, root = nodes[PLACE_, first : end + 1], nodes[Q1_, first : end + 1]
+    last = end - first
+    inside = last > 0 and place[last] - edge > 1e-9 * (place[last] - place[last - 1])
+    if inside:
+        last -= 1
+    if last < 2:
+        return
+    s, s1, s2 = scale * root[last], scale * root[last - 1], scale * root[last - 2]
+    u, u1, u2 = s * s, s1 * s1, s2 * s2
+    cubes = _dot_of_cubes(nodes[LOST_, first : first + last + 1], nodes[Q1_, first : first + last + 1])
+    bend = _moment(edge, place[0]) - scale * scale * scale * cubes
+    slope = 0.0
+    if inside:
+        beyond = nodes[NEXT_, first + last]
+        whole = near[first + last] + beyond
+        weight[last] += beyond
+        weight[last + 1] -= beyond
+        # The weight of the last element has the part within its last cell.
+        slope = 0.5 * (edge * edge * whole - place[last] * s) - u * whole
+        bend += near[first + last] * u * s - u * s * whole
+    else:
+        bend -= _moment(edge, place[last])
+    d1, d2, g1, g2 = u1 - u, u2 - u, u1 * s1 - u * s, u2 * s2 - u * s
+    both = d1 * g2 - d2 * g1
+    part1, part2 = (slope * g2 - bend * d2) / both, (bend * d1 - slope * g1) / both
+    weight[last - 1] += part1
+    weight[last - 2] += part2
+    weight[last] -= part1 + part2
+
+
+@compiled
+def write_tail(solid: Solid, bodies: Bodies, edge: float, first: int, end: int, room: Room) -> None:
+    """Write the sums over the cells from one to another in which no element is near the contact.
+
+    The gaps there without J0 q are linear in few numbers of a step, whatever its length, and so is their integral.
+    """
+    nodes, ends = room.nodes, room.ends
+    weight, near, beyond = nodes[LOST_, first : end + 1], nodes[NEAR_, first:end], nodes[NEXT_, first:end]
+    count = end - first
+    weight[count] = 0.0
+    for k in range(count):
+        weight[k] = near[k]
+    for k in range(count):
+        weight[k + 1] += beyond[k]
+    if room.counts[BENDS_] > 0:
+        _bend(bodies.stress, edge, first, end, room)
+    place = nodes[PLACE_, first]
+    ends[ALL_] = math.atan2(math.sqrt(max((edge - place) * (edge + place), 0.0)), place)
+    ends[ALL_G_], ends[ALL_Q_] = dot(weight, nodes[G_, first : end + 1]), dot(weight, nodes[Q_, first : end + 1])
+    ends[ALL_SHAPE_] = dot(weight, nodes[SHAPE_, first : end + 1])
+    ends[ALL_Q1_] = dot(weight, nodes[Q1_, first : end + 1])
+    for k in range(solid.rates.shape[0]):
+        room.factors[k, TAIL_] = dot(weight, room.memory[k, first : end + 1])
+
+
+@compiled
+def tail(solid: Solid, dt: float, depth: float, room: Room) -> float:
+    """Return the integral of the gaps in the tail, without J0 q, after a step."""
+    ends = room.ends
+    total = ends[ALL_G_] - depth * ends[ALL_] + ends[S_FALL_] * ends[ALL_Q_]
+    total += ends[S_MEAN_] * dt * ends[ALL_SHAPE_] + ends[S_RISE_] * ends[ALL_Q1_]
+    for k in range(solid.rates.shape[0]):
+        total += solid.weights[k] * room.factors[k, DECAY_] * room.factors[k, TAIL_]
+    return total
 
 
 @compiled
