@@ -36,6 +36,8 @@ from release import copy_files
 CONDA = {"matplotlib": "matplotlib-base"}
 PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
 LIBRARY = f"lib/python{PYTHON}"
+# Schemes of Pythons that Debian and Fedora have changed: packed elsewhere they look for packages in other folders.
+CHANGED = {"posix_local", "rpm_prefix"}
 # What neither building nor running needs: half of the files of some distributions are their tests.
 OMITTED = {"__pycache__", "test", "tests", "site-packages", "dist-packages", "idlelib", "tkinter", "ensurepip"}
 
@@ -145,6 +147,9 @@ def main() -> None:
     parser.add_argument("wheel", type=Path, help="a wheel of the same tree, whose files the package must have")
     parser.add_argument("--channel", help="a channel of conda, in place of one made of this Python")
     options = parser.parse_args()
+    if not options.channel and CHANGED & {*sysconfig.get_scheme_names()}:
+        print("conda package: skipped, the Python of this distribution has folders of its own and cannot be packed")
+        return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.environ["RATTLER_CACHE_DIR"] = str(folder / "cache")
