@@ -117,9 +117,6 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
     solid, nodes, E = problem.solid, room.nodes, room.nodes[EVENT]
     basis, slopes, change = room.basis[0], room.basis[1], room.vectors[7]
     panels, p = end_of_way(room, phase)
-    if event == ENDS:
-        # Joints before it may be unfelt.
-        p = 0
     corner = next_corner(problem.path, nodes[Y, 0]) if event == BENDS else 0.0
     if event == TURNS and phase == SHRINKS and solid.viscosity > 0.0 and problem.driver.by_depth:
         differentiate(problem.rule, nodes[V], change)
@@ -206,20 +203,19 @@ def first_event(
     event, first = NOTHING, 2.0
     panels, p = end_of_way(room, phase)
     to_end = phase == SHRINKS and p == 0
-    passes = p >= 0 and not to_end and error <= _UNFELT * problem.scales.tolerance
+    # Before the end of the contact the front is like a root of the time: the last panel begins with a step.
+    passes = p >= 0 and not (phase == SHRINKS and room.at[NODES - 1] == 0)
+    passes = passes and error <= _UNFELT * problem.scales.tolerance
     passes = passes and is_passed(panels, p, room.at[NODES - 1])
-    for candidate in (TURNS, JOINT, ENDS, TOUCHES, BENDS):
+    for candidate in (TURNS, ENDS if to_end else JOINT, TOUCHES, BENDS):
         deadband = 0.0
         if candidate == TURNS:
             if phase == FREE or passing != TIME_PASSES or settled:
                 continue
             # A body that stands still turns by rounding.
             deadband = 1e-13 * problem.scales.depth / length
-        elif candidate == JOINT:
-            if phase == FREE or p < 0 or to_end or passes:
-                continue
-        elif candidate == ENDS:
-            if not (to_end or (passes and phase == SHRINKS)):
+        elif candidate in (JOINT, ENDS):
+            if phase == FREE or p < 0 or passes:
                 continue
         elif candidate == TOUCHES:
             if phase != FREE:

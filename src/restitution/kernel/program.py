@@ -479,7 +479,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if hunted == TOUCHES:
                 begin_contact(problem, room)
             elif hunted in (JOINT, ENDS):
-                p = 0 if hunted == ENDS else end_of_way(room, phase)[1]
+                _, p = end_of_way(room, phase)
                 while room.places[ahead(room, phase)[1]] > max(p, 0):
                     jump(problem, room, phase, 0.0, KINK)
                 if hunted == ENDS:
