@@ -107,8 +107,6 @@ _MOMENT = 0.05
 _FRONT_SHARE = 0.1
 # Error of a free surface, over the depth of the run, with which a touch is found.
 _RESOLVED = 1e-3
-# Error of the instant at which a step ends, over its length and the tolerance.
-_INSTANT = 1e-3
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
 # Rounding of the rate where a contact begins, times the length of the step over the depth.
@@ -465,9 +463,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 # The event was one of the error of the longer step.
                 hunted = NOTHING
                 break
-            # Where y is smooth an error of the instant is one of the front.
-            known = _INSTANT * tolerance * length if hunted in (TURNS, JOINT) and kind > 0 else 0.0
-            if abs(change) <= max(grain, known) or tries > 40 or last_value == math.inf:
+            if abs(change) <= grain or tries > 40 or last_value == math.inf:
                 break
             last_length, last_value = length, value
             length = min(max(length + change, 0.5 * length), min(1.5 * length, left))
