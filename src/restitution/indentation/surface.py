@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from restitution.contact.geometry import Contact, Geometry
     from restitution.material.prony import PronySeries
 
+# Middle of an imprint, over its radius.
+_MIDDLE = 0.3
+
 
 def share_of_step(kind: NDArray[np.int64], z: Array) -> Array:
     """Return the share of its step that has passed at places z, shape (P, n), of panels; see `kernel.panels.share`."""
@@ -209,11 +212,27 @@ class Imprint(NamedTuple):
 
     def axis_depth(self, recoveries: Array) -> float:
         """Return the displacement [m] of the innermost element now; `recoveries` are the rates r_j [1/s]."""
+        return float(self._inner_ends(recoveries)[1][-1]) if self.end.size else 0.0
+
+    def gap(self, recoveries: Array) -> float:
+        """Return the least gap between the surface now and a tip that meets it at the axis, over y^2 [m].
+
+        It is 1 for a flat surface, and 0 for an imprint of the shape of the tip. Errors of the surface move the front
+        by themselves over the gap. The middle of the imprint, where gaps are small, does not count.
+        """
         if not self.end.size:
-            return 0.0
-        parts = chebyshev.chebval(2.0 * self.end[-1] - 1.0, self.coefficients[-1, 1:].T)
-        passed = self.start[-1] + self.length[-1] * float(share_of_step(self.kind[-1:], self.end[-1:, None])[0, 0])
-        return float(parts @ np.exp(recoveries * passed))
+            return 1.0
+        y, displacement = self._inner_ends(recoveries)
+        outer = y > _MIDDLE * y[0]
+        return float(np.min(1.0 + (displacement[outer] - displacement[-1]) / y[outer] ** 2, initial=1.0))
+
+    def _inner_ends(self, recoveries: Array) -> tuple[Array, Array]:
+        """Return y [m^(1/2)] and the displacement [m] now at the inner end of each panel."""
+        basis = chebyshev.chebvander(2.0 * self.end - 1.0, self.coefficients.shape[2] - 1)
+        y, parts = self.coefficients[:, 0], self.coefficients[:, 1:]
+        passed = self.start + self.length * share_of_step(self.kind, self.end[:, None])[:, 0]
+        decays = np.exp(passed[:, None] * recoveries)
+        return np.einsum("pk,pk->p", y, basis), np.einsum("pjk,pk,pj->p", parts, basis, decays)
 
     def around(self, inner: Imprint) -> Imprint:
         """Return these panels and those further inside."""

@@ -50,6 +50,8 @@ _AHEAD = 1.5
 _SURFACE = 1e-3
 # Tolerance of taps that are not yet periodic, over the change of the one before, and the largest one.
 _EARLY, _COARSE = 1e-2, 1e-5
+# Tolerance of taps that are not yet periodic, over the gap between the tip and an imprint of nearly its own shape.
+_OF_GAP = 1e-4
 # Panels under load are not merged, and each tap on a liquid that sinks leaves a ring: a tap costs more and more.
 _MOST_PANELS = 1000
 _LEAST_SCALE = 1e-3
@@ -181,6 +183,7 @@ class Start(NamedTuple):
     imprint: Imprint | None = None
     grip: Grip | None = None
     level: float = 0.0  # depth of the surface at the axis
+    gap: float = 1.0  # least gap to a tip that meets the surface there, over the gap to a flat one, away from the axis
     swing: Array = np.zeros((0, 2))  # depths and velocities of higher modes, (M, 2)
     depths: Array | None = None  # depths in contact of the steady motion that has left the surface, if there is one
 
@@ -243,9 +246,10 @@ class Tapper:
         depth, rate = solution.end_state
         if not math.isfinite(depth + rate):
             raise InputError("distance", rule="leads to a tap that has no end")
-        imprint = solution.imprint
+        imprint, grip = solution.imprint, solution.grip
         level = imprint.axis_depth(self.recoveries)
-        return Start(depth, rate, imprint, solution.grip, level, solution.swing)
+        gap = imprint.gap(self.recoveries) if grip is None else 1.0
+        return Start(depth, rate, imprint, grip, level, gap, solution.swing)
 
     def coordinates(self, state: Start) -> Array:
         """Return depths and velocities of all modes over those of the free oscillation, at their frequencies."""
@@ -275,7 +279,7 @@ class Tapper:
         while True:
             checkpoint()
             try:
-                solution = self.run(distance, start, rtol=min(_COARSE, _EARLY * change))
+                solution = self.run(distance, start, rtol=min(_COARSE, _EARLY * change, _OF_GAP * start.gap))
                 after = self.end(solution)
             except InputError:
                 if start is plain or self.count - first >= most:
