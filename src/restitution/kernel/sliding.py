@@ -9,8 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from restitution.kernel.collocation import lagrange, product
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.lanes import WIDTH
+from restitution.kernel.path import radius_and_integral
+from restitution.kernel.workspace import S_
 
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
 # the load, weight of the quadrature over x, the same while the element is in contact and else 0, slip that ends in
@@ -22,8 +25,8 @@ from restitution.kernel.lanes import WIDTH
 # Columns of `factors` of a mode: decay over the step, 1 - decay, load of a constant rate and of a change of the rate.
 DECAY_, LOSS_, STEADY_, CHANGE_, N_FACTORS = range(5)
 # Members of `sums`: energies lost by friction, dissipated in the material, and stored in elements when they leave;
-# impulse; time in which elements slip within the radius that sticks; whether any element ever stuck.
-FRICTION_, VISCOUS_, STORED_, IMPULSE_, GAPS_, STUCK_, N_SUMS = range(7)
+# time in which elements slip within the radius that sticks.
+FRICTION_, VISCOUS_, STORED_, GAPS_, N_SUMS = range(5)
 # Columns of `motion`: time, velocity of the contact point, force, radius that sticks, largest velocity of slip.
 T_, V_, F_, STICK_, SLIP_, N_MOTION = range(6)
 # Members of `touch`: load of an element after its first step, mean load of the ages up to it, displacement, energy
@@ -36,6 +39,9 @@ PRESSED_, PART_LOSS_, PRESS_DECAY_, PRESS_GAIN_, N_PART = range(5)
 # the body. Columns of `lump`: sum over the core of weights times loads, load of that point.
 WEIGHTS_, WAYS_, ALONG_, N_CORE = range(4)
 LOADS_, ALONE_, N_LUMP = range(3)
+
+# Rows of the normal solution: s, v, t, force, depth and memory of the modes.
+NORMAL_V_, NORMAL_T_, NORMAL_D_, NORMAL_H_ = 1, 2, 4, 5
 
 # Numbers in a page of memory, and those by which rows are shifted against each other.
 _ROW, _SHIFT = 512, 40
@@ -50,19 +56,34 @@ class Modes(NamedTuple):
     times: Any
 
 
+class Halves(NamedTuple):
+    """Normal solution as polynomials over elements; a half has their starts, lengths and rows, (E, n, S + 1)."""
+
+    c: Any  # of the scheme of collocation
+    weights: Any
+    approach: Any
+    rebound: Any
+    length: float  # of each half in sigma or lambda
+    path: Any
+
+
 class Normal(NamedTuple):
     """Normal solution at the 2N + 1 times of the steps, and the places of the N + 1 elements."""
 
     times: Any
     velocities: Any
     depths: Any
-    memory: Any  # (K, 2N + 1): H_k
+    memory: Any  # (K, >= 2N + 1): H_k
     radii: Any  # (N + 1,)
     touched: Any  # (N + 1,): depths at which the elements are touched
 
 
 class Room(NamedTuple):
-    """State and results of one march with N steps in each half."""
+    """State and results of marches with at most N steps in each half."""
+
+    samples: Any  # (NORMAL_H_ + modes of the normal load, 2N + 1)
+    places: Any  # (2, N + 1): radii of the elements, and depths at their touch
+    basis: Any  # (2 WIDTH,): of an interpolation
 
     nodes: Any  # (N_NODES, N + 1)
     tangential: Any  # (modes, N + 1): p_k
@@ -79,14 +100,50 @@ class Room(NamedTuple):
 
 
 def allocate_room(steps: int, tangential: int, normal: int) -> Room:
-    """Return room for a march."""
+    """Return room for marches."""
     # Rows start at different places of a page: loads and stores at equal places would wait for each other.
     columns = _ROW * math.ceil(max(steps + 1 + WIDTH - _SHIFT, 0) / _ROW) + _SHIFT
     factors = np.zeros((2, tangential, N_FACTORS))
     return Room(
+        np.empty((NORMAL_H_ + normal, 2 * steps + 1)), np.empty((2, steps + 1)), np.zeros(2 * WIDTH),
         np.zeros((N_NODES, columns)), np.zeros((tangential, columns)), np.zeros((normal, columns)),
         np.zeros((N_PART, normal)), np.zeros(tangential), factors[0], factors[1], np.zeros(N_TOUCH), np.zeros(N_CORE),
         np.zeros((tangential, N_LUMP)), np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
+    )  # fmt: skip
+
+
+@inlined
+def _sample_half(halves: Halves, half: Any, steps: int, first: int, room: Room) -> None:
+    """Write the rows of a half at the ends of equal steps, from the step `first` on, one after the other."""
+    starts, lengths, rows = half
+    place, element, last, shift = 0.0, 0, starts.shape[0] - 1, steps if first > 0 else 0
+    for m in range(first, steps + 1):
+        place = m * (halves.length / steps)
+        while element < last and starts[element + 1] <= place:
+            element += 1
+        lagrange(halves.c, halves.weights, WIDTH + 1, (place - starts[element]) / lengths[element], room.basis)
+        for n in range(rows.shape[1]):
+            room.samples[n, shift + m] = product(room.basis, rows[element, n])
+
+
+@compiled
+def on_grid(halves: Halves, steps: int, room: Room) -> Normal:
+    """Return the normal solution at the ends of equal steps of both halves."""
+    samples, ends = room.samples, 2 * steps + 1
+    # The turning point stands once.
+    _sample_half(halves, halves.approach, steps, 0, room)
+    _sample_half(halves, halves.rebound, steps, 1, room)
+    # First touch is exact, and times do not fall.
+    samples[:, 0] = 0.0
+    samples[NORMAL_V_, 0] = 1.0
+    for m in range(1, ends):
+        samples[NORMAL_T_, m] = max(samples[NORMAL_T_, m], samples[NORMAL_T_, m - 1])
+    for i in range(steps + 1):
+        s = max(samples[S_, i], 0.0)
+        room.places[0, i], room.places[1, i] = radius_and_integral(halves.path, s)[0], s * s
+    return Normal(
+        samples[NORMAL_T_, :ends], samples[NORMAL_V_, :ends], samples[NORMAL_D_, :ends], samples[NORMAL_H_:],
+        room.places[0, : steps + 1], room.places[1, : steps + 1],
     )  # fmt: skip
 
 

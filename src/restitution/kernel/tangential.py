@@ -38,7 +38,6 @@ from restitution.kernel.sliding import (
     FIRST_,
     FRICTION_,
     GAPS_,
-    IMPULSE_,
     LIMIT_,
     LOAD_,
     MEAN_,
@@ -55,7 +54,6 @@ from restitution.kernel.sliding import (
     STEADY_,
     STICK_,
     STORED_,
-    STUCK_,
     T_,
     TOUCHED_,
     TRIAL_,
@@ -65,6 +63,7 @@ from restitution.kernel.sliding import (
     WAY_,
     WEIGHT_,
     WORK_,
+    Halves,
     Modes,
     Normal,
     Room,
@@ -73,6 +72,7 @@ from restitution.kernel.sliding import (
     core_load,
     is_stuck,
     join,
+    on_grid,
     release,
     set_factors,
     whole_lanes,
@@ -92,6 +92,8 @@ _ROUNDING = 1e-14
 _STUCK = 0.999
 # Share of the elements that may slip within the radius that sticks without being counted.
 _GAP = 0.02
+# Columns of the results of a march.
+N_RESULTS = 5
 
 
 class Step(NamedTuple):
@@ -457,9 +459,10 @@ def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, pace: flo
 def _clear(normal: Normal, room: Room, velocity: float) -> None:
     """Write the weights and the state at first touch."""
     radii, last = normal.radii, normal.radii.shape[0] - 1
-    room.nodes[:] = 0.0
-    room.tangential[:] = 0.0
-    room.normal[:] = 0.0
+    end = last + 1 + WIDTH
+    room.nodes[:, :end] = 0.0
+    room.tangential[:, :end] = 0.0
+    room.normal[:, :end] = 0.0
     for i in range(last + 1):
         below = radii[i - 1] if i > 0 else -radii[0]
         above = radii[i + 1] if i < last else radii[last]
@@ -511,15 +514,12 @@ def _settle(
     return core, way, force, kink, held + inner + stiff * way
 
 
-@entry_point
-def march(
-    normal: Normal, tangential: Modes, pressing: Modes, mobility: float, friction: float, velocity: float, room: Room
+@compiled
+def _march(
+    normal: Normal, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float, room: Room
 ) -> None:
-    """Follow the contact point of an oblique impact from first touch to separation; the results are in `room`.
-
-    `velocity` is that of the contact point along the surface, ``v' = -mobility F``.
-    """
-    N, solids = normal.radii.shape[0] - 1, (tangential, pressing)
+    """Follow the contact point from first touch to separation."""
+    N, (tangential, pressing) = normal.radii.shape[0] - 1, solids
     nodes, sums = room.nodes, room.sums
     _clear(normal, room, velocity)
     v, force, before, paces, core, missed = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0
@@ -553,11 +553,30 @@ def march(
             # The youngest element counts where all others stick, as the stuck region is a disc.
             last = n if last == n - 1 and sticks else last
         v -= 0.5 * mobility * dt * (force + after)
-        sums[IMPULSE_] += 0.5 * dt * (force + after)
-        sums[STUCK_] = max(sums[STUCK_], 1.0 if last >= 0 else 0.0)
         share = dt / (dt + before) if before > 0.0 else 0.0
         paces, force, before, missed = (pace, pace + share * (pace - paces[0])), after, dt, layer + kink
         core = join(core, min(last, whole) - _RIM, normal.times[n + 1], pace, room)
         motion = room.motion[n + 1]
         motion[T_], motion[V_], motion[F_], motion[SLIP_] = normal.times[n + 1], v, force, slip
         motion[STICK_] = normal.radii[last] if last >= 0 else 0.0
+
+
+@entry_point
+def march(
+    halves: Halves, counts: Any, tangential: Modes, pressing: Modes, mobility: float, friction: float, velocity: float,
+    room: Room, results: Any,
+) -> None:  # fmt: skip
+    """Follow the contact point of an oblique impact from first touch to separation, with several numbers of steps.
+
+    `velocity` is that of the contact point along the surface, ``v' = -mobility F``. `results` has a row for each
+    number of steps: the velocity at separation, the energies lost by friction, dissipated and stored, and 1 if any
+    element ever stuck. The state and the motion of the last march are in `room`.
+    """
+    for m in range(counts.shape[0]):
+        steps = counts[m]
+        _march(on_grid(halves, steps, room), (tangential, pressing), mobility, friction, velocity, room)
+        result, stuck = results[m], 0.0
+        for n in range(1, 2 * steps + 1):
+            stuck = 1.0 if room.motion[n, STICK_] > 0.0 else stuck
+        result[0], result[4] = room.motion[2 * steps, V_], stuck
+        result[1], result[2], result[3] = room.sums[FRICTION_], room.sums[VISCOUS_], room.sums[STORED_]
