@@ -234,7 +234,7 @@ class Slider:
         """March with a number of steps in each half."""
         room, rows = self._march_all(slope, mobility, (count,))
         energy = slope * slope / (2.0 * mobility)
-        (end, *parts, _), = rows.tolist()
+        end, *parts, _ = rows[0].tolist()
         return self._result(slope, room, [-end / slope, *(part / energy for part in parts)], math.inf, math.inf)
 
     def _result(self, slope: float, room: Room, values: list[float], error: float, split_error: float) -> Tangential:
@@ -246,14 +246,12 @@ class Slider:
         return Tangential(values[0], error, split_error, *values[1:], room.motion, gaps)
 
     def _march_all(self, slope: float, mobility: float, counts: tuple[int, ...]) -> tuple[Room, Array]:
-        """March with these numbers of steps in each half, the last the largest; return its room, and results of all."""
+        """March with rising numbers of steps in each half; return the room of the last march, and results of all."""
         from restitution.kernel.sliding import Modes, allocate_room
         from restitution.kernel.tangential import N_RESULTS, march
 
-        units, tangential = self.solution.units, self.scaled
-        room, rows = allocate_room(counts[-1], tangential.times.size, units.times.size), np.empty((len(counts), N_RESULTS))
-        march(
-            self.solution.halves, np.array(counts), Modes(*tangential),
-            Modes(units.equilibrium, units.viscosity, units.moduli, units.times), mobility, 1.0, slope, room, rows,
-        )  # fmt: skip
+        units, tangential, rows = self.solution.units, Modes(*self.scaled), np.empty((len(counts), N_RESULTS))
+        solids = tangential, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
+        room = allocate_room(counts[-1], tangential.times.size, units.times.size)
+        march(self.solution.halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
         return room, rows

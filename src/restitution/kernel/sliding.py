@@ -35,6 +35,11 @@ FIRST_, MEAN_, WAY_, RUBBED_, WORK_, N_TOUCH = range(6)
 
 # Rows of `part`: normal load and 1 - decay over a part of the first step; decay and gain of all elements over a step.
 PRESSED_, PART_LOSS_, PRESS_DECAY_, PRESS_GAIN_, N_PART = range(5)
+# Rows of `leaving`, of elements in their last step: displacement, its rate in the step before, load and its limit,
+# velocity of the body at both ends, lengths of the step before and of this one, weight.
+LAST_WAY_, LAST_RATE_, LAST_LOAD_, LAST_LIMIT_, START_, END_, BEFORE_, LENGTH_, SHARE_, N_LEAVING = range(10)
+# Further rows of `fading`, after the factors over a part of their step: CHANGE_ in the first part, load of the mode.
+FIRST_CHANGE_, FADING_, N_FADING = N_FACTORS, N_FACTORS + 1, N_FACTORS + 2
 # Members of `core`: sum of the weights, of weights times displacements, displacement of a point that always follows
 # the body. Columns of `lump`: sum over the core of weights times loads, load of that point.
 WEIGHTS_, WAYS_, ALONG_, N_CORE = range(4)
@@ -93,6 +98,8 @@ class Room(NamedTuple):
     factors: Any  # (modes, N_FACTORS)
     part_factors: Any  # (modes, N_FACTORS): those of a part of a step
     touch: Any  # (N_TOUCH,)
+    leaving: Any  # (N_LEAVING, WIDTH)
+    fading: Any  # (modes, N_FADING, WIDTH)
     core: Any  # (N_CORE,)
     lump: Any  # (modes, N_LUMP)
     motion: Any  # (2N + 1, N_MOTION)
@@ -107,7 +114,8 @@ def allocate_room(steps: int, tangential: int, normal: int) -> Room:
     return Room(
         np.empty((NORMAL_H_ + normal, 2 * steps + 1)), np.empty((2, steps + 1)), np.zeros(2 * WIDTH),
         np.zeros((N_NODES, columns)), np.zeros((tangential, columns)), np.zeros((normal, columns)),
-        np.zeros((N_PART, normal)), np.zeros(tangential), factors[0], factors[1], np.zeros(N_TOUCH), np.zeros(N_CORE),
+        np.zeros((N_PART, normal)), np.zeros(tangential), factors[0], factors[1], np.zeros(N_TOUCH),
+        np.zeros((N_LEAVING, WIDTH)), np.zeros((tangential, N_FADING, WIDTH)), np.zeros(N_CORE),
         np.zeros((tangential, N_LUMP)), np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
     )  # fmt: skip
 

@@ -23,6 +23,7 @@ from restitution.kernel.lanes import (
     absolute,
     at_least,
     broadcast,
+    exp,
     largest,
     read8,
     total,
@@ -31,13 +32,22 @@ from restitution.kernel.lanes import (
 )
 from restitution.kernel.sliding import (
     ACTIVE_,
+    BEFORE_,
     CHANGE_,
     DECAY_,
+    END_,
     ENDED_SLIP_,
     F_,
+    FADING_,
     FIRST_,
+    FIRST_CHANGE_,
     FRICTION_,
     GAPS_,
+    LAST_LIMIT_,
+    LAST_LOAD_,
+    LAST_RATE_,
+    LAST_WAY_,
+    LENGTH_,
     LIMIT_,
     LOAD_,
     MEAN_,
@@ -49,8 +59,10 @@ from restitution.kernel.sliding import (
     PRESSED_,
     RATE_,
     RUBBED_,
+    SHARE_,
     SLIDES_,
     SLIP_,
+    START_,
     STEADY_,
     STICK_,
     STORED_,
@@ -83,6 +95,8 @@ from restitution.kernel.sliding import (
 _FIRST_PART, _LEAST_PART, _GROWTH, _LONGEST_PART = 0.25, 2e-6, 1.3, 0.125
 # Parts of the last step of an element.
 _LAST_PARTS = 16
+# Parts over a relaxation time below which a mode is slow.
+_SLOW = 1e-3
 _MAX_ITERATIONS = 60
 # Stuck elements outside of the core, which has whole lanes, and steps of sticking from which they join it: a power of
 # two, so that their count is exact.
@@ -183,34 +197,91 @@ def _first_step(
     room.touch[RUBBED_], room.touch[WORK_] = rubbed, work
 
 
-@compiled
-def _last_step(tangential: Modes, node: int, dt: float, before: float, limit: float, body: Any, room: Room) -> None:
-    """Follow an element over its last step in parts, and add its energies; its limit falls from `limit` to 0.
+@inlined
+def _leave(node: int, limit: float, body: Any, steps: tuple[float, float], lane: int, room: Room) -> int:
+    """Note the state of an element at the start of its last step; return how many are noted."""
+    nodes, leaving = room.nodes, room.leaving
+    leaving[LAST_WAY_, lane], leaving[LAST_RATE_, lane] = nodes[U_, node], nodes[RATE_, node]
+    leaving[LAST_LOAD_, lane], leaving[LAST_LIMIT_, lane] = nodes[LOAD_, node], limit
+    leaving[START_, lane], leaving[END_, lane] = body
+    leaving[BEFORE_, lane], leaving[LENGTH_, lane] = steps
+    leaving[SHARE_, lane] = nodes[WEIGHT_, node]
+    for k in range(room.fading.shape[0]):
+        room.fading[k, FADING_, lane] = room.tangential[k, node]
+    return lane + 1
 
-    The load may reach the limit only shortly before the element leaves. Its energies depend on how it drops.
+
+@inlined
+def _last_factors(tangential: Modes, k: int, part: Any, shares: Any, fading: Any) -> Any:
+    """Write the factors of a mode over the first and the other parts of last steps; return those in the load.
+
+    They are those of `set_factors`, whose shares of the two kinds of parts are given.
     """
-    nodes, sums, weight = room.nodes, room.sums, room.nodes[WEIGHT_, node]
-    part, load, rate, way = dt / _LAST_PARTS, nodes[LOAD_, node], nodes[RATE_, node], nodes[U_, node]
-    slope, lag = set_factors(tangential, part, before, room.part_factors)
-    for m in range(_LAST_PARTS):
-        if m == 1:
-            slope, lag = set_factors(tangential, part, part, room.part_factors)
-        trial = tangential.equilibrium * way - lag * rate
-        for k in range(tangential.times.shape[0]):
-            trial += room.part_factors[k, DECAY_] * room.tangential[k, node]
-        going = part * (body[0] + (m + 0.5) / _LAST_PARTS * (body[1] - body[0]))
-        after = _within(trial + slope * going, limit * (1.0 - (m + 1.0) / _LAST_PARTS))
-        moved = (after - trial) / slope
-        sums[FRICTION_] += weight * (going - moved) * 0.5 * (load + after)
-        sums[VISCOUS_] += weight * moved * 0.5 * (load + after)
-        for k in range(tangential.times.shape[0]):
-            room.tangential[k, node] = _advanced(room.part_factors[k], room.tangential[k, node], moved, rate * part)
-        way, load, rate = way + moved, after, moved / part
-    energy = tangential.equilibrium * way * way
+    tau, modulus = tangential.times[k], tangential.moduli[k]
+    ratio = (1.0 / tau) * part
+    # Differences of nearly equal terms, for slow modes.
+    slow = where_positive(_SLOW - ratio, broadcast(1.0))
+    fast, small = 1.0 - slow, where_positive(slow, ratio)
+    loss = small * (1.0 - small * (0.5 - small * (1.0 / 6.0 - (1.0 / 24.0) * small)))
+    loss = loss + fast * (1.0 - exp(at_least(-1.0 * ratio, -700.0)))
+    change = fast * (tau * (part - 0.5 * part * loss - tau * loss)) + (1.0 / 12.0) * (small * part * part)
+    steady = (modulus * tau) * (loss / part)
+    first, other = modulus * (change * shares[0]), modulus * (change * shares[1])
+    write8(fading, k, DECAY_, 0, 1.0 - loss)
+    write8(fading, k, STEADY_, 0, steady)
+    write8(fading, k, FIRST_CHANGE_, 0, first)
+    write8(fading, k, CHANGE_, 0, other)
+    return steady, first, other
+
+
+@compiled
+def _last_steps(tangential: Modes, room: Room) -> None:
+    """Follow eight elements over their last steps in parts, and add their energies; their limits fall to 0.
+
+    The load may reach the limit only shortly before the element leaves. Its energies depend on how it drops. The body
+    does not feel them, so that they wait until there are eight.
+    """
+    leaving, fading, sums = room.leaving, room.fading, room.sums
+    part = (1.0 / _LAST_PARTS) * read8(leaving, LENGTH_, 0)
+    pace = 1.0 / part
+    shares = 2.0 / (part * (part + read8(leaving, BEFORE_, 0))), pace * pace
+    lags = (0.5 * tangential.viscosity) * (part * shares[0]), (0.5 * tangential.viscosity) * (part * shares[1])
+    fixed = tangential.equilibrium + tangential.viscosity * pace
+    lag, other_lag, slope, other_slope = lags[0], lags[1], fixed + lags[0], fixed + lags[1]
     for k in range(tangential.times.shape[0]):
-        energy += room.tangential[k, node] ** 2 / tangential.moduli[k]
-    sums[STORED_] += 0.5 * weight * energy
-    sums[VISCOUS_] -= 0.5 * weight * energy
+        steady, first, other = _last_factors(tangential, k, part, shares, fading)
+        lag, other_lag = lag + first, other_lag + other
+        slope, other_slope = slope + (steady + first), other_slope + (steady + other)
+    load, limit = read8(leaving, LAST_LOAD_, 0), read8(leaving, LAST_LIMIT_, 0)
+    way, moved = read8(leaving, LAST_WAY_, 0), part * read8(leaving, LAST_RATE_, 0)
+    start, end = part * read8(leaving, START_, 0), part * read8(leaving, END_, 0)
+    inverse, rubbed, work, column = 1.0 / slope, broadcast(0.0), broadcast(0.0), FIRST_CHANGE_
+    for m in range(_LAST_PARTS):
+        trial, usual = tangential.equilibrium * way - lag * moved, moved
+        for k in range(tangential.times.shape[0]):
+            trial = trial + read8(fading, k, DECAY_, 0) * read8(fading, k, FADING_, 0)
+        going = start + ((m + 0.5) / _LAST_PARTS) * (end - start)
+        free = trial + slope * going
+        above, below = _beyond(free, (1.0 - (m + 1.0) / _LAST_PARTS) * limit)
+        after = free - above + below
+        moved, mean = inverse * (after - trial), 0.5 * (load + after)
+        rubbed, work = rubbed + (going - moved) * mean, work + moved * mean
+        for k in range(tangential.times.shape[0]):
+            mode = read8(fading, k, DECAY_, 0) * read8(fading, k, FADING_, 0) + read8(fading, k, STEADY_, 0) * moved
+            write8(fading, k, FADING_, 0, mode + read8(fading, k, column, 0) * (moved - usual))
+        way, load = way + moved, after
+        if m == 0:
+            lag, slope, inverse, column = other_lag, other_slope, 1.0 / other_slope, CHANGE_
+    energy = tangential.equilibrium * (way * way)
+    for k in range(tangential.times.shape[0]):
+        mode = read8(fading, k, FADING_, 0)
+        energy = energy + (1.0 / tangential.moduli[k]) * (mode * mode)
+    weight = read8(leaving, SHARE_, 0)
+    stored = total(0.5 * weight * energy)
+    sums[FRICTION_] += total(weight * rubbed)
+    sums[VISCOUS_] += total(weight * work) - stored
+    sums[STORED_] += stored
+    write8(leaving, SHARE_, 0, broadcast(0.0))
 
 
 @inlined
@@ -469,6 +540,9 @@ def _clear(normal: Normal, room: Room, velocity: float) -> None:
         room.nodes[WEIGHT_, i], room.nodes[TOUCHED_, i] = 0.5 * (above - below), normal.touched[i]
     for m in range(N_SUMS):
         room.sums[m] = 0.0
+    room.leaving[:] = 1.0
+    room.leaving[SHARE_, :] = 0.0
+    room.fading[:] = 0.0
     room.core[:] = 0.0
     room.lump[:] = 0.0
     for m in range(N_MOTION):
@@ -522,7 +596,7 @@ def _march(
     N, (tangential, pressing) = normal.radii.shape[0] - 1, solids
     nodes, sums = room.nodes, room.sums
     _clear(normal, room, velocity)
-    v, force, before, paces, core, missed = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0
+    v, force, before, paces, core, missed, lane = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0, 0
     for n in range(2 * N):
         dt, grows = normal.times[n + 1] - normal.times[n], n < N
         # In the rebound the last of the elements leaves at the end of the step.
@@ -543,7 +617,10 @@ def _march(
         step = Step(n, dt, before, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
         core, way, after, kink, inside = _settle(normal, solids, friction, step, core, fixed + layer, room)
         if not grows:
-            _last_step(tangential, count - 1, dt, before, limit, (v, 2.0 * way / dt - v), room)
+            lane = _leave(count - 1, limit, (v, 2.0 * way / dt - v), (before, dt), lane, room)
+            if lane == WIDTH:
+                _last_steps(tangential, room)
+                lane = 0
         # What the quadrature over places misses of the loads, that over times misses of their work.
         sums[VISCOUS_] += 0.5 * way * (missed + layer + kink + inside)
         last, slip = _advance(tangential, normal.radii, (core, whole), slope, way, (before, dt), paces[0], room)
@@ -559,22 +636,24 @@ def _march(
         motion = room.motion[n + 1]
         motion[T_], motion[V_], motion[F_], motion[SLIP_] = normal.times[n + 1], v, force, slip
         motion[STICK_] = normal.radii[last] if last >= 0 else 0.0
+    _last_steps(tangential, room)
 
 
 @entry_point
 def march(
-    halves: Halves, counts: Any, tangential: Modes, pressing: Modes, mobility: float, friction: float, velocity: float,
+    halves: Halves, counts: Any, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float,
     room: Room, results: Any,
 ) -> None:  # fmt: skip
     """Follow the contact point of an oblique impact from first touch to separation, with several numbers of steps.
 
-    `velocity` is that of the contact point along the surface, ``v' = -mobility F``. `results` has a row for each
-    number of steps: the velocity at separation, the energies lost by friction, dissipated and stored, and 1 if any
-    element ever stuck. The state and the motion of the last march are in `room`.
+    `solids` are the tangential and the normal relaxation, `velocity` is that of the contact point along the surface,
+    ``v' = -mobility F``. `results` has a row for each number of steps: the velocity at separation, the energies lost
+    by friction, dissipated and stored, and 1 if any element ever stuck. The state and the motion of the last march are
+    in `room`.
     """
     for m in range(counts.shape[0]):
         steps = counts[m]
-        _march(on_grid(halves, steps, room), (tangential, pressing), mobility, friction, velocity, room)
+        _march(on_grid(halves, steps, room), solids, mobility, friction, velocity, room)
         result, stuck = results[m], 0.0
         for n in range(1, 2 * steps + 1):
             stuck = 1.0 if room.motion[n, STICK_] > 0.0 else stuck
