@@ -50,10 +50,13 @@ from restitution.kernel.sliding import (
     LENGTH_,
     LIMIT_,
     LOAD_,
+    LONGEST_PART,
     MEAN_,
     N_MOTION,
     N_SUMS,
-    PART_LOSS_,
+    OF_OTHER_,
+    OF_PART_,
+    OF_STEP_,
     PRESS_DECAY_,
     PRESS_GAIN_,
     PRESSED_,
@@ -87,12 +90,12 @@ from restitution.kernel.sliding import (
     on_grid,
     release,
     set_factors,
+    set_losses,
     whole_lanes,
 )
 
-# Parts of the first step of an element: the first over the shortest time, its least size over the step, growth, the
-# longest over the step.
-_FIRST_PART, _LEAST_PART, _GROWTH, _LONGEST_PART = 0.25, 2e-6, 1.3, 0.125
+# Parts of the first step of an element: the first over the shortest time, its least size over the step, and growth.
+_FIRST_PART, _LEAST_PART, _GROWTH = 0.25, 2e-6, 1.3
 # Parts of the last step of an element.
 _LAST_PARTS = 16
 # Parts over a relaxation time below which a mode is slow.
@@ -157,19 +160,24 @@ def _first_step(
         shortest = 0.0
     way, depth, age, load, rate, before = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     mean, rubbed, work, slope, lag = 0.0, 0.0, 0.0, 0.0, 0.0
-    part_before, two_before = -1.0, -1.0
+    part_before, two_before, kind = -1.0, -1.0, OF_PART_
     part = max(_FIRST_PART * shortest, _LEAST_PART * dt)
     while age < dt:
-        part = min(part, _LONGEST_PART * dt)
+        part = min(part, LONGEST_PART * dt)
         if age + part > dt * (1.0 - 1e-9):
             part = dt - age
         middle = (age + 0.5 * part) / dt
         body = part * (along + middle * (along_end - along))
         # Most parts are as long as the two before them.
         if part != part_before or before != two_before:
-            slope, lag = set_factors(tangential, part, before, room.part_factors)
-            for k in range(normal.times.shape[0]):
-                room.part[PART_LOSS_, k] = -math.expm1(-part / normal.times[k])
+            kind = OF_PART_
+            if part != LONGEST_PART * dt:
+                kind = OF_OTHER_
+                for k in range(tangential.times.shape[0]):
+                    room.losses[k, kind] = -math.expm1(-part / tangential.times[k])
+                for k in range(normal.times.shape[0]):
+                    room.pressing_losses[k, kind] = -math.expm1(-part / normal.times[k])
+            slope, lag = set_factors(tangential, part, before, room.losses, kind, room.part_factors)
             part_before, two_before = part, before
         trial = tangential.equilibrium * way - lag * rate
         for k in range(tangential.times.shape[0]):
@@ -178,7 +186,7 @@ def _first_step(
         depth += part * speed
         limit = normal.equilibrium * depth + normal.viscosity * (speed + 0.5 * part * pull)
         for k in range(normal.times.shape[0]):
-            tau, loss = normal.times[k], room.part[PART_LOSS_, k]
+            tau, loss = normal.times[k], room.pressing_losses[k, kind]
             room.part[PRESSED_, k] += (
                 normal.moduli[k] * tau * loss * (speed - 0.5 * part * pull) - loss * room.part[PRESSED_, k]
             )
@@ -291,15 +299,25 @@ def _advanced(factors: Any, load: float, moved: float, usual: float) -> float:
 
 
 @inlined
-def _end_weight(ratio: float) -> float:
+def _end_weight(ratio: float, loss: float) -> float:
     """Return what the trapezoidal rule misses of a saturating mode beyond the first step, over its load there.
 
-    The mode has the load `1 - exp(-age/tau)`, the step is `ratio` tau long.
+    The mode has the load `1 - exp(-age/tau)`, the step is `ratio` tau long, and the load after it is `loss`.
     """
     if ratio < 1e-2:
         return (1.0 - 0.5 * ratio) / 12.0
-    decay = math.exp(-min(ratio, 700.0))
-    return decay * (0.5 + decay / (1.0 - decay) - 1.0 / ratio) / (1.0 - decay)
+    decay = 1.0 - loss
+    return decay * (0.5 + decay / loss - 1.0 / ratio) / loss
+
+
+@inlined
+def _set_gains(normal: Normal, pressing: Modes, n: int, room: Room) -> None:
+    """Write what a step leaves of the normal loads of modes, and adds to them."""
+    part = room.part
+    for k in range(pressing.times.shape[0]):
+        decay = 1.0 - room.pressing_losses[k, OF_STEP_]
+        part[PRESS_DECAY_, k] = decay
+        part[PRESS_GAIN_, k] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
 
 
 @compiled
@@ -313,11 +331,6 @@ def _set_loads(
     """
     (tangential, pressing), (first, end), nodes, part = solids, span, room.nodes, room.part
     drag, depth = pressing.viscosity * normal.velocities[n + 1], normal.depths[n + 1]
-    dt = normal.times[n + 1] - normal.times[n]
-    for k in range(pressing.times.shape[0]):
-        decay = math.exp(-dt / pressing.times[k])
-        part[PRESS_DECAY_, k] = decay
-        part[PRESS_GAIN_, k] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
     for i in range(first, end, WIDTH):
         load = tangential.equilibrium * read8(nodes, U_, i) - lag * read8(nodes, RATE_, i)
         for k in range(tangential.times.shape[0]):
@@ -484,11 +497,12 @@ def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int,
     # Beyond the first step the layer is that of the stuck or of the slipping load.
     if abs(load) < _STUCK * friction * _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n]):
         for k in range(tangential.times.shape[0]):
-            layer += cell * _end_weight(dt / tangential.times[k]) * room.young[k]
+            layer += cell * _end_weight(dt / tangential.times[k], room.losses[k, OF_STEP_]) * room.young[k]
     else:
         sign = 1.0 if load > 0.0 else -1.0
         for k in range(pressing.times.shape[0]):
-            layer += sign * friction * cell * _end_weight(dt / pressing.times[k]) * room.part[PRESSED_, k]
+            weight = _end_weight(dt / pressing.times[k], room.pressing_losses[k, OF_STEP_])
+            layer += sign * friction * cell * weight * room.part[PRESSED_, k]
     return force, layer
 
 
@@ -513,8 +527,7 @@ def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, pace: flo
     limit = _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n])
     nodes[LIMIT_, n] = friction * (limit + pressing.viscosity * normal.velocities[n + 1])
     for k in range(pressing.times.shape[0]):
-        decay = math.exp(-dt / pressing.times[k])
-        room.normal[k, n] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
+        room.normal[k, n] = room.part[PRESS_GAIN_, k]
     for k in range(room.young.shape[0]):
         room.tangential[k, n] = room.young[k]
     nodes[ACTIVE_, n], nodes[SLIDES_, n] = nodes[WEIGHT_, n], 1.0 - 1.0 / _AGE
@@ -605,11 +618,14 @@ def _march(
         pull, free = 0.25 * mobility * dt * dt, dt * v - 0.25 * mobility * dt * dt * force
         guess = free - pull * force
         layer, fixed = 0.0, 0.0
+        set_losses(tangential, dt, room.losses)
+        set_losses(pressing, dt, room.pressing_losses)
+        _set_gains(normal, pressing, n, room)
         if grows:
             fixed, layer = _front(normal, solids, friction, n, (v, 2.0 * guess / dt - v), room)
         if core > whole - _RIM:
             core = release(solids, normal, n, (whole_lanes(whole - _RIM), core), paces, room)
-        slope, lag = set_factors(tangential, dt, before, room.factors)
+        slope, lag = set_factors(tangential, dt, before, room.losses, OF_STEP_, room.factors)
         limit = nodes[LIMIT_, count - 1] if count > 0 else 0.0
         _set_loads(normal, solids, friction, n, (core, count), lag, room)
         if not grows:
