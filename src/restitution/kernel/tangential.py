@@ -26,6 +26,7 @@ from restitution.kernel.lanes import (
     exp,
     largest,
     read8,
+    smallest,
     total,
     where_positive,
     write8,
@@ -160,7 +161,7 @@ def _first_step(
         shortest = 0.0
     way, depth, age, load, rate, before = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     mean, rubbed, work, slope, lag = 0.0, 0.0, 0.0, 0.0, 0.0
-    part_before, two_before, kind = -1.0, -1.0, OF_PART_
+    part_before, two_before, kind, inverse, pace = -1.0, -1.0, OF_PART_, 0.0, 0.0
     part = max(_FIRST_PART * shortest, _LEAST_PART * dt)
     while age < dt:
         part = min(part, LONGEST_PART * dt)
@@ -178,7 +179,7 @@ def _first_step(
                 for k in range(normal.times.shape[0]):
                     room.pressing_losses[k, kind] = -math.expm1(-part / normal.times[k])
             slope, lag = set_factors(tangential, part, before, room.losses, kind, room.part_factors)
-            part_before, two_before = part, before
+            part_before, two_before, inverse, pace = part, before, 1.0 / slope, 1.0 / part
         trial = tangential.equilibrium * way - lag * rate
         for k in range(tangential.times.shape[0]):
             trial += room.part_factors[k, DECAY_] * room.young[k]
@@ -193,13 +194,13 @@ def _first_step(
             room.part[PRESSED_, k] += normal.moduli[k] * tau * pull * (part - tau * loss)
             limit += room.part[PRESSED_, k]
         after = _within(trial + slope * body, friction * max(limit, 0.0))
-        moved = (after - trial) / slope
+        moved = (after - trial) * inverse
         rubbed += (body - moved) * 0.5 * (load + after)
         work += moved * 0.5 * (load + after)
         mean += 0.5 * part * (load + after)
         for k in range(tangential.times.shape[0]):
             room.young[k] = _advanced(room.part_factors[k], room.young[k], moved, rate * part)
-        way, load, rate, before, age = way + moved, after, moved / part, part, age + part
+        way, load, rate, before, age = way + moved, after, moved * pace, part, age + part
         part *= _GROWTH
     room.touch[FIRST_], room.touch[MEAN_], room.touch[WAY_] = load, mean / dt, way
     room.touch[RUBBED_], room.touch[WORK_] = rubbed, work
@@ -350,15 +351,17 @@ def _kink(radii: Any, nodes: Any, core: int, count: int, slope: float, way: floa
 
     There the load has a kink, and what is left up to the limit falls to zero along a line.
     """
-    j, sign = count - 1, 0.0
-    while j > core:
-        load = nodes[TRIAL_, j] + slope * way
-        if abs(load) <= nodes[LIMIT_, j]:
+    j = count - 1
+    while j - WIDTH > core:
+        start = j + 1 - WIDTH
+        if largest(read8(nodes, LIMIT_, start) - absolute(read8(nodes, TRIAL_, start) + slope * way)) >= 0.0:
             break
-        sign = 1.0 if load > 0.0 else -1.0
+        j -= WIDTH
+    while j > core and not is_stuck(nodes, j, slope, way):
         j -= 1
     if j < core + 1 or j >= count - 1:
         return 0.0
+    sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
     left = nodes[LIMIT_, j] - sign * (nodes[TRIAL_, j] + slope * way)
     before = nodes[LIMIT_, j - 1] - sign * (nodes[TRIAL_, j - 1] + slope * way)
     cell = radii[j + 1] - radii[j]
@@ -474,6 +477,8 @@ def _advance(
         write8(nodes, RATE_, i, rate * (way - slip))
     advance_core(tangential, way, pace, dt, room)
     last, stuck = end - 1, first + int(total(sticking))
+    while last + 1 - WIDTH >= first and smallest(read8(nodes, SLIDES_, last + 1 - WIDTH)) == 1.0:
+        last -= WIDTH
     while last >= first and nodes[SLIDES_, last] == 1.0:
         last -= 1
     sums[FRICTION_] += total(lost)
@@ -482,7 +487,7 @@ def _advance(
     return last, largest(fastest) / dt
 
 
-@compiled
+@inlined
 def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, body: Any, room: Room) -> Any:
     """Take in the element touched at step n; return the force of the cell up to the edge, and that of later ages.
 
@@ -574,7 +579,7 @@ def _shrink_core(
     return first
 
 
-@compiled
+@inlined
 def _settle(
     normal: Normal, solids: tuple[Modes, Modes], friction: float, step: Step, core: int, fixed: float, room: Room
 ) -> Any:
