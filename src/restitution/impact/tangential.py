@@ -210,43 +210,44 @@ class Slider:
     def _march(self, slope: float, mobility: float, rtol: float, *, slides: bool = False) -> Tangential:
         """March with more and more steps until the extrapolated e_t is known to `rtol`, and the energies add up."""
         series, closed = Extrapolation(), -1.0 + mobility * self.impulse / slope
-        energy, done, known = slope * slope / (2.0 * mobility), 0, False
+        result, done, known = None, 0, False
         while not known and done < len(COUNTS):
             # The first marches are needed always, and more of them for a small tolerance.
             counts = COUNTS[done : done + 1] if done else COUNTS[: _FIRST if rtol > _COARSE else _FIRST + 1]
             room, rows = self._march_all(slope, mobility, counts)
-            for count, (end, *parts, stuck) in zip(counts, rows.tolist(), strict=True):
-                values = [-end / slope, *(part / energy for part in parts)]
-                values, errors = series.add(count, values)
-                error = errors[0]
+            for count, (*values, stuck) in zip(counts, rows.tolist(), strict=True):
+                (e_t, *parts), (error, *errors) = series.add(count, values)
                 if not stuck:
-                    values[0], error = closed, 0.0 if slides or count >= _SURE else math.inf
+                    e_t, error = closed, 0.0 if slides or count >= _SURE else math.inf
                 # No part is negative, but a small one may be so within its error.
-                values[1:] = [max(value, 0.0) for value in values[1:]]
-                residual = sum(values[1:]) + values[0] ** 2 - 1.0
-                split_error = max(_SPLIT * max(errors[1:]), abs(residual))
-                exact = error <= rtol and abs(residual) <= _RESIDUAL * rtol
-                known = exact and math.isfinite(split_error) and count >= _LEAST
+                result = self._result(room, [e_t, *(max(part, 0.0) for part in parts)], error)
+                result = result._replace(split_error=max(_SPLIT * max(errors), abs(result.residual)))
+                exact = error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
+                known = exact and math.isfinite(result.split_error) and count >= _LEAST
             done += len(counts)
-        return self._result(slope, room, values, error, split_error)
+        assert result is not None
+        result.motion[:, _SCALED] /= slope
+        return result
 
     def _step(self, slope: float, mobility: float, count: int) -> Tangential:
         """March with a number of steps in each half."""
         room, rows = self._march_all(slope, mobility, (count,))
-        energy = slope * slope / (2.0 * mobility)
-        end, *parts, _ = rows[0].tolist()
-        return self._result(slope, room, [-end / slope, *(part / energy for part in parts)], math.inf, math.inf)
+        room.motion[:, _SCALED] /= slope
+        return self._result(room, rows[0, :-1].tolist(), math.inf)
 
-    def _result(self, slope: float, room: Room, values: list[float], error: float, split_error: float) -> Tangential:
+    def _result(self, room: Room, values: list[float], error: float) -> Tangential:
         """Return e_t and the parts of the energy with the motion of the last march."""
         from restitution.kernel.sliding import GAPS_
 
-        room.motion[:, _SCALED] /= slope
+        e_t, friction, viscous, stored = values
         gaps = float(room.sums[GAPS_]) / self.solution.end
-        return Tangential(values[0], error, split_error, *values[1:], room.motion, gaps)
+        return Tangential(e_t, error, math.inf, friction, viscous, stored, room.motion, gaps)
 
     def _march_all(self, slope: float, mobility: float, counts: tuple[int, ...]) -> tuple[Room, Array]:
-        """March with rising numbers of steps in each half; return the room of the last march, and results of all."""
+        """March with rising numbers of steps in each half; return the room of the last march, and rows of results.
+
+        They are e_t, the energies lost by friction, dissipated and stored, and 1 if any element ever stuck.
+        """
         from restitution.kernel.sliding import Modes, allocate_room
         from restitution.kernel.tangential import N_RESULTS, march
 
@@ -254,4 +255,6 @@ class Slider:
         solids = tangential, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
         room = allocate_room(counts[-1], tangential.times.size, units.times.size)
         march(self.solution.halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
+        rows[:, 0] /= -slope
+        rows[:, 1:4] /= slope * slope / (2.0 * mobility)
         return room, rows

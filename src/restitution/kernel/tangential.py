@@ -300,15 +300,15 @@ def _advanced(factors: Any, load: float, moved: float, usual: float) -> float:
 
 
 @inlined
-def _end_weight(ratio: float, loss: float) -> float:
+def _end_weight(ratio: float) -> float:
     """Return what the trapezoidal rule misses of a saturating mode beyond the first step, over its load there.
 
-    The mode has the load `1 - exp(-age/tau)`, the step is `ratio` tau long, and the load after it is `loss`.
+    The mode has the load `1 - exp(-age/tau)`, the step is `ratio` tau long.
     """
     if ratio < 1e-2:
         return (1.0 - 0.5 * ratio) / 12.0
-    decay = 1.0 - loss
-    return decay * (0.5 + decay / loss - 1.0 / ratio) / loss
+    decay = math.exp(-min(ratio, 700.0))
+    return decay * (0.5 + decay / (1.0 - decay) - 1.0 / ratio) / (1.0 - decay)
 
 
 @inlined
@@ -502,12 +502,11 @@ def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int,
     # Beyond the first step the layer is that of the stuck or of the slipping load.
     if abs(load) < _STUCK * friction * _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n]):
         for k in range(tangential.times.shape[0]):
-            layer += cell * _end_weight(dt / tangential.times[k], room.losses[k, OF_STEP_]) * room.young[k]
+            layer += cell * _end_weight(dt / tangential.times[k]) * room.young[k]
     else:
         sign = 1.0 if load > 0.0 else -1.0
         for k in range(pressing.times.shape[0]):
-            weight = _end_weight(dt / pressing.times[k], room.pressing_losses[k, OF_STEP_])
-            layer += sign * friction * cell * weight * room.part[PRESSED_, k]
+            layer += sign * friction * cell * _end_weight(dt / pressing.times[k]) * room.part[PRESSED_, k]
     return force, layer
 
 
