@@ -273,6 +273,17 @@ def test_second_order_also_where_errors_could_jump(case):
     assert ratios == pytest.approx(4.0, abs=0.7)
 
 
+def test_marches_of_one_call_do_not_feel_each_other():
+    """Each number of steps has the same results alone and after smaller ones in the same room, to the bit."""
+    rng, counts = np.random.default_rng(), (13, 24, 41)
+    drawn = solid(rng.uniform(-0.9, 0.5), 10.0 ** rng.uniform(-3.0, 1.0), 10.0 ** rng.uniform(-2.0, 1.5))
+    body, slope = slider(drawn), 10.0 ** rng.uniform(-1.3, 0.7)
+    room, together = body._march_all(slope, SPHERE, counts)
+    rooms, alone = zip(*(body._march_all(slope, SPHERE, (count,)) for count in counts), strict=True)
+    np.testing.assert_array_equal(together, np.concatenate(alone), err_msg=repr((drawn, slope)))
+    np.testing.assert_array_equal(room.motion, rooms[-1].motion)
+
+
 def test_a_dashpot_is_the_limit_of_a_fast_branch():
     """A Kelvin-Voigt solid against one whose dashpot has a spring, with and without slip."""
     viscous = rigid_on(kelvin_voigt(1.0, 0.3, poisson_ratio=0.5))
