@@ -273,6 +273,25 @@ def test_second_order_also_where_errors_could_jump(case):
     assert ratios == pytest.approx(4.0, abs=0.7)
 
 
+def test_marches_of_one_call_do_not_feel_each_other():
+    """Each number of steps has the same results alone and after smaller ones in the same room, to the bit."""
+    rng, counts = np.random.default_rng(), (13, 24, 41)
+    drawn = solid(rng.uniform(-0.9, 0.5), 10.0 ** rng.uniform(-3.0, 1.0), 10.0 ** rng.uniform(-2.0, 1.5))
+    body, slope = slider(drawn), 10.0 ** rng.uniform(-1.3, 0.7)
+    room, together = body._march_all(slope, SPHERE, counts)
+    rooms, alone = zip(*(body._march_all(slope, SPHERE, (count,)) for count in counts), strict=True)
+    np.testing.assert_array_equal(together, np.concatenate(alone), err_msg=repr((drawn, slope)))
+    np.testing.assert_array_equal(room.motion, rooms[-1].motion)
+
+
+def test_the_last_elements_that_leave_count_in_the_energy():
+    """The balance of second order has no jump between numbers of steps with and without a rest of eight."""
+    body = slider(solid(0.0, 0.3, 3.0))
+    rows = [body._march_all(0.3, SPHERE, (count,))[1][0] for count in (23, 24)]
+    odd, even = (row[1:4].sum() + row[0] ** 2 - 1.0 for row in rows)
+    assert odd == pytest.approx(even, rel=0.3)
+
+
 def test_a_dashpot_is_the_limit_of_a_fast_branch():
     """A Kelvin-Voigt solid against one whose dashpot has a spring, with and without slip."""
     viscous = rigid_on(kelvin_voigt(1.0, 0.3, poisson_ratio=0.5))

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from restitution.indentation.surface import Surface
     from restitution.kernel.collocation import Scheme
     from restitution.kernel.path import Path
+    from restitution.kernel.sliding import Halves
     from restitution.kernel.stored import Ledger
     from restitution.kernel.workspace import Problem, Problems, Work
 
@@ -372,29 +373,40 @@ class Solution:
         return np.append(self.units.equilibrium, self.units.moduli)
 
     @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        """Rows s, v, t, F and H_k of the elements of both halves, shape (E, n, S + 1)."""
+        work, ledger = self.stored.work, self.stored.ledger
+        return (
+            np.concatenate([work.approach[:, : F_ + 1], ledger.approach[:, :-2:3]], axis=1),
+            np.concatenate([work.rebound[:, : F_ + 1], ledger.rebound[:, :-4]], axis=1),
+        )
+
+    @cached_property
+    def halves(self) -> Halves:
+        """Both halves for the kernel."""
+        from restitution.kernel.sliding import Halves
+        from restitution.kernel.workspace import BACK_LENGTH, BACK_START, LENGTH, START
+
+        places, (approach, rebound) = self.stored.work.places, self._rows
+        first, back = len(approach), len(rebound)
+        return Halves(
+            self.scheme.c, self.scheme.weights, (places[START, :first], places[LENGTH, :first], approach),
+            (places[BACK_START, :back], places[BACK_LENGTH, :back], rebound), self.sigma_m, self.stored.problem.path,
+        )  # fmt: skip
+
+    @cached_property
     def approach(self) -> Half:
         """The approach, over sigma."""
-        from restitution.kernel.workspace import LENGTH, START
-
-        work, memory = self.stored.work, self.stored.ledger.approach
-        starts, lengths = work.places[START, : len(memory)], work.places[LENGTH, : len(memory)]
-        columns = np.concatenate([work.approach[:, : F_ + 1], memory[:, :-2:3]], axis=1)
+        memory, (starts, lengths, rows) = self.stored.ledger.approach, self.halves.approach
         energies = np.concatenate([memory[:, 1:-2:3], memory[:, 2:-2:3], memory[:, -2:]], axis=1)
         share = (self.sigma_m - float(starts[-1])) / float(lengths[-1])
-        return Half(starts, lengths, np.moveaxis(columns, 1, 2), np.moveaxis(energies, 1, 2), share)
+        return Half(starts, lengths, np.moveaxis(rows, 1, 2), np.moveaxis(energies, 1, 2), share)
 
     @cached_property
     def rebound(self) -> Half:
         """The rebound, over lambda."""
-        from restitution.kernel.workspace import BACK_LENGTH, BACK_START
-
-        work, memory = self.stored.work, self.stored.ledger.rebound
-        n = len(memory)
-        columns = np.concatenate([work.rebound[:, : F_ + 1], memory[:, :-4]], axis=1)
-        return Half(
-            work.places[BACK_START, :n], work.places[BACK_LENGTH, :n],
-            np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -4:], 1, 2), 1.0,
-        )  # fmt: skip
+        memory, (starts, lengths, rows) = self.stored.ledger.rebound, self.halves.rebound
+        return Half(starts, lengths, np.moveaxis(rows, 1, 2), np.moveaxis(memory[:, -4:], 1, 2), 1.0)
 
     def times(self, n_points: int) -> Array:
         """Return `n_points` times [s] from first touch to separation, as dense as the solver's own steps."""
@@ -479,24 +491,6 @@ class Solution:
         for j in range(1, rows.shape[1]):
             total += basis[:, j] * rows[:, j]
         return total
-
-    @cached_property
-    def _tables(self) -> tuple[tuple[Array, Array, Array], ...]:
-        """Starts and lengths of the elements of both halves, and their columns, those of an element one a row."""
-        return tuple(
-            (half.starts, half.lengths, np.ascontiguousarray(np.moveaxis(half.columns, 2, 1)))
-            for half in (self.approach, self.rebound)
-        )
-
-    def sample(self, count: int) -> Array:
-        """Return the columns, one a row, at the ends of equal steps of both halves, `count` in each."""
-        from restitution.kernel.stored import sample_halves
-
-        approach, rebound = self._tables
-        out = np.empty((approach[2].shape[1], 2 * count + 1))
-        places = np.arange(count + 1) * (self.sigma_m / count)
-        sample_halves(self.scheme, self.stored.work, approach, rebound, places, out)
-        return out
 
     @single_problem()
     def find(self, half: Half, column: int, values: Array) -> tuple[Places, Array]:

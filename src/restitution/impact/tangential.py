@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from restitution.checks import Array
-from restitution.impact.solution import D_, H_, S_, T_, V_, Solution
+from restitution.impact.solution import V_, Solution
 from restitution.impact.sticking import Spectrum, solve_sticking
 from restitution.material.prony import PronySeries
 from restitution.numerics.richardson import Extrapolation
+
+if TYPE_CHECKING:
+    from restitution.kernel.sliding import Room
 
 # Steps in each half of the marches: they double first, as their errors are far apart, then grow by a third or a half.
 COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072, 4608, 6144)
@@ -25,8 +28,8 @@ _RESIDUAL = 10.0
 # Error of the parts of the energy over the changes of their extrapolations, whose order suits e_t. It comes from a
 # comparison of 400 random impacts with finer marches.
 _SPLIT = 3.0
-# Numbers of a march that are extrapolated.
-_EXTRAPOLATED = ("restitution", "friction", "viscous", "stored")
+# Marches in the first call of the kernel; one more below a tolerance.
+_FIRST, _COARSE = 3, 3e-5
 # Slopes below the first have a slipping rim so thin that e_t is linear; it is interpolated from the second on.
 _THIN, _NEAR = 0.01, 0.02
 # Search of the slope of full sliding: steps of the marches, relative width at its end, and how near they are.
@@ -206,47 +209,52 @@ class Slider:
 
     def _march(self, slope: float, mobility: float, rtol: float, *, slides: bool = False) -> Tangential:
         """March with more and more steps until the extrapolated e_t is known to `rtol`, and the energies add up."""
-        series, result, closed = Extrapolation(), None, -1.0 + mobility * self.impulse / slope
-        for count in COUNTS:
-            march = self._step(slope, mobility, count)
-            (e_t, *parts), errors = series.add(count, [getattr(march, name) for name in _EXTRAPOLATED])
-            # No part is negative, but a small one may be so within its error.
-            friction, viscous, stored = (max(float(part), 0.0) for part in parts)
-            result = march._replace(
-                restitution=float(e_t), error=float(errors[0]), friction=friction, viscous=viscous, stored=stored
-            )
-            result = result._replace(split_error=max(_SPLIT * float(errors[1:].max()), abs(result.residual)))
-            sticks = bool(march.motion[:, 3].any())
-            if not sticks:
-                result = result._replace(restitution=closed, error=0.0 if slides or count >= _SURE else math.inf)
-            exact = result.error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
-            if exact and math.isfinite(result.split_error) and count >= _LEAST:
-                break
+        series, closed = Extrapolation(), -1.0 + mobility * self.impulse / slope
+        result, done, known = None, 0, False
+        while not known and done < len(COUNTS):
+            # The first marches are needed always, and more of them for a small tolerance.
+            counts = COUNTS[done : done + 1] if done else COUNTS[: _FIRST if rtol > _COARSE else _FIRST + 1]
+            room, rows = self._march_all(slope, mobility, counts)
+            for count, (*values, stuck) in zip(counts, rows.tolist(), strict=True):
+                (e_t, *parts), (error, *errors) = series.add(count, values)
+                if not stuck:
+                    e_t, error = closed, 0.0 if slides or count >= _SURE else math.inf
+                # No part is negative, but a small one may be so within its error.
+                result = self._result(room, [e_t, *(max(part, 0.0) for part in parts)], error)
+                result = result._replace(split_error=max(_SPLIT * max(errors), abs(result.residual)))
+                exact = error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
+                known = exact and math.isfinite(result.split_error) and count >= _LEAST
+            done += len(counts)
         assert result is not None
+        result.motion[:, _SCALED] /= slope
         return result
 
     def _step(self, slope: float, mobility: float, count: int) -> Tangential:
         """March with a number of steps in each half."""
-        from restitution.kernel.sliding import GAPS_, Modes, Normal, allocate_room
-        from restitution.kernel.tangential import march
-
-        solution, units, tangential = self.solution, self.solution.units, self.scaled
-        normal = _on_grid(solution, count)
-        room = allocate_room(count, tangential.times.size, units.times.size)
-        march(
-            Normal(*normal), Modes(*tangential), Modes(units.equilibrium, units.viscosity, units.moduli, units.times),
-            mobility, 1.0, slope, room,
-        )  # fmt: skip
-        energy = slope * slope / (2.0 * mobility)
-        friction, viscous, stored = (float(each) / energy for each in room.sums[:3])
+        room, rows = self._march_all(slope, mobility, (count,))
         room.motion[:, _SCALED] /= slope
-        gaps = float(room.sums[GAPS_]) / solution.end
-        e_t = -float(room.motion[-1, 1])
-        return Tangential(e_t, math.inf, math.inf, friction, viscous, stored, room.motion, gaps)
+        return self._result(room, rows[0, :-1].tolist(), math.inf)
 
+    def _result(self, room: Room, values: list[float], error: float) -> Tangential:
+        """Return e_t and the parts of the energy with the motion of the last march."""
+        from restitution.kernel.sliding import GAPS_
 
-def _on_grid(solution: Solution, count: int) -> tuple[Array, ...]:
-    """Return times, velocities, depths, memory, radii and depths of touch at equal steps of both halves."""
-    rows = solution.sample(count)
-    roots = np.maximum(rows[S_, : count + 1], 0.0)
-    return rows[T_], rows[V_], rows[D_], rows[H_ + 1 :], solution.radius(roots), roots * roots
+        e_t, friction, viscous, stored = values
+        gaps = float(room.sums[GAPS_]) / self.solution.end
+        return Tangential(e_t, error, math.inf, friction, viscous, stored, room.motion, gaps)
+
+    def _march_all(self, slope: float, mobility: float, counts: tuple[int, ...]) -> tuple[Room, Array]:
+        """March with rising numbers of steps in each half; return the room of the last march, and rows of results.
+
+        They are e_t, the energies lost by friction, dissipated and stored, and 1 if any element ever stuck.
+        """
+        from restitution.kernel.sliding import Modes, allocate_room
+        from restitution.kernel.tangential import N_RESULTS, march
+
+        units, tangential, rows = self.solution.units, Modes(*self.scaled), np.empty((len(counts), N_RESULTS))
+        solids = tangential, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
+        room = allocate_room(counts[-1], tangential.times.size, units.times.size)
+        march(self.solution.halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
+        rows[:, 0] /= -slope
+        rows[:, 1:4] /= slope * slope / (2.0 * mobility)
+        return room, rows

@@ -9,8 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from restitution.kernel.collocation import lagrange, product
 from restitution.kernel.compile import compiled, inlined
-from restitution.kernel.lanes import WIDTH
+from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, total, write8
+from restitution.kernel.path import radius_and_integral
+from restitution.kernel.workspace import S_
 
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
 # the load, weight of the quadrature over x, the same while the element is in contact and else 0, slip that ends in
@@ -19,24 +22,38 @@ from restitution.kernel.lanes import WIDTH
 (
     U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, TOUCHED_, N_NODES,
 ) = range(12)  # fmt: skip
-# Columns of `factors` of a mode: decay over the step, 1 - decay, load of a constant rate and of a change of the rate.
-DECAY_, LOSS_, STEADY_, CHANGE_, N_FACTORS = range(5)
+# Columns of `factors` of a mode: decay over the step, load of a constant rate and of a change of the rate.
+DECAY_, STEADY_, CHANGE_, N_FACTORS = range(4)
+# Columns of `losses` of a mode: 1 - decay over the longest part of a step, over the step, and over another part.
+OF_PART_, OF_STEP_, OF_OTHER_, N_LOSSES = range(4)
+# Longest part of the first step of an element over the step.
+LONGEST_PART = 0.125
 # Members of `sums`: energies lost by friction, dissipated in the material, and stored in elements when they leave;
-# impulse; time in which elements slip within the radius that sticks; whether any element ever stuck.
-FRICTION_, VISCOUS_, STORED_, IMPULSE_, GAPS_, STUCK_, N_SUMS = range(7)
+# time in which elements slip within the radius that sticks.
+FRICTION_, VISCOUS_, STORED_, GAPS_, N_SUMS = range(5)
 # Columns of `motion`: time, velocity of the contact point, force, radius that sticks, largest velocity of slip.
 T_, V_, F_, STICK_, SLIP_, N_MOTION = range(6)
 # Members of `touch`: load of an element after its first step, mean load of the ages up to it, displacement, energy
 # lost by friction and work that moves the surface.
 FIRST_, MEAN_, WAY_, RUBBED_, WORK_, N_TOUCH = range(6)
 
-# Rows of `part`: normal load and 1 - decay over a part of the first step; decay and gain of all elements over a step.
-PRESSED_, PART_LOSS_, PRESS_DECAY_, PRESS_GAIN_, N_PART = range(5)
+# Rows of `part`: normal load in the first step; decay and gain of all elements over a step.
+PRESSED_, PRESS_DECAY_, PRESS_GAIN_, N_PART = range(4)
+# Rows of `leaving`, of elements in their last step: displacement, its rate in the step before, load and its limit,
+# velocity of the body at both ends, lengths of the step before and of this one, weight.
+LAST_WAY_, LAST_RATE_, LAST_LOAD_, LAST_LIMIT_, START_, END_, BEFORE_, LENGTH_, SHARE_, N_LEAVING = range(10)
+# Further rows of `fading`, after the factors over a part of their step: CHANGE_ in the first part, load of the mode.
+FIRST_CHANGE_, FADING_, N_FADING = N_FACTORS, N_FACTORS + 1, N_FACTORS + 2
 # Members of `core`: sum of the weights, of weights times displacements, displacement of a point that always follows
 # the body. Columns of `lump`: sum over the core of weights times loads, load of that point.
 WEIGHTS_, WAYS_, ALONG_, N_CORE = range(4)
 LOADS_, ALONE_, N_LUMP = range(3)
 
+# Rows of the normal solution: s, v, t, force, depth and memory of the modes.
+NORMAL_V_, NORMAL_T_, NORMAL_D_, NORMAL_H_ = 1, 2, 4, 5
+
+# Least argument of the exponential of eight numbers.
+_SMALLEST = -700.0
 # Numbers in a page of memory, and those by which rows are shifted against each other.
 _ROW, _SHIFT = 512, 40
 
@@ -50,28 +67,47 @@ class Modes(NamedTuple):
     times: Any
 
 
+class Halves(NamedTuple):
+    """Normal solution as polynomials over elements; a half has their starts, lengths and rows, (E, n, S + 1)."""
+
+    c: Any  # of the scheme of collocation
+    weights: Any
+    approach: Any
+    rebound: Any
+    length: float  # of each half in sigma or lambda
+    path: Any
+
+
 class Normal(NamedTuple):
     """Normal solution at the 2N + 1 times of the steps, and the places of the N + 1 elements."""
 
     times: Any
     velocities: Any
     depths: Any
-    memory: Any  # (K, 2N + 1): H_k
+    memory: Any  # (K, >= 2N + 1): H_k
     radii: Any  # (N + 1,)
     touched: Any  # (N + 1,): depths at which the elements are touched
 
 
 class Room(NamedTuple):
-    """State and results of one march with N steps in each half."""
+    """State and results of marches with at most N steps in each half."""
+
+    samples: Any  # (NORMAL_H_ + modes of the normal load, 2N + 1)
+    places: Any  # (2, N + 1): radii of the elements, and depths at their touch
+    basis: Any  # (2 WIDTH,): of an interpolation
 
     nodes: Any  # (N_NODES, N + 1)
     tangential: Any  # (modes, N + 1): p_k
     normal: Any  # (modes, N + 1): the same of the normal load
     part: Any  # (N_PART, modes of the normal load)
     young: Any  # (modes,): p_k of an element in its first step
+    losses: Any  # (modes, N_LOSSES)
+    pressing_losses: Any  # (modes of the normal load, N_LOSSES)
     factors: Any  # (modes, N_FACTORS)
     part_factors: Any  # (modes, N_FACTORS): those of a part of a step
     touch: Any  # (N_TOUCH,)
+    leaving: Any  # (N_LEAVING, WIDTH)
+    fading: Any  # (modes, N_FADING, WIDTH)
     core: Any  # (N_CORE,)
     lump: Any  # (modes, N_LUMP)
     motion: Any  # (2N + 1, N_MOTION)
@@ -79,36 +115,90 @@ class Room(NamedTuple):
 
 
 def allocate_room(steps: int, tangential: int, normal: int) -> Room:
-    """Return room for a march."""
+    """Return room for marches."""
     # Rows start at different places of a page: loads and stores at equal places would wait for each other.
     columns = _ROW * math.ceil(max(steps + 1 + WIDTH - _SHIFT, 0) / _ROW) + _SHIFT
     factors = np.zeros((2, tangential, N_FACTORS))
     return Room(
+        np.empty((NORMAL_H_ + normal, 2 * steps + 1)), np.empty((2, steps + 1)), np.zeros(2 * WIDTH),
         np.zeros((N_NODES, columns)), np.zeros((tangential, columns)), np.zeros((normal, columns)),
-        np.zeros((N_PART, normal)), np.zeros(tangential), factors[0], factors[1], np.zeros(N_TOUCH), np.zeros(N_CORE),
+        np.zeros((N_PART, normal)), np.zeros(tangential), np.zeros((tangential, N_LOSSES)),
+        np.zeros((normal, N_LOSSES)), factors[0], factors[1], np.zeros(N_TOUCH),
+        np.zeros((N_LEAVING, WIDTH)), np.zeros((tangential, N_FADING, WIDTH)), np.zeros(N_CORE),
         np.zeros((tangential, N_LUMP)), np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
     )  # fmt: skip
 
 
+@inlined
+def _sample_half(halves: Halves, half: Any, steps: int, first: int, room: Room) -> None:
+    """Write the rows of a half at the ends of equal steps, from the step `first` on, one after the other."""
+    starts, lengths, rows = half
+    place, element, last, shift = 0.0, 0, starts.shape[0] - 1, steps if first > 0 else 0
+    for m in range(first, steps + 1):
+        place = m * (halves.length / steps)
+        while element < last and starts[element + 1] <= place:
+            element += 1
+        lagrange(halves.c, halves.weights, WIDTH + 1, (place - starts[element]) / lengths[element], room.basis)
+        for n in range(rows.shape[1]):
+            room.samples[n, shift + m] = product(room.basis, rows[element, n])
+
+
 @compiled
-def set_factors(modes: Modes, dt: float, before: float, factors: Any) -> tuple[float, float]:
+def on_grid(halves: Halves, steps: int, room: Room) -> Normal:
+    """Return the normal solution at the ends of equal steps of both halves."""
+    samples, ends = room.samples, 2 * steps + 1
+    # The turning point stands once.
+    _sample_half(halves, halves.approach, steps, 0, room)
+    _sample_half(halves, halves.rebound, steps, 1, room)
+    # First touch is exact, and times do not fall.
+    samples[:, 0] = 0.0
+    samples[NORMAL_V_, 0] = 1.0
+    for m in range(1, ends):
+        samples[NORMAL_T_, m] = max(samples[NORMAL_T_, m], samples[NORMAL_T_, m - 1])
+    for i in range(steps + 1):
+        s = max(samples[S_, i], 0.0)
+        room.places[0, i], room.places[1, i] = radius_and_integral(halves.path, s)[0], s * s
+    return Normal(
+        samples[NORMAL_T_, :ends], samples[NORMAL_V_, :ends], samples[NORMAL_D_, :ends], samples[NORMAL_H_:],
+        room.places[0, : steps + 1], room.places[1, : steps + 1],
+    )  # fmt: skip
+
+
+@compiled
+def set_losses(modes: Modes, dt: float, losses: Any) -> None:
+    """Write 1 - decay of the modes over a part of a step and over the step."""
+    for k in range(modes.times.shape[0]):
+        loss = -math.expm1(-LONGEST_PART * dt / modes.times[k])
+        losses[k, OF_PART_] = loss
+        # Eight parts by three doublings, which keep the digits of slow modes.
+        loss *= 2.0 - loss
+        loss *= 2.0 - loss
+        losses[k, OF_STEP_] = loss * (2.0 - loss)
+
+
+@compiled
+def set_factors(modes: Modes, dt: float, before: float, losses: Any, kind: int, factors: Any) -> tuple[float, float]:
     """Write the factors of the modes over a step; return the slope of the load over the way, and over the last rate.
 
     A rate that is linear over this step and the one before, of length `before`, adds `J slope` to the memory of a
-    mode, with `J = int_0^dt exp(-(dt - t)/tau) (t - dt/2) dt`. With `before` = 0 the rate is constant.
+    mode, with `J = int_0^dt exp(-(dt - t)/tau) (t - dt/2) dt`. With `before` = 0 the rate is constant. The column
+    `kind` of the losses belongs to the step.
     """
     share = 2.0 / ((dt + before) * dt) if before > 0.0 else 0.0
     slope, lag = (
         modes.equilibrium + modes.viscosity * (1.0 / dt + 0.5 * dt * share),
         0.5 * modes.viscosity * dt * share,
     )
+    rate = 1.0 / dt
     for k in range(modes.times.shape[0]):
-        tau = modes.times[k]
-        loss = -math.expm1(-dt / tau)
+        tau, loss = modes.times[k], losses[k, kind]
         # The difference of nearly equal terms, for slow modes.
         change = tau * (dt - 0.5 * dt * loss - tau * loss) if dt > 1e-3 * tau else dt * dt * dt / (12.0 * tau)
-        factors[k, DECAY_], factors[k, LOSS_] = 1.0 - loss, loss
-        factors[k, STEADY_], factors[k, CHANGE_] = modes.moduli[k] * tau * loss / dt, modes.moduli[k] * change * share
+        factors[k, DECAY_] = 1.0 - loss
+        factors[k, STEADY_], factors[k, CHANGE_] = (
+            modes.moduli[k] * tau * loss * rate,
+            modes.moduli[k] * change * share,
+        )
         slope += factors[k, STEADY_] + factors[k, CHANGE_]
         lag += factors[k, CHANGE_]
     return slope, lag * dt
@@ -136,19 +226,18 @@ def join(first: int, end: int, time: float, pace: float, room: Room) -> int:
     """
     nodes, core, lump = room.nodes, room.core, room.lump
     while first + WIDTH <= end:
-        for i in range(first, first + WIDTH):
-            if nodes[SLIDES_, i] > 0.0 or nodes[RATE_, i] != pace:
-                return first
-        for i in range(first, first + WIDTH):
-            weight = nodes[WEIGHT_, i]
-            core[WEIGHTS_] += weight
-            core[WAYS_] += weight * nodes[U_, i]
-            nodes[U_, i] -= core[ALONG_]
-            nodes[JOINED_, i] = time
-            for k in range(lump.shape[0]):
-                load = room.tangential[k, i]
-                lump[k, LOADS_] += weight * load
-                room.tangential[k, i] = load - lump[k, ALONE_]
+        moves = read8(nodes, RATE_, first) - pace
+        if largest(absolute(moves)) != 0.0 or largest(read8(nodes, SLIDES_, first)) > 0.0:
+            return first
+        weight, way = read8(nodes, WEIGHT_, first), read8(nodes, U_, first)
+        core[WEIGHTS_] += total(weight)
+        core[WAYS_] += total(weight * way)
+        write8(nodes, U_, first, way - core[ALONG_])
+        write8(nodes, JOINED_, first, broadcast(time))
+        for k in range(lump.shape[0]):
+            load = read8(room.tangential, k, first)
+            lump[k, LOADS_] += total(weight * load)
+            write8(room.tangential, k, first, load - lump[k, ALONE_])
         first += WIDTH
     return first
 
@@ -157,28 +246,34 @@ def join(first: int, end: int, time: float, pace: float, room: Room) -> int:
 def release(
     solids: tuple[Modes, Modes], normal: Normal, n: int, span: tuple[int, int], paces: tuple[float, float], room: Room
 ) -> int:
-    """Let the outermost elements go from the core, with their state at the start of a step; return the first of them.
+    """Let the outermost lanes go from the core, with their state at the start of a step; return their first element.
 
     `paces` are the mean velocity of the body in the last step, and that at its end.
     """
     (tangential, pressing), (first, end), time = solids, span, normal.times[n]
-    nodes, core, lump = room.nodes, room.core, room.lump
-    for i in range(first, end):
-        weight, age = nodes[WEIGHT_, i], time - nodes[JOINED_, i]
-        nodes[U_, i] += core[ALONG_]
-        nodes[SLIDES_, i], nodes[ENDED_SLIP_, i], nodes[RATE_, i] = 0.0, 0.0, paces[0]
-        total = tangential.equilibrium * nodes[U_, i] + tangential.viscosity * paces[1]
+    nodes, core, lump, nothing = room.nodes, room.core, room.lump, broadcast(0.0)
+    for i in range(first, end, WIDTH):
+        weight, age = read8(nodes, WEIGHT_, i), time - read8(nodes, JOINED_, i)
+        way = read8(nodes, U_, i) + core[ALONG_]
+        write8(nodes, U_, i, way)
+        write8(nodes, SLIDES_, i, nothing)
+        write8(nodes, ENDED_SLIP_, i, nothing)
+        write8(nodes, RATE_, i, broadcast(paces[0]))
+        whole = tangential.equilibrium * way + tangential.viscosity * paces[1]
         for k in range(lump.shape[0]):
-            load = lump[k, ALONE_] + math.exp(-age / tangential.times[k]) * room.tangential[k, i]
-            room.tangential[k, i] = load
-            lump[k, LOADS_] -= weight * load
-            total += load
-        nodes[LOAD_, i] = total
-        core[WEIGHTS_] -= weight
-        core[WAYS_] -= weight * nodes[U_, i]
+            rest = exp(at_least((-1.0 / tangential.times[k]) * age, _SMALLEST)) * read8(room.tangential, k, i)
+            load = rest + lump[k, ALONE_]
+            write8(room.tangential, k, i, load)
+            lump[k, LOADS_] -= total(weight * load)
+            whole = whole + load
+        write8(nodes, LOAD_, i, whole)
+        core[WEIGHTS_] -= total(weight)
+        core[WAYS_] -= total(weight * way)
+        since = read8(normal.times, i) - time
         for k in range(pressing.times.shape[0]):
-            decay = math.exp((normal.times[i] - time) / pressing.times[k])
-            room.normal[k, i] = pressing.moduli[k] * (normal.memory[k, n] - decay * normal.memory[k, i])
+            decay = exp(at_least((1.0 / pressing.times[k]) * since, _SMALLEST))
+            pressed = normal.memory[k, n] - decay * read8(normal.memory, k, i)
+            write8(room.normal, k, i, pressing.moduli[k] * pressed)
     return first
 
 

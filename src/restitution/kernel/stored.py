@@ -464,35 +464,6 @@ def find_rising(scheme: Scheme, work: Work, rows: Any, share: float, levels: Any
         elements[n], places[n] = element, x
 
 
-@inlined
-def _sample_rows(
-    scheme: Scheme, work: Work, starts: Any, lengths: Any, rows: Any, places: Any, first: int, out: Any
-) -> None:
-    """Write all rows of a half, shape (E, n, S + 1), at ascending places in sigma or lambda into columns of `out`."""
-    basis, element, last = work.vectors[BASIS], 0, starts.shape[0] - 1
-    for m in range(places.shape[0]):
-        while element < last and starts[element + 1] <= places[m]:
-            element += 1
-        lagrange(scheme.c, scheme.weights, WIDTH + 1, (places[m] - starts[element]) / lengths[element], basis)
-        for n in range(rows.shape[1]):
-            out[n, first + m] = product(basis, rows[element, n])
-
-
-@entry_point
-def sample_halves(scheme: Scheme, work: Work, approach: Any, rebound: Any, places: Any, out: Any) -> None:
-    """Write all rows of both halves at the same places in sigma and lambda, from 0 on; the turning point stands once.
-
-    A half is given by the starts and lengths of its elements and by its rows, shape (E, n, S + 1).
-    """
-    _sample_rows(scheme, work, approach[0], approach[1], approach[2], places, 0, out)
-    _sample_rows(scheme, work, rebound[0], rebound[1], rebound[2], places[1:], places.shape[0], out)
-    # First touch is exact, and times do not fall.
-    out[:, 0] = 0.0
-    out[V_, 0] = 1.0
-    for m in range(1, out.shape[1]):
-        out[T_, m] = max(out[T_, m], out[T_, m - 1])
-
-
 @compiled
 def _sample(
     scheme: Scheme, work: Work, half: Any, last: int, share: float, end: float, times: Any, forces: Any, n: int

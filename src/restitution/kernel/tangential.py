@@ -23,39 +23,53 @@ from restitution.kernel.lanes import (
     absolute,
     at_least,
     broadcast,
+    exp,
     largest,
     read8,
+    smallest,
     total,
     where_positive,
     write8,
 )
 from restitution.kernel.sliding import (
     ACTIVE_,
+    BEFORE_,
     CHANGE_,
     DECAY_,
+    END_,
     ENDED_SLIP_,
     F_,
+    FADING_,
     FIRST_,
+    FIRST_CHANGE_,
     FRICTION_,
     GAPS_,
-    IMPULSE_,
+    LAST_LIMIT_,
+    LAST_LOAD_,
+    LAST_RATE_,
+    LAST_WAY_,
+    LENGTH_,
     LIMIT_,
     LOAD_,
+    LONGEST_PART,
     MEAN_,
     N_MOTION,
     N_SUMS,
-    PART_LOSS_,
+    OF_OTHER_,
+    OF_PART_,
+    OF_STEP_,
     PRESS_DECAY_,
     PRESS_GAIN_,
     PRESSED_,
     RATE_,
     RUBBED_,
+    SHARE_,
     SLIDES_,
     SLIP_,
+    START_,
     STEADY_,
     STICK_,
     STORED_,
-    STUCK_,
     T_,
     TOUCHED_,
     TRIAL_,
@@ -65,6 +79,7 @@ from restitution.kernel.sliding import (
     WAY_,
     WEIGHT_,
     WORK_,
+    Halves,
     Modes,
     Normal,
     Room,
@@ -73,16 +88,19 @@ from restitution.kernel.sliding import (
     core_load,
     is_stuck,
     join,
+    on_grid,
     release,
     set_factors,
+    set_losses,
     whole_lanes,
 )
 
-# Parts of the first step of an element: the first over the shortest time, its least size over the step, growth, the
-# longest over the step.
-_FIRST_PART, _LEAST_PART, _GROWTH, _LONGEST_PART = 0.25, 2e-6, 1.3, 0.125
+# Parts of the first step of an element: the first over the shortest time, its least size over the step, and growth.
+_FIRST_PART, _LEAST_PART, _GROWTH = 0.25, 2e-6, 1.3
 # Parts of the last step of an element.
 _LAST_PARTS = 16
+# Parts over a relaxation time below which a mode is slow.
+_SLOW = 1e-3
 _MAX_ITERATIONS = 60
 # Stuck elements outside of the core, which has whole lanes, and steps of sticking from which they join it: a power of
 # two, so that their count is exact.
@@ -92,6 +110,8 @@ _ROUNDING = 1e-14
 _STUCK = 0.999
 # Share of the elements that may slip within the radius that sticks without being counted.
 _GAP = 0.02
+# Columns of the results of a march.
+N_RESULTS = 5
 
 
 class Step(NamedTuple):
@@ -141,20 +161,25 @@ def _first_step(
         shortest = 0.0
     way, depth, age, load, rate, before = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     mean, rubbed, work, slope, lag = 0.0, 0.0, 0.0, 0.0, 0.0
-    part_before, two_before = -1.0, -1.0
+    part_before, two_before, kind, inverse, pace = -1.0, -1.0, OF_PART_, 0.0, 0.0
     part = max(_FIRST_PART * shortest, _LEAST_PART * dt)
     while age < dt:
-        part = min(part, _LONGEST_PART * dt)
+        part = min(part, LONGEST_PART * dt)
         if age + part > dt * (1.0 - 1e-9):
             part = dt - age
         middle = (age + 0.5 * part) / dt
         body = part * (along + middle * (along_end - along))
         # Most parts are as long as the two before them.
         if part != part_before or before != two_before:
-            slope, lag = set_factors(tangential, part, before, room.part_factors)
-            for k in range(normal.times.shape[0]):
-                room.part[PART_LOSS_, k] = -math.expm1(-part / normal.times[k])
-            part_before, two_before = part, before
+            kind = OF_PART_
+            if part != LONGEST_PART * dt:
+                kind = OF_OTHER_
+                for k in range(tangential.times.shape[0]):
+                    room.losses[k, kind] = -math.expm1(-part / tangential.times[k])
+                for k in range(normal.times.shape[0]):
+                    room.pressing_losses[k, kind] = -math.expm1(-part / normal.times[k])
+            slope, lag = set_factors(tangential, part, before, room.losses, kind, room.part_factors)
+            part_before, two_before, inverse, pace = part, before, 1.0 / slope, 1.0 / part
         trial = tangential.equilibrium * way - lag * rate
         for k in range(tangential.times.shape[0]):
             trial += room.part_factors[k, DECAY_] * room.young[k]
@@ -162,53 +187,110 @@ def _first_step(
         depth += part * speed
         limit = normal.equilibrium * depth + normal.viscosity * (speed + 0.5 * part * pull)
         for k in range(normal.times.shape[0]):
-            tau, loss = normal.times[k], room.part[PART_LOSS_, k]
+            tau, loss = normal.times[k], room.pressing_losses[k, kind]
             room.part[PRESSED_, k] += (
                 normal.moduli[k] * tau * loss * (speed - 0.5 * part * pull) - loss * room.part[PRESSED_, k]
             )
             room.part[PRESSED_, k] += normal.moduli[k] * tau * pull * (part - tau * loss)
             limit += room.part[PRESSED_, k]
         after = _within(trial + slope * body, friction * max(limit, 0.0))
-        moved = (after - trial) / slope
+        moved = (after - trial) * inverse
         rubbed += (body - moved) * 0.5 * (load + after)
         work += moved * 0.5 * (load + after)
         mean += 0.5 * part * (load + after)
         for k in range(tangential.times.shape[0]):
             room.young[k] = _advanced(room.part_factors[k], room.young[k], moved, rate * part)
-        way, load, rate, before, age = way + moved, after, moved / part, part, age + part
+        way, load, rate, before, age = way + moved, after, moved * pace, part, age + part
         part *= _GROWTH
     room.touch[FIRST_], room.touch[MEAN_], room.touch[WAY_] = load, mean / dt, way
     room.touch[RUBBED_], room.touch[WORK_] = rubbed, work
 
 
-@compiled
-def _last_step(tangential: Modes, node: int, dt: float, before: float, limit: float, body: Any, room: Room) -> None:
-    """Follow an element over its last step in parts, and add its energies; its limit falls from `limit` to 0.
+@inlined
+def _leave(node: int, limit: float, body: Any, steps: tuple[float, float], lane: int, room: Room) -> int:
+    """Note the state of an element at the start of its last step; return how many are noted."""
+    nodes, leaving = room.nodes, room.leaving
+    leaving[LAST_WAY_, lane], leaving[LAST_RATE_, lane] = nodes[U_, node], nodes[RATE_, node]
+    leaving[LAST_LOAD_, lane], leaving[LAST_LIMIT_, lane] = nodes[LOAD_, node], limit
+    leaving[START_, lane], leaving[END_, lane] = body
+    leaving[BEFORE_, lane], leaving[LENGTH_, lane] = steps
+    leaving[SHARE_, lane] = nodes[WEIGHT_, node]
+    for k in range(room.fading.shape[0]):
+        room.fading[k, FADING_, lane] = room.tangential[k, node]
+    return lane + 1
 
-    The load may reach the limit only shortly before the element leaves. Its energies depend on how it drops.
+
+@inlined
+def _last_factors(tangential: Modes, k: int, part: Any, shares: Any, fading: Any) -> Any:
+    """Write the factors of a mode over the first and the other parts of last steps; return those in the load.
+
+    They are those of `set_factors`, whose shares of the two kinds of parts are given.
     """
-    nodes, sums, weight = room.nodes, room.sums, room.nodes[WEIGHT_, node]
-    part, load, rate, way = dt / _LAST_PARTS, nodes[LOAD_, node], nodes[RATE_, node], nodes[U_, node]
-    slope, lag = set_factors(tangential, part, before, room.part_factors)
-    for m in range(_LAST_PARTS):
-        if m == 1:
-            slope, lag = set_factors(tangential, part, part, room.part_factors)
-        trial = tangential.equilibrium * way - lag * rate
-        for k in range(tangential.times.shape[0]):
-            trial += room.part_factors[k, DECAY_] * room.tangential[k, node]
-        going = part * (body[0] + (m + 0.5) / _LAST_PARTS * (body[1] - body[0]))
-        after = _within(trial + slope * going, limit * (1.0 - (m + 1.0) / _LAST_PARTS))
-        moved = (after - trial) / slope
-        sums[FRICTION_] += weight * (going - moved) * 0.5 * (load + after)
-        sums[VISCOUS_] += weight * moved * 0.5 * (load + after)
-        for k in range(tangential.times.shape[0]):
-            room.tangential[k, node] = _advanced(room.part_factors[k], room.tangential[k, node], moved, rate * part)
-        way, load, rate = way + moved, after, moved / part
-    energy = tangential.equilibrium * way * way
+    tau, modulus = tangential.times[k], tangential.moduli[k]
+    ratio = (1.0 / tau) * part
+    # Differences of nearly equal terms, for slow modes.
+    slow = where_positive(_SLOW - ratio, broadcast(1.0))
+    fast, small = 1.0 - slow, where_positive(slow, ratio)
+    loss = small * (1.0 - small * (0.5 - small * (1.0 / 6.0 - (1.0 / 24.0) * small)))
+    loss = loss + fast * (1.0 - exp(at_least(-1.0 * ratio, -700.0)))
+    change = fast * (tau * (part - 0.5 * part * loss - tau * loss)) + (1.0 / 12.0) * (small * part * part)
+    steady = (modulus * tau) * (loss / part)
+    first, other = modulus * (change * shares[0]), modulus * (change * shares[1])
+    write8(fading, k, DECAY_, 0, 1.0 - loss)
+    write8(fading, k, STEADY_, 0, steady)
+    write8(fading, k, FIRST_CHANGE_, 0, first)
+    write8(fading, k, CHANGE_, 0, other)
+    return steady, first, other
+
+
+@compiled
+def _last_steps(tangential: Modes, room: Room) -> None:
+    """Follow eight elements over their last steps in parts, and add their energies; their limits fall to 0.
+
+    The load may reach the limit only shortly before the element leaves. Its energies depend on how it drops. The body
+    does not feel them, so that they wait until there are eight.
+    """
+    leaving, fading, sums = room.leaving, room.fading, room.sums
+    part = (1.0 / _LAST_PARTS) * read8(leaving, LENGTH_, 0)
+    pace = 1.0 / part
+    shares = 2.0 / (part * (part + read8(leaving, BEFORE_, 0))), pace * pace
+    lags = (0.5 * tangential.viscosity) * (part * shares[0]), (0.5 * tangential.viscosity) * (part * shares[1])
+    fixed = tangential.equilibrium + tangential.viscosity * pace
+    lag, other_lag, slope, other_slope = lags[0], lags[1], fixed + lags[0], fixed + lags[1]
     for k in range(tangential.times.shape[0]):
-        energy += room.tangential[k, node] ** 2 / tangential.moduli[k]
-    sums[STORED_] += 0.5 * weight * energy
-    sums[VISCOUS_] -= 0.5 * weight * energy
+        steady, first, other = _last_factors(tangential, k, part, shares, fading)
+        lag, other_lag = lag + first, other_lag + other
+        slope, other_slope = slope + (steady + first), other_slope + (steady + other)
+    load, limit = read8(leaving, LAST_LOAD_, 0), read8(leaving, LAST_LIMIT_, 0)
+    way, moved = read8(leaving, LAST_WAY_, 0), part * read8(leaving, LAST_RATE_, 0)
+    start, end = part * read8(leaving, START_, 0), part * read8(leaving, END_, 0)
+    inverse, rubbed, work, column = 1.0 / slope, broadcast(0.0), broadcast(0.0), FIRST_CHANGE_
+    for m in range(_LAST_PARTS):
+        trial, usual = tangential.equilibrium * way - lag * moved, moved
+        for k in range(tangential.times.shape[0]):
+            trial = trial + read8(fading, k, DECAY_, 0) * read8(fading, k, FADING_, 0)
+        going = start + ((m + 0.5) / _LAST_PARTS) * (end - start)
+        free = trial + slope * going
+        above, below = _beyond(free, (1.0 - (m + 1.0) / _LAST_PARTS) * limit)
+        after = free - above + below
+        moved, mean = inverse * (after - trial), 0.5 * (load + after)
+        rubbed, work = rubbed + (going - moved) * mean, work + moved * mean
+        for k in range(tangential.times.shape[0]):
+            mode = read8(fading, k, DECAY_, 0) * read8(fading, k, FADING_, 0) + read8(fading, k, STEADY_, 0) * moved
+            write8(fading, k, FADING_, 0, mode + read8(fading, k, column, 0) * (moved - usual))
+        way, load = way + moved, after
+        if m == 0:
+            lag, slope, inverse, column = other_lag, other_slope, 1.0 / other_slope, CHANGE_
+    energy = tangential.equilibrium * (way * way)
+    for k in range(tangential.times.shape[0]):
+        mode = read8(fading, k, FADING_, 0)
+        energy = energy + (1.0 / tangential.moduli[k]) * (mode * mode)
+    weight = read8(leaving, SHARE_, 0)
+    stored = total(0.5 * weight * energy)
+    sums[FRICTION_] += total(weight * rubbed)
+    sums[VISCOUS_] += total(weight * work) - stored
+    sums[STORED_] += stored
+    write8(leaving, SHARE_, 0, broadcast(0.0))
 
 
 @inlined
@@ -229,6 +311,16 @@ def _end_weight(ratio: float) -> float:
     return decay * (0.5 + decay / (1.0 - decay) - 1.0 / ratio) / (1.0 - decay)
 
 
+@inlined
+def _set_gains(normal: Normal, pressing: Modes, n: int, room: Room) -> None:
+    """Write what a step leaves of the normal loads of modes, and adds to them."""
+    part = room.part
+    for k in range(pressing.times.shape[0]):
+        decay = 1.0 - room.pressing_losses[k, OF_STEP_]
+        part[PRESS_DECAY_, k] = decay
+        part[PRESS_GAIN_, k] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
+
+
 @compiled
 def _set_loads(
     normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, span: tuple[int, int], lag: float,
@@ -240,11 +332,6 @@ def _set_loads(
     """
     (tangential, pressing), (first, end), nodes, part = solids, span, room.nodes, room.part
     drag, depth = pressing.viscosity * normal.velocities[n + 1], normal.depths[n + 1]
-    dt = normal.times[n + 1] - normal.times[n]
-    for k in range(pressing.times.shape[0]):
-        decay = math.exp(-dt / pressing.times[k])
-        part[PRESS_DECAY_, k] = decay
-        part[PRESS_GAIN_, k] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
     for i in range(first, end, WIDTH):
         load = tangential.equilibrium * read8(nodes, U_, i) - lag * read8(nodes, RATE_, i)
         for k in range(tangential.times.shape[0]):
@@ -264,15 +351,17 @@ def _kink(radii: Any, nodes: Any, core: int, count: int, slope: float, way: floa
 
     There the load has a kink, and what is left up to the limit falls to zero along a line.
     """
-    j, sign = count - 1, 0.0
-    while j > core:
-        load = nodes[TRIAL_, j] + slope * way
-        if abs(load) <= nodes[LIMIT_, j]:
+    j = count - 1
+    while j - WIDTH > core:
+        start = j + 1 - WIDTH
+        if largest(read8(nodes, LIMIT_, start) - absolute(read8(nodes, TRIAL_, start) + slope * way)) >= 0.0:
             break
-        sign = 1.0 if load > 0.0 else -1.0
+        j -= WIDTH
+    while j > core and not is_stuck(nodes, j, slope, way):
         j -= 1
     if j < core + 1 or j >= count - 1:
         return 0.0
+    sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
     left = nodes[LIMIT_, j] - sign * (nodes[TRIAL_, j] + slope * way)
     before = nodes[LIMIT_, j - 1] - sign * (nodes[TRIAL_, j - 1] + slope * way)
     cell = radii[j + 1] - radii[j]
@@ -388,6 +477,8 @@ def _advance(
         write8(nodes, RATE_, i, rate * (way - slip))
     advance_core(tangential, way, pace, dt, room)
     last, stuck = end - 1, first + int(total(sticking))
+    while last + 1 - WIDTH >= first and smallest(read8(nodes, SLIDES_, last + 1 - WIDTH)) == 1.0:
+        last -= WIDTH
     while last >= first and nodes[SLIDES_, last] == 1.0:
         last -= 1
     sums[FRICTION_] += total(lost)
@@ -396,7 +487,7 @@ def _advance(
     return last, largest(fastest) / dt
 
 
-@compiled
+@inlined
 def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, body: Any, room: Room) -> Any:
     """Take in the element touched at step n; return the force of the cell up to the edge, and that of later ages.
 
@@ -440,8 +531,7 @@ def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, pace: flo
     limit = _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n])
     nodes[LIMIT_, n] = friction * (limit + pressing.viscosity * normal.velocities[n + 1])
     for k in range(pressing.times.shape[0]):
-        decay = math.exp(-dt / pressing.times[k])
-        room.normal[k, n] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
+        room.normal[k, n] = room.part[PRESS_GAIN_, k]
     for k in range(room.young.shape[0]):
         room.tangential[k, n] = room.young[k]
     nodes[ACTIVE_, n], nodes[SLIDES_, n] = nodes[WEIGHT_, n], 1.0 - 1.0 / _AGE
@@ -457,15 +547,19 @@ def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, pace: flo
 def _clear(normal: Normal, room: Room, velocity: float) -> None:
     """Write the weights and the state at first touch."""
     radii, last = normal.radii, normal.radii.shape[0] - 1
-    room.nodes[:] = 0.0
-    room.tangential[:] = 0.0
-    room.normal[:] = 0.0
+    end = last + 1 + WIDTH
+    room.nodes[:, :end] = 0.0
+    room.tangential[:, :end] = 0.0
+    room.normal[:, :end] = 0.0
     for i in range(last + 1):
         below = radii[i - 1] if i > 0 else -radii[0]
         above = radii[i + 1] if i < last else radii[last]
         room.nodes[WEIGHT_, i], room.nodes[TOUCHED_, i] = 0.5 * (above - below), normal.touched[i]
     for m in range(N_SUMS):
         room.sums[m] = 0.0
+    room.leaving[:] = 1.0
+    room.leaving[SHARE_, :] = 0.0
+    room.fading[:] = 0.0
     room.core[:] = 0.0
     room.lump[:] = 0.0
     for m in range(N_MOTION):
@@ -484,7 +578,7 @@ def _shrink_core(
     return first
 
 
-@compiled
+@inlined
 def _settle(
     normal: Normal, solids: tuple[Modes, Modes], friction: float, step: Step, core: int, fixed: float, room: Room
 ) -> Any:
@@ -511,18 +605,15 @@ def _settle(
     return core, way, force, kink, held + inner + stiff * way
 
 
-@entry_point
-def march(
-    normal: Normal, tangential: Modes, pressing: Modes, mobility: float, friction: float, velocity: float, room: Room
+@compiled
+def _march(
+    normal: Normal, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float, room: Room
 ) -> None:
-    """Follow the contact point of an oblique impact from first touch to separation; the results are in `room`.
-
-    `velocity` is that of the contact point along the surface, ``v' = -mobility F``.
-    """
-    N, solids = normal.radii.shape[0] - 1, (tangential, pressing)
+    """Follow the contact point from first touch to separation."""
+    N, (tangential, pressing) = normal.radii.shape[0] - 1, solids
     nodes, sums = room.nodes, room.sums
     _clear(normal, room, velocity)
-    v, force, before, paces, core, missed = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0
+    v, force, before, paces, core, missed, lane = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0, 0
     for n in range(2 * N):
         dt, grows = normal.times[n + 1] - normal.times[n], n < N
         # In the rebound the last of the elements leaves at the end of the step.
@@ -531,11 +622,14 @@ def march(
         pull, free = 0.25 * mobility * dt * dt, dt * v - 0.25 * mobility * dt * dt * force
         guess = free - pull * force
         layer, fixed = 0.0, 0.0
+        set_losses(tangential, dt, room.losses)
+        set_losses(pressing, dt, room.pressing_losses)
+        _set_gains(normal, pressing, n, room)
         if grows:
             fixed, layer = _front(normal, solids, friction, n, (v, 2.0 * guess / dt - v), room)
         if core > whole - _RIM:
             core = release(solids, normal, n, (whole_lanes(whole - _RIM), core), paces, room)
-        slope, lag = set_factors(tangential, dt, before, room.factors)
+        slope, lag = set_factors(tangential, dt, before, room.losses, OF_STEP_, room.factors)
         limit = nodes[LIMIT_, count - 1] if count > 0 else 0.0
         _set_loads(normal, solids, friction, n, (core, count), lag, room)
         if not grows:
@@ -543,7 +637,10 @@ def march(
         step = Step(n, dt, before, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
         core, way, after, kink, inside = _settle(normal, solids, friction, step, core, fixed + layer, room)
         if not grows:
-            _last_step(tangential, count - 1, dt, before, limit, (v, 2.0 * way / dt - v), room)
+            lane = _leave(count - 1, limit, (v, 2.0 * way / dt - v), (before, dt), lane, room)
+            if lane == WIDTH:
+                _last_steps(tangential, room)
+                lane = 0
         # What the quadrature over places misses of the loads, that over times misses of their work.
         sums[VISCOUS_] += 0.5 * way * (missed + layer + kink + inside)
         last, slip = _advance(tangential, normal.radii, (core, whole), slope, way, (before, dt), paces[0], room)
@@ -553,11 +650,32 @@ def march(
             # The youngest element counts where all others stick, as the stuck region is a disc.
             last = n if last == n - 1 and sticks else last
         v -= 0.5 * mobility * dt * (force + after)
-        sums[IMPULSE_] += 0.5 * dt * (force + after)
-        sums[STUCK_] = max(sums[STUCK_], 1.0 if last >= 0 else 0.0)
         share = dt / (dt + before) if before > 0.0 else 0.0
         paces, force, before, missed = (pace, pace + share * (pace - paces[0])), after, dt, layer + kink
         core = join(core, min(last, whole) - _RIM, normal.times[n + 1], pace, room)
         motion = room.motion[n + 1]
         motion[T_], motion[V_], motion[F_], motion[SLIP_] = normal.times[n + 1], v, force, slip
         motion[STICK_] = normal.radii[last] if last >= 0 else 0.0
+    _last_steps(tangential, room)
+
+
+@entry_point
+def march(
+    halves: Halves, counts: Any, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float,
+    room: Room, results: Any,
+) -> None:  # fmt: skip
+    """Follow the contact point of an oblique impact from first touch to separation, with several numbers of steps.
+
+    `solids` are the tangential and the normal relaxation, `velocity` is that of the contact point along the surface,
+    ``v' = -mobility F``. `results` has a row for each number of steps: the velocity at separation, the energies lost
+    by friction, dissipated and stored, and 1 if any element ever stuck. The state and the motion of the last march are
+    in `room`.
+    """
+    for m in range(counts.shape[0]):
+        steps = counts[m]
+        _march(on_grid(halves, steps, room), solids, mobility, friction, velocity, room)
+        result, stuck = results[m], 0.0
+        for n in range(1, 2 * steps + 1):
+            stuck = 1.0 if room.motion[n, STICK_] > 0.0 else stuck
+        result[0], result[4] = room.motion[2 * steps, V_], stuck
+        result[1], result[2], result[3] = room.sums[FRICTION_], room.sums[VISCOUS_], room.sums[STORED_]
