@@ -8,7 +8,6 @@ In Python, and in compiled functions that make such a tuple themselves, it is a 
 """
 
 import hashlib
-from functools import cache
 from typing import Any
 
 from llvmlite import ir
@@ -18,7 +17,7 @@ from numba.core.pythonapi import NativeValue
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, lower_getattr_generic, models, register_model, typeof_impl, unbox
 
-_SLOT = 8
+_WORD = 8
 
 
 class Reference(types.Type):
@@ -52,27 +51,34 @@ class _Members(AttributeTemplate):
         return kind.members.get(name)
 
 
-@cache
-def _offsets(context: Any, kind: Reference) -> tuple[dict[str, int], int]:
-    """Return where the members are, and the size of all, in bytes."""
-    offsets, size = {}, 0
-    for name, member in kind.members.items():
-        offsets[name] = size
+def _words(kind: Any) -> int:
+    """Return the size of a member in words: a number or an address has one."""
+    if isinstance(kind, ir.Aggregate):
+        return sum(map(_words, kind.elements))
+    return 1
+
+
+def _offset(context: Any, kind: Reference, name: str = "") -> int:
+    """Return where a member is, in words; by default the size of all."""
+    words = 0
+    for other, member in kind.members.items():
+        if other == name:
+            break
         if isinstance(member, Reference):
-            size += _offsets(context, member)[1]
+            words += _offset(context, member)
         else:
-            size += -(-context.get_abi_sizeof(context.get_value_type(member)) // _SLOT) * _SLOT
-    return offsets, size
+            words += _words(context.get_value_type(member))
+    return words
 
 
 def _place(builder: Any, pointer: Any, offset: int) -> Any:
-    return builder.gep(pointer, [ir.Constant(ir.IntType(64), offset)], inbounds=True)
+    return builder.gep(pointer, [ir.Constant(ir.IntType(64), _WORD * offset)], inbounds=True)
 
 
 @lower_getattr_generic(Reference)
 def _get(context: Any, builder: Any, kind: Reference, pointer: Any, name: str) -> Any:
     member = kind.members[name]
-    place = _place(builder, pointer, _offsets(context, kind)[0][name])
+    place = _place(builder, pointer, _offset(context, kind, name))
     if isinstance(member, Reference):
         return place
     return builder.load(builder.bitcast(place, context.get_value_type(member).as_pointer()))
@@ -80,9 +86,8 @@ def _get(context: Any, builder: Any, kind: Reference, pointer: Any, name: str) -
 
 def _write(kind: Reference, pointer: Any, value: Any, c: Any, is_wrong: Any) -> None:
     """Write the members of a Python tuple to a place in memory."""
-    offsets = _offsets(c.context, kind)[0]
     for n, (name, member) in enumerate(kind.members.items()):
-        item, place = c.pyapi.tuple_getitem(value, n), _place(c.builder, pointer, offsets[name])
+        item, place = c.pyapi.tuple_getitem(value, n), _place(c.builder, pointer, _offset(c.context, kind, name))
         if isinstance(member, Reference):
             _write(member, place, item, c, is_wrong)
         else:
@@ -93,7 +98,7 @@ def _write(kind: Reference, pointer: Any, value: Any, c: Any, is_wrong: Any) -> 
 
 @unbox(Reference)
 def _unbox(kind: Reference, value: Any, c: Any) -> NativeValue:
-    size = ir.Constant(ir.IntType(64), _offsets(c.context, kind)[1] // _SLOT)
+    size = ir.Constant(ir.IntType(64), _offset(c.context, kind))
     with c.builder.goto_entry_block():
         room = c.builder.alloca(ir.IntType(64), size)
     pointer = c.builder.bitcast(room, cgutils.voidptr_t)
