@@ -11,6 +11,7 @@ import numpy as np
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.lanes import WIDTH
+from restitution.kernel.references import by_reference
 
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
 # the load, weight of the quadrature over x, the same while the element is in contact and else 0, slip that ends in
@@ -41,6 +42,7 @@ LOADS_, ALONE_, N_LUMP = range(3)
 _ROW, _SHIFT = 512, 40
 
 
+@by_reference
 class Modes(NamedTuple):
     """Scaled relaxation of the line load in one direction."""
 
@@ -50,6 +52,7 @@ class Modes(NamedTuple):
     times: Any
 
 
+@by_reference
 class Normal(NamedTuple):
     """Normal solution at the 2N + 1 times of the steps, and the places of the N + 1 elements."""
 
@@ -61,6 +64,7 @@ class Normal(NamedTuple):
     touched: Any  # (N + 1,): depths at which the elements are touched
 
 
+@by_reference
 class Room(NamedTuple):
     """State and results of one march with N steps in each half."""
 
