@@ -27,13 +27,11 @@ from restitution.kernel.lanes import (
     write,
     write8,
 )
-from restitution.kernel.references import by_reference
 from restitution.kernel.workspace import BASIS, LENGTH, START, Work, aligned
 
 # Coefficients of Radau IIA collocation with S nodes, accurate to rounding and computed once.
 
 
-@by_reference
 class Scheme(NamedTuple):
     """Coefficients of the S-stage Radau IIA method on the unit element."""
 

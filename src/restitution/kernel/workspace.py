@@ -7,7 +7,6 @@ import numpy as np
 from restitution.kernel.compile import inlined
 from restitution.kernel.lanes import WIDTH
 from restitution.kernel.path import Path, path_inside
-from restitution.kernel.references import by_reference
 
 # Rows of a stored element: s, v, t, F, then two rows per mode (see `approach` and `rebound`).
 S_, V_, T_, F_, MODES_ = 0, 1, 2, 3, 4
@@ -40,7 +39,6 @@ class Problem(NamedTuple):
     path: Path
 
 
-@by_reference
 class Problems(NamedTuple):
     """Many impacts; row n has the path which[n] of several, and the modes offsets[n] to offsets[n + 1]."""
 
@@ -66,7 +64,6 @@ def problem_inside(problems: Problems, n: int) -> Problem:
     )  # fmt: skip
 
 
-@by_reference
 class Work(NamedTuple):
     """Scratch space and stored halves for N modes and E elements with S = 8 stages."""
 
