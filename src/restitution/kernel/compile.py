@@ -48,7 +48,7 @@ class _NoEnvironment:
         pass
 
 
-# Passes of numba for closures, and for expressions of whole arrays, which the kernel does not contain.
+# Passes of numba for closures, and for expressions of whole arrays, neither of which the kernel contains.
 _NEEDLESS = (untyped_passes.InlineClosureLikes, typed_passes.InlineOverloads, typed_passes.NopythonRewrites)
 
 
