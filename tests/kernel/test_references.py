@@ -13,7 +13,7 @@ from restitution.kernel.references import by_reference
 class Inner(NamedTuple):
     rises: bool
     matrix: Any
-    count: int
+    times: int
 
 
 @by_reference
@@ -26,7 +26,7 @@ class Outer(NamedTuple):
 
 @compiled
 def weighed(inner: Inner, n: int) -> float:
-    return inner.matrix[n, 1] * inner.count if inner.rises else -1.0
+    return inner.matrix[n, 1] * inner.times if inner.rises else -1.0
 
 
 @compiled
@@ -61,7 +61,7 @@ def test_members_of_all_kinds_are_those_of_the_tuple(order):
     for _ in range(8):
         outer, other = tuples(np.random.default_rng(), order)
         inners = [outer.inner if n % 2 == 0 else other for n in range(6)]
-        values = [part.matrix[n, 1] * part.count if part.rises else -1.0 for n, part in enumerate(inners)]
+        values = [part.matrix[n, 1] * part.times if part.rises else -1.0 for n, part in enumerate(inners)]
         expected = float(outer.factor * outer.vector @ np.array(values) + outer.whole.sum())
         assert total(outer, other) == pytest.approx(expected, rel=1e-12, abs=1e-12)
         # The arrays are those of the caller.
