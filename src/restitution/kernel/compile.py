@@ -2,12 +2,14 @@
 
 import gc
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numba
-from numba.core import caching, codegen, compiler, config, event, types
+from numba.core import caching, codegen, compiler, config, event, targetconfig, typed_passes, types, untyped_passes
+from numba.core.compiler_lock import global_compiler_lock
 
 from restitution.kernel.cache import cache_folder, source_hash, stamp
 from restitution.kernel.plain import with_plain_calls
@@ -46,10 +48,20 @@ class _NoEnvironment:
         pass
 
 
+# Passes of numba for closures, and for expressions of whole arrays, neither of which the kernel contains.
+_NEEDLESS = (untyped_passes.InlineClosureLikes, typed_passes.InlineOverloads, typed_passes.NopythonRewrites)
+
+
 class _PartCompiler(compiler.Compiler):
     def __init__(self, typingctx: Any, targetctx: Any, library: Any, *arguments: Any) -> None:
         part = _Part(targetctx.codegen(), "part") if library is None else library
         super().__init__(typingctx, targetctx, part, *arguments)
+
+    def define_pipelines(self) -> list[Any]:
+        pipelines = super().define_pipelines()
+        for steps in pipelines:
+            steps.passes = [step for step in steps.passes if step[0] not in _NEEDLESS]
+        return pipelines
 
 
 # Versions of numba with which parts were tried. Others make machine code of each function.
@@ -91,6 +103,32 @@ class _KernelCache(caching.FunctionCache):
     _impl_class = _CacheImpl
 
 
+@contextmanager
+def _known_operations() -> Generator[None]:
+    """Find the types of each operation on numbers once.
+
+    Numba tries all versions of an operator again at each place where it stands, those for text, sets and dates first.
+    """
+    plain, known = types.BaseFunction.get_call_type, {}
+
+    def get_call_type(self: Any, context: Any, arguments: Any, named: Any) -> Any:
+        if named or not all(isinstance(kind, types.Number | types.Boolean) for kind in arguments):
+            return plain(self, context, arguments, named)
+        # The code of a few operations depends on how the function is compiled in which they stand.
+        flags = targetconfig.ConfigStack.top_or_none()
+        key = id(self), context, arguments, flags is not None and flags.forceinline
+        if key not in known:
+            known[key] = self, plain(self, context, arguments, named)
+        return known[key][1]
+
+    with global_compiler_lock:
+        types.BaseFunction.get_call_type = get_call_type
+        try:
+            yield
+        finally:
+            types.BaseFunction.get_call_type = plain
+
+
 # Size of a frame in words, half of the piece of memory that CPython allocates for it.
 _ROOM = 2**15
 
@@ -107,7 +145,8 @@ def _with_room(function: Callable[..., Any]) -> Callable[..., Any]:
         collects = gc.isenabled()
         gc.disable()
         try:
-            return function(*arguments, **named)
+            with _known_operations():
+                return function(*arguments, **named)
         finally:
             if collects:
                 gc.enable()

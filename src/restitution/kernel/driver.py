@@ -18,6 +18,7 @@ import numpy as np
 from restitution.kernel.compile import inlined
 from restitution.kernel.panels import NODES, STAGES, Scheme, Solid, Stack, stack
 from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.references import by_reference
 
 FREE, GROWS, SHRINKS = range(3)
 # What passes in a step: time, or a jump of what is prescribed.
@@ -41,6 +42,7 @@ HALVINGS = 64
 _ALONE = np.zeros((0, 3))
 
 
+@by_reference
 class Driver(NamedTuple):
     """What moves the body; dimensionless."""
 
@@ -61,6 +63,7 @@ class Driver(NamedTuple):
     backward: Any = NEVER  # (m,): whether the share counts from the end of the piece, where a force is zero
 
 
+@by_reference
 class Scales(NamedTuple):
     """Sizes with which errors are compared."""
 
@@ -70,6 +73,7 @@ class Scales(NamedTuple):
     tolerance: float  # Of a step; errors of steps add up
 
 
+@by_reference
 class Problem(NamedTuple):
     """What does not change in a run."""
 
@@ -93,6 +97,7 @@ class Step(NamedTuple):
     kind: int  # Map from z to the share of the step
 
 
+@by_reference
 class Records(NamedTuple):
     """Accepted steps: Chebyshev coefficients over z of depth, rate, force and y, and of the depths of higher modes."""
 
@@ -104,6 +109,7 @@ class Records(NamedTuple):
     columns: Any  # (R, 4 + M, N)
 
 
+@by_reference
 class Room(NamedTuple):
     """State of a run, and scratch space of a step; the first of the N nodes is the start of the step."""
 

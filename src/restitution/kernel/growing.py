@@ -34,6 +34,7 @@ from restitution.kernel.memory import (
     variation,
 )
 from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.references import by_reference
 
 NO_ROOM, BEYOND_PROFILE, TOO_STEEP = -1, -2, -3
 # Length of the shortest element over the duration: at first touch, where the rates are powers of time.
@@ -58,6 +59,7 @@ NEWTON_ROUNDING = 4e-16
 CLOCK_ROUNDING = 4e-16
 
 
+@by_reference
 class Elements(NamedTuple):
     """Elements of the growing contact."""
 
@@ -70,6 +72,7 @@ class Elements(NamedTuple):
     integral_rates: Any  # (E, TERMS)
 
 
+@by_reference
 class Past(NamedTuple):
     """The growing contact and its memory."""
 

@@ -37,6 +37,7 @@ from restitution.kernel.memory import (
     variation,
 )
 from restitution.kernel.path import radius_and_integral
+from restitution.kernel.references import by_reference
 from restitution.kernel.shrinking import (
     equal_contact,
     innermost_load,
@@ -45,6 +46,7 @@ from restitution.kernel.shrinking import (
 )
 
 
+@by_reference
 class Recovery(NamedTuple):
     """Depth of the shrinking contact under a prescribed force: q over elements, and its memory."""
 

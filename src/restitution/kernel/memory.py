@@ -18,6 +18,7 @@ from numpy.polynomial import legendre
 from restitution.checks import Array
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.path import Path
+from restitution.kernel.references import by_reference
 
 DEPTH, FORCE = 0, 1
 # Rounding of a time over the time itself, and of Legendre coefficients over the largest of an element: a few units in
@@ -34,6 +35,7 @@ _ASCENT = np.array([(2 * n + 1) / (n + 1) for n in range(TERMS)])
 _DESCENT = np.array([n / (n + 1) for n in range(TERMS)])
 
 
+@by_reference
 class Quadrature(NamedTuple):
     """Gauss nodes of an element, and the matrix from values there to Legendre coefficients."""
 
@@ -196,6 +198,7 @@ def recall_rate(memory: Memory, e: int, k: int, elapsed: float, slopes: Any) -> 
     return rate
 
 
+@by_reference
 class ScaledContact(NamedTuple):
     """Materials, profile and prescribed history; dimensionless, first touch at t = 0, F = E Pi for an elastic body."""
 
@@ -217,6 +220,7 @@ class ScaledContact(NamedTuple):
     path: Path  # The profile
 
 
+@by_reference
 class Scratch(NamedTuple):
     """Scratch space of K modes."""
 
@@ -242,6 +246,7 @@ def prescribed(contact: ScaledContact, i: int, t: float) -> tuple[float, float, 
     return value, rate / h, 2.0 * curvature / (h * h)
 
 
+@by_reference
 class Segments(NamedTuple):
     """The prescribed quantity over the m segments of its history: Legendre coefficients of its rate and value."""
 

@@ -29,6 +29,7 @@ from numpy.polynomial import chebyshev
 from restitution.checks import Array
 from restitution.kernel.collocation import radau
 from restitution.kernel.compile import compiled, inlined
+from restitution.kernel.references import by_reference
 
 STAGES = 10
 NODES = STAGES + 1
@@ -41,6 +42,7 @@ FROZEN, BACKWARD = 0, -2
 _FORGOTTEN = -700.0
 
 
+@by_reference
 class Solid(NamedTuple):
     """Relaxation modulus E*(t) = equilibrium + viscosity delta(t) + sum moduli_k exp(-rates_k t), and its inverse."""
 
@@ -55,6 +57,7 @@ class Solid(NamedTuple):
     moduli_of: Any  # (K, J): share of w_j in l_k on touching, E_k theta_jk
 
 
+@by_reference
 class Scheme(NamedTuple):
     """Radau IIA collocation on the nodes of a step, and Chebyshev polynomials in z through them and z = 0."""
 
@@ -72,6 +75,7 @@ def scheme() -> Scheme:
     return Scheme(method.c, method.A, method.derivative, coefficients)
 
 
+@by_reference
 class Stack(NamedTuple):
     """Panels, the lowest first; row 0 of the coefficients is y, then g_k and G_k, or w_j."""
 

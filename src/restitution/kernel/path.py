@@ -18,6 +18,7 @@ from restitution.kernel.lanes import (
     where_positive,
     write8,
 )
+from restitution.kernel.references import by_reference
 
 # Places in one cell from which a calculation of all eight lanes is faster than one after another.
 _FEW = 2
@@ -28,6 +29,7 @@ TABLE, SMOOTH_TABLE = -1.0, -2.0
 _AT_KINK = 1e-6
 
 
+@by_reference
 class Path(NamedTuple):
     """Contact radius a(s) with depth d = s^2, dimensionless.
 

@@ -24,6 +24,7 @@ from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import Room
 from restitution.kernel.growth import at_nodes
 from restitution.kernel.panels import NODES, Scheme, Solid, polynomials, share, to_coefficients, value_of
+from restitution.kernel.references import by_reference
 from restitution.kernel.stepper import write_inverses
 
 # exp of less is zero.
@@ -32,6 +33,7 @@ _MOST_ITERATIONS = 40
 _MOST_HALVINGS = 30
 
 
+@by_reference
 class Motion(NamedTuple):
     """Depth of a body over a period, in pieces of polynomials over z."""
 
@@ -46,6 +48,7 @@ class Motion(NamedTuple):
     period: float
 
 
+@by_reference
 class Bench(NamedTuple):
     """Scratch space for one element."""
 

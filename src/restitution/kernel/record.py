@@ -28,6 +28,7 @@ import numpy as np
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.panels import Solid, leave, touch
 from restitution.kernel.path import Path, radius_and_integral
+from restitution.kernel.references import by_reference
 
 # Largest force.
 LARGEST = 1e150
@@ -47,6 +48,7 @@ _ROOT, _SPRING = 60, 8
 _ROUNDING = 1e-10
 
 
+@by_reference
 class Tip(NamedTuple):
     """Indenter: a(s) = radius times that of the path, at s in units of `depth`."""
 
@@ -56,6 +58,7 @@ class Tip(NamedTuple):
     deepest: float  # depth at which it ends
 
 
+@by_reference
 class Solids(NamedTuple):
     """Many `Solid`, the numbers of each in a row."""
 
@@ -69,6 +72,7 @@ class Solids(NamedTuple):
     moduli_of: Any  # (n, K, J)
 
 
+@by_reference
 class Records(NamedTuple):
     """Depths of c records, one after the other; in SI."""
 
@@ -82,6 +86,7 @@ class Records(NamedTuple):
     compliances: Any  # (c,): of the spring; 0 without one
 
 
+@by_reference
 class Stack(NamedTuple):
     """Elements, the top last."""
 
@@ -93,6 +98,7 @@ class Stack(NamedTuple):
     sums: Any  # (N, K): L_k up to the element
 
 
+@by_reference
 class Room(NamedTuple):
     """Arrays for one record."""
 

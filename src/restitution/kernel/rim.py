@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.panels import Solid
 from restitution.kernel.record import Solids, solid_at
+from restitution.kernel.references import by_reference
 
 # Periods that are followed before each try of Newton's method, such tries, and iterations of one.
 _FOLLOWED, _TRIES, _NEWTON, _HALVINGS = 4, 10, 40, 40
@@ -29,6 +30,7 @@ _CHECKS = 48
 RE, IM, SCALE = range(3)
 
 
+@by_reference
 class Room(NamedTuple):
     """Arrays for one element."""
 

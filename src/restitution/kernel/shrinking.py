@@ -32,6 +32,7 @@ from restitution.kernel.memory import (
     recall,
 )
 from restitution.kernel.path import radius_and_integral
+from restitution.kernel.references import by_reference
 
 # The search for an instant ends if the estimate of the step after the next, or the width of the interval, is rounding:
 # both over the time.
@@ -68,6 +69,7 @@ class Shrunk(NamedTuple):
     growth: float
 
 
+@by_reference
 class Checks(NamedTuple):
     """Instants at which the shrinking contact is checked."""
 

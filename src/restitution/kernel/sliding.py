@@ -13,6 +13,7 @@ from restitution.kernel.collocation import lagrange, product
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, total, write8
 from restitution.kernel.path import radius_and_integral
+from restitution.kernel.references import by_reference
 from restitution.kernel.workspace import S_
 
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
@@ -58,6 +59,7 @@ _SMALLEST = -700.0
 _ROW, _SHIFT = 512, 40
 
 
+@by_reference
 class Modes(NamedTuple):
     """Scaled relaxation of the line load in one direction."""
 
@@ -78,6 +80,7 @@ class Halves(NamedTuple):
     path: Any
 
 
+@by_reference
 class Normal(NamedTuple):
     """Normal solution at the 2N + 1 times of the steps, and the places of the N + 1 elements."""
 
@@ -89,6 +92,7 @@ class Normal(NamedTuple):
     touched: Any  # (N + 1,): depths at which the elements are touched
 
 
+@by_reference
 class Room(NamedTuple):
     """State and results of marches with at most N steps in each half."""
 
