@@ -80,7 +80,6 @@ class Halves(NamedTuple):
     path: Any
 
 
-@by_reference
 class Normal(NamedTuple):
     """Normal solution at the 2N + 1 times of the steps, and the places of the N + 1 elements."""
 
