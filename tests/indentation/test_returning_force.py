@@ -113,6 +113,16 @@ def test_a_contact_that_turns_where_the_force_begins_to_fall():
     check_against_elements(series, TIP, np.array(time), np.array(force))
 
 
+@pytest.mark.plain
+@pytest.mark.parametrize("rtol", [5e-5, 1e-6])
+def test_a_contact_on_its_imprint_ends_where_its_force_is_zero(rtol):
+    """A punch on a dashpot, whose force is smooth up to its end, and there is zero but for rounding."""
+    series = PronySeries(1.0, [0.6], [0.15], parallel_viscosity=0.9)
+    time = np.array([0.0, 0.1, 0.5, 2.0, 10.0, 11.0])
+    result = indent(half_space(series), rs.FlatPunch(1.0), time=time, force=[0.0, 1.0, 0.0, 1.0, 0.0, 0.0], rtol=rtol)
+    assert result.contact_intervals == pytest.approx(np.array([[0.0, 0.5], [0.5, 10.0]]), rel=1e-12)
+
+
 def random_force(rng, size):
     """Straight lines from zero on that vanish some times, for a moment or for a while."""
     time, force = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.0, size))]), rng.uniform(0.2, 1.0, size + 1)
