@@ -4,13 +4,16 @@ import math
 import os
 
 import numpy as np
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from restitution import Material, PronySeries
 
 # A machine under load takes its time. The complete checks draw more examples.
-settings.register_profile("restitution", deadline=None, max_examples=100 if "CI" in os.environ else 40)
+settings.register_profile(
+    "restitution", deadline=None, suppress_health_check=[HealthCheck.too_slow],
+    max_examples=100 if "CI" in os.environ else 40,
+)  # fmt: skip
 settings.load_profile("restitution")
 
 _GAPS = (0.0, 2.3e-16, 1e-15, 1e-12, 1e-8, 1e-3)

@@ -113,6 +113,33 @@ def test_a_contact_that_turns_where_the_force_begins_to_fall():
     check_against_elements(series, TIP, np.array(time), np.array(force))
 
 
+@pytest.mark.plain
+@pytest.mark.parametrize("rtol", [5e-5, 1e-6])
+def test_a_contact_on_its_imprint_ends_where_its_force_is_zero(rtol):
+    """A punch on a dashpot, whose force is smooth up to its end, and there is zero but for rounding."""
+    series = PronySeries(1.0, [0.6], [0.15], parallel_viscosity=0.9)
+    time = np.array([0.0, 0.1, 0.5, 2.0, 10.0, 11.0])
+    result = indent(half_space(series), rs.FlatPunch(1.0), time=time, force=[0.0, 1.0, 0.0, 1.0, 0.0, 0.0], rtol=rtol)
+    assert result.contact_intervals == pytest.approx(np.array([[0.0, 0.5], [0.5, 10.0]]), rel=1e-12)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize(
+    ("first", "second", "third", "late"), [(2.1e-10, 1.9e-10, 1.8e-6, 4.018), (8e-11, 1.1e-11, 6.9e-7, 4.012)]
+)
+def test_small_forces_on_an_elastic_body_are_solved_or_refused(first, second, third, late):
+    """Where rounding lets the contact begin again, the body has no displacement in which to clear a gap; by Hertz."""
+    time, force = [0.0, 1.0, 2.0, 3.0, 4.0, late, 5.0], [0.0, 1.0, first, 1.0, second, third, 1.0]
+    try:
+        result = indent(half_space(PronySeries(1.0)), TIP, time=time, force=force, rtol=1e-4)
+    except InputError:
+        # Refused, and no number is silently wrong.
+        return
+    moments = np.linspace(0.0, 5.0, 51)
+    expected = (0.75 * np.interp(moments, time, force)) ** (2.0 / 3.0)
+    assert result.sample(moments).indentation_depth.values == pytest.approx(expected, abs=1e-4)
+
+
 def random_force(rng, size):
     """Straight lines from zero on that vanish some times, for a moment or for a while."""
     time, force = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.0, size))]), rng.uniform(0.2, 1.0, size + 1)

@@ -172,6 +172,36 @@ def test_nobody_is_told_of_a_compilation_where_nobody_watches(tmp_path):
     assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path)) == ""
 
 
+INTERRUPTED = """
+import signal
+import sys
+from numba.core.codegen import CPUCodeLibrary
+from restitution.kernel.compile import entry_point
+
+# A shell that runs the tests in the background makes its children ignore the signal.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+CPUCodeLibrary.HOOK = lambda *_: signal.raise_signal(signal.SIGINT)
+
+@entry_point
+def one(x): return x + 1.0
+
+try:
+    print(one(1.0))
+except KeyboardInterrupt:
+    print("interrupted", sys.unraisablehook is sys.__unraisablehook__)
+"""
+
+
+@pytest.mark.parametrize("hook", ["_object_compiled_hook", "_object_getbuffer_hook"])
+def test_an_interrupt_in_a_callback_of_llvm_ends_the_compilation(tmp_path: Path, hook: str) -> None:
+    # Python prints what a callback raises, and goes on: numba then misses the machine code or, from the other
+    # callback, makes it nevertheless.
+    script = tmp_path / "script.py"
+    script.write_text(INTERRUPTED.replace("HOOK", hook))
+    code = f"import runpy; runpy.run_path({str(script)!r})"
+    assert _run(code, PACKAGE.parent, NUMBA_CACHE_DIR=str(tmp_path / "cache")) == "interrupted True\n"
+
+
 FOLDER = "from restitution.kernel.cache import cache_folder; print(cache_folder())"
 
 

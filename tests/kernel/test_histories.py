@@ -17,6 +17,8 @@ from restitution.kernel.driver import (
     ENDS,
     FOLLOWING,
     FORCE,
+    FREE_PANELS,
+    NO_ROOM,
     RECORDS,
     TOUCHES,
     WORK,
@@ -87,12 +89,13 @@ class Run(NamedTuple):
 
 
 def run_depth(
-    series: PronySeries, points: Any, tolerance: float, scale: float, path: Path = PARABOLA, power: int = 2
-) -> Run:
+    series: PronySeries, points: Any, tolerance: float, scale: float, path: Path = PARABOLA, power: int = 2,
+    panels: int = 2000,
+) -> Run:  # fmt: skip
     deepest = max(points[1])
     scales = Scales(deepest, scale, scale, tolerance)
     solid = solid_of(series)
-    state = room(solid, 2000, MOST_STEPS)
+    state = room(solid, panels, MOST_STEPS)
     problem = Problem(solid, path, by_depth(*points), scheme(), scales, power)
     return Run(run(problem, state, np.array([0.0, 0.0, math.inf]), MOST_STEPS), state)
 
@@ -160,6 +163,17 @@ def test_a_program_that_loses_contact_and_finds_it_again():
     assert 2.0 * result.sample(D2_TIMES, 2) == pytest.approx(D2_FORCES, abs=2e-11)
     assert 2.0 * result.room.state[WORK] == pytest.approx(1.752994883462, abs=2e-12)
     assert result.breaks() == pytest.approx(D2_BREAKS, abs=2e-12)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("taken", [2, 4])
+def test_a_program_ends_where_the_panels_in_contact_and_free_ones_leave_no_room(taken):
+    """A step may jump over twenty panels, and each of these jumps may add one."""
+    result = run_depth(STANDARD, D1, 1e-6, 2.0, panels=20 + taken)
+    places = result.room.places
+    assert result.outcome == NO_ROOM
+    assert places[FREE_PANELS] > 0
+    assert places[FOLLOWING] + places[FREE_PANELS] == taken
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8, 1e-10])

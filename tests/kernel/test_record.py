@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import restitution as rs
 from element_follower import Follower
@@ -47,6 +48,15 @@ def test_programs_that_grow_again_with_an_error_of_second_order(program, times, 
         errors.append(np.abs(force_of(STANDARD, time, depth)[places] - forces).max() / max(forces))
     assert errors[0] < 2e-5
     assert np.diff(np.log2(errors)) == pytest.approx([-2.0, -2.0], abs=0.2)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("steps", [200, 400])
+def test_each_step_of_an_approach_keeps_its_element(steps):
+    """A ball pressed in at a constant rate: F = (4/3) int E(t - u) d(u^(3/2)), with an error of second order."""
+    time = np.linspace(0.0, 1.0, steps + 1)
+    expected = 2.0 * quad(lambda u: 4.0 * math.exp(u - 1.0) * math.sqrt(u), 0.0, 1.0, epsabs=1e-12)[0]
+    assert force_of(MATERIALS["liquid"], time, time)[-1] == pytest.approx(expected, rel=0.2 / steps**2)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import current_thread, main_thread
 from typing import Any
 
 import numba
@@ -189,12 +190,43 @@ def _announced(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
+@contextmanager
+def _interruptible() -> Generator[None]:
+    """Let Ctrl-C end the block also within a callback of LLVM.
+
+    Python only prints what a callback raises. The compiler then goes on, or stops later for want of the result.
+    """
+    if current_thread() is not main_thread():
+        # Only the main thread hears of Ctrl-C.
+        yield
+        return
+    is_interrupted, show = False, sys.unraisablehook
+
+    def hear(lost: Any) -> None:
+        nonlocal is_interrupted
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            is_interrupted = True
+        else:
+            show(lost)
+
+    sys.unraisablehook = hear
+    try:
+        yield
+    except Exception:
+        if not is_interrupted:
+            raise
+    finally:
+        sys.unraisablehook = show
+    if is_interrupted:
+        raise KeyboardInterrupt
+
+
 def entry_point(function: Callable[..., Any]) -> Any:
     """Compile an entry point of the kernel on its first call, and cache its machine code if possible."""
     dispatcher: Any = cached(numba.njit(**_FLAGS)(function), function)
     if not config.DISABLE_JIT:
         # Numba calls this for new types of arguments.
-        compile_for = _with_room(_announced(dispatcher._compile_for_args))
+        compile_for = _with_room(_interruptible()(_announced(dispatcher._compile_for_args)))
         dispatcher._compile_for_args = with_plain_calls(dispatcher, compile_for)
     return dispatcher
 

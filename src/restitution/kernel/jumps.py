@@ -326,7 +326,7 @@ def clear_gap(problem: Problem, room: Room) -> None:
 def begin_contact(problem: Problem, room: Room) -> None:
     """Let the element at the axis touch, and with it those of a flat face."""
     solid, state = problem.solid, room.state
-    if is_light(problem) and room.places[FREE_PANELS] > 0:
+    if is_light(problem) and room.places[FREE_PANELS] > 0 and solid.recoveries.shape[0] > 0:
         clear_gap(problem, room)
     state[FRONT], state[FORCE] = 0.0, 0.0
     write_start(solid, problem.path, room, GROWS)

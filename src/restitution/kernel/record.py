@@ -115,8 +115,11 @@ class Room(NamedTuple):
 
 
 def room(samples: int, K: int, J: int) -> Room:
-    """Return arrays for a number of steps, branches and rates of recovery."""
-    n = 2 * samples + 4 * _EVENTS
+    """Return arrays for a number of steps, branches and rates of recovery.
+
+    A step adds one element, and an event within it one more, but most turnings erase some; a full stack makes room.
+    """
+    n = samples + _EVENTS
 
     def stack(quantities: int) -> Stack:
         return Stack(
