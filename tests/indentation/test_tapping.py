@@ -1,6 +1,7 @@
 """Tapping: row T1 of the design page on cycles, free oscillation, energy, and plain taps."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import restitution as rs
 from independent_elements import Lever, tap_elements
 from refusals import named
+from restitution.indentation.panels import PanelSolution
 from restitution.indentation.surface import Imprint
 from restitution.indentation.tapping import TappingStatus
 from restitution.kernel.panels import FROZEN, NODES
@@ -279,6 +281,21 @@ def test_a_slow_polymer_is_steady():
     assert level > 0.05
     for name in ("amplitude", "phase", "dissipated", "mean_force"):
         assert numbers[name] == pytest.approx(before[name], abs=1e-8)
+
+
+@pytest.mark.parametrize("top", [0.4, 0.995, 0.9999, 1.0, 1.0001, 1.005, 1.7])
+def test_the_largest_force_lies_anywhere_beside_a_joint_of_two_steps(top):
+    """F = 3 - (t - top)^2 over the steps [0, 1] and [1, 2]; a value between the joint and the next place is larger."""
+    rows = np.zeros((2, 4, NODES))
+    for n, row in enumerate(rows):
+        # t = n + (1 + x)/2, so that (t - top)^2 = (b + x/2)^2.
+        b = n + 0.5 - top
+        row[2, :3] = 3.0 - b * b - 0.125, -b, -0.125
+    solution = object.__new__(PanelSolution)
+    solution._room = SimpleNamespace(records=SimpleNamespace(columns=rows))
+    solution._records = None, None, None, np.arange(2)
+    solution.units = SimpleNamespace(force=2.0)
+    assert solution.largest(2) == pytest.approx(6.0, rel=1e-15)
 
 
 @pytest.mark.parametrize("power", [6.0, 9.0, 12.0])

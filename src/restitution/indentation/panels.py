@@ -318,9 +318,12 @@ class PanelSolution:
         rows = self._room.records.columns[self._records[3], column]
         values = rows @ _POLYNOMIALS.T
         step, place = divmod(int(np.argmax(values)), _GRID.size)
-        best = float(values[step, place])
-        if 0 < place < _GRID.size - 1:
-            best = max(best, _top(rows[step], 2.0 * _GRID[place] - 1.0))
+        best = _top(rows[step], 2.0 * _GRID[place] - 1.0)
+        # The largest value near an end of a step may be in the step beside it.
+        if place == _GRID.size - 1 and step + 1 < rows.shape[0]:
+            best = max(best, _top(rows[step + 1], -1.0))
+        if place == 0 and step > 0:
+            best = max(best, _top(rows[step - 1], 1.0))
         return best * (self.units.length if column == 0 else self.units.force)
 
     def times(self, n_points: int) -> Array:
@@ -485,7 +488,7 @@ def _top(row: Array, x: float) -> float:
         best = max(best, value)
         if not bend < 0.0 or value + 0.5 * slope * slope / -bend <= best:
             break
-        x = min(max(x - slope / bend, start - _CELL), start + _CELL)
+        x = min(max(x - slope / bend, start - _CELL, -1.0), start + _CELL, 1.0)
     return best
 
 
