@@ -49,7 +49,7 @@ class _NoEnvironment:
         pass
 
 
-# Passes of numba for closures, and for expressions of whole arrays, neither of which the kernel contains.
+# Passes of numba for closures and for expressions of whole arrays; the kernel contains no such thing.
 _NEEDLESS = (untyped_passes.InlineClosureLikes, typed_passes.InlineOverloads, typed_passes.NopythonRewrites)
 
 

@@ -89,13 +89,13 @@ class Extrapolation:
         known = min(many - 1, len(_ORDERS))
         limits = _weights(tuple(self._counts[-known - 1 :])) @ np.array(self._values[-known - 1 :])
         # An order has a change from its second number on, and an error from two changes on.
-        changed = min(max(many - 2, 0), len(_ORDERS))
+        changed = min(many - 2, len(_ORDERS))
         self._changes[1:] = self._changes[:-1]
         np.abs(limits[:changed] - self._last[:changed], out=self._changes[0, :changed])
         self._last[:known] = limits
         errors = (_MARGIN * (_SHARES * self._changes).max(axis=0)).tolist()
         best, least = known - 1, [math.inf] * fine.size
-        for n in range(min(max(many - 3, 0), len(_ORDERS))):
+        for n in range(min(many - 3, len(_ORDERS))):
             if errors[n][0] <= least[0]:
                 best, least = n, errors[n]
         return limits[best].tolist(), least
