@@ -2,8 +2,9 @@
 
 Closed exponentials; events are bracketed, or lie within a step.
 
-Shares no code with the kernel. An element of E*(t) = Einf + sum E_k exp(-t/tau_k) is named by the depth s at which the
-virgin surface is touched. In contact its branches obey l_k' = E_k d' - l_k/tau_k; free, they relax under zero load.
+Shares no code with the kernel. An element of E*(t) = Einf + sum E_k exp(-t/tau_k), with a dashpot eta or without, is
+named by the depth s at which the virgin surface is touched. In contact its branches obey l_k' = E_k d' - l_k/tau_k;
+free, they relax under zero load.
 """
 
 from dataclasses import dataclass
@@ -35,7 +36,11 @@ class Element:
         if self.is_touched:
             loads = self.loads * np.exp(-x) + parent.moduli * self.rate * -np.expm1(-x) / parent.rates
             return loads, self.depth + self.rate * elapsed - self.s
-        parts, z = parent.inverse @ self.loads, parent.values * elapsed
+        z = parent.values * elapsed
+        if parent.viscosity > 0.0:
+            state = parent.modes @ (np.exp(z) * (parent.inverse @ np.append(self.loads, self.displacement)))
+            return state[:-1], float(state[-1])
+        parts = parent.inverse @ self.loads
         loads = parent.modes @ (np.exp(z) * parts)
         if parent.equilibrium > 0.0:
             return loads, -loads.sum() / parent.equilibrium
@@ -47,7 +52,8 @@ class Element:
         """Return the load in contact, the gap of a free element: what must not be negative."""
         loads, displacement = self.after(elapsed)
         if self.is_touched:
-            return float(self.follower.equilibrium * displacement + loads.sum())
+            parent = self.follower
+            return float(parent.equilibrium * displacement + loads.sum() + parent.viscosity * self.rate)
         return float(displacement + self.s - self.depth - self.rate * elapsed)
 
     def advance(self, elapsed: float) -> float:
@@ -67,12 +73,20 @@ class Element:
 class Follower:
     """Elements of one material under a depth of straight lines through points."""
 
-    def __init__(self, equilibrium: float, moduli: Any, times: Any, knots: Any, depths: Any) -> None:
-        self.equilibrium, self.moduli, self.rates = equilibrium, np.array(moduli, float), 1.0 / np.array(times, float)
+    def __init__(
+        self, equilibrium: float, moduli: Any, times: Any, knots: Any, depths: Any, viscosity: float = 0.0
+    ) -> None:
+        self.equilibrium, self.viscosity = equilibrium, viscosity
+        self.moduli, self.rates = np.array(moduli, float), 1.0 / np.array(times, float)
         self.knots, self.depths = np.array(knots, float), np.array(depths, float)
         # Free: E0 W' = sum l_k/tau_k, so that l' is linear in l.
         glass = equilibrium + self.moduli.sum()
-        values, modes = np.linalg.eig(np.outer(self.moduli, self.rates) / glass - np.diag(self.rates))
+        change = np.outer(self.moduli, self.rates) / glass - np.diag(self.rates)
+        if viscosity > 0.0:
+            # Free: eta W' = -(Einf W + sum l_k), with W as one more number of the state.
+            slope = -np.append(np.ones(self.moduli.size), equilibrium) / viscosity
+            change = np.outer(np.append(self.moduli, 1.0), slope) - np.diag(np.append(self.rates, 0.0))
+        values, modes = np.linalg.eig(change)
         self.values, self.modes, self.inverse = values.real, modes.real, np.linalg.inv(modes).real
         if equilibrium == 0.0:
             self.values[np.argmin(np.abs(self.values))] = 0.0
@@ -107,7 +121,7 @@ def followed_force(result, series, time):
     knots = result.prescribed_history.knots
     knots = np.append(knots[knots < time], time)
     follower = Follower(series.equilibrium_modulus, series.branch_moduli, series.relaxation_times, knots,
-                        result.prescribed_history(knots))  # fmt: skip
+                        result.prescribed_history(knots), series.parallel_viscosity)  # fmt: skip
     moments = np.concatenate([knots, result.turning_times[result.turning_times < time]])
     radii = np.concatenate([result.sample(moments, before=before).contact_radius.values for before in (True, False)])
     last = float(result.sample([time]).contact_radius[0])

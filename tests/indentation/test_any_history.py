@@ -94,12 +94,7 @@ def test_errors_follow_the_tolerance(rtol):
     assert np.abs(sampled - expected).max() <= rtol * 5.400711141634
 
 
-def check_program(seed):
-    rng = np.random.default_rng(seed)
-    count = int(rng.integers(1, 4))
-    series = PronySeries(
-        float(rng.random() < 0.7), 10.0 ** rng.uniform(-1.0, 1.0, count), 10.0 ** rng.uniform(-1.0, 1.0, count)
-    )
+def check_program(series, rng):
     times, depths = program(rng, int(rng.integers(4, 9)))
     result = indent(half_space(series), TIP, depth=depths, time=times)
     begin, end = result.contact_intervals[rng.integers(len(result.contact_intervals))]
@@ -108,15 +103,47 @@ def check_program(seed):
     assert abs(force - followed_force(result, series, moment)) <= 10.0 * result.rtol * result.max_force
 
 
+def check_random_program(seed):
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 4))
+    series = PronySeries(
+        float(rng.random() < 0.7), 10.0 ** rng.uniform(-1.0, 1.0, count), 10.0 ** rng.uniform(-1.0, 1.0, count)
+    )
+    check_program(series, rng)
+
+
+def check_random_program_with_a_dashpot(seed):
+    """Where the body turns back its rate jumps, and the front runs through elements that have just left."""
+    rng = np.random.default_rng([seed, 77])
+    count, viscosity = int(rng.integers(0, 4)), 10.0 ** rng.uniform(-2.5, 0.5)
+    series = PronySeries(
+        float(count == 0 or rng.random() < 0.7), 10.0 ** rng.uniform(-1.0, 1.0, count),
+        10.0 ** rng.uniform(-1.0, 1.0, count), parallel_viscosity=viscosity,
+    )  # fmt: skip
+    check_program(series, rng)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_random_programs_against_elements_followed_alone(seed):
-    check_program(seed)
+    check_random_program(seed)
+
+
+@pytest.mark.parametrize("seed", [3, 7, 44, 70])
+def test_random_programs_on_a_dashpot_against_elements_followed_alone(seed):
+    """With the force of before the front's run, 44 and 70 are refused."""
+    check_random_program_with_a_dashpot(seed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4, 44))
 def test_more_random_programs_against_elements_followed_alone(seed):
-    check_program(seed)
+    check_random_program(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 120))
+def test_more_random_programs_on_a_dashpot_against_elements_followed_alone(seed):
+    check_random_program_with_a_dashpot(seed)
 
 
 @pytest.mark.parametrize(

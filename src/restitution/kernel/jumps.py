@@ -169,6 +169,17 @@ def jump(problem: Problem, room: Room, phase: int, z: float, joint: int) -> None
 
 
 @compiled
+def sum_loads(problem: Problem, room: Room) -> None:
+    """Write the force of the contact that has this depth, rate and front."""
+    solid, state = problem.solid, room.state
+    a, integral = radius_and_integral(problem.path, state[FRONT])
+    state[FORCE] = solid.equilibrium * ((state[DEPTH] - state[FRONT] * state[FRONT]) * a + integral)
+    state[FORCE] += solid.viscosity * a * state[RATE]
+    for k in range(solid.rates.shape[0]):
+        state[FORCE] += room.sums[k]
+
+
+@compiled
 def second_rate(problem: Problem, room: Room) -> float:
     """Return d'' of a shrinking contact at the start of a step that has been tried, where it follows from forces."""
     solid, driver, nodes, state = problem.solid, problem.driver, room.nodes, room.state
@@ -212,6 +223,9 @@ def jump_ahead(problem: Problem, room: Room, phase: int, moment: float) -> bool:
         jump(problem, room, phase, 0.0, KINK)
     if p >= 0 and z < panels.end[p]:
         jump(problem, room, phase, z, KINK)
+    if phase == GROWS and solid.viscosity > 0.0 and problem.driver.by_depth:
+        # The elements that touch now feel the dashpot.
+        sum_loads(problem, room)
     return True
 
 
@@ -464,12 +478,7 @@ def drop_rate(problem: Problem, room: Room, rate: float) -> int:
     if not sweep(problem, room, p, z):
         return NO_ROOM
     state[RATE], places[PHASE] = rate, SHRINKS
-    a, integral = radius_and_integral(problem.path, state[FRONT])
-    state[FORCE] = (
-        solid.equilibrium * ((state[DEPTH] - state[FRONT] * state[FRONT]) * a + integral) + solid.viscosity * a * rate
-    )
-    for k in range(solid.rates.shape[0]):
-        state[FORCE] += room.sums[k]
+    sum_loads(problem, room)
     return finish_sweep(problem, room)
 
 
