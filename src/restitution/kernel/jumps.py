@@ -223,9 +223,14 @@ def jump_ahead(problem: Problem, room: Room, phase: int, moment: float) -> bool:
         jump(problem, room, phase, 0.0, KINK)
     if p >= 0 and z < panels.end[p]:
         jump(problem, room, phase, z, KINK)
-    if phase == GROWS and solid.viscosity > 0.0 and problem.driver.by_depth:
+    if phase == GROWS and solid.viscosity > 0.0 and state[FRONT] > 0.0:
         # The elements that touch now feel the dashpot.
+        force = state[FORCE]
         sum_loads(problem, room)
+        if is_light(problem):
+            damping = solid.viscosity * radius_and_integral(problem.path, state[FRONT])[0]
+            state[RATE] += (force - state[FORCE]) / damping
+            state[FORCE] = force
     return True
 
 
