@@ -257,6 +257,25 @@ def test_a_liquid_under_weight_beside_elements(velocity, ended):
     assert np.all(np.abs(result.restitution_coefficient - fine) < 1e-3 + 2.0 * change)
 
 
+def test_a_touch_that_cannot_be_solved_ends_the_series(monkeypatch):
+    """The touches before it stay; the first impact is on a fresh surface, and its error is the caller's."""
+    whole = bounces(IMPACT, gravity=0.5, with_weight=False, max_bounces=6, same_spot=True)
+    left = iter([False] * 3)
+
+    def fails_at_the_fifth_touch(*args, **options):
+        if next(left, True):
+            raise InputError("time", 2.5, "leads to a contact that could not be solved there", "s")
+        return solve(*args, **options)
+
+    monkeypatch.setattr("restitution.impact.bounces.solve", fails_at_the_fifth_touch)
+    result = bounces(IMPACT, gravity=0.5, with_weight=False, max_bounces=6, same_spot=True)
+    assert result.ended == "unsolved"
+    assert np.array_equal(result.restitution_coefficient, whole.restitution_coefficient[:4])
+    assert "touch 5" in result.warnings[-1]
+    assert "could not be solved" in result.warnings[-1]
+    assert "unsolved" in str(result)
+
+
 def test_two_relaxation_times_under_weight_end_sunk():
     liquid = Material(PronySeries(0.0, [1e6, 2e5], [1e-4, 1e-2]), bulk=math.inf)
     result = bounces(Impact(liquid, Parabola(0.01), 0.005, 0.5), gravity=9.81, same_spot=True)

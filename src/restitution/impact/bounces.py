@@ -58,6 +58,7 @@ class Ending(StrEnum):
     LOW = "low", "the next rise would be lower than min_height"
     MAX_BOUNCES = "max bounces", "max_bounces is reached; the body would bounce on"
     STOPPED = "stopped", "the argument stop ended the series; the body would bounce on"
+    UNSOLVED = "unsolved", "the next touch of the imprint could not be solved; another rtol may do"
 
     message: str
 
@@ -115,13 +116,14 @@ class Bounces(Result):
     ended : Ending
         "captured": the weight holds the body. "stuck": the attraction does. "sunk": the material is a liquid and the
         body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height is
-        below `min_height`. "max bounces", "stopped": the body would bounce on.
+        below `min_height`. "max bounces", "stopped": the body would bounce on. "unsolved": so it would, but its
+        next touch on the same spot could not be solved; a warning has the reason.
     impact : Impact
         The first impact.
     validity : Validity
         Report on the assumptions of the theory: the worst of each over all bounces.
     notes : tuple of str
-        Warnings about a surface that has not recovered at a touch.
+        Warnings about a surface that has not recovered at a touch, or about a touch that could not be solved.
     """
 
     _numbers = (*_COLUMNS, *_TANGENT, "drop_height", "gravity", "ended", "warnings", "validity")
@@ -291,9 +293,17 @@ def bounces(
     if same_spot and first.adhesion is not None:
         raise InputError("same_spot", same_spot, "must be False with adhesion, which begins on a fresh surface")
     series = _series_on_one_spot(first, g, rtol) if same_spot else _series(first, g, rtol)
-    touches, ending = list[_Touch](), None
+    touches, ending, notes = list[_Touch](), None, list[str]()
     while ending is None:
-        touches.append(next(series))
+        try:
+            touches.append(next(series))
+        except InputError as error:
+            # What has been solved stays, as nothing that was given is wrong.
+            if not (same_spot and touches):
+                raise
+            ending = Ending.UNSOLVED
+            notes.append(f"touch {len(touches) + 1}, at rtol = {rtol:g}; {error}")
+            break
         stopped = stop is not None and stop()
         ending = _ending(touches[-1], floor, len(touches) == max_bounces, stopped)
     columns, flights = _columns(touches, g)
@@ -307,10 +317,12 @@ def bounces(
         widths = [touch.result.zone_width for touch in touches if isinstance(touch.result, AdhesiveResult)]
         bodies |= attraction_numbers(first, {"zone_width": np.array(widths)})
     report = validity(impact.contact, **{name: columns[name] for name in (*COLUMNS, "velocity")}, **bodies)
+    if not same_spot:
+        notes += _recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))
     return kind(
         **{name: columns[name] for name in (*_COLUMNS, *_SLIDING) if name in columns},
         drop_height=start, gravity=g, ended=ending, impact=first, validity=report,
-        notes=() if same_spot else tuple(_recovery(impact.reduced_modulus, float(np.min(flights, initial=math.inf)))),
+        notes=tuple(notes),
     )  # fmt: skip
 
 

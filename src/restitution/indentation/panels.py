@@ -203,7 +203,7 @@ class PanelSolution:
             if self._problem.driver.backward.size and work.places[FREE_PANELS] > 0 and work.places[PHASE] == GROWS:
                 rule = "leads to a contact on an imprint that could not be solved there; "
                 rule += "prescribe a depth, or the base of a spring"
-            elif outcome == TOO_STEEP:
+            elif outcome == TOO_STEEP and drive.mass == 0.0:
                 rule = "rises too steeply there for the digits of its times; smooth it"
             raise InputError("time", moment, rule, "s")
         return work
