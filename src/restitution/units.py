@@ -317,7 +317,7 @@ def to_si(text: str, dimension: Dimension) -> float:
     restitution.errors.InputError: is a time, not a length; write e.g. "10 mm", or a plain number in m
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None and DEVIATION.search(text):
+    if DEVIATION.search(text):
         rule = (
             "must have no standard deviation here: it is for the numbers of an impact that `restitution solve` takes"
         )

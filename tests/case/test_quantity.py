@@ -123,6 +123,11 @@ def test_a_unit_that_was_cut_off_or_has_other_capitals_is_guessed(text: str, kin
     assert f"did you mean {meant}?" in str(refusal(lambda: to_si(text, kind)))
 
 
+@pytest.mark.parametrize("text", ["1 +- 0.05 m/s", "1 m/s +- 5 %", "(1 ± 0.05) m/s"])
+def test_a_standard_deviation_is_refused_by_name(text: str) -> None:
+    assert "standard deviation here" in str(refusal(lambda: to_si(text, VELOCITY)))
+
+
 @pytest.mark.parametrize("text", ["1 m^9^9^9^9", "1 m**(9**9**9**9)", "9**9**9**9 m", "1 m^99999999"])
 def test_nested_powers_are_refused_at_once(text: str) -> None:
     with pytest.raises(ValueError, match="unknown unit"):
