@@ -233,9 +233,8 @@ def read_points(path: str | Path) -> ReboundPoints:
         deviations, values = _columns(sheet, both, names, {}, {})
         if pair:
             deviations, values = _as_rebounds(pair, deviations, values)
-        velocity, e = (
-            np.asarray(checks.positive(name, values[name], MEASURED[name].unit)) for name in KINDS["rebounds"].required
-        )
+        checked = (checks.positive(name, values[name], MEASURED[name].unit) for name in KINDS["rebounds"].required)
+        velocity, e = map(np.asarray, checked)
     except FileError as error:
         raise InputError(error.field, rule=error.rule, where=str(source)) from None
     except InputError as error:
