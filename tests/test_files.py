@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from refusals import in_one_line
-from restitution import Surrogate, open_sweep, read_case, read_material, read_observations
+from restitution import Surrogate, open_sweep, read_bounces, read_case, read_material, read_observations
 from restitution.errors import InputError
 from restitution.files import whole_file, write_table
 
@@ -146,3 +146,8 @@ def test_other_kinds_of_tables_are_refused_with_the_list(tmp_path: Path, name: s
 @pytest.mark.parametrize("path", [None, 3, ["a.csv"], {"mass": 1.0}])
 def test_what_is_no_name_of_a_file_is_refused(read: Callable[..., Any], path: Any) -> None:
     assert in_one_line(lambda: read(path), TypeError).field == "path"
+
+
+@pytest.mark.parametrize("read", [open_sweep, read_bounces, read_case, read_material, read_observations])
+def test_a_name_that_no_file_can_have_is_refused(read: Callable[[str], Any]) -> None:
+    assert "null character" in in_one_line(lambda: read("a\0b.csv")).rule

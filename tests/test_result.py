@@ -158,6 +158,16 @@ def test_a_long_table_has_the_lines_of_its_layout_by_rich(right, words):
         assert table.text(width) == table._layout(rows, width)
 
 
+@pytest.mark.parametrize("count", [3, 520])
+def test_a_table_of_many_columns_loses_no_cell(count):
+    random = np.random.default_rng(2)
+    rows = [tuple(f"{x:.6f}(75)" for x in row) for row in random.uniform(1.0, 9.0, (count, 12))]
+    columns = tuple(f"column {n} [{unit}]" for n, unit in enumerate(["m/s", "MPa", "krad/s"] * 4))
+    words = Table(columns, rows).text(80).split()
+    assert words[-12 * count :] == [cell for row in rows for cell in row]
+    assert sorted(words[: -12 * count]) == sorted(["─" * (len(max(words, key=len))), *" ".join(columns).split()])
+
+
 @pytest.mark.parametrize("kind", [rs.Status, rs.IndentationStatus, MapStatus, Ending])
 def test_an_outcome_is_its_code_and_carries_its_message(kind):
     for outcome in kind:

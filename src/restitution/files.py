@@ -26,6 +26,8 @@ def path_of(value: Any, name: str = "path") -> Path:
     """Return the path of a file or folder; refuse other types by the name of the argument."""
     if not isinstance(value, str | os.PathLike):
         raise InputTypeError(name, value, "must be the name of a file or folder")
+    if "\0" in str(value):
+        raise InputError(name, value, "must be the name of a file or folder, without a null character")
     return Path(value)
 
 

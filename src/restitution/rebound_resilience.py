@@ -431,7 +431,9 @@ def resilience(
     temperatures = None if temperature is None else np.atleast_1d(check("temperature", temperature))
     if temperatures is not None and (temperatures.ndim != 1 or not temperatures.size):
         raise InputError("temperature", rule="must be a number or a list of numbers", unit="K")
-    bases, notes = _bases(material, radius, size) if base is None else (bases, ())
+    for held in bases:
+        _check_pad(material, held, radius, size)
+    bases, notes = (bases, ()) if bases else _bases(material, radius, size)
     if not bases:
         raise InputError("base", rule=f"must be another: {'; '.join(notes)}")
     force = weighed * STANDARD_GRAVITY if test.falls else 0.0
@@ -460,13 +462,21 @@ def _bases(material: Material, radius: float, thickness: float) -> tuple[tuple[s
     bases, notes = list[str](), list[str]()
     for base in BASES:
         try:
-            Contact(material, _pad(base, radius, thickness)[0])
+            _check_pad(material, base, radius, thickness)
         except InputError as error:
-            remedy = _BONDED if base == "bonded" else ""
-            notes.append(f"a {base} pad is left out: {error}{remedy}")
+            notes.append(f"a {base} pad is left out: {error}")
         else:
             bases.append(base)
     return tuple(bases), tuple(notes)
+
+
+def _check_pad(material: Material, base: str, radius: float, thickness: float) -> None:
+    """Refuse a way to hold the pad that does not hold for the material."""
+    try:
+        Contact(material, _pad(base, radius, thickness)[0])
+    except InputError as error:
+        remedy = _BONDED if base == "bonded" else ""
+        raise InputError(error.field, error.value, f"{error.rule}{remedy}", error.unit) from None
 
 
 def _pad(base: str, radius: float, thickness: float) -> tuple[Geometry, float | None]:

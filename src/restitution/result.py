@@ -77,7 +77,7 @@ class Table(NamedTuple):
         # In a notebook, rich would display the table in place of writing it.
         written = StringIO()
         console = Console(file=written, width=max(width, _WIDTH), color_system=None, force_jupyter=False)
-        console.print(layout, highlight=False)
+        console.print(layout, highlight=False, crop=False)
         return written.getvalue()
 
     @property

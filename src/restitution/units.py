@@ -317,7 +317,7 @@ def to_si(text: str, dimension: Dimension) -> float:
     restitution.errors.InputError: is a time, not a length; write e.g. "10 mm", or a plain number in m
     """
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
-    if match is None and DEVIATION.search(text):
+    if DEVIATION.search(text):
         rule = (
             "must have no standard deviation here: it is for the numbers of an impact that `restitution solve` takes"
         )
@@ -364,11 +364,10 @@ def usual_units(*dimensions: Dimension) -> list[str]:
 
 
 def _near(text: str, dimension: Dimension) -> str:
-    """Return the usual units that differ from a text by capitals only, or that begin with it if it is a prefix."""
+    """Return the usual units that begin with a text if it is a prefix, or that differ from it by capitals only."""
     usual = usual_units(dimension)
-    if len(text) == 1 and text in _LONE_PREFIXES:
-        return " or ".join(name for name in usual if name[0] == text and name[1:] in usual)
-    return " or ".join(name for name in usual if name.lower() == text.lower())
+    with_prefix = [name for name in usual if text in [*_LONE_PREFIXES] and name[0] == text and name[1:] in usual]
+    return " or ".join(with_prefix or [name for name in usual if name.lower() == text.lower()])
 
 
 def _refuse_millipascal(name: str, value: Any, unit: str) -> None:

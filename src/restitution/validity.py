@@ -549,7 +549,7 @@ def _half_space(worst: Any, exceeded: bool) -> tuple[str, str]:
     more = f"{np.polynomial.Polynomial([0, 112.7, 148.17, 147.0, 100.5])(x):.0f} %" if x <= 0.5 else "more than 100 %"
     text = f"contact radius over size of the target is {_beside(x, SIZE_LIMIT)}; "
     text += f"a bonded incompressible layer would be {more} stiffer"
-    return text, "Solve the layer (rs.Layer), take a thicker target, or read the result as that of a thick worst."
+    return text, "Solve the layer (rs.Layer), take a thicker target, or read the result as that of a thick target."
 
 
 def _waves(worst: Any, exceeded: bool) -> tuple[str, str]:

@@ -84,8 +84,9 @@ def test_a_relaxation_is_no_series_of_bounces() -> None:
         ("velocity [m/s],e,contact_tme [ms]\n1,0.8,2\n", r"line 1: unknown column 'contact_tme'; did you mean"),
         (
             "velocity [m/s],contact_time [ms]\n1,2\n",
-            r"line 1: must have the columns velocity, restitution_coefficient",
+            r"line 1: must have the columns velocity and restitution_coefficient, or drop_height and rebound_height",
         ),
+        ("v_in [cm/s],v_out\n100,0.8\n-200,0.7\n", r"line 3: velocity = -2 m/s: must be finite and > 0"),
         ("time,depth [nm]\n1,2\n", r"line 1: must have the columns time, depth, force"),
         ("", "is empty$"),
     ],

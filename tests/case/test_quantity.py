@@ -117,10 +117,21 @@ def test_invalid_quantities_are_refused_in_one_line(text: str, kind: Dimension, 
 
 @pytest.mark.parametrize(
     ("text", "kind", "meant"),
-    [("5 G", MODULUS, "GPa"), ("5 k", MODULUS, "kPa"), ("3 gpa", MODULUS, "GPa"), ("2 u", TIME, "us")],
+    [
+        ("5 G", MODULUS, "GPa"),
+        ("5 k", MODULUS, "kPa"),
+        ("3 gpa", MODULUS, "GPa"),
+        ("2 u", TIME, "us"),
+        ("5 G", MASS, "g"),
+    ],
 )
 def test_a_unit_that_was_cut_off_or_has_other_capitals_is_guessed(text: str, kind: Dimension, meant: str) -> None:
     assert f"did you mean {meant}?" in str(refusal(lambda: to_si(text, kind)))
+
+
+@pytest.mark.parametrize("text", ["1 +- 0.05 m/s", "1 m/s +- 5 %", "(1 ± 0.05) m/s"])
+def test_a_standard_deviation_is_refused_by_name(text: str) -> None:
+    assert "standard deviation here" in str(refusal(lambda: to_si(text, VELOCITY)))
 
 
 @pytest.mark.parametrize("text", ["1 m^9^9^9^9", "1 m**(9**9**9**9)", "9**9**9**9 m", "1 m^99999999"])

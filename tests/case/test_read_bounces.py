@@ -106,5 +106,8 @@ def test_mistakes_have_one_line(write, tmp_path):
     )
     assert "contact_time" in refused("bounces", str(write("h.csv", "v_in,v_out\n1,0.5\n")), "--contact-time", "1 ms")
     assert "--radius" in refused("bounces", str(WAV), "--radius", "2 kg")
+    for header in ("drop_height,b", "a,b"):
+        message = refused("bounces", str(write("half.csv", f"{header}\n1,0.5\n")))
+        assert "line 1: must have the columns time, or velocity and restitution_coefficient, or drop" in message
     error = in_one_line(lambda: rs.read_bounces(write("up.csv", "v_in,v_out\n1,1.5\n")))
     assert error.field == "restitution_coefficient"

@@ -73,6 +73,9 @@ def test_all_that_is_missing_is_asked_for_at_once() -> None:
         "missing: --mass, or --density of a solid ball; --velocity or --drop-height; --material FILE, or a name of "
         "the library"
     )
+    message = refused("solve", "--material", "data.csv", "--temperature", "23degC", *BALL)
+    assert "--poisson-ratio" in message
+    assert message.endswith("--shift or --wlf for --temperature, as data.csv has moduli at one alone")
     message = refused("solve", "--material", "data.csv", "--poisson-ratio", "0.5", *BALL)
     assert message == "missing: --tension or --shear, as data.csv does not state which moduli it has"
     message = refused("solve", "--material", "shares.csv", *BALL, "--shear", "--poisson-ratio", "0.5")

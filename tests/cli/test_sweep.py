@@ -155,8 +155,8 @@ def test_invalid_slices_are_refused(arguments: tuple[str, ...], message: str) ->
         ),
         (("map", "--x", "p2=1:2", "--y", "p3=1:2"), "--set nu=0.45"),
         (
-            ("map", "ball.toml", "--x", "velocity=1:2", "--y", "nu=0:0.5", "--output", "e"),
-            "ball.toml: sweep.outputs = ",
+            ("map", "ball.toml", "--x", "velocity=1:2", "--y", "nu=0:0.5", "--output", "contact_tme"),
+            "--output = 'contact_tme': is not known; did you mean contact_time?",
         ),
     ],
 )

@@ -289,3 +289,26 @@ def test_picture_has_a_bar_for_each_pair() -> None:
     assert widths == pytest.approx(result.elasticities.T.ravel().tolist())
     several = rs.derivatives(rs.vary(BALL, {"velocity": [0.5, 1.0]}), "viscosity")
     assert named(several.plot)[0] == "impact"
+
+
+def test_the_covariance_of_a_fit_is_that_of_the_derivatives():
+    # C = (J^T J)^-1 with J_ij = p_j (d y_i/d p_j)/sigma_i, as the coordinates of a fit are logarithms.
+    rng = np.random.default_rng(24)
+    constants = {"equilibrium_modulus": 1e6, "branch_modulus": 10 ** rng.uniform(6.5, 7.0), "viscosity": 2e3}
+    sigma = {"restitution_coefficient": 0.004, "contact_time": 2e-6}
+    velocity = np.sort(rng.uniform(0.05, 2.0, 8))
+    ball = rs.Impact(rs.standard_solid(**constants, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, velocity)
+    true = rs.solve(ball)
+    measured = {name: getattr(true, name) + sigma[name] * rng.standard_normal(8) for name in sigma}
+    data = rs.Rebounds(velocity, **measured, radius=0.01, mass=0.005, noise=rs.Noise(**sigma))
+    fit = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.45}, profiles=False)
+    fitted = rs.Impact(fit.material, rs.Parabola(0.01), 0.005, velocity)
+    # With the Poisson ratio among the names, it is held where a modulus changes.
+    by = rs.derivatives(fitted, ["poisson_ratio", *constants], sigma)
+    columns = [
+        np.concatenate([fit.parameters[name].value * by[output, name] / sigma[output] for output in sigma])
+        for name in constants
+    ]
+    covariance = np.linalg.inv(np.array(columns) @ np.array(columns).T)
+    # Central differences of a fit have steps of 1e-4: their error is some 1e-8.
+    assert covariance == pytest.approx(fit.covariance, rel=1e-6)

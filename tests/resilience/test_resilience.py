@@ -63,6 +63,8 @@ def test_what_the_warning_of_a_bonded_pad_names_brings_it_back():
     (warning,) = (line for line in pad.warnings if line.startswith("a bonded pad"))
     assert 'bulk_modulus = "incompressible"' in warning
     assert "poisson_ratio = 0.4995" in warning
+    with pytest.raises(rs.InputError, match='bulk_modulus = "incompressible"'):
+        rs.resilience(rs.Material(series, 2e9), "ISO 4662", base="bonded")
     for remedy in (math.inf, rs.PronySeries(1e6, [4e6, 3e7], [1e-3, 1e-5]).scaled(2.0 * 1.4995 / (3.0 * 0.001))):
         assert "bonded" in rs.resilience(rs.Material(series, remedy), "ISO 4662").base
 

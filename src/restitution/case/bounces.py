@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from restitution import checks
-from restitution.case.observations import open_columns, read_observations
+from restitution.case.observations import REBOUND_COLUMNS, open_columns, read_observations, rebounds_in
 from restitution.case.quantity import in_si
 from restitution.checks import Array
 from restitution.errors import InputError
@@ -89,6 +89,8 @@ def read_bounces(
         if (time := _labels(source)) is not None:
             return from_instants(_picks(time, None), ball)
         sheet, names = open_columns(source)
+        if "time" not in names and not any(rebounds_in(names)):
+            raise FileError("", sheet.header_line, f"must have the columns time, or {REBOUND_COLUMNS}")
         if "time" not in names or {"force", "acceleration", "depth"} & {*names}:
             return _of_table(source, names, ball)
         columns = [in_si(sheet, names.index(name), name, TIME) for name in ("time", "sd_time") if name in names]

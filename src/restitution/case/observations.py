@@ -58,6 +58,8 @@ KINDS: Mapping[str, Kind] = {
 """Kinds of observations by name; a file is of the first kind with its columns."""
 # Columns of rebounds in place of a velocity and a restitution coefficient.
 _REBOUNDS = ("drop_height", "rebound_height"), ("velocity", "rebound_velocity")
+REBOUND_COLUMNS = "velocity and restitution_coefficient, or drop_height and rebound_height, or v_in and v_out"
+"""Columns from which rebounds follow, in words."""
 _COLUMNS = frozenset(name for kind in KINDS.values() for name in (*kind.required, *kind.optional)).union(*_REBOUNDS)
 # Standard deviations by their headers: sd_e, e_std, err_velocity, ...
 _SPREADS = {
@@ -160,15 +162,16 @@ def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments:
         file_kind = ""
     if kind not in (None, file_kind) or not file_kind:
         likely = kind or max(KINDS, key=lambda name: len(set(KINDS[name].required) & set(names)))
-        rule = f"must have the columns {', '.join(KINDS[likely].required)}"
+        required = REBOUND_COLUMNS if likely == "rebounds" else ", ".join(KINDS[likely].required)
+        rule = f"must have the columns {required}"
         raise FileError("", sheet.header_line, rule)
     if strange:
         rule = f"unknown column {sheet.labels[strange[0]]!r}; {advice(names[strange[0]], columns_of)}"
         raise FileError("", sheet.header_line, rule)
     deviations, values = _columns(sheet, names, names, deviations, arguments)
-    if pair:
-        deviations, values = _as_rebounds(pair, deviations, values)
     try:
+        if pair:
+            deviations, values = _as_rebounds(pair, deviations, values)
         return _observations(file_kind, [], deviations, values, source)
     except InputError as error:
         if error.index and error.field.removeprefix("noise.") in names:
@@ -223,16 +226,15 @@ def read_points(path: str | Path) -> ReboundPoints:
     source = path_of(path)
     try:
         sheet, names = open_columns(source)
-        pair, quantities = _rebounds_in(names)
+        pair, quantities = rebounds_in(names)
         if not quantities:
-            quantities = KINDS["rebounds"].required
-            rule = f"must have the columns {' and '.join(quantities)}, or {' and '.join(_REBOUNDS[0])}"
-            raise FileError("", sheet.header_line, rule)
+            raise FileError("", sheet.header_line, f"must have the columns {REBOUND_COLUMNS}")
         both = [*quantities, *(f"{_DEVIATION}{name}" for name in quantities)]
         deviations, values = _columns(sheet, both, names, {}, {})
         if pair:
             deviations, values = _as_rebounds(pair, deviations, values)
-        velocity, e = (np.asarray(checks.positive(name, values[name])) for name in KINDS["rebounds"].required)
+        checked = (checks.positive(name, values[name], MEASURED[name].unit) for name in KINDS["rebounds"].required)
+        velocity, e = map(np.asarray, checked)
     except FileError as error:
         raise InputError(error.field, rule=error.rule, where=str(source)) from None
     except InputError as error:
@@ -241,7 +243,7 @@ def read_points(path: str | Path) -> ReboundPoints:
     return ReboundPoints(velocity, e, None if spread is None else np.asarray(spread))
 
 
-def _rebounds_in(names: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
+def rebounds_in(names: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
     """Return the pair of columns from which rebounds follow, if any, and the columns of rebounds in a table."""
     pair = next((pair for pair in _REBOUNDS if set(pair) <= set(names)), ())
     required = KINDS["rebounds"].required
@@ -251,7 +253,7 @@ def _rebounds_in(names: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
 def has_points(path: Path) -> bool:
     """Return whether the header of a file has the columns that `read_points` reads."""
     try:
-        return bool(_rebounds_in(open_columns(path)[1])[1])
+        return bool(rebounds_in(open_columns(path)[1])[1])
     except InputError:
         return False
 
@@ -285,7 +287,7 @@ def _as_rebounds(
 
     With v = sqrt(2 g h), a height that is wrong by a share x makes the velocity wrong by x/2.
     """
-    before, after = (checks.positive(name, values[name]) for name in pair)
+    before, after = (checks.positive(name, values[name], MEASURED[name].unit) for name in pair)
     power = 0.5 if pair[0] == "drop_height" else 1.0
     e = (after / before) ** power
     kept = {name: column for name, column in values.items() if name not in pair}

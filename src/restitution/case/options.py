@@ -152,6 +152,9 @@ def _missing_of_material(options: Mapping[str, str], material: Any, of_library: 
         if "temperature" not in options:
             low, high = (celsius(kelvin, 4) for kelvin in material.temperatures[[0, -1]])
             yield f"--temperature, as {name} has all from {low} to {high} °C"
+    one_alone = not isinstance(material, Isotherms | TemperatureRamp) and not _is_at(material, options)
+    if one_alone and "temperature" in options and not {"shift", "wlf"} & options.keys():
+        yield f"--shift or --wlf for --temperature, as {name} has moduli at one alone"
 
 
 def _is_at(material: Any, options: Mapping[str, str]) -> bool:

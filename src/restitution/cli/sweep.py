@@ -147,8 +147,10 @@ def map_(
     from restitution.case.axes import quantity_name, read_axis
     from restitution.case.section import read_toml
     from restitution.case.sweep import plan_case
+    from restitution.quantities import SWEEP_OUTPUTS, choice
     from restitution.sweeps.run import run
 
+    outputs = [choice("--output", name, SWEEP_OUTPUTS) for name in output or ["restitution_coefficient"]]
     path = Path("standard solid") if case is None else case
     data = {} if case is None else read_toml(case)
     read: dict[str, Any] = {}
@@ -170,7 +172,6 @@ def map_(
     if case is None and (missing := [key for name, key in _GROUPS.items() if name not in read]):
         advice = "must be given, e.g. --set nu=0.45; without a case file, nu, p2 and p3 are needed"
         raise cli.BadInput(f"map: {', '.join(missing)}: {advice}")
-    outputs = output or ["restitution_coefficient"]
     if "adhesion" in data or "work" in read:
         # A picture needs no more, and the time of an impact grows with the digits.
         data = data | {"solver": {"rtol": _RTOL_OF_ADHESION} | data.get("solver", {})}
