@@ -154,6 +154,25 @@ def test_exact_angles_are_those_of_oblique_impacts():
     assert of_impact.snippet == result.snippet
 
 
+@pytest.mark.filterwarnings("ignore::restitution.RestitutionWarning")
+@pytest.mark.parametrize("angle", [1.35, (1.3, 1.4)])
+def test_acusolve_has_the_tangential_table(angle):
+    """Where all slides, v_x'/v_x = 1 - mu (1 + e)/tan(angle), which rises with the angle."""
+    friction, speeds = 0.3, np.array([0.02, 0.05, 0.125])
+    result = rs.calibrate((BALL, rs.Body(None)), "acusolve", (0.02, 0.125), points=3, friction=friction, angle=angle)
+    e = rs.solve(rs.collision(BALL, rs.Body(None), speeds)).restitution_coefficient
+    low, high = (1.0 - friction * (1.0 + e) / np.tan(each) for each in (np.min(angle), np.max(angle)))
+    table = result.snippet.split("wall_et_curve_fit_values = {")[1].split("}")[0].strip().splitlines()
+    typed = np.array([[float(x) for x in row.strip(";").split(",")] for row in table])
+    assert typed[:, 0] == pytest.approx(speeds)
+    assert typed[:, 1] == pytest.approx(0.5 * (low + high), abs=1e-5)
+    assert result.angles.spread == pytest.approx(0.5 * np.max(high - low), abs=1e-5)
+    # e_t of a body without spin, and what half of the spread of v_x'/v_x is in it.
+    assert result.angles.calibrated == pytest.approx(3.5 * (1.0 - 0.5 * (low + high)[1]) - 1.0, abs=3.5e-5)
+    assert result.angles.largest_error == pytest.approx(1.75 * (high - low)[1], abs=3.5e-5)
+    assert "wall_et" not in rs.calibrate((BALL, rs.Body(None)), "acusolve", (0.02, 0.125), points=3).snippet
+
+
 @pytest.mark.parametrize(
     ("options", "field"),
     [

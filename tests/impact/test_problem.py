@@ -1,5 +1,6 @@
 """Input of an impact and its error messages."""
 
+import inspect
 import math
 
 import numpy as np
@@ -27,6 +28,12 @@ BALL = Parabola(radius=0.01)
 )
 def test_numbers_out_of_range_are_refused(options, expected):
     assert named(lambda: Impact(RUBBER, BALL, **({"mass": 1.0, "velocity": 1.0} | options))) == expected
+
+
+def test_all_inputs_are_described():
+    lines = {line.strip() for line in inspect.getdoc(Impact).splitlines()}
+    described = {name for line in lines if " : " in line for name in line.split(" : ")[0].split(", ")}
+    assert set(inspect.signature(Impact).parameters) <= described
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The tangential half of the contact law: order, Coulomb's law, energy, rolling, and refusals."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ import pytest
 from refusals import in_one_line
 from restitution import (
     Cone,
+    Ellipsoid,
     FlatPunch,
     Impact,
+    Layer,
     Material,
     Parabola,
     PronySeries,
@@ -277,6 +280,11 @@ def test_compiled_code_gives_the_same():
         (lambda: contact_law(BALL, friction=-0.1), "friction"),
         (lambda: contact_law(BALL, friction=math.inf), "friction"),
         (lambda: contact_law(BALL, friction=[0.1, 0.2]), "friction"),
+        (
+            lambda: contact_law(replace(BALL, profile=Layer(BALL.profile, 0.01, base="frictionless")), friction=0.3),
+            "profile",
+        ),
+        (lambda: contact_law(replace(BALL, profile=Ellipsoid(0.01, 0.02)), friction=0.3), "profile"),
         (lambda: contact_law(BALL, friction=0.3).reduced(1), "friction"),
         (lambda: contact_law(BALL).compiled_slide, "friction"),
         (lambda: (law := contact_law(BALL)).step(law.start(), 1e-5, 1e-5, way=0.0), "way"),

@@ -134,8 +134,8 @@ def calibrate(
         diameter of the first ball and the highest velocity are 1.
     friction : float, optional
         Coefficient of friction [-], > 0, by default that of the impact, if it has one: the text then has friction too,
-        and `angles` e_t over the angle of incidence. For LAMMPS, LIGGGHTS, MercuryDPM, YADE, Kratos, MuJoCo and
-        REBOUND.
+        and `angles` e_t over the angle of incidence. For LAMMPS, LIGGGHTS, MercuryDPM, YADE, Kratos, MuJoCo, REBOUND
+        and AcuSolve.
     angle : tuple of float, or float, optional
         Smallest and largest angle of incidence [rad] from the normal, or one angle, of bodies without spin. The
         default is from 2 to 85 degrees.

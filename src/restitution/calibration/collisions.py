@@ -263,7 +263,7 @@ def _coefficients(name: str, value: Any) -> Array:
 
 # Laws of codes that take the coefficient of restitution itself, over velocity or one for all velocities.
 
-REBOUND = "rebound"
+REBOUND, ACUSOLVE = "rebound", "acusolve"
 EVENTS = tuple(name for name in CODES if name not in LAWS)
 """Names of the codes of events."""
 THRESHOLD = 0.5
@@ -307,6 +307,11 @@ def event_text(law: TableLaw, name: str, threshold: float, angles: Any = None) -
         for key, column in (("slope", angles.slope), ("tangential", angles.exact)):
             numbers[key] = ", ".join(f"{x:.8g}" for x in column)
         numbers |= {"mu": f"{angles.friction:.8g}", "gyration": f"{angles.gyration:.8g}"}
+        if angles.kept is not None:
+            low, high = np.degrees(angles.angle[[0, -1]])
+            rows = (code["row"][0].format(v=v, e=x) for v, x in zip(law.velocity, angles.kept, strict=True))
+            numbers |= {"low": f"{low:.3g}", "high": f"{high:.3g}", "spread": f"{angles.spread:.2g}"}
+            numbers["wall"] = code["between"].join(rows)
     if "row" not in code:
         return text.format(restitution=f"{law.restitution_coefficient[0]:.8g}", threshold=f"{threshold:.8g}")
     pairs = list(zip(law.velocity, law.restitution_coefficient, strict=True))

@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.calibration.collisions import REBOUND, Collisions
+from restitution.calibration.collisions import ACUSOLVE, REBOUND, Collisions
 from restitution.calibration.laws import DAMPING_PER_MASS, Setting, Typed, TypedLaw, loss, scales
 from restitution.checks import Array, single
 from restitution.errors import InputError, RestitutionWarning
 from restitution.impact.oblique import ObliqueResult
+from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.quantities import check
 from restitution.units import MODULUS, NUMBER
@@ -224,8 +225,9 @@ MODELS = {
     "yade-mindlin": Model(Rule("force", False, "spring"), _BY_POISSON, False, _yade),
     "mujoco-solref": Model(None, _FREE, False, _mujoco),
     REBOUND: Model(None, _FREE, False, _friction("mu")),
+    ACUSOLVE: Model(None, _FREE, False, _friction("mu")),
 }
-"""Tangential laws by the name of the target, apart from those of LAMMPS; REBOUND has a table."""
+"""Tangential laws by the name of the target, apart from those of LAMMPS; REBOUND and AcuSolve have tables."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,6 +246,10 @@ class Angles:
         Assumptions of the theory that are doubtful at these angles.
     ratio, number : float
         Tangential over normal stiffness of the code, and the number of its dashpot; NaN where it has none.
+    kept : array or None
+        v_x'/v_x at all velocities of a code with a table of it.
+    spread : float
+        Largest difference of v_x'/v_x from this table, over the velocities and angles.
     """
 
     friction: float
@@ -255,6 +261,8 @@ class Angles:
     warnings: tuple[str, ...] = ()
     ratio: float = math.nan
     number: float = math.nan
+    kept: Array | None = None
+    spread: float = 0.0
 
     @property
     def slope(self) -> Array:
@@ -272,7 +280,7 @@ def over_angles(
 ) -> Angles:
     """Return the tangential numbers of a target with which e_t is nearest over the angles, by its largest difference.
 
-    `law` is None for a code of events, which has a table of the exact e_t.
+    `law` is None for a code of events, which has a table.
     """
     mu, kappa = (single(name, check(name, value)) for name, value in (("friction", friction), ("gyration", gyration)))
     if not _SMOOTHEST <= mu < math.inf:
@@ -280,7 +288,7 @@ def over_angles(
         raise InputError("friction", friction, rule)
     if cases.validity is None:
         raise InputError("friction", friction, "needs the material: it has no meaning with a stated restitution")
-    model, angles = model_of(target, style), _angles(angle, _TABLE if law is None else _ANGLES)
+    model, angles = model_of(target, style), _angles(angle, _TABLE if target == REBOUND else _ANGLES)
     velocity, mass, radius = cases.middle
     impact = vary(cases.pair.impact, {"radius": radius, "mass": mass, "velocity": velocity})
     with warnings.catch_warnings():
@@ -290,6 +298,9 @@ def over_angles(
     assert isinstance(solved, ObliqueResult)
     doubts = tuple(solved.warnings)
     exact, slopes = np.asarray(solved.tangential_restitution_coefficient), np.tan(angles) / mu
+    if target == ACUSOLVE:
+        table = Angles(mu, kappa, velocity, angles, exact, exact, doubts)
+        return _with_table(table, impact, cases.velocity)
     if law is None:
         return Angles(mu, kappa, velocity, angles, exact, exact, doubts)
     case = Case(velocity, mass, radius, kappa)
@@ -300,6 +311,21 @@ def over_angles(
     ratio, number = _nearest(model, model.rule, law, case, slopes, exact)
     calibrated = rebounds(model.rule, law, case, ratio, number, slopes)
     return Angles(mu, kappa, velocity, angles, exact, calibrated, doubts, ratio, number)
+
+
+def _with_table(angles: Angles, impact: Impact, velocities: Array) -> Angles:
+    """Add the table of v_x'/v_x over the normal velocity whose largest difference over the angles is least."""
+    thrown = {"friction": angles.friction, "gyration": angles.gyration, "angle": angles.angle}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RestitutionWarning)
+        solved = solve(vary(impact, {"velocity": velocities[:, None], **thrown}), rtol=_RTOL)
+    assert isinstance(solved, ObliqueResult)
+    mobility = 1.0 + 1.0 / angles.gyration
+    kept = 1.0 - (1.0 + np.asarray(solved.tangential_restitution_coefficient)) / mobility
+    low, high = kept.min(axis=1), kept.max(axis=1)
+    middle, spread = 0.5 * (low + high), 0.5 * float((high - low).max())
+    by_code = mobility * (1.0 - np.interp(angles.velocity, velocities, middle)) - 1.0
+    return replace(angles, calibrated=np.full(angles.exact.size, by_code), kept=middle, spread=spread)
 
 
 def _angles(angle: Any, count: int) -> Array:

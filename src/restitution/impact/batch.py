@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -209,12 +210,29 @@ class Batch:
             return outcomes
 
         block, outcomes = self.solved(run, rtol)
-        columns = self.columns(block, outcomes)
-        if kept is None or outcomes[0, STATUS] != Status.SEPARATED:
-            return columns, None
-        return columns, Solution(
-            block.row(0), float(self.masses[0]), float(self.velocities[0]), kept, self.contact_radii, self.pressures
-        )
+        separates = outcomes[0, STATUS] == Status.SEPARATED
+        return self.columns(block, outcomes), self._solution(block, kept) if separates else None
+
+    def solve_row(self, n: int, rtol: float) -> tuple[Status, Solution | None]:
+        """Solve one row of several, with the solution if the body separates. Power laws are scaled for all at once."""
+        row = self.row(n)
+        if self.profile is not None:
+            columns, solution = row.solve_stored(rtol)
+            return Status(int(columns["status"][0])), solution
+        block = self._power_block.part(n, n + 1)
+        outcomes, kept = solve_stored(block, rtol)
+        return Status(int(outcomes[0, STATUS])), row._solution(block, kept)
+
+    @cached_property
+    def _power_block(self) -> ScaledBlock:
+        return power_block(self)
+
+    def _solution(self, block: ScaledBlock, kept: Stored | None) -> Solution | None:
+        """Return the solution of a batch of one impact; None without stored halves."""
+        if kept is None:
+            return None
+        mass, velocity = float(self.masses[0]), float(self.velocities[0])
+        return Solution(block.row(0), mass, velocity, kept, self.contact_radii, self.pressures)
 
     def sample_forces(self, times: Array, rtol: float) -> Array:
         """Return the forces [N] at ascending times [s] since first touch, shape (n, n_time).

@@ -420,8 +420,8 @@ class Sliders:
     def solve(self, n: int, rtol: float) -> tuple[Status, Slider | None]:
         """Solve the normal half of a row; return its status, and the solver if the body separates."""
         part, row = self._of[n]
-        outcome, solution = part.batch.row(row).solve_stored(normal_rtol(rtol))
-        return Status(int(outcome[STATUS][0])), None if solution is None else part.slider(row, solution)
+        status, solution = part.batch.solve_row(row, normal_rtol(rtol))
+        return status, None if solution is None else part.slider(row, solution)
 
 
 def _ratios(material: Material, counter: Material | None) -> Array:

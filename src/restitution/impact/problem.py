@@ -89,6 +89,21 @@ class Impact:
         Diameters of the bodies of `material` and `counter_material` over the radius of the profile; infinite for a
         flat target. The validity report compares them with the path of waves. By default `material` is that of a flat
         target and the other body is a ball; ``(2, inf)`` is a soft ball on a flat target. `collision` sets them.
+    friction : float or array, optional
+        Coulomb's coefficient mu [-], from 0 to infinity, where nothing slips, for an oblique impact on a half-space.
+    tangential_velocity : float or array
+        Velocity v_x [m/s] of the centre along the surface; of two bodies that of their contact points.
+    spin : float or array
+        Angular velocity w [rad/s] of a single ball about the axis across the plane of motion; > 0 moves its contact
+        point along x.
+    gyration : float or array
+        Moment of inertia over m R^2 [-], > 0: 2/5 of a solid ball, `hollow_gyration` of a hollow one.
+    angle : float or array, optional
+        Angle of incidence [rad] from the normal, > -pi/2 and < pi/2, in place of `tangential_velocity`.
+    speed : float or array, optional
+        Speed u0 [m/s] of the centre, > 0, in place of `velocity`: v0 = u0 cos(angle), v_x = u0 sin(angle).
+    adhesion : Adhesion, optional
+        Attraction of the surfaces, without friction.
 
     Raises
     ------
@@ -97,6 +112,9 @@ class Impact:
 
     Notes
     -----
+    The motion is in one plane. This is exact where no body spins about the normal, and where the contact points move
+    along one line at first and later. Arrays of velocities and spins are several impacts, not vectors.
+
     Quasi-static, small strain, half-space, adhesionless unless `adhesion` is given; `ImpactResult.validity` compares
     these assumptions with the numbers of the impact. Friction is that of Coulomb, and leaves the normal motion as it
     is; see `ObliqueResult`.

@@ -1,5 +1,6 @@
 """Scratch space of one element and the stored halves of an impact, in few arrays, as each costs compile time."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,7 +87,7 @@ class Work(NamedTuple):
 
 def aligned(*shape: int, room: Any = np.zeros) -> Any:
     """Zeros, or room, aligned to the processor's cache lines, so that no row of eight numbers crosses one."""
-    size = int(np.prod(shape))
+    size = math.prod(shape)
     memory = room(size + WIDTH)
     start = -(memory.ctypes.data // 8) % WIDTH
     return memory[start : start + size].reshape(shape)

@@ -9,6 +9,7 @@ import numpy as np
 
 from restitution import quantities
 from restitution.checks import single, single_positive, whole
+from restitution.contact.profiles import as_profile
 from restitution.contact.table import path_table
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
@@ -145,6 +146,7 @@ def contact_law(
         friction = single("friction", quantities.check("friction", friction))
         if math.isinf(friction):
             raise InputError("friction", friction, "must be finite: a contact that never slips has no law with steps")
+        as_profile(impact.profile, "friction")
         shear = reduced_shear_modulus(impact.material, impact.counter_material)
     nodes = _NODES[friction is not None] if max_nodes is None else whole("max_nodes", max_nodes, _FEWEST)
     profile = impact.profile
