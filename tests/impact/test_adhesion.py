@@ -413,7 +413,6 @@ def test_the_first_jump_without_touch_has_a_closed_form():
 
 def test_what_the_theory_does_not_have_is_refused():
     impact = ball(STANDARD, 0.02, 0.3, 0.5)
-    assert in_one_line(lambda: replace(impact, external_force=1.0)).field == "external_force"
     assert in_one_line(lambda: replace(impact, impedance=1.0)).field == "impedance"
     assert in_one_line(lambda: replace(impact, profile=rs.Pyramid(1.2))).field == "profile"
     assert in_one_line(lambda: replace(impact, profile=rs.FlatPunch(1.0))).field == "profile"
@@ -424,8 +423,7 @@ def test_what_the_theory_does_not_have_is_refused():
     assert in_one_line(lambda: rs.solve([impact, replace(impact, adhesion=None)])).field == "impact"
     assert in_one_line(lambda: rs.solve([impact], "elements")).field == "method"
     assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
-    assert in_one_line(lambda: rs.bounces(impact, height=1.0)).field == "with_weight"
-    assert in_one_line(lambda: rs.bounces(impact, with_weight=False, same_spot=True)).field == "same_spot"
+    assert in_one_line(lambda: rs.bounces(impact, same_spot=True)).field == "same_spot"
     plain = rs.solve(replace(impact, adhesion=None))
     assert in_one_line(lambda: plain.to_dataset(["pull_off_force"])).field == "outputs"
     assert in_one_line(lambda: rs.element_history(impact)).field == "adhesion"

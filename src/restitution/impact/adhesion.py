@@ -17,6 +17,7 @@ from restitution.errors import InputError
 from restitution.impact.adhesive import (
     LEAST_RTOL,
     attraction_numbers,
+    balanced,
     marched,
     maugis_numbers,
     problem_of,
@@ -38,7 +39,6 @@ from restitution.quantities import (
     DEFAULT_OUTPUTS,
     IMPACT_OUTPUTS,
     STATUS,
-    derived,
 )
 from restitution.result import Summary, draw
 from restitution.units import VELOCITY, in_words
@@ -95,7 +95,7 @@ class AdhesiveResult(ImpactResult):
     @cached_property
     def energy(self) -> EnergyBudget:
         """Energy budget [J] and the residual of its balance; jumps radiate what they lose."""
-        columns = derived(self._by_name)
+        columns = balanced(self.impact, self._by_name)
         return EnergyBudget(*self._named(**{name: columns[name] for name in BUDGET}))
 
     @property
