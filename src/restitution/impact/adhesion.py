@@ -194,7 +194,7 @@ def solve_with_adhesion(
     """Solve one adhesive impact, an array or a list of them; see `solve`."""
     shape, limit = shape_of(impact), max(rtol, LEAST_RTOL)
     if isinstance(impact, Impact) and not shape and errors != "warn" and (thin := too_thin(impact)):
-        raise SolverError(Status.NOT_ACCURATE, thin)
+        raise SolverError(Status.NOT_ACCURATE, cause=thin)
     columns, march = marched(impact, limit, workers, progress)
     status = columns[STATUS]
     message = failures(np.bincount(status, minlength=len(Status)).tolist(), status.size)
@@ -280,7 +280,7 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
     def run(place: int) -> None:
         single = single_of(impact, place)
         if thin := too_thin(single):
-            raise SolverError(Status.NOT_ACCURATE, thin)
+            raise SolverError(Status.NOT_ACCURATE, cause=thin)
         velocities[place] = sticking(problem_of(single), limit)[0]
 
     run(0)
@@ -288,6 +288,6 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
     missing = np.flatnonzero(np.isnan(velocities))
     if missing.size:
         which = f"impact {missing[0]} of {count}: " if count > 1 else ""
-        raise SolverError(Status.NOT_ACCURATE, f"{which}no velocity found at which capture and rebound meet")
+        raise SolverError(Status.NOT_ACCURATE, cause=f"{which}no velocity found at which capture and rebound meet")
     values = shaped(velocities, impact.shape)
     return values if impact.axes is None else impact.axes.array(values, "sticking_velocity", {"units": VELOCITY.unit})

@@ -116,9 +116,9 @@ class Sticky(NamedTuple):
 
     @property
     def ring(self) -> float:
-        """Width [m] of a thin attracted ring around a contact on the glass: ``pi w E0/(8 sigma0^2)``."""
-        work, stress = (float(np.asarray(value)) for value in (self.adhesion.work, self.adhesion.stress))
-        return math.pi * work * float(self.modulus.instantaneous_modulus) / (8.0 * stress * stress)
+        """Width [m] of a thin attracted ring around a contact on the glass: ``pi h0 E0/(8 sigma0)``."""
+        reach, stress = (float(np.asarray(value)) for value in (self.adhesion.range, self.adhesion.stress))
+        return math.pi * reach * float(self.modulus.instantaneous_modulus) / (8.0 * stress)
 
     def counts(self, width: float, time: float) -> tuple[int, int]:
         """Return the number of elements of the first march, and of the finest, for a largest zone [m] and a time [s].
