@@ -30,6 +30,7 @@ def ball(material, velocity, force, work=None, stress=None):
 STANDARD = solid([4.0], [1.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("material", "work", "stress", "velocity", "force"),
     [((1.0, [4.0], [1.0]), 0.02, 0.3, 0.5, 0.03), ((0.0, [3.0, 1.0], [1.0, 10.0]), 0.01, 0.3, 0.5, 0.02)],

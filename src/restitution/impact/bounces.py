@@ -113,9 +113,9 @@ class Bounces(Result):
     gravity : float
         Acceleration of free fall [m/s2].
     ended : Ending
-        "captured": the weight holds the body. "stuck": the attraction alone does. "sunk": the material is a liquid and the
-        body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height is
-        below `min_height`. "max bounces", "stopped": the body would bounce on.
+        "captured": the weight holds the body. "stuck": the attraction alone does. "sunk": the material is a liquid and
+        the body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height
+        is below `min_height`. "max bounces", "stopped": the body would bounce on.
     impact : Impact
         The first impact.
     validity : Validity

@@ -48,9 +48,7 @@ class Problem(NamedTuple):
 
     def march(self, width: float, time: float, count: int, *, bends: bool = False) -> March:
         """March with elements `width/count` apart and steps of at most `time/count`; see `Sticky.march`."""
-        return self.body.march(
-            width, time, count, mass=self.mass, velocity=self.velocity, load=self.load, bends=bends
-        )
+        return self.body.march(width, time, count, mass=self.mass, velocity=self.velocity, load=self.load, bends=bends)
 
 
 class Solved(NamedTuple):
