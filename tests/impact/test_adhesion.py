@@ -437,6 +437,16 @@ def test_a_zone_that_is_too_thin_is_refused():
     with pytest.raises(SolverError, match="lambda = 5") as caught:
         rs.solve(impact)
     assert caught.value.status == Status.NOT_ACCURATE
+    # Another stress is the remedy, no other tolerance.
+    assert "rtol" not in str(caught.value)
+
+
+def test_the_least_work_of_adhesion_is_none():
+    """The square of its stress vanishes in floating point."""
+    e = rs.solve(ball(STANDARD, 1e-300, 1e-291, 0.5)).restitution_coefficient
+    assert e == pytest.approx(
+        rs.solve(replace(ball(STANDARD, 1.0, 1.0, 0.5), adhesion=None)).restitution_coefficient, abs=1e-5
+    )
 
 
 def wide_spectrum():

@@ -60,6 +60,8 @@ def test_without_work_of_adhesion_it_is_the_impact_without_adhesion():
         assert result.restitution_coefficient == pytest.approx(expected.restitution_coefficient, abs=2e-6)
         assert result.max_force == pytest.approx(expected.max_force, rel=1e-4)
         assert result.residual_indentation_depth == pytest.approx(expected.residual_indentation_depth, abs=1e-5)
+        if result.status == Status.SEPARATED:
+            assert result.max_indentation_depth == pytest.approx(expected.max_indentation_depth, rel=1e-6)
         ends.add(result.status)
     assert ends == {Status.SEPARATED, Status.CAPTURED}
 

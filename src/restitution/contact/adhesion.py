@@ -182,7 +182,7 @@ def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float, lo
 
 
 def least_depth(profile: Profile, modulus: float, load: float) -> float:
-    """Return the depth [m] at which an elastic body carries a load [N] without adhesion; infinite beyond the profile."""
+    """Return the depth [m] at which an elastic body bears a load [N] without adhesion; infinite beyond the profile."""
     from scipy.optimize import brentq
 
     def force(radius: float) -> float:
