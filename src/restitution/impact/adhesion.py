@@ -57,7 +57,8 @@ class AdhesiveResult(ImpactResult):
 
     Times count from the first attraction, at the depth -h0, and the contact time ends with the last attraction.
     Depths, forces and radii are those of `ImpactResult`, with the radius a of the elements that touch. A body that
-    sticks has the status CAPTURED, e = 0, and the depth at rest as its residual depth.
+    sticks has the status CAPTURED, e = 0, and the depth at rest as its residual depth; its largest values are those
+    until it is known to be held. A constant force acts from the first attraction on.
 
     Attributes
     ----------
@@ -236,7 +237,7 @@ def _again(impact: Impact, rtol: float) -> AdhesiveResult:
 
 
 def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
-    """Return the velocity [m/s] below which a body sticks to the surface.
+    """Return the velocity [m/s] below which a body sticks to the surface, also under its weight.
 
     Parameters
     ----------
