@@ -85,6 +85,24 @@ def test_energy_closes_with_the_work_of_the_force_from_the_first_attraction_on()
     assert count >= 3
 
 
+def test_no_random_impact_under_a_force_fails():
+    """Light and heavy bodies, underdamped and overdamped: all leave or are held, and none that leaves gains energy."""
+    rng = np.random.default_rng(13)
+    ends = []
+    for _ in range(60):
+        count = int(rng.integers(0, 4))
+        material = solid(10.0 ** rng.uniform(-1, 1.5, count), 10.0 ** rng.uniform(-2, 2, count))
+        work, velocity = 10.0 ** rng.uniform((-4, -1), (-1.5, 0.2))
+        # The force times a depth is up to three times the energy of the impact.
+        force = 10.0 ** rng.uniform(-4, 0.5) * 0.5 * velocity**1.2
+        result = rs.solve(ball(material, velocity, force, work, 10.0 ** rng.uniform(0, 1.5) * work), rtol=1e-4)
+        ends.append(result.status)
+        if result.status == Status.SEPARATED:
+            assert abs(result.energy.residual) < 1e-3
+            assert result.energy.dissipated >= -1e-6 * result.energy.kinetic_in
+    assert min(ends.count(Status.SEPARATED), ends.count(Status.CAPTURED)) > 10
+
+
 @pytest.mark.parametrize("material", [STANDARD, solid([30.0, 3.0, 0.3], [0.01, 1.0, 1e4])])
 @pytest.mark.parametrize("force", [1e-3, 0.3, 20.0])
 def test_a_body_that_is_held_rests_as_the_static_contact_of_maugis_with_its_weight(material, force):
