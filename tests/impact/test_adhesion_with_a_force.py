@@ -118,6 +118,16 @@ def test_a_body_that_is_held_rests_as_the_static_contact_of_maugis_with_its_weig
     assert result.max_force >= force
 
 
+def test_a_body_that_swings_on_its_weight_is_followed_until_it_turns_back_twice():
+    """It loses some thousandths in a swing, so that its rest is far away; without adhesion it is held, too."""
+    impact = ball(solid([0.002], [1.0]), 0.001, 0.3, 1e-7, 1e-3)
+    assert rs.solve(replace(impact, adhesion=None)).status == Status.CAPTURED
+    result = rs.solve(impact, rtol=1e-4)
+    assert result.status == Status.CAPTURED
+    speed = result.history.indentation_velocity.values
+    assert np.count_nonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0)) == 2
+
+
 def test_a_liquid_under_its_weight_is_held():
     result = rs.solve(ball(solid([3.0], [1.0], 0.0), 0.2, 0.5, 0.01, 0.1))
     assert result.status == Status.CAPTURED
