@@ -135,8 +135,8 @@ def take(material, dt, edge, depth, stiff, stress, elements, contact):
 
 
 @numba.njit
-def impact(material, adhesion, velocity, x, longest):
-    """Return e and the number of jumps of a unit parabola of unit mass."""
+def impact(material, adhesion, velocity, weight, x, longest):
+    """Return e and the number of jumps of a unit parabola of unit mass and of this weight."""
     stress, reach = adhesion
     elements = Elements(x, np.zeros(x.size), np.zeros((material[2].size, x.size)), np.zeros(x.size))
     depth, speed, force, edge, jumps = -reach, velocity, 0.0, 0.0, 0
@@ -145,7 +145,7 @@ def impact(material, adhesion, velocity, x, longest):
     for _ in range(MOST * x.size):
         after, f, high, f_high, stiff, stays = depth, 0.0, edge, 0.0, 1.0, False
         while dt > SHORTEST * longest and not stays:
-            after = depth + dt * speed - 0.5 * dt * dt * force
+            after = depth + dt * speed + 0.5 * dt * dt * (weight - force)
             stiff = unloaded(material, dt, elements)
             f = excess(edge, after, stiff, adhesion, elements)[0]
             if dt > ROUNDED * longest:
@@ -172,7 +172,7 @@ def impact(material, adhesion, velocity, x, longest):
         _, radius, count = excess(new, after, stiff, adhesion, elements)
         before = force
         force = take(material, dt, new, after, stiff, stress, elements, (radius, count))
-        speed -= 0.5 * dt * (before + force)
+        speed += dt * (weight - 0.5 * (before + force))
         moved, depth, edge = abs(new - edge), after, new
         if edge == 0.0 and speed < 0.0:
             return -speed / velocity, jumps
@@ -183,7 +183,7 @@ def impact(material, adhesion, velocity, x, longest):
     return math.nan, jumps
 
 
-def adhesive_restitution(material, work, stress, velocity, *, width=1.0, elements=800):
+def adhesive_restitution(material, work, stress, velocity, *, weight=0.0, width=1.0, elements=800):
     """E of a unit parabola of unit mass and its number of jumps, of second order in the elements and steps.
 
     `material` has the equilibrium modulus, the moduli of the branches, and their times; `width` is the room for the
@@ -192,14 +192,14 @@ def adhesive_restitution(material, work, stress, velocity, *, width=1.0, element
     equilibrium, moduli, times = material
     solid = float(equilibrium), np.array(moduli, dtype=float), np.array(times, dtype=float)
     x = width / elements * (np.arange(elements) + 0.5)
-    e, jumps = impact(solid, (float(stress), work / stress), float(velocity), x, 2.0 / elements)
+    e, jumps = impact(solid, (float(stress), work / stress), float(velocity), float(weight), x, 2.0 / elements)
     return float(e), int(jumps)
 
 
-def extrapolated_restitution(material, work, stress, velocity, *, width=1.0, elements=800):
+def extrapolated_restitution(material, work, stress, velocity, *, weight=0.0, width=1.0, elements=800):
     """E extrapolated from N and 2N elements, and the numbers with both."""
     rough, fine = (
-        adhesive_restitution(material, work, stress, velocity, width=width, elements=n)[0]
+        adhesive_restitution(material, work, stress, velocity, weight=weight, width=width, elements=n)[0]
         for n in (elements, 2 * elements)
     )
     return (4.0 * fine - rough) / 3.0, rough, fine

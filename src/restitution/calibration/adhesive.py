@@ -101,7 +101,7 @@ def collisions(
     pair = pair._replace(impact=impact)
     impacts = replace(impact, velocity=speeds)
     if thin := too_thin(impact):
-        raise SolverError(Status.NOT_ACCURATE, thin)
+        raise SolverError(Status.NOT_ACCURATE, cause=thin)
     columns, _ = marched(impacts, max(rtol, _RTOL), workers, None)
     status = columns[STATUS]
     held = status == Status.CAPTURED
@@ -145,7 +145,7 @@ def nearest(law: AdhesiveLaw, cases: AdhesiveCollisions) -> TypedAdhesive:
         if not ranged or abs(after - length) < 1e-4 * length:
             return typed_adhesive(law, (after, adhesion, loss), contact)
         length = after
-    raise SolverError(Status.NOT_ACCURATE, f"no {law.name} found with the range of the attraction")
+    raise SolverError(Status.NOT_ACCURATE, cause=f"no {law.name} found with the range of the attraction")
 
 
 def _least(law: AdhesiveLaw, cases: AdhesiveCollisions, contact: Contact, reach: float) -> tuple[float, float]:

@@ -385,8 +385,6 @@ class Case:
             if motion.weight is not False and motion.impedance is not None:
                 rule = "must be false: the weight would drive a target with an impedance for ever"
                 refuse(rule, "impact.weight", True)
-            if motion.weight is not False and sections.adhesion is not None:
-                refuse("must be false with [adhesion], whose impacts have no weight", "impact.weight", True)
         impact = self.impact
         if sections.needs_window:
             # What a touch leaves has the time of a flight to recover.

@@ -162,12 +162,12 @@ def static_contact(profile: Profile, modulus: float, adhesion: Adhesion, radius:
     return Static(undisturbed - lift, force, radius, edge)
 
 
-def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float) -> Static:
-    """Return the contact that carries no load, NaN where the profile ends; `radius` [m] is a first guess."""
+def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float, load: float = 0.0) -> Static:
+    """Return the contact that carries a load [N], NaN where the profile ends; `radius` [m] is a first guess."""
     from scipy.optimize import brentq
 
     def force(radius: float) -> float:
-        return static_contact(profile, modulus, adhesion, radius).force
+        return static_contact(profile, modulus, adhesion, radius).force - load
 
     low = high = radius
     while force(high) < 0.0:
@@ -176,9 +176,27 @@ def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float) ->
         low *= 0.5
     ends = force(low), force(high)
     if math.isnan(sum(ends)):
-        return Static(math.nan, 0.0, math.nan, math.nan)
+        return Static(math.nan, load, math.nan, math.nan)
     root: Any = brentq(force, low, high, xtol=_EPSILON * low)
     return static_contact(profile, modulus, adhesion, root)
+
+
+def least_depth(profile: Profile, modulus: float, load: float) -> float:
+    """Return the depth [m] at which an elastic body bears a load [N] without adhesion; infinite beyond the profile."""
+    from scipy.optimize import brentq
+
+    def force(radius: float) -> float:
+        return 2.0 * modulus * float(profile.force_integral(radius)) - load
+
+    low = high = min(1e-3, float(np.asarray(profile.max_contact_radius)))
+    while force(low) > 0.0:
+        low *= 0.5
+    while force(high) < 0.0:
+        high *= 2.0
+    if math.isnan(force(high)) or high > profile.max_contact_radius:
+        return math.inf
+    root: Any = brentq(force, low, high, xtol=_EPSILON * low)
+    return float(profile.transform(root))
 
 
 def require_smooth(profile: Profile) -> None:

@@ -270,7 +270,7 @@ def bounces(state: Mapping[str, Any]) -> Answer:
     problem = _wide(state, 2.0 * motion.impact_velocity / motion.gravity)
     result = rs.bounces(
         problem, gravity=motion.gravity, max_bounces=_MOST_BOUNCES, stop=late, rtol=rtol,
-        with_weight=sections.adhesion is None, same_spot=sections.bounces.same_spot,
+        same_spot=sections.bounces.same_spot,
         min_height=_LEAST_RISE * motion.impact_velocity**2 / (2.0 * motion.gravity),
     )  # fmt: skip
     table = result.to_dataset()

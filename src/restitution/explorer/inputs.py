@@ -335,8 +335,8 @@ def _body_inputs() -> Iterator[Input]:
     yield _number("adhesion.work", ADHESION_INPUTS["work"], {"sticking": ["stress", "range"]})
     for name in ("stress", "range"):
         yield _number(f"adhesion.{name}", ADHESION_INPUTS[name], {"sticking": [name]})
-    held = {"sticking": [_NONE], "target": [HALF_SPACE, LAYER, BALL]}
-    yield _number("impact.external_force", INPUTS["external_force"], {**held, **_CONSTANTS_ENTRY})
+    held = {"target": [HALF_SPACE, LAYER, BALL], **_CONSTANTS_ENTRY}
+    yield _number("impact.external_force", INPUTS["external_force"], held)
     words = "smallest dimension of the target, 0 if unknown"
     yield _number("impact.body_size", Quantity("body_size", units.LENGTH, words, low=0.0, open=False))
     # It decides which one of the two radiates waves; the impact is the same.

@@ -167,7 +167,9 @@ class Rebounds(Observations):
         self.profile = profile_of(self.radius, profile)
         self._impact = impacts_of(self.profile, self.mass, self.velocity, self.external_force)
         if self.adhesion:
-            replace(self._impact, adhesion=Adhesion(1.0))  # which refuses bodies and forces without a theory
+            replace(self._impact, adhesion=Adhesion(1.0))  # which refuses bodies without a theory
+            if np.any(self.external_force):
+                raise InputError("external_force", self.external_force, "must be 0 with adhesion", "N")
         self.measured = {name: columns[name] for name in _NAMES if name in measured}
         self.restitution_coefficient = self.measured["restitution_coefficient"]
         self.contact_time, self.max_force = self.measured.get("contact_time"), self.measured.get("max_force")

@@ -17,6 +17,7 @@ from restitution.errors import InputError
 from restitution.impact.adhesive import (
     LEAST_RTOL,
     attraction_numbers,
+    balanced,
     marched,
     maugis_numbers,
     problem_of,
@@ -38,7 +39,6 @@ from restitution.quantities import (
     DEFAULT_OUTPUTS,
     IMPACT_OUTPUTS,
     STATUS,
-    derived,
 )
 from restitution.result import Summary, draw
 from restitution.units import VELOCITY, in_words
@@ -57,7 +57,8 @@ class AdhesiveResult(ImpactResult):
 
     Times count from the first attraction, at the depth -h0, and the contact time ends with the last attraction.
     Depths, forces and radii are those of `ImpactResult`, with the radius a of the elements that touch. A body that
-    sticks has the status CAPTURED, e = 0, and the depth at rest as its residual depth.
+    sticks has the status CAPTURED, e = 0, and the depth at rest as its residual depth; its largest values are those
+    until it is known to be held. A constant force acts from the first attraction on.
 
     Attributes
     ----------
@@ -95,7 +96,7 @@ class AdhesiveResult(ImpactResult):
     @cached_property
     def energy(self) -> EnergyBudget:
         """Energy budget [J] and the residual of its balance; jumps radiate what they lose."""
-        columns = derived(self._by_name)
+        columns = balanced(self.impact, self._by_name)
         return EnergyBudget(*self._named(**{name: columns[name] for name in BUDGET}))
 
     @property
@@ -194,7 +195,7 @@ def solve_with_adhesion(
     """Solve one adhesive impact, an array or a list of them; see `solve`."""
     shape, limit = shape_of(impact), max(rtol, LEAST_RTOL)
     if isinstance(impact, Impact) and not shape and errors != "warn" and (thin := too_thin(impact)):
-        raise SolverError(Status.NOT_ACCURATE, thin)
+        raise SolverError(Status.NOT_ACCURATE, cause=thin)
     columns, march = marched(impact, limit, workers, progress)
     status = columns[STATUS]
     message = failures(np.bincount(status, minlength=len(Status)).tolist(), status.size)
@@ -236,7 +237,7 @@ def _again(impact: Impact, rtol: float) -> AdhesiveResult:
 
 
 def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
-    """Return the velocity [m/s] below which a body sticks to the surface.
+    """Return the velocity [m/s] below which a body sticks to the surface, also under its weight.
 
     Parameters
     ----------
@@ -280,7 +281,7 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
     def run(place: int) -> None:
         single = single_of(impact, place)
         if thin := too_thin(single):
-            raise SolverError(Status.NOT_ACCURATE, thin)
+            raise SolverError(Status.NOT_ACCURATE, cause=thin)
         velocities[place] = sticking(problem_of(single), limit)[0]
 
     run(0)
@@ -288,6 +289,6 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
     missing = np.flatnonzero(np.isnan(velocities))
     if missing.size:
         which = f"impact {missing[0]} of {count}: " if count > 1 else ""
-        raise SolverError(Status.NOT_ACCURATE, f"{which}no velocity found at which capture and rebound meet")
+        raise SolverError(Status.NOT_ACCURATE, cause=f"{which}no velocity found at which capture and rebound meet")
     values = shaped(velocities, impact.shape)
     return values if impact.axes is None else impact.axes.array(values, "sticking_velocity", {"units": VELOCITY.unit})

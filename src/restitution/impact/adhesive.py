@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from restitution.checks import Array, Numeric
-from restitution.contact.adhesion import maugis_number, rest
+from restitution.contact.adhesion import least_depth, maugis_number, rest
 from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive
 from restitution.impact.members import of_each, shape_of, single_of
 from restitution.impact.solution import Progress
 from restitution.impact.status import Status
-from restitution.indentation.attraction import March, sticky
+from restitution.indentation.attraction import UNLOADED, Load, March, Sticky, sticky
 from restitution.parallel import on_threads
 from restitution.quantities import BODY, IMPACT_OUTPUTS, STATUS, derived
 from restitution.units import in_words
@@ -58,8 +58,23 @@ def attraction_numbers(impact: Impact | list[Impact], columns: Mapping[str, Any]
 def problem_of(impact: Impact) -> Problem:
     """Return the numbers of a single impact; refuse what the theory does not have."""
     assert impact.adhesion is not None
-    body = sticky(impact.contact, impact.adhesion)
-    return Problem(body, float(impact.mass), float(impact.velocity))
+    body, force = sticky(impact.contact, impact.adhesion), float(impact.external_force)
+    load = Load(force, _least_energy(body, force)) if force > 0.0 else UNLOADED
+    return Problem(body, float(impact.mass), float(impact.velocity), load)
+
+
+def _least_energy(body: Sticky, force: float) -> float:
+    """Return a bound [J] below which no body leaves under a constant force.
+
+    A surface without load that is still indented has the least energy where it has the shape of a contact without
+    adhesion on an elastic body of the compliance ``Jinf - J0``. With the force this energy is -int d dF >= -d F.
+    """
+    glass, static = float(body.modulus.instantaneous_modulus), float(body.modulus.equilibrium_modulus)
+    if not glass > static:
+        return 0.0
+    # A liquid may always leave.
+    depth = least_depth(body.profile, glass * static / (glass - static), force) if static > 0.0 else math.inf
+    return -force * depth
 
 
 def too_thin(impact: Impact) -> str:
@@ -83,8 +98,22 @@ def adhesive_columns(
     numbers = of_each(impact, lambda single: [getattr(single, name) for name in BODY])
     shape = shape_of(impact)
     bodies = {name: np.broadcast_to(each, shape).reshape(-1) for name, each in zip(BODY, numbers, strict=True)}
-    outputs = derived(columns | bodies)
+    outputs = balanced(impact, columns | bodies)
     return {name: outputs[name] for name in (*IMPACT_OUTPUTS, STATUS) if name in outputs}
+
+
+def balanced(impact: Impact | list[Impact], columns: Mapping[str, Any]) -> dict[str, Any]:
+    """Return columns of outputs and of `BODY` with all outputs that follow; a force works from the depth -h0 on."""
+    (reach,) = of_each(impact, _range)
+    outputs, way = derived(columns), np.broadcast_to(reach, shape_of(impact))
+    residual = outputs["energy_residual"]
+    work = columns["external_force"] * way.reshape(np.shape(residual))
+    return outputs | {"energy_residual": residual - work / outputs["kinetic_energy_in"]}
+
+
+def _range(impact: Impact) -> list[Any]:
+    assert impact.adhesion is not None
+    return [impact.adhesion.range]
 
 
 def marched(
@@ -145,13 +174,13 @@ def _zone_width(march: March) -> float:
 
 def _at_rest(problem: Problem, solved: Solved) -> Solved:
     """Return the result of a captured body with the depth at which it comes to rest, that of a profile with room."""
-    body, march = problem.body, solved.march
+    body, march, force = problem.body, solved.march, problem.load.force
     static = float(body.modulus.equilibrium_modulus)
     numbers = dict(solved.numbers)
     depth = radius = math.inf
     if static > 0.0:
         assert march is not None
-        held = rest(body.profile, static, body.adhesion, march.widest)
+        held = rest(body.profile, static, body.adhesion, march.widest, force)
         depth, radius = held.depth, held.radius
         if math.isnan(depth):
             return solved._replace(status=Status.TOO_DEEP)
@@ -159,6 +188,7 @@ def _at_rest(problem: Problem, solved: Solved) -> Solved:
         "residual_indentation_depth": depth, "contact_time": math.inf, "touching_time": math.inf,
         "max_indentation_depth": max(numbers["max_indentation_depth"], depth),
         "max_contact_radius": max(numbers["max_contact_radius"], radius),
+        "max_force": max(numbers["max_force"], force),
         "dissipated_energy": math.nan, "radiated_energy": math.nan, "stored_energy": math.nan,
     }  # fmt: skip
     return solved._replace(numbers=numbers)

@@ -114,9 +114,9 @@ class Bounces(Result):
     gravity : float
         Acceleration of free fall [m/s2].
     ended : Ending
-        "captured": the weight holds the body. "stuck": the attraction does. "sunk": the material is a liquid and the
-        body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height is
-        below `min_height`. "max bounces", "stopped": the body would bounce on. "unsolved": so it would, but its
+        "captured": the weight holds the body. "stuck": the attraction alone does. "sunk": the material is a liquid and
+        the body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height
+        is below `min_height`. "max bounces", "stopped": the body would bounce on. "unsolved": so it would, but its
         next touch on the same spot could not be solved; a warning has the reason.
     impact : Impact
         The first impact.
@@ -232,7 +232,7 @@ def bounces(
         Acceleration of free fall g [m/s2], > 0.
     with_weight : bool
         Whether the weight m g also acts during contact. It must be False where the target has an impedance, as the
-        weight would drive such a target for ever, and with adhesion, whose impacts have no force beside the contact.
+        weight would drive such a target for ever.
     max_bounces : int
         Largest number of bounces, >= 1.
     min_height : float, optional
@@ -254,7 +254,7 @@ def bounces(
     ------
     InputError
         If a number is out of range, `impact` is not a single impact, friction meets `same_spot` or a body without
-        the radius of a ball, or adhesion meets `same_spot` or the weight.
+        the radius of a ball, or adhesion meets `same_spot`.
     SolverError
         If the solve of a bounce fails.
 
@@ -345,9 +345,6 @@ def _first_impact(impact: Impact, height: float | None, gravity: float, with_wei
     if truth("with_weight", with_weight) and math.isfinite(impact.impedance):
         rule = "must be False where the target has an impedance, as the weight would drive such a target for ever"
         raise InputError("with_weight", with_weight, rule)
-    if with_weight and impact.adhesion is not None:
-        rule = "must be False with adhesion, whose impacts have no force beside that of the contact"
-        raise InputError("with_weight", with_weight, rule)
     if impact.friction is not None and not (impact.is_single_body and np.isfinite(impact.profile.ball_radius)):
         raise InputError(
             "friction", impact.friction, "must be None for bounces of a body without the radius of a ball"
@@ -433,7 +430,7 @@ def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> End
     # In an imprint the rise counts from the separation.
     depth = float(touch.result.residual_indentation_depth)
     reasons = {
-        Ending.STUCK: touch.result.status == Status.CAPTURED and touch.impact.adhesion is not None,
+        Ending.STUCK: touch.result.status == Status.CAPTURED and _sticks(touch.impact),
         Ending.CAPTURED: touch.result.status == Status.CAPTURED,
         Ending.SUNK: touch.result.status == Status.SINKS_IN,
         Ending.BELOW_SURFACE: touch.height <= 0.0 and not touch.in_imprint,
@@ -443,6 +440,13 @@ def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> End
         Ending.STOPPED: is_stopped,
     }
     return next((ending for ending, holds in reasons.items() if holds), None)
+
+
+def _sticks(impact: Impact) -> bool:
+    """Return whether a body that a contact holds would stay without its weight, too."""
+    if impact.adhesion is None or not np.any(impact.external_force):
+        return impact.adhesion is not None
+    return solve(replace(impact, external_force=0.0), rtol=1e-3).status == Status.CAPTURED
 
 
 def _columns(touches: list[_Touch], gravity: float) -> tuple[dict[str, Array], Array]:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from restitution.impact.status import Status
-from restitution.indentation.attraction import FILLED, ROOM, WIDER, March, Sticky, peak
+from restitution.indentation.attraction import FILLED, ROOM, UNLOADED, WIDER, Load, March, Sticky, peak
 from restitution.numerics.richardson import Richardson
 
 # Elements of the march that finds the scales.
@@ -44,10 +44,11 @@ class Problem(NamedTuple):
     body: Sticky
     mass: float
     velocity: float
+    load: Load = UNLOADED
 
     def march(self, width: float, time: float, count: int, *, bends: bool = False) -> March:
         """March with elements `width/count` apart and steps of at most `time/count`; see `Sticky.march`."""
-        return self.body.march(width, time, count, mass=self.mass, velocity=self.velocity, bends=bends)
+        return self.body.march(width, time, count, mass=self.mass, velocity=self.velocity, load=self.load, bends=bends)
 
 
 class Solved(NamedTuple):
@@ -142,7 +143,8 @@ def scales(problem: Problem) -> tuple[float, float]:
 
     width = min(_first_width(problem), _widest(problem))
     body = problem.body
-    time = 4.0 * float(body.profile.transform(width) + np.asarray(body.adhesion.range)) / problem.velocity
+    way = float(body.profile.transform(width) + np.asarray(body.adhesion.range))
+    time = 4.0 * way / math.hypot(problem.velocity, math.sqrt(2.0 * problem.load.force * way / problem.mass))
     for _ in range(_TRIALS):
         march = problem.march(width, time, _SCALING)
         if march.end == NO_ROOM:
@@ -164,12 +166,14 @@ def _first_width(problem: Problem) -> float:
     """Return a contact radius [m] at which the elastic energy is that of the body and of the attraction."""
     body = problem.body
     stiff, work = float(body.modulus.instantaneous_modulus), float(np.asarray(body.adhesion.work))
-    kinetic = 0.5 * problem.mass * problem.velocity**2
+    kinetic, force = 0.5 * problem.mass * problem.velocity**2, problem.load.force
+    reach = float(np.asarray(body.adhesion.range))
 
     def holds(width: float) -> bool:
-        return stiff * float(body.profile.transform(width)) ** 2 * width < kinetic + work * math.pi * width**2
+        depth = float(body.profile.transform(width))
+        return stiff * depth**2 * width < kinetic + work * math.pi * width**2 + force * (depth + reach)
 
-    width = float(np.asarray(body.adhesion.range))
+    width = reach
     while not holds(width):
         width /= WIDER
     while holds(width):
@@ -184,11 +188,12 @@ def _numbers(problem: Problem, march: March) -> dict[str, float]:
     out = 0.5 * problem.mass * float(speed[-1]) ** 2
     touching = np.flatnonzero(radius > 0.0)
     touch = float(time[touching[-1]] - time[touching[0]]) if touching.size else 0.0
-    turn = np.flatnonzero((speed[:-1] > 0.0) & (speed[1:] <= 0.0) & (force[:-1] > 0.0))
+    net = force - problem.load.force
+    turn = np.flatnonzero((speed[:-1] > 0.0) & (speed[1:] <= 0.0) & (net[:-1] > 0.0))
     deepest = float(depth.max())
     if turn.size:
         n = int(turn[0])
-        deepest = max(deepest, float(depth[n]) + 0.5 * problem.mass * float(speed[n]) ** 2 / float(force[n]))
+        deepest = max(deepest, float(depth[n]) + 0.5 * problem.mass * float(speed[n]) ** 2 / float(net[n]))
     return {
         "energy": out / kinetic, "contact_time": float(time[-1]), "max_indentation_depth": deepest,
         "max_force": max(peak(march.motion, force)[0], 0.0), "max_contact_radius": peak(march.motion, radius)[0],

@@ -178,8 +178,6 @@ class Impact:
     def _check_adhesion(self) -> None:
         """Refuse what the theory of adhesive impacts does not have."""
         require_smooth(as_profile(self.profile, "adhesion"))
-        if np.any(self.external_force):
-            raise InputError("external_force", self.external_force, "must be 0 with adhesion", "N")
         if self.friction is not None:
             raise InputError("friction", self.friction, "must be left out with adhesion")
         if np.any(np.isfinite(self.impedance)):

@@ -45,10 +45,13 @@ class Status(Outcome):
 
 
 class SolverError(RuntimeError):
-    """Error of a solve without a trustworthy result; its attribute `status` is the reason."""
+    """Error of a solve without a trustworthy result; its attribute `status` is the reason.
 
-    def __init__(self, status: Status, detail: str = "") -> None:
-        super().__init__(f"{status.name}: {status.message}" + (f" ({detail})" if detail else ""))
+    A `cause` takes the place of the message of the status, where another remedy helps.
+    """
+
+    def __init__(self, status: Status, detail: str = "", *, cause: str = "") -> None:
+        super().__init__(f"{status.name}: {cause or status.message}" + (f" ({detail})" if detail else ""))
         self.status = status
 
 

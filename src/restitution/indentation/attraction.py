@@ -94,6 +94,19 @@ class Program(NamedTuple):
     stiffness: float | None = None
 
 
+class Load(NamedTuple):
+    """Constant force [N] towards the surface, and the least energy [J] that a body may have and leave.
+
+    The energy includes that of the force, which is 0 at the first attraction.
+    """
+
+    force: float
+    floor: float
+
+
+UNLOADED = Load(0.0, 0.0)
+
+
 class Sticky(NamedTuple):
     """Contact of one adhesive body in SI."""
 
@@ -103,9 +116,9 @@ class Sticky(NamedTuple):
 
     @property
     def ring(self) -> float:
-        """Width [m] of a thin attracted ring around a contact on the glass: ``pi w E0/(8 sigma0^2)``."""
-        work, stress = (float(np.asarray(value)) for value in (self.adhesion.work, self.adhesion.stress))
-        return math.pi * work * float(self.modulus.instantaneous_modulus) / (8.0 * stress * stress)
+        """Width [m] of a thin attracted ring around a contact on the glass: ``pi h0 E0/(8 sigma0)``."""
+        reach, stress = (float(np.asarray(value)) for value in (self.adhesion.range, self.adhesion.stress))
+        return math.pi * reach * float(self.modulus.instantaneous_modulus) / (8.0 * stress)
 
     def counts(self, width: float, time: float) -> tuple[int, int]:
         """Return the number of elements of the first march, and of the finest, for a largest zone [m] and a time [s].
@@ -137,11 +150,13 @@ class Sticky(NamedTuple):
         return self.ring * count >= _RESOLVED * width
 
     def march(
-        self, width: float, time: float, count: int, *, mass: float, velocity: float, bends: bool = False
-    ) -> March:
+        self, width: float, time: float, count: int, *, mass: float, velocity: float, load: Load = UNLOADED,
+        bends: bool = False,
+    ) -> March:  # fmt: skip
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
 
         `width` [m] is the largest radius of the zone, `time` [s] the duration, `velocity` [m/s] that at the start.
+        A load acts towards the surface.
         With `bends` gaps have a form at the edge that takes a ring of some elements.
         """
         from restitution.kernel import adhesion as kernel
@@ -151,8 +166,10 @@ class Sticky(NamedTuple):
         bodies, room = scaled.begin(count, mass, _ROWS * min(count, MOST) + _FINE_ROWS * max(count - MOST, 0))
         room.counts[zone.BENDS_] = int(bends)
         speed = velocity * time / width
+        push = scaled.modulus * width**2
+        bodies, floor = bodies._replace(load=load.force / push), load.floor / (push * width)
         return scaled.result(
-            self._whole(room, lambda most: kernel.march(scaled.solid, bodies, speed, most, room)), room
+            self._whole(room, lambda most: kernel.march(scaled.solid, bodies, speed, floor, most, room)), room
         )
 
     def follow(self, width: float, program: Program, count: int) -> March:

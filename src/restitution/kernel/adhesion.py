@@ -76,6 +76,7 @@ from restitution.kernel.zone import (
     TOO_LONG,
     TOP_,
     TRIED_,
+    TURNED_,
     V_,
     VISCOUS_,
     WAITS_,
@@ -104,8 +105,11 @@ _SHORTER, _ASIDE = 0.75, 0.02
 _LINEAR = 1e-3
 # Share of a history that is rounding of its times.
 _ROUNDING = 1e-12
-# Steps between looks at the energy, and its share of the kinetic one by which it is below zero for sure.
+# Steps between looks at the energy, and its share of the kinetic one by which it is below its bound for sure.
 _OFTEN, _SURE = 16, 1e-3
+# Under a force: turns towards the surface that show a body to be held. It is also where it creeps: what it lacks to
+# balance, over the force, and its kinetic energy over the work of the force.
+_TURNS, _UNBALANCED, _CREEPING = 2, 1e-2, 1e-3
 
 
 @compiled
@@ -273,7 +277,7 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
             target[i] = source[i]
     now[VISCOUS_] += 2.0 * h * _take_ring(solid, dt, depth, ring, top, room)
     if not bodies.sprung:
-        now[V_] -= 0.5 * dt * (now[F_] + force) / bodies.mass
+        now[V_] += dt * (bodies.load - 0.5 * (now[F_] + force)) / bodies.mass
     elif dt > 0.0:
         now[V_] = (depth - now[D_]) / dt
     now[T_] += dt
@@ -487,8 +491,22 @@ def _surface_energy(solid: Solid, bodies: Bodies, room: Room) -> float:
 
 @inlined
 def _energy(solid: Solid, bodies: Bodies, room: Room) -> float:
-    """Return the energy of body, surface and attraction over that of rest far apart."""
+    """Return the energy of body, surface and attraction over that of rest far apart, without that of the load."""
     return _surface_energy(solid, bodies, room) + 0.5 * bodies.mass * room.now[V_] * room.now[V_]
+
+
+@inlined
+def _is_held(solid: Solid, bodies: Bodies, floor: float, room: Room) -> bool:
+    """Return whether the body cannot leave: a force has turned it back or lets it creep, or its energy is too low."""
+    n, now = room.counts[STEPS_] - 1, room.now
+    work = bodies.load * (now[D_] + bodies.reach)
+    if bodies.load > 0.0 and n > 0 and now[C_] > 0.0:
+        if room.motion[n - 1, V_] < 0.0 <= now[V_]:
+            room.counts[TURNED_] += 1
+        balanced = abs(now[F_] - bodies.load) < _UNBALANCED * bodies.load
+        if room.counts[TURNED_] >= _TURNS or (balanced and 0.5 * bodies.mass * now[V_] ** 2 < _CREEPING * work):
+            return True
+    return n % _OFTEN == 0 and _energy(solid, bodies, room) - work < floor
 
 
 @inlined
@@ -532,14 +550,14 @@ def _with_line(bodies: Bodies, knots: Any, values: Any, now: float, k: int) -> B
 
 
 @entry_point
-def march(solid: Solid, bodies: Bodies, velocity: float, most: int, room: Room) -> int:
+def march(solid: Solid, bodies: Bodies, velocity: float, floor: float, most: int, room: Room) -> int:
     """Follow the body from the first attraction, at the depth -h0, until it has left or is held.
 
-    After a number of steps the status is PAUSED, and the next call goes on. Energy only falls, and a body that has
-    left has its kinetic energy at least: with less than none it is held.
+    After a number of steps the status is PAUSED, and the next call goes on. Energy only falls. `floor` is the least
+    that a body which leaves may have, with that of the load from the start on; with less it is held.
     """
     now, counts, ends = room.now, room.counts, room.ends
-    least = -_SURE * 0.5 * bodies.mass * velocity * velocity
+    least = floor - _SURE * 0.5 * bodies.mass * velocity * velocity
     status = -1
     if counts[STEPS_] == 0:
         now[V_] = velocity
@@ -547,8 +565,7 @@ def march(solid: Solid, bodies: Bodies, velocity: float, most: int, room: Room) 
         status = _jump(solid, bodies, 1, room)
     stop = counts[STEPS_] + most
     while status < 0:
-        n = counts[STEPS_]
-        if n >= stop:
+        if counts[STEPS_] >= stop:
             return PAUSED
         if not _record(room):
             status = TOO_LONG
@@ -559,12 +576,14 @@ def march(solid: Solid, bodies: Bodies, velocity: float, most: int, room: Room) 
             status = NOT_DISC
         elif _is_apart(solid, room):
             status = SEPARATED
-        elif n % _OFTEN == 0 and _energy(solid, bodies, room) < least:
+        elif _is_held(solid, bodies, least, room):
             status = HELD
         else:
             status = step_zone(solid, bodies, room)
     ends[LEFT_] = _energy(solid, bodies, room)
-    return HELD if status == TOO_LONG and ends[LEFT_] < 0.0 else status
+    if status == TOO_LONG:
+        return HELD if ends[LEFT_] - bodies.load * (now[D_] + bodies.reach) < floor else status
+    return status
 
 
 @entry_point

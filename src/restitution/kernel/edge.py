@@ -146,7 +146,7 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
             # A pull beyond that of the zone takes the body away.
             return target if bodies.load + dt * bodies.pace < 0.0 or edge > 0.0 else -target
     else:
-        depth = now[D_] + dt * (now[V_] - 0.5 * dt * now[F_] / bodies.mass)
+        depth = now[D_] + dt * (now[V_] + 0.5 * dt * (bodies.load - now[F_]) / bodies.mass)
         count = _front(solid, bodies, dt, edge, depth, room)
     counts[IN1_] = count
     ends[DEPTH_NOW_] = depth

@@ -35,11 +35,12 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # Members of `counts`: elements that follow at the start and at the end of a step, first element that does not wait,
 # and the first one behind it that waits, elements that may have memory, 1 if elements may wait, 1 if gaps have the
 # form of `_bend`, rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold,
-# elements astray from the disc, first cell with weights, first cell of the tail, line of the program.
+# elements astray from the disc, first cell with weights, first cell of the tail, line of the program, turns of the
+# body towards the surface.
 (
     IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, BENDS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_,
-    N_COUNTS
-) = range(16)  # fmt: skip
+    TURNED_, N_COUNTS
+) = range(17)  # fmt: skip
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
 # which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
 # equilibrium modulus; over the tail, sums of the weight, and of the weight with undeformed gap, cohesive load at the
@@ -68,7 +69,8 @@ class Bodies(NamedTuple):
     """Numbers of the contact apart from the solid.
 
     A body that is `sprung` has no mass: its depth d follows from ``F = load + pace t - stiffness d`` with the time t
-    over the step. A spring of stiffness k has load k z with its base at z; a prescribed force has no stiffness.
+    over the step. A spring of stiffness k has load k z with its base at z; a prescribed force has no stiffness. A body
+    with a mass has the load as a constant force towards the surface.
     """
 
     stress: float

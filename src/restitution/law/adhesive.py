@@ -184,7 +184,7 @@ def adhesive_law(impact: Impact, elements: int | None, max_depth: float | None) 
         raise InputError("impact", rule=f"must be single with adhesion, but has shape {impact.shape}")
     count = _ELEMENTS if elements is None else whole("elements", elements, _FEWEST, _LARGEST)
     if thin := too_thin(impact):
-        raise SolverError(Status.NOT_ACCURATE, thin)
+        raise SolverError(Status.NOT_ACCURATE, cause=thin)
     problem = problem_of(impact)
     width, time = scales(problem)
     if not math.isfinite(width):
