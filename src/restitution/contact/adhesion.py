@@ -181,24 +181,6 @@ def rest(profile: Profile, modulus: float, adhesion: Adhesion, radius: float, lo
     return static_contact(profile, modulus, adhesion, root)
 
 
-def least_depth(profile: Profile, modulus: float, load: float) -> float:
-    """Return the depth [m] at which an elastic body bears a load [N] without adhesion; infinite beyond the profile."""
-    from scipy.optimize import brentq
-
-    def force(radius: float) -> float:
-        return 2.0 * modulus * float(profile.force_integral(radius)) - load
-
-    low = high = min(1e-3, float(np.asarray(profile.max_contact_radius)))
-    while force(low) > 0.0:
-        low *= 0.5
-    while force(high) < 0.0:
-        high *= 2.0
-    if math.isnan(force(high)) or high > profile.max_contact_radius:
-        return math.inf
-    root: Any = brentq(force, low, high, xtol=_EPSILON * low)
-    return float(profile.transform(root))
-
-
 def require_smooth(profile: Profile) -> None:
     """Refuse a profile with a flat face or an edge, for which the theory has no front of contact."""
     if np.any(np.asarray(profile.contact_radius(0.0)) > 0.0) or profile.joints.size:

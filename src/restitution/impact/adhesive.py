@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from restitution.checks import Array, Numeric
-from restitution.contact.adhesion import least_depth, maugis_number, rest
+from restitution.contact.adhesion import maugis_number, rest
 from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive
 from restitution.impact.members import of_each, shape_of, single_of
 from restitution.impact.solution import Progress
@@ -69,12 +69,18 @@ def _least_energy(body: Sticky, force: float) -> float:
     A surface without load that is still indented has the least energy where it has the shape of a contact without
     adhesion on an elastic body of the compliance ``Jinf - J0``. With the force this energy is -int d dF >= -d F.
     """
+    from restitution.indentation.panels import largest_depth
+    from restitution.material.prony import PronySeries
+
     glass, static = float(body.modulus.instantaneous_modulus), float(body.modulus.equilibrium_modulus)
     if not glass > static:
         return 0.0
-    # A liquid may always leave.
-    depth = least_depth(body.profile, glass * static / (glass - static), force) if static > 0.0 else math.inf
-    return -force * depth
+    if static == 0.0:
+        # A liquid may always leave.
+        return -math.inf
+    depth = largest_depth(PronySeries(glass * static / (glass - static)), body.profile, force, 0.0)
+    # Beyond the profile no depth is a bound.
+    return -math.inf if depth >= float(body.profile.max_depth) else -force * depth
 
 
 def too_thin(impact: Impact) -> str:
