@@ -373,40 +373,45 @@ class Solution:
         return np.append(self.units.equilibrium, self.units.moduli)
 
     @cached_property
-    def _rows(self) -> tuple[Array, Array]:
-        """Rows s, v, t, F and H_k of the elements of both halves, shape (E, n, S + 1)."""
-        work, ledger = self.stored.work, self.stored.ledger
-        return (
-            np.concatenate([work.approach[:, : F_ + 1], ledger.approach[:, :-2:3]], axis=1),
-            np.concatenate([work.rebound[:, : F_ + 1], ledger.rebound[:, :-4]], axis=1),
-        )
-
-    @cached_property
     def halves(self) -> Halves:
         """Both halves for the kernel."""
         from restitution.kernel.sliding import Halves
         from restitution.kernel.workspace import BACK_LENGTH, BACK_START, LENGTH, START
 
-        places, (approach, rebound) = self.stored.work.places, self._rows
-        first, back = len(approach), len(rebound)
+        work, scheme = self.stored.work, self.scheme
+        first, back = len(work.approach), len(work.rebound)
+        starts, lengths = (
+            np.concatenate([work.places[row, :first], work.places[other, :back]])
+            for row, other in ((START, BACK_START), (LENGTH, BACK_LENGTH))
+        )
+        rows = np.concatenate([work.approach, work.rebound])
+        paces = np.concatenate([2.0 * work.approach[:, S_, 1:], work.slopes])
         return Halves(
-            self.scheme.c, self.scheme.weights, (places[START, :first], places[LENGTH, :first], approach),
-            (places[BACK_START, :back], places[BACK_LENGTH, :back], rebound), self.sigma_m, self.stored.problem.path,
+            scheme.c, scheme.weights, scheme.columns, scheme.identity, starts, lengths, rows, paces, first,
+            self.sigma_m, self.stored.problem.path,
         )  # fmt: skip
 
     @cached_property
     def approach(self) -> Half:
         """The approach, over sigma."""
-        memory, (starts, lengths, rows) = self.stored.ledger.approach, self.halves.approach
+        from restitution.kernel.workspace import LENGTH, START
+
+        work, memory = self.stored.work, self.stored.ledger.approach
+        starts, lengths = work.places[START, : len(memory)], work.places[LENGTH, : len(memory)]
+        columns = np.concatenate([work.approach[:, : F_ + 1], memory[:, :-2:3]], axis=1)
         energies = np.concatenate([memory[:, 1:-2:3], memory[:, 2:-2:3], memory[:, -2:]], axis=1)
         share = (self.sigma_m - float(starts[-1])) / float(lengths[-1])
-        return Half(starts, lengths, np.moveaxis(rows, 1, 2), np.moveaxis(energies, 1, 2), share)
+        return Half(starts, lengths, np.moveaxis(columns, 1, 2), np.moveaxis(energies, 1, 2), share)
 
     @cached_property
     def rebound(self) -> Half:
         """The rebound, over lambda."""
-        memory, (starts, lengths, rows) = self.stored.ledger.rebound, self.halves.rebound
-        return Half(starts, lengths, np.moveaxis(rows, 1, 2), np.moveaxis(memory[:, -4:], 1, 2), 1.0)
+        from restitution.kernel.workspace import BACK_LENGTH, BACK_START
+
+        work, memory = self.stored.work, self.stored.ledger.rebound
+        starts, lengths = work.places[BACK_START, : len(memory)], work.places[BACK_LENGTH, : len(memory)]
+        columns = np.concatenate([work.rebound[:, : F_ + 1], memory[:, :-4]], axis=1)
+        return Half(starts, lengths, np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -4:], 1, 2), 1.0)
 
     def times(self, n_points: int) -> Array:
         """Return `n_points` times [s] from first touch to separation, as dense as the solver's own steps."""

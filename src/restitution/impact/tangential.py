@@ -253,8 +253,9 @@ class Slider:
 
         units, tangential, rows = self.solution.units, Modes(*self.scaled), np.empty((len(counts), N_RESULTS))
         solids = tangential, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
-        room = allocate_room(counts[-1], tangential.times.size, units.times.size)
-        march(self.solution.halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
+        halves = self.solution.halves
+        room = allocate_room(counts[-1], tangential.times.size, units.times.size, halves.starts.size)
+        march(halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
         rows[:, 0] /= -slope
         rows[:, 1:4] /= slope * slope / (2.0 * mobility)
         return room, rows

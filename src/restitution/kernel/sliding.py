@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from restitution.kernel.collocation import lagrange, product
+from restitution.kernel.collocation import invert, lagrange, matvec, product
 from restitution.kernel.compile import compiled, inlined
+from restitution.kernel.element import write_matrix
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, total, write8
 from restitution.kernel.path import radius_and_integral
 from restitution.kernel.references import by_reference
@@ -69,13 +70,19 @@ class Modes(NamedTuple):
     times: Any
 
 
+@by_reference
 class Halves(NamedTuple):
-    """Normal solution as polynomials over elements; a half has their starts, lengths and rows, (E, n, S + 1)."""
+    """Normal solution as polynomials over elements, those of the approach first, then those of the rebound."""
 
-    c: Any  # of the scheme of collocation
+    c: Any  # of the scheme of collocation, as the next three
     weights: Any
-    approach: Any
-    rebound: Any
+    columns: Any
+    identity: Any
+    starts: Any  # (E,): in sigma or lambda
+    lengths: Any  # (E,)
+    rows: Any  # (E, n, S + 1): s, v, t and others
+    paces: Any  # (E, S): dt/dsigma or dt/dlambda at the nodes
+    turn: int  # first element of the rebound
     length: float  # of each half in sigma or lambda
     path: Any
 
@@ -98,6 +105,8 @@ class Room(NamedTuple):
     samples: Any  # (NORMAL_H_ + modes of the normal load, 2N + 1)
     places: Any  # (2, N + 1): radii of the elements, and depths at their touch
     basis: Any  # (2 WIDTH,): of an interpolation
+    matrices: Any  # (1, S, S)
+    memory: Any  # (E, 1 + modes of the normal load, S + 1): depth and H_k along the halves
 
     nodes: Any  # (N_NODES, N + 1)
     tangential: Any  # (modes, N + 1): p_k
@@ -117,13 +126,14 @@ class Room(NamedTuple):
     sums: Any  # (N_SUMS,)
 
 
-def allocate_room(steps: int, tangential: int, normal: int) -> Room:
-    """Return room for marches."""
+def allocate_room(steps: int, tangential: int, normal: int, elements: int) -> Room:
+    """Return room for marches on a normal solution of a number of elements."""
     # Rows start at different places of a page: loads and stores at equal places would wait for each other.
     columns = _ROW * math.ceil(max(steps + 1 + WIDTH - _SHIFT, 0) / _ROW) + _SHIFT
     factors = np.zeros((2, tangential, N_FACTORS))
     return Room(
         np.empty((NORMAL_H_ + normal, 2 * steps + 1)), np.empty((2, steps + 1)), np.zeros(2 * WIDTH),
+        np.zeros((1, WIDTH, WIDTH)), np.empty((elements, 1 + normal, WIDTH + 1)),
         np.zeros((N_NODES, columns)), np.zeros((tangential, columns)), np.zeros((normal, columns)),
         np.zeros((N_PART, normal)), np.zeros(tangential), np.zeros((tangential, N_LOSSES)),
         np.zeros((normal, N_LOSSES)), factors[0], factors[1], np.zeros(N_TOUCH),
@@ -132,30 +142,48 @@ def allocate_room(steps: int, tangential: int, normal: int) -> Room:
     )  # fmt: skip
 
 
-@inlined
-def _sample_half(halves: Halves, half: Any, steps: int, first: int, room: Room) -> None:
-    """Write the rows of a half at the ends of equal steps, from the step `first` on, one after the other."""
-    starts, lengths, rows = half
-    place, element, last, shift = 0.0, 0, starts.shape[0] - 1, steps if first > 0 else 0
-    for m in range(first, steps + 1):
-        place = m * (halves.length / steps)
-        while element < last and starts[element + 1] <= place:
-            element += 1
-        lagrange(halves.c, halves.weights, WIDTH + 1, (place - starts[element]) / lengths[element], room.basis)
-        for n in range(rows.shape[1]):
-            room.samples[n, shift + m] = product(room.basis, rows[element, n])
+@compiled
+def remember(halves: Halves, times: Any, room: Room) -> None:
+    """Write the memory along both halves: the depth, then H_k of the modes, with `dH_k = -(H_k/tau_k) dt + dd`."""
+    memory, starts, lengths = room.memory, halves.starts, halves.lengths
+    for element in range(starts.shape[0]):
+        h, pace, turns = lengths[element], read8(halves.paces, element, 0), element == halves.turn
+        change = h * matvec(halves.columns, pace * read8(halves.rows, element, NORMAL_V_, 1))
+        if turns:
+            x = (halves.length - starts[element - 1]) / lengths[element - 1]
+            lagrange(halves.c, halves.weights, WIDTH + 1, min(x, 1.0), room.basis)
+        for k in range(memory.shape[1]):
+            first = 0.0
+            if element > 0:
+                first = product(room.basis, memory[element - 1, k]) if turns else memory[element - 1, k, WIDTH]
+            memory[element, k, 0] = first
+            rate = 1.0 / times[k - 1] if k > 0 else 0.0
+            write_matrix(halves, room.matrices, 0, (h * rate) * pace)
+            invert(room.matrices, 0)
+            write8(memory, element, k, 1, matvec(room.matrices[0], first + change))
 
 
 @compiled
 def on_grid(halves: Halves, steps: int, room: Room) -> Normal:
     """Return the normal solution at the ends of equal steps of both halves."""
-    samples, ends = room.samples, 2 * steps + 1
-    # The turning point stands once.
-    _sample_half(halves, halves.approach, steps, 0, room)
-    _sample_half(halves, halves.rebound, steps, 1, room)
+    samples, ends, starts, element = room.samples, 2 * steps + 1, halves.starts, 0
+    for m in range(ends):
+        last, place = halves.turn - 1, m * (halves.length / steps)
+        # The turning point stands once, at the end of the approach.
+        if m > steps:
+            element, last = max(element, halves.turn), starts.shape[0] - 1
+            place = (m - steps) * (halves.length / steps)
+        while element < last and starts[element + 1] <= place:
+            element += 1
+        x = (place - starts[element]) / halves.lengths[element]
+        lagrange(halves.c, halves.weights, WIDTH + 1, x, room.basis)
+        for n in range(NORMAL_D_):
+            samples[n, m] = product(room.basis, halves.rows[element, n])
+        for k in range(room.memory.shape[1]):
+            samples[NORMAL_D_ + k, m] = product(room.basis, room.memory[element, k])
     # First touch is exact, and times do not fall.
-    samples[:, 0] = 0.0
-    samples[NORMAL_V_, 0] = 1.0
+    for n in range(samples.shape[0]):
+        samples[n, 0] = 1.0 if n == NORMAL_V_ else 0.0
     for m in range(1, ends):
         samples[NORMAL_T_, m] = max(samples[NORMAL_T_, m], samples[NORMAL_T_, m - 1])
     for i in range(steps + 1):

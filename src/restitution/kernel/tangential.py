@@ -33,6 +33,7 @@ from restitution.kernel.lanes import (
 )
 from restitution.kernel.sliding import (
     ACTIVE_,
+    ALONE_,
     BEFORE_,
     CHANGE_,
     DECAY_,
@@ -51,8 +52,11 @@ from restitution.kernel.sliding import (
     LENGTH_,
     LIMIT_,
     LOAD_,
+    LOADS_,
     LONGEST_PART,
     MEAN_,
+    N_CORE,
+    N_LEAVING,
     N_MOTION,
     N_SUMS,
     OF_OTHER_,
@@ -90,6 +94,7 @@ from restitution.kernel.sliding import (
     join,
     on_grid,
     release,
+    remember,
     set_factors,
     set_losses,
     whole_lanes,
@@ -543,25 +548,34 @@ def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, pace: flo
     return sticks
 
 
+@compiled
+def _clear_rows(rows: Any, first: int) -> None:
+    """Write zeros to eight numbers of each row."""
+    for n in range(rows.shape[0]):
+        write8(rows, n, first, broadcast(0.0))
+
+
 @inlined
 def _clear(normal: Normal, room: Room, velocity: float) -> None:
     """Write the weights and the state at first touch."""
     radii, last = normal.radii, normal.radii.shape[0] - 1
-    end = last + 1 + WIDTH
-    room.nodes[:, :end] = 0.0
-    room.tangential[:, :end] = 0.0
-    room.normal[:, :end] = 0.0
+    for i in range(0, last + 1 + WIDTH, WIDTH):
+        _clear_rows(room.nodes, i)
+        _clear_rows(room.tangential, i)
+        _clear_rows(room.normal, i)
     for i in range(last + 1):
         below = radii[i - 1] if i > 0 else -radii[0]
         above = radii[i + 1] if i < last else radii[last]
         room.nodes[WEIGHT_, i], room.nodes[TOUCHED_, i] = 0.5 * (above - below), normal.touched[i]
     for m in range(N_SUMS):
         room.sums[m] = 0.0
-    room.leaving[:] = 1.0
-    room.leaving[SHARE_, :] = 0.0
-    room.fading[:] = 0.0
-    room.core[:] = 0.0
-    room.lump[:] = 0.0
+    for m in range(N_LEAVING):
+        write8(room.leaving, m, 0, broadcast(0.0 if m == SHARE_ else 1.0))
+    for m in range(N_CORE):
+        room.core[m] = 0.0
+    for k in range(room.lump.shape[0]):
+        room.lump[k, LOADS_], room.lump[k, ALONE_] = 0.0, 0.0
+        write8(room.fading, k, FADING_, 0, broadcast(0.0))
     for m in range(N_MOTION):
         room.motion[0, m] = velocity if m == V_ else 0.0
 
@@ -671,6 +685,7 @@ def march(
     by friction, dissipated and stored, and 1 if any element ever stuck. The state and the motion of the last march are
     in `room`.
     """
+    remember(halves, solids[1].times, room)
     for m in range(counts.shape[0]):
         steps = counts[m]
         _march(on_grid(halves, steps, room), solids, mobility, friction, velocity, room)
