@@ -13,17 +13,15 @@ from restitution.kernel.collocation import invert, lagrange, matvec, product
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.element import write_matrix
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, total, write8
-from restitution.kernel.path import radius_and_integral
 from restitution.kernel.references import by_reference
-from restitution.kernel.workspace import S_
 
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
 # the load, weight of the quadrature over x, the same while the element is in contact and else 0, slip that ends in
-# this step, 1 where the element slips and less the longer it sticks, time at which it joined the core, depth of its
-# touch.
+# this step, 1 where the element slips and less the longer it sticks, time at which it joined the core, radius, depth
+# of its touch.
 (
-    U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, TOUCHED_, N_NODES,
-) = range(12)  # fmt: skip
+    U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, RADIUS_, TOUCHED_, N_NODES,
+) = range(13)  # fmt: skip
 # Columns of `factors` of a mode: decay over the step, load of a constant rate and of a change of the rate.
 DECAY_, STEADY_, CHANGE_, N_FACTORS = range(4)
 # Columns of `losses` of a mode: 1 - decay over the longest part of a step, over the step, and over another part.
@@ -87,23 +85,11 @@ class Halves(NamedTuple):
     path: Any
 
 
-class Normal(NamedTuple):
-    """Normal solution at the 2N + 1 times of the steps, and the places of the N + 1 elements."""
-
-    times: Any
-    velocities: Any
-    depths: Any
-    memory: Any  # (K, >= 2N + 1): H_k
-    radii: Any  # (N + 1,)
-    touched: Any  # (N + 1,): depths at which the elements are touched
-
-
 @by_reference
 class Room(NamedTuple):
     """State and results of marches with at most N steps in each half."""
 
     samples: Any  # (NORMAL_H_ + modes of the normal load, 2N + 1)
-    places: Any  # (2, N + 1): radii of the elements, and depths at their touch
     basis: Any  # (2 WIDTH,): of an interpolation
     matrices: Any  # (1, S, S)
     memory: Any  # (E, 1 + modes of the normal load, S + 1): depth and H_k along the halves
@@ -132,8 +118,8 @@ def allocate_room(steps: int, tangential: int, normal: int, elements: int) -> Ro
     columns = _ROW * math.ceil(max(steps + 1 + WIDTH - _SHIFT, 0) / _ROW) + _SHIFT
     factors = np.zeros((2, tangential, N_FACTORS))
     return Room(
-        np.empty((NORMAL_H_ + normal, 2 * steps + 1)), np.empty((2, steps + 1)), np.zeros(2 * WIDTH),
-        np.zeros((1, WIDTH, WIDTH)), np.empty((elements, 1 + normal, WIDTH + 1)),
+        np.empty((NORMAL_H_ + normal, 2 * steps + 1)), np.zeros(2 * WIDTH), np.zeros((1, WIDTH, WIDTH)),
+        np.empty((elements, 1 + normal, WIDTH + 1)),
         np.zeros((N_NODES, columns)), np.zeros((tangential, columns)), np.zeros((normal, columns)),
         np.zeros((N_PART, normal)), np.zeros(tangential), np.zeros((tangential, N_LOSSES)),
         np.zeros((normal, N_LOSSES)), factors[0], factors[1], np.zeros(N_TOUCH),
@@ -164,8 +150,8 @@ def remember(halves: Halves, times: Any, room: Room) -> None:
 
 
 @compiled
-def on_grid(halves: Halves, steps: int, room: Room) -> Normal:
-    """Return the normal solution at the ends of equal steps of both halves."""
+def sample(halves: Halves, steps: int, room: Room) -> None:
+    """Write the normal solution at the ends of equal steps of both halves."""
     samples, ends, starts, element = room.samples, 2 * steps + 1, halves.starts, 0
     for m in range(ends):
         last, place = halves.turn - 1, m * (halves.length / steps)
@@ -186,13 +172,6 @@ def on_grid(halves: Halves, steps: int, room: Room) -> Normal:
         samples[n, 0] = 1.0 if n == NORMAL_V_ else 0.0
     for m in range(1, ends):
         samples[NORMAL_T_, m] = max(samples[NORMAL_T_, m], samples[NORMAL_T_, m - 1])
-    for i in range(steps + 1):
-        s = max(samples[S_, i], 0.0)
-        room.places[0, i], room.places[1, i] = radius_and_integral(halves.path, s)[0], s * s
-    return Normal(
-        samples[NORMAL_T_, :ends], samples[NORMAL_V_, :ends], samples[NORMAL_D_, :ends], samples[NORMAL_H_:],
-        room.places[0, : steps + 1], room.places[1, : steps + 1],
-    )  # fmt: skip
 
 
 @compiled
@@ -274,14 +253,12 @@ def join(first: int, end: int, time: float, pace: float, room: Room) -> int:
 
 
 @compiled
-def release(
-    solids: tuple[Modes, Modes], normal: Normal, n: int, span: tuple[int, int], paces: tuple[float, float], room: Room
-) -> int:
+def release(solids: tuple[Modes, Modes], n: int, span: tuple[int, int], paces: tuple[float, float], room: Room) -> int:
     """Let the outermost lanes go from the core, with their state at the start of a step; return their first element.
 
     `paces` are the mean velocity of the body in the last step, and that at its end.
     """
-    (tangential, pressing), (first, end), time = solids, span, normal.times[n]
+    (tangential, pressing), (first, end), time = solids, span, room.samples[NORMAL_T_, n]
     nodes, core, lump, nothing = room.nodes, room.core, room.lump, broadcast(0.0)
     for i in range(first, end, WIDTH):
         weight, age = read8(nodes, WEIGHT_, i), time - read8(nodes, JOINED_, i)
@@ -300,10 +277,10 @@ def release(
         write8(nodes, LOAD_, i, whole)
         core[WEIGHTS_] -= total(weight)
         core[WAYS_] -= total(weight * way)
-        since = read8(normal.times, i) - time
+        since = read8(room.samples, NORMAL_T_, i) - time
         for k in range(pressing.times.shape[0]):
             decay = exp(at_least((1.0 / pressing.times[k]) * since, _SMALLEST))
-            pressed = normal.memory[k, n] - decay * read8(normal.memory, k, i)
+            pressed = room.samples[NORMAL_H_ + k, n] - decay * read8(room.samples, NORMAL_H_ + k, i)
             write8(room.normal, k, i, pressing.moduli[k] * pressed)
     return first
 

@@ -31,6 +31,7 @@ from restitution.kernel.lanes import (
     where_positive,
     write8,
 )
+from restitution.kernel.path import radius_and_integral
 from restitution.kernel.sliding import (
     ACTIVE_,
     ALONE_,
@@ -59,12 +60,17 @@ from restitution.kernel.sliding import (
     N_LEAVING,
     N_MOTION,
     N_SUMS,
+    NORMAL_D_,
+    NORMAL_H_,
+    NORMAL_T_,
+    NORMAL_V_,
     OF_OTHER_,
     OF_PART_,
     OF_STEP_,
     PRESS_DECAY_,
     PRESS_GAIN_,
     PRESSED_,
+    RADIUS_,
     RATE_,
     RUBBED_,
     SHARE_,
@@ -85,20 +91,20 @@ from restitution.kernel.sliding import (
     WORK_,
     Halves,
     Modes,
-    Normal,
     Room,
     advance_core,
     core_force,
     core_load,
     is_stuck,
     join,
-    on_grid,
     release,
     remember,
+    sample,
     set_factors,
     set_losses,
     whole_lanes,
 )
+from restitution.kernel.workspace import S_
 
 # Parts of the first step of an element: the first over the shortest time, its least size over the step, and growth.
 _FIRST_PART, _LEAST_PART, _GROWTH = 0.25, 2e-6, 1.3
@@ -317,18 +323,18 @@ def _end_weight(ratio: float) -> float:
 
 
 @inlined
-def _set_gains(normal: Normal, pressing: Modes, n: int, room: Room) -> None:
+def _set_gains(pressing: Modes, n: int, room: Room) -> None:
     """Write what a step leaves of the normal loads of modes, and adds to them."""
-    part = room.part
+    part, samples = room.part, room.samples
     for k in range(pressing.times.shape[0]):
-        decay = 1.0 - room.pressing_losses[k, OF_STEP_]
+        decay, memory = 1.0 - room.pressing_losses[k, OF_STEP_], NORMAL_H_ + k
         part[PRESS_DECAY_, k] = decay
-        part[PRESS_GAIN_, k] = pressing.moduli[k] * (normal.memory[k, n + 1] - decay * normal.memory[k, n])
+        part[PRESS_GAIN_, k] = pressing.moduli[k] * (samples[memory, n + 1] - decay * samples[memory, n])
 
 
 @compiled
 def _set_loads(
-    normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, span: tuple[int, int], lag: float,
+    solids: tuple[Modes, Modes], friction: float, n: int, span: tuple[int, int], lag: float,
     room: Room,
 ) -> None:  # fmt: skip
     """Write the loads without a displacement in this step, and the limits, of a span of the elements.
@@ -336,7 +342,7 @@ def _set_loads(
     A span begins at whole lanes. Lanes beyond its end have elements without contact, whose numbers mean nothing.
     """
     (tangential, pressing), (first, end), nodes, part = solids, span, room.nodes, room.part
-    drag, depth = pressing.viscosity * normal.velocities[n + 1], normal.depths[n + 1]
+    drag, depth = pressing.viscosity * room.samples[NORMAL_V_, n + 1], room.samples[NORMAL_D_, n + 1]
     for i in range(first, end, WIDTH):
         load = tangential.equilibrium * read8(nodes, U_, i) - lag * read8(nodes, RATE_, i)
         for k in range(tangential.times.shape[0]):
@@ -351,7 +357,7 @@ def _set_loads(
 
 
 @compiled
-def _kink(radii: Any, nodes: Any, core: int, count: int, slope: float, way: float) -> float:
+def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> float:
     """Return what the trapezoidal rule misses of the cell in which the stick radius lies.
 
     There the load has a kink, and what is left up to the limit falls to zero along a line.
@@ -369,10 +375,10 @@ def _kink(radii: Any, nodes: Any, core: int, count: int, slope: float, way: floa
     sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
     left = nodes[LIMIT_, j] - sign * (nodes[TRIAL_, j] + slope * way)
     before = nodes[LIMIT_, j - 1] - sign * (nodes[TRIAL_, j - 1] + slope * way)
-    cell = radii[j + 1] - radii[j]
+    cell = nodes[RADIUS_, j + 1] - nodes[RADIUS_, j]
     if not before > left > 0.0:
         return 0.0
-    reach = left * (radii[j] - radii[j - 1]) / (before - left)
+    reach = left * (nodes[RADIUS_, j] - nodes[RADIUS_, j - 1]) / (before - left)
     return sign * 0.5 * left * max(cell - reach, 0.0)
 
 
@@ -426,8 +432,7 @@ def _end_slips(
     then are those after the slip.
     """
     (first, end), (before, dt) = span, steps
-    trials, limits, rates, slips, loads = nodes[TRIAL_], nodes[LIMIT_], nodes[RATE_], nodes[ENDED_SLIP_], nodes[LOAD_]
-    slides, some, stops = nodes[SLIDES_], False, broadcast(0.0)
+    some, stops = False, broadcast(0.0)
     for i in range(first, end, WIDTH):
         inside = read8(nodes, LIMIT_, i) - absolute(read8(nodes, TRIAL_, i) + slope * way)
         stops = stops + where_positive(read8(nodes, SLIDES_, i) - (1.0 - 0.5 / _AGE), where_positive(inside, inside))
@@ -435,20 +440,21 @@ def _end_slips(
     if total(stops) == 0.0:
         return False
     for i in range(first, end):
-        load, earlier, sign = trials[i] + slope * way, pace - rates[i], 1.0 if loads[i] > 0.0 else -1.0
-        if slides[i] == 1.0 and abs(load) < limits[i] and sign * earlier > 0.0:
-            later = (load - sign * limits[i]) / (slope * dt)
+        load, limit, earlier = nodes[TRIAL_, i] + slope * way, nodes[LIMIT_, i], pace - nodes[RATE_, i]
+        sign = 1.0 if nodes[LOAD_, i] > 0.0 else -1.0
+        if nodes[SLIDES_, i] == 1.0 and abs(load) < limit and sign * earlier > 0.0:
+            later = (load - sign * limit) / (slope * dt)
             change = (later - earlier) * 2.0 / (dt + before)
             start = earlier + 0.5 * before * change
-            slips[i] = -0.5 * start * start / change
-            trials[i] -= slope * slips[i]
+            nodes[ENDED_SLIP_, i] = -0.5 * start * start / change
+            nodes[TRIAL_, i] -= slope * nodes[ENDED_SLIP_, i]
             some = True
     return some
 
 
 @compiled
 def _advance(
-    tangential: Modes, radii: Any, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float],
+    tangential: Modes, N: int, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float],
     pace: float, room: Room,
 ) -> Any:  # fmt: skip
     """Advance the core and a span of elements; return the last element that sticks and the largest velocity of slip.
@@ -488,24 +494,24 @@ def _advance(
         last -= 1
     sums[FRICTION_] += total(lost)
     sums[VISCOUS_] += way * total(pulled) - total(lost)
-    sums[GAPS_] += dt if last + 1 - stuck > 1.0 + _GAP * radii.shape[0] else 0.0
+    sums[GAPS_] += dt if last + 1 - stuck > 1.0 + _GAP * (N + 1) else 0.0
     return last, largest(fastest) / dt
 
 
 @inlined
-def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int, body: Any, room: Room) -> Any:
+def _front(solids: tuple[Modes, Modes], friction: float, n: int, body: Any, room: Room) -> Any:
     """Take in the element touched at step n; return the force of the cell up to the edge, and that of later ages.
 
     `body` are the velocities of the body along the surface at both ends of the step.
     """
-    dt, nodes, touch = normal.times[n + 1] - normal.times[n], room.nodes, room.touch
-    speeds = body[0], body[1], normal.velocities[n], normal.velocities[n + 1]
+    dt, nodes, touch = room.samples[NORMAL_T_, n + 1] - room.samples[NORMAL_T_, n], room.nodes, room.touch
+    speeds = body[0], body[1], room.samples[NORMAL_V_, n], room.samples[NORMAL_V_, n + 1]
     _first_step(solids, friction, dt, speeds, room)
-    cell, load = normal.radii[n + 1] - normal.radii[n], touch[FIRST_]
+    cell, load = room.nodes[RADIUS_, n + 1] - room.nodes[RADIUS_, n], touch[FIRST_]
     force, layer = (nodes[WEIGHT_, n] - 0.5 * cell) * load + cell * touch[MEAN_], 0.0
     tangential, pressing = solids
     # Beyond the first step the layer is that of the stuck or of the slipping load.
-    if abs(load) < _STUCK * friction * _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n]):
+    if abs(load) < _STUCK * friction * _limit_at_touch(pressing, n, room):
         for k in range(tangential.times.shape[0]):
             layer += cell * _end_weight(dt / tangential.times[k]) * room.young[k]
     else:
@@ -516,25 +522,25 @@ def _front(normal: Normal, solids: tuple[Modes, Modes], friction: float, n: int,
 
 
 @inlined
-def _limit_at_touch(pressing: Modes, room: Room, depth: float) -> float:
-    """Return the normal load of an element after its first step, apart from that of a dashpot."""
-    limit = pressing.equilibrium * depth
+def _limit_at_touch(pressing: Modes, n: int, room: Room) -> float:
+    """Return the normal load of the element touched at step n after this step, apart from that of a dashpot."""
+    limit = pressing.equilibrium * (room.samples[NORMAL_D_, n + 1] - room.nodes[TOUCHED_, n])
     for k in range(pressing.times.shape[0]):
         limit += room.part[PRESSED_, k]
     return limit
 
 
 @inlined
-def _take_in(normal: Normal, pressing: Modes, n: int, friction: float, pace: float, room: Room) -> bool:
+def _take_in(pressing: Modes, n: int, friction: float, pace: float, room: Room) -> bool:
     """Write the state of the element touched at step n after its first step, and its energies; return if it sticks.
 
     `pace` is the velocity of the body.
     """
     nodes, touch, sums = room.nodes, room.touch, room.sums
-    dt = normal.times[n + 1] - normal.times[n]
+    dt = room.samples[NORMAL_T_, n + 1] - room.samples[NORMAL_T_, n]
     nodes[U_, n], nodes[LOAD_, n] = touch[WAY_], touch[FIRST_]
-    limit = _limit_at_touch(pressing, room, normal.depths[n + 1] - normal.touched[n])
-    nodes[LIMIT_, n] = friction * (limit + pressing.viscosity * normal.velocities[n + 1])
+    limit = _limit_at_touch(pressing, n, room)
+    nodes[LIMIT_, n] = friction * (limit + pressing.viscosity * room.samples[NORMAL_V_, n + 1])
     for k in range(pressing.times.shape[0]):
         room.normal[k, n] = room.part[PRESS_GAIN_, k]
     for k in range(room.young.shape[0]):
@@ -555,18 +561,20 @@ def _clear_rows(rows: Any, first: int) -> None:
         write8(rows, n, first, broadcast(0.0))
 
 
-@inlined
-def _clear(normal: Normal, room: Room, velocity: float) -> None:
-    """Write the weights and the state at first touch."""
-    radii, last = normal.radii, normal.radii.shape[0] - 1
-    for i in range(0, last + 1 + WIDTH, WIDTH):
-        _clear_rows(room.nodes, i)
+@compiled
+def _clear(path: Any, steps: int, velocity: float, room: Room) -> None:
+    """Write the elements with their weights, and the state at first touch."""
+    nodes = room.nodes
+    for i in range(0, steps + 1 + WIDTH, WIDTH):
+        _clear_rows(nodes, i)
         _clear_rows(room.tangential, i)
         _clear_rows(room.normal, i)
-    for i in range(last + 1):
-        below = radii[i - 1] if i > 0 else -radii[0]
-        above = radii[i + 1] if i < last else radii[last]
-        room.nodes[WEIGHT_, i], room.nodes[TOUCHED_, i] = 0.5 * (above - below), normal.touched[i]
+    for i in range(steps + 1):
+        s = max(room.samples[S_, i], 0.0)
+        nodes[RADIUS_, i], nodes[TOUCHED_, i] = radius_and_integral(path, s)[0], s * s
+    for i in range(steps + 1):
+        below = nodes[RADIUS_, i - 1] if i > 0 else -nodes[RADIUS_, 0]
+        nodes[WEIGHT_, i] = 0.5 * (nodes[RADIUS_, min(i + 1, steps)] - below)
     for m in range(N_SUMS):
         room.sums[m] = 0.0
     for m in range(N_LEAVING):
@@ -581,21 +589,15 @@ def _clear(normal: Normal, room: Room, velocity: float) -> None:
 
 
 @compiled
-def _shrink_core(
-    normal: Normal, solids: tuple[Modes, Modes], friction: float, step: Step, core: int, room: Room
-) -> int:
+def _shrink_core(solids: tuple[Modes, Modes], friction: float, step: Step, core: int, room: Room) -> int:
     """Let the outermost lanes go from the core, and write their loads and limits; return the first element outside."""
-    first = release(
-        solids, normal, step.n, (whole_lanes(core - 1 - step.count // 32), core), (step.pace, step.ended), room
-    )
-    _set_loads(normal, solids, friction, step.n, (first, core), step.lag, room)
+    first = release(solids, step.n, (whole_lanes(core - 1 - step.count // 32), core), (step.pace, step.ended), room)
+    _set_loads(solids, friction, step.n, (first, core), step.lag, room)
     return first
 
 
 @inlined
-def _settle(
-    normal: Normal, solids: tuple[Modes, Modes], friction: float, step: Step, core: int, fixed: float, room: Room
-) -> Any:
+def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int, fixed: float, room: Room) -> Any:
     """Find the way of the body in a step; `fixed` is the force of the elements touched in it.
 
     Return the core, the way, the force at the end, that of the cell with the stick radius, and the sum of the forces
@@ -603,8 +605,8 @@ def _settle(
     """
     nodes, slope = room.nodes, step.slope
     while core > 0 and not (is_stuck(nodes, core, slope, step.guess) and is_stuck(nodes, core + 1, slope, step.guess)):
-        core = _shrink_core(normal, solids, friction, step, core, room)
-    kink = _kink(normal.radii, nodes, core, step.count, slope, step.guess)
+        core = _shrink_core(solids, friction, step, core, room)
+    kink = _kink(nodes, core, step.count, slope, step.guess)
     fixed, way = fixed + kink, step.guess
     while True:
         held = core_load(solids[0], step.ended, room)
@@ -613,23 +615,20 @@ def _settle(
         way, force = _way(nodes, span, slope, fixed + inner, stiff, step.free, step.pull, way)
         if core == 0 or is_stuck(nodes, core, slope, way):
             break
-        core = _shrink_core(normal, solids, friction, step, core, room)
+        core = _shrink_core(solids, friction, step, core, room)
     if step.n > 1 and _end_slips(nodes, span, slope, way, (step.before, step.dt), step.pace):
         way, force = _way(nodes, span, slope, fixed + inner, stiff, step.free, step.pull, way)
     return core, way, force, kink, held + inner + stiff * way
 
 
 @compiled
-def _march(
-    normal: Normal, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float, room: Room
-) -> None:
+def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float, room: Room) -> None:
     """Follow the contact point from first touch to separation."""
-    N, (tangential, pressing) = normal.radii.shape[0] - 1, solids
+    tangential, pressing = solids
     nodes, sums = room.nodes, room.sums
-    _clear(normal, room, velocity)
     v, force, before, paces, core, missed, lane = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0, 0
     for n in range(2 * N):
-        dt, grows = normal.times[n + 1] - normal.times[n], n < N
+        dt, grows = room.samples[NORMAL_T_, n + 1] - room.samples[NORMAL_T_, n], n < N
         # In the rebound the last of the elements leaves at the end of the step.
         count = n if grows else 2 * N - n
         whole = count if grows else count - 1
@@ -638,18 +637,18 @@ def _march(
         layer, fixed = 0.0, 0.0
         set_losses(tangential, dt, room.losses)
         set_losses(pressing, dt, room.pressing_losses)
-        _set_gains(normal, pressing, n, room)
+        _set_gains(pressing, n, room)
         if grows:
-            fixed, layer = _front(normal, solids, friction, n, (v, 2.0 * guess / dt - v), room)
+            fixed, layer = _front(solids, friction, n, (v, 2.0 * guess / dt - v), room)
         if core > whole - _RIM:
-            core = release(solids, normal, n, (whole_lanes(whole - _RIM), core), paces, room)
+            core = release(solids, n, (whole_lanes(whole - _RIM), core), paces, room)
         slope, lag = set_factors(tangential, dt, before, room.losses, OF_STEP_, room.factors)
         limit = nodes[LIMIT_, count - 1] if count > 0 else 0.0
-        _set_loads(normal, solids, friction, n, (core, count), lag, room)
+        _set_loads(solids, friction, n, (core, count), lag, room)
         if not grows:
             nodes[LIMIT_, count - 1], nodes[ACTIVE_, count - 1] = 0.0, 0.0
         step = Step(n, dt, before, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
-        core, way, after, kink, inside = _settle(normal, solids, friction, step, core, fixed + layer, room)
+        core, way, after, kink, inside = _settle(solids, friction, step, core, fixed + layer, room)
         if not grows:
             lane = _leave(count - 1, limit, (v, 2.0 * way / dt - v), (before, dt), lane, room)
             if lane == WIDTH:
@@ -657,19 +656,19 @@ def _march(
                 lane = 0
         # What the quadrature over places misses of the loads, that over times misses of their work.
         sums[VISCOUS_] += 0.5 * way * (missed + layer + kink + inside)
-        last, slip = _advance(tangential, normal.radii, (core, whole), slope, way, (before, dt), paces[0], room)
+        last, slip = _advance(tangential, N, (core, whole), slope, way, (before, dt), paces[0], room)
         pace = way * (1.0 / dt)
         if grows:
-            sticks = _take_in(normal, pressing, n, friction, pace, room)
+            sticks = _take_in(pressing, n, friction, pace, room)
             # The youngest element counts where all others stick, as the stuck region is a disc.
             last = n if last == n - 1 and sticks else last
         v -= 0.5 * mobility * dt * (force + after)
         share = dt / (dt + before) if before > 0.0 else 0.0
         paces, force, before, missed = (pace, pace + share * (pace - paces[0])), after, dt, layer + kink
-        core = join(core, min(last, whole) - _RIM, normal.times[n + 1], pace, room)
+        core = join(core, min(last, whole) - _RIM, room.samples[NORMAL_T_, n + 1], pace, room)
         motion = room.motion[n + 1]
-        motion[T_], motion[V_], motion[F_], motion[SLIP_] = normal.times[n + 1], v, force, slip
-        motion[STICK_] = normal.radii[last] if last >= 0 else 0.0
+        motion[T_], motion[V_], motion[F_], motion[SLIP_] = room.samples[NORMAL_T_, n + 1], v, force, slip
+        motion[STICK_] = room.nodes[RADIUS_, last] if last >= 0 else 0.0
     _last_steps(tangential, room)
 
 
@@ -688,7 +687,9 @@ def march(
     remember(halves, solids[1].times, room)
     for m in range(counts.shape[0]):
         steps = counts[m]
-        _march(on_grid(halves, steps, room), solids, mobility, friction, velocity, room)
+        sample(halves, steps, room)
+        _clear(halves.path, steps, velocity, room)
+        _march(steps, solids, mobility, friction, velocity, room)
         result, stuck = results[m], 0.0
         for n in range(1, 2 * steps + 1):
             stuck = 1.0 if room.motion[n, STICK_] > 0.0 else stuck
