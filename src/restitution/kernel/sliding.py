@@ -14,6 +14,7 @@ from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.element import write_matrix
 from restitution.kernel.lanes import WIDTH, absolute, at_least, broadcast, exp, largest, read8, total, write8
 from restitution.kernel.references import by_reference
+from restitution.kernel.workspace import S_
 
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
 # the load, weight of the quadrature over x, the same while the element is in contact and else 0, slip that ends in
@@ -139,9 +140,9 @@ def remember(halves: Halves, times: Any, room: Room) -> None:
             x = (halves.length - starts[element - 1]) / lengths[element - 1]
             lagrange(halves.c, halves.weights, WIDTH + 1, min(x, 1.0), room.basis)
         for k in range(memory.shape[1]):
-            first = 0.0
-            if element > 0:
-                first = product(room.basis, memory[element - 1, k]) if turns else memory[element - 1, k, WIDTH]
+            first = memory[element - 1, k, WIDTH] if element > 0 else 0.0
+            if turns:
+                first = product(room.basis, memory[element - 1, k]) if k > 0 else halves.rows[element, S_, 0] ** 2
             memory[element, k, 0] = first
             rate = 1.0 / times[k - 1] if k > 0 else 0.0
             write_matrix(halves, room.matrices, 0, (h * rate) * pace)
