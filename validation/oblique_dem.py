@@ -104,8 +104,8 @@ def solids(time: float) -> dict[str, tuple[Callable[[float], rs.Material], tuple
     """Solids over a share of a contact time, and the range of this share."""
 
     def voigt(share: float) -> rs.Material:
-        viscous = {"viscosity": SHEAR * time * share, "bulk_viscosity": BULK * time * share}
-        return rs.kelvin_voigt(SHEAR, poisson_ratio=POISSON, density=DENSITY, **viscous)
+        viscosity, volume = SHEAR * time * share, BULK * time * share
+        return rs.kelvin_voigt(SHEAR, viscosity, poisson_ratio=POISSON, bulk_viscosity=volume, density=DENSITY)
 
     def standard(share: float) -> rs.Material:
         return rs.Material(rs.PronySeries(SHEAR, [SHEAR / RATIO], [time * share]), BULK, density=DENSITY)
