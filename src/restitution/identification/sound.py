@@ -254,7 +254,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> li
         odds = -math.inf
         for _ in range(4):
             former = chain
-            chain, odds = _best_chain(time, _rates(time, strength, others), loudness, seconds)
+            chain, odds = _best_chain(time, _rates(time, strength, others, seconds), loudness, seconds)
             others = np.ones(time.size, dtype=bool)
             others[chain] = False
             if chain == former:
@@ -265,7 +265,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> li
     return chain if odds >= _SERIES_ODDS + 2.0 * math.log1p(time.size - len(chain)) else []
 
 
-def _rates(time: Array, strength: Array, others: NDArray[np.bool_]) -> Array:
+def _rates(time: Array, strength: Array, others: NDArray[np.bool_], seconds: float) -> Array:
     """Return how many sounds a second are as strong by chance, from the other sounds near each one.
 
     The quieter side counts, as speech may end just before a ball falls, or begin just after. A weaker sound counts in
@@ -274,9 +274,12 @@ def _rates(time: Array, strength: Array, others: NDArray[np.bool_]) -> Array:
     share = np.minimum(1.0, strength / strength[:, None]) ** 2
     share *= (strength > _CLEAR) | (strength >= strength[:, None])
     later = time - time[:, None]
-    before, after = ((share * (others & (way > 0.0) & (way < _NEAR))).sum(axis=1) for way in (-later, later))
+    before, after = (
+        ((share * (others & (way > 0.0) & (way < _NEAR))).sum(axis=1) + 0.05) / np.clip(heard, 1e-3, _NEAR)
+        for way, heard in ((-later, time), (later, seconds - time))
+    )
     noise = 1e3 * np.exp(-0.5 * np.minimum(strength, _STRONGEST) ** 2)
-    return np.maximum((np.minimum(before, after) + 0.05) / _NEAR, noise)
+    return np.maximum(np.minimum(before, after), noise)
 
 
 def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
