@@ -7,6 +7,7 @@ and the taps need files that are no part of this repository, or ten minutes; the
 
 from __future__ import annotations
 
+import argparse
 import math
 import re
 import warnings
@@ -205,4 +206,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     main()

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from restitution.errors import InputError, InputTypeError
@@ -29,6 +31,22 @@ def path_of(value: Any, name: str = "path") -> Path:
     if "\0" in str(value):
         raise InputError(name, value, "must be the name of a file or folder, without a null character")
     return Path(value)
+
+
+@contextmanager
+def readable_again(path: Path) -> Generator[Path]:
+    """Yield the path of a file that can be opened more than once: a copy of what comes through a pipe.
+
+    Whoever opens the path has the message of a file that cannot be read.
+    """
+    if not path.exists() or path.is_file() or path.is_dir():
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        copy = Path(folder, path.name)
+        with path.open("rb") as pipe, copy.open("wb") as file:
+            shutil.copyfileobj(pipe, file)
+        yield copy
 
 
 def user_cache() -> Path | None:

@@ -95,12 +95,14 @@ class Quantity(NamedTuple):
         return {"units": self.unit or "1", "long_name": self.words, "symbol": self.symbol}
 
     def label(self, unit: str) -> str:
-        """Label of an axis: words, symbol and a unit.
+        r"""Label of an axis: words, symbol and a unit.
 
         Examples
         --------
         >>> HISTORY["contact_radius"].label("mm")
         'contact radius $a$ [mm]'
+        >>> print(INPUTS["density"].label("kg/m^3"))
+        density $\rho$ [kg/m$^{3}$]
         """
         return _label(self.words, self.symbol, unit)
 
@@ -563,7 +565,12 @@ _PREFIX_SPAN = 2000.0
 
 
 def _label(words: str, symbol: str, unit: str) -> str:
-    return " ".join(filter(None, (words, symbol, f"[{unit}]" if unit else "")))
+    return " ".join(filter(None, (words, symbol, f"[{_raised(unit)}]" if unit else "")))
+
+
+def _raised(unit: str) -> str:
+    """Return a unit for a picture, with its powers as superscripts."""
+    return re.sub(r"\^(-?\d+)", r"$^{\1}$", unit)
 
 
 class Values(NamedTuple):
@@ -589,7 +596,7 @@ class Values(NamedTuple):
             # The only value of an axis that is not finite is the bulk modulus of an incompressible material.
             return rf"{self.short} = $\infty$"
         number = f"{self.short} = {self.values[place]:.4g}"
-        return f"{number} {self.unit}" if self.unit else number
+        return f"{number} {_raised(self.unit)}" if self.unit else number
 
 
 def scaled(variable: xarray.DataArray) -> Values:

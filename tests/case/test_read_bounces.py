@@ -1,6 +1,9 @@
 """Bounces from sounds, labels, instants, heights and speeds."""
 
 import math
+import os
+import threading
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +44,29 @@ def test_the_sound_of_the_example_has_the_touches_of_the_ball():
     # The bounce with a contact time has E*' = 4 G of Kelvin and Voigt, within the error of the formula.
     assert result.storage_modulus[1] == pytest.approx(8e5, rel=0.03)
     assert np.isnan(result.storage_modulus[[0, *range(2, 9)]]).all()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name")
+@pytest.mark.parametrize("kind", ["sound", "table", "heights", "empty"])
+def test_a_pipe_is_read_as_the_file_whose_content_it_has(kind, tmp_path):
+    content = {
+        "sound": WAV.read_bytes(), "table": b"time\n0.5\n1.0\n1.4\n1.72\n", "empty": b"",
+        "heights": b"drop_height [cm],rebound_height [cm]\n100,81\n90,x\n",
+    }[kind]  # fmt: skip
+    pipe, file = tmp_path / "pipe", tmp_path / "file"
+    os.mkfifo(pipe)
+    file.write_bytes(content)
+    writer = threading.Thread(target=pipe.write_bytes, args=(content,))
+    writer.start()
+    try:
+        if kind in ("sound", "table"):
+            assert np.array_equal(rs.read_bounces(pipe).time, rs.read_bounces(file).time)
+        else:
+            # No path of a copy is in the message.
+            lines = [str(in_one_line(partial(rs.read_bounces, path))) for path in (pipe, file)]
+            assert lines[0].replace(str(pipe), str(file)) == lines[1]
+    finally:
+        writer.join()
 
 
 def test_labels_and_instants_are_the_same(write):

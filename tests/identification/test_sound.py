@@ -63,6 +63,21 @@ def test_no_bounces_are_invented(seed):
     assert "bounces" in error.rule
 
 
+@pytest.mark.parametrize("seed", [1, 3, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 8))])
+def test_loud_speech_may_end_just_before_the_ball_falls(seed):
+    rng, rate = np.random.default_rng([18, seed]), 16000
+    time, velocity, _ = sounds.instants(rng)
+    time = time + 2.0
+    n, before = int(rate * (time[-1] + 0.5)), int(1.9 * rate)
+    samples = sounds.sounded(time, 40.0 * velocity / velocity[0], sounds.click(rng, rate), rate, n)
+    samples += rng.standard_normal(n)
+    samples[:before] += 60.0 * sounds.speech(rng, rate, before)
+    picks = find_bounces(Recording(samples, rate))
+    distance = np.abs(time[:, None] - picks.time)
+    assert np.all(distance[velocity > 0.25 * velocity[0]].min(axis=1) < 0.002)
+    assert np.all(distance.min(axis=0) < np.maximum(6.0 * picks.error, 1e-3))
+
+
 def test_a_clock_is_no_ball():
     samples = 1e-3 * np.random.default_rng(16).standard_normal(66150)
     samples[1000:60000:8000] += 1.0

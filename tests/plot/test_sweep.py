@@ -237,7 +237,7 @@ def test_large_sweeps_are_thinned() -> None:
         ([0.02], {"units": "kg", "long_name": "mass"}, "mass [g]", 20.0),
         ([3.0], {"units": "kg", "long_name": "mass"}, "mass [kg]", 3.0),
         ([2e6], {"units": "Pa", "long_name": "modulus"}, "modulus [MPa]", 2.0),
-        ([1100.0], {"units": "kg/m^3", "long_name": "density"}, "density [kg/m^3]", 1100.0),
+        ([1100.0], {"units": "kg/m^3", "long_name": "density"}, "density [kg/m$^{3}$]", 1100.0),
         ([300.0], {"units": "K", "long_name": "temperature", "symbol": "$T$"}, "temperature $T$ [K]", 300.0),
         ([0.3], {"units": "1", "long_name": "ratio"}, "ratio", 0.3),
         ([0.3], {}, "thing", 0.3),

@@ -312,3 +312,27 @@ def test_the_covariance_of_a_fit_is_that_of_the_derivatives():
     covariance = np.linalg.inv(np.array(columns) @ np.array(columns).T)
     # Central differences of a fit have steps of 1e-4: their error is some 1e-8.
     assert covariance == pytest.approx(fit.covariance, rel=1e-6)
+
+
+def test_a_fit_has_these_derivatives() -> None:
+    """J = (dp/dz) (dy/dp)/sigma with p = exp(z), or z the logit of a Poisson ratio in (-1, 1/2)."""
+    constants = {"equilibrium_modulus": 1e6, "branch_modulus": 10 ** RNG.uniform(6.5, 7.0), "viscosity": 2e3}
+    sigma = {"restitution_coefficient": 0.004, "contact_time": 2e-6}
+    velocity = np.sort(RNG.uniform(0.05, 2.0, 8))
+    ball = rs.Impact(rs.standard_solid(**constants, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, velocity)
+    true = rs.solve(ball)
+    measured = {name: getattr(true, name) + sigma[name] * RNG.standard_normal(8) for name in sigma}
+    data = rs.Rebounds(velocity, **measured, radius=0.01, mass=0.005, noise=rs.Noise(**sigma))
+    prior = {"poisson_ratio": rs.Normal(0.45, 0.01)}
+    fit = rs.identify(data, rs.standard_solid, prior=prior, profiles=False)
+    by = rs.derivatives(rs.Impact(fit.material, rs.Parabola(0.01), 0.005, velocity), list(fit.parameters), sigma)
+    scale = np.repeat(list(sigma.values()), 8)
+    y = np.concatenate([by.values[output] for output in sigma])
+    for k, (name, estimate) in enumerate(fit.parameters.items()):
+        p = estimate.value
+        assert p is not None
+        slope = (p + 1.0) * (0.5 - p) / 1.5 if name == "poisson_ratio" else p
+        column, error = (slope * part[:, k].reshape(-1) / scale for part in (by.matrix, by.errors))
+        # Central differences with steps h of 1e-4 err by h^2 y'''/6, and errors of solves cancel, as both sides share them.
+        allowed = error + 3.0 * 1e-4**2 * y / scale
+        assert np.all(np.abs(fit.estimation.jacobian[:16, k] - column) < allowed), name

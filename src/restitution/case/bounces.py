@@ -12,7 +12,7 @@ from restitution.case.observations import REBOUND_COLUMNS, open_columns, read_ob
 from restitution.case.quantity import in_si
 from restitution.checks import Array
 from restitution.errors import InputError
-from restitution.files import path_of
+from restitution.files import path_of, readable_again
 from restitution.identification.bounce_series import UNKNOWN, Ball, MeasuredBounces, from_instants, from_rebounds
 from restitution.identification.impacts import Rebounds
 from restitution.identification.sound import Picks, find_bounces, read_wav
@@ -82,23 +82,28 @@ def read_bounces(
     """
     source = path_of(path)
     ball = Ball(radius, mass, contact_time, gravity, air_density, drag_coefficient).checked()
-    try:
-        if _is_wav(source):
-            recording = read_wav(source)
-            return from_instants(find_bounces(recording), ball, recording)
-        if (time := _labels(source)) is not None:
-            return from_instants(_picks(time, None), ball)
-        sheet, names = open_columns(source)
-        if "time" not in names and not any(rebounds_in(names)):
-            raise FileError("", sheet.header_line, f"must have the columns time, or {REBOUND_COLUMNS}")
-        if "time" not in names or {"force", "acceleration", "depth"} & {*names}:
-            return _of_table(source, names, ball)
-        columns = [in_si(sheet, names.index(name), name, TIME) for name in ("time", "sd_time") if name in names]
-        return from_instants(_picks(*columns, *([None] if len(columns) == 1 else [])), ball)
-    except FileError as error:
-        raise InputError(error.field, rule=error.rule, where=str(source)) from None
-    except InputError as error:
-        raise error.within(where=error.where or str(source)) from None
+    with readable_again(source) as file:
+        try:
+            return _read(file, ball)
+        except FileError as error:
+            raise InputError(error.field, rule=error.rule, where=str(source)) from None
+        except InputError as error:
+            raise error.within(where=(error.where or str(source)).replace(str(file), str(source))) from None
+
+
+def _read(source: Path, ball: Ball) -> MeasuredBounces:
+    if _is_wav(source):
+        recording = read_wav(source)
+        return from_instants(find_bounces(recording), ball, recording)
+    if (time := _labels(source)) is not None:
+        return from_instants(_picks(time, None), ball)
+    sheet, names = open_columns(source)
+    if "time" not in names and not any(rebounds_in(names)):
+        raise FileError("", sheet.header_line, f"must have the columns time, or {REBOUND_COLUMNS}")
+    if "time" not in names or {"force", "acceleration", "depth"} & {*names}:
+        return _of_table(source, names, ball)
+    columns = [in_si(sheet, names.index(name), name, TIME) for name in ("time", "sd_time") if name in names]
+    return from_instants(_picks(*columns, *([None] if len(columns) == 1 else [])), ball)
 
 
 def _is_wav(source: Path) -> bool:

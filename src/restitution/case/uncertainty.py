@@ -15,7 +15,7 @@ from restitution.case.sweep import ENTRY, CaseTemplate, plan_case
 from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
-from restitution.propagation.inputs import Input, Model
+from restitution.propagation.inputs import Input, Model, input_of
 from restitution.propagation.result import UncertaintyResult
 from restitution.propagation.uncertainty import Block, propagate
 from restitution.units import deviation_in_si
@@ -82,7 +82,7 @@ def _model(case: Case, texts: Mapping[str, tuple[str, Any]]) -> tuple[Model, lis
             size = _deviation(text, value, quantity.dimension)
         except InputError as error:
             raise InputError(field, text, error.rule) from None
-        inputs.append(Input(name, quantity, np.asarray(value), 0.25 * size if value == 0.0 else None))
+        inputs.append(input_of(name, quantity, value, 0.25 * size if value == 0.0 else None))
         blocks.append(Block((name,), np.array([[size**2]])))
     plan = plan_case(case.path, content, {each.name: float(each.value) for each in inputs})
     template = plan.template

@@ -199,7 +199,9 @@ def design(
         raise InputError("candidates", rule="must hold an impact after which the body separates")
     information = np.einsum("nqp,nqr->npr", jacobian, jacobian)
     # Standard errors are relative for parameters that enter by their logarithm, absolute for others.
-    slopes = [float(parameter.slope(z)) for parameter, z in zip(space.free, theta, strict=True)]
+    slopes = [
+        float(parameter.slope(x)) for parameter, x in zip(space.free, space.numbers(theta[None])[0], strict=True)
+    ]
     logs = [parameter.kind == "log" for parameter in space.free]
     scales = np.diag(np.where(logs, 1.0, slopes))
 

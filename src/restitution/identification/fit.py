@@ -19,11 +19,11 @@ from restitution.identification.parameters import Parameters, penalties, rows_of
 from restitution.material.fit import DynamicTable
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material
+from restitution.numerics.differences import CENTRAL, STEP
 from restitution.numerics.least_squares import descend, squares
 
 # Starts of a fit: materials whose complex modulus is near the effective moduli of the data.
 
-_SEARCH_STEP = 1e-4
 # Descents to the effective moduli: largest change of a logarithm in a round, least gain, and rounds at most.
 _SEARCH_FURTHEST, _ENOUGH, _SEARCH_ROUNDS = 2.0, 1e-2, 12
 _N_STARTS = 9
@@ -94,7 +94,7 @@ def starts(
         ends = rows_of(lambda rows: misfits(coordinates[rows], plausible[rows]), len(coordinates))
         return ends.reshape(*at.shape[:2], -1)
 
-    steps = np.where((np.arange(centre.size) < n) & (np.arange(centre.size) != held), _SEARCH_STEP, 0.0)
+    steps = np.where((np.arange(centre.size) < n) & (np.arange(centre.size) != held), STEP, 0.0)
     low, high = np.broadcast_to(low, points.shape), np.broadcast_to(high, points.shape)
     with np.errstate(all="ignore"):
         ends = descend(
@@ -145,8 +145,8 @@ def _lattice_root(n: int) -> float:
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
-# Steps of the coordinates: of logarithms, and of nuisances in units of the noise.
-_STEP, _NUISANCE_STEP = 1e-4, 1e-2
+# Step of nuisances in units of the noise.
+_NUISANCE_STEP = 1e-2
 # Values of hidden coordinates that are tried, and descents from the best of them; fewer where a trial is costly.
 _TRIALS, _RESCUES, _COSTLY_TRIALS = 64, 3, 8
 # Changes of the logarithms of an adhesion in search of better minima.
@@ -219,7 +219,7 @@ class EstimationProblem:
     @property
     def steps(self) -> Array:
         """Steps of the coordinates for differences."""
-        step = ADHESION_STEP if self.space.adhesion else _STEP
+        step = ADHESION_STEP if self.space.adhesion else STEP
         return np.array([step] * self.n_parameters + [_NUISANCE_STEP] * (self.low.size - self.n_parameters))
 
     def materials(self, coordinates: Array) -> Material:
@@ -260,12 +260,9 @@ class EstimationProblem:
 
         Differences are one-sided where one side fails.
         """
-        step, n = np.diag(self.steps), self.steps.size
-        values = self.residuals(np.concatenate([coordinates + step, coordinates - step, coordinates[None]]))
-        up, down, here = values[:n], values[n:-1], values[-1]
-        slopes = (up - down) / (2.0 * self.steps[:, None])
-        one_sided = np.where(np.isfinite(up), up - here, here - down) / self.steps[:, None]
-        return here, np.nan_to_num(np.where(np.isfinite(slopes), slopes, one_sided), posinf=0.0, neginf=0.0).T
+        values = self.residuals(CENTRAL.points(coordinates, self.steps))
+        slopes = CENTRAL.slopes(values, self.steps, one_sided=True)
+        return values[0], np.nan_to_num(slopes, posinf=0.0, neginf=0.0).T
 
 
 class Fit(NamedTuple):

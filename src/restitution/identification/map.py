@@ -20,6 +20,7 @@ from restitution.identification.fit import Estimation, estimate
 from restitution.identification.observations import modulus
 from restitution.identification.parameters import MOST_TERMS, OfData, Parameters, parameters, penalties, rows_of
 from restitution.identification.uncertainty import FAR, Uncertainty, quantile, settled
+from restitution.numerics.differences import CENTRAL, STEP
 from restitution.numerics.least_squares import descend
 from restitution.parallel import on_threads
 from restitution.quantities import MODULUS, VISCOSITY
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
 _ROUNDS = 60
 # A descent ends if the next step would lower chi2 by less than this, a thousandth of a standard error.
 _ENOUGH = 1e-6
-# Steps of differences in logarithms and in the contact point; largest step of a logarithm in a round.
-STEP, _CONTACT_STEP, _FURTHEST = 1e-4, 1e-2, 2.0
+# Step of differences in the contact point; largest step of a logarithm in a round.
+_CONTACT_STEP, _FURTHEST = 1e-2, 2.0
 # A coordinate within this distance of a bound counts as at it.
 EDGE = 1e-3
 
@@ -134,9 +135,8 @@ class Descent:
 
     def _errors(self, points: Array, reduced: Array) -> Array:
         """Return standard errors of the coordinates."""
-        places, step = np.arange(len(points)), np.diag(self.steps)
-        ahead, behind = (self.residuals(points[:, None] + move, places) for move in (step, -step))
-        slopes = np.nan_to_num((ahead - behind) / (2.0 * self.steps[:, None]))
+        values = self.residuals(CENTRAL.points(points, self.steps), np.arange(len(points)))
+        slopes = np.nan_to_num(CENTRAL.slopes(values.swapaxes(0, 1), self.steps)).swapaxes(0, 1)
         normal = slopes @ slopes.swapaxes(1, 2)
         scale = np.sqrt(np.maximum(np.einsum("sqq->sq", normal), 1e-300))
         relative = normal / (scale[:, :, None] * scale[:, None]) + 1e-14 * np.eye(points.shape[1])
@@ -325,7 +325,7 @@ class _Table:
                 missing[n].append(parameter.name)
             self._values[places, k] = np.where(determined, parameter.outward(z), np.nan)
             self._errors[places, k] = np.where(
-                determined, parameter.slope(z) * error, np.where(fitted, np.inf, np.nan)
+                determined, parameter.slope(parameter.outward(z)) * error, np.where(fitted, np.inf, np.nan)
             )
         for column, numbers in ((self._values, fits.points), (self._errors, fits.errors)):
             column[places, -1] = np.where(fitted, numbers[:, -1] * fits.units, np.nan)

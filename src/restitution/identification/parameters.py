@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple, get_type_hints
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from restitution.material import models
 from restitution.material.fractional import FractionalMaterial, fractional_series
 from restitution.material.shift import WLF, Arrhenius, Shift
 from restitution.material.viscoelastic import Material
+from restitution.numerics.coordinates import Coordinate, Kind
 from restitution.quantities import (
     ADHESION_INPUTS,
     CONSTANTS,
@@ -34,7 +35,6 @@ from restitution.quantities import (
 )
 from restitution.sweeps.grid import LogNormal, LogUniform, Normal, Uniform
 
-Kind = Literal["log", "logit", "linear"]
 Model = Callable[..., Material | FractionalMaterial]
 
 # Half the width of the range of a logit; exponents near 1 take very many terms.
@@ -50,13 +50,11 @@ _STICKY = math.log(300.0)
 _STARTS = {"c1": 10.0, "c2": 100.0, "activation_energy": 1e5, "exponent": 0.3, "poisson_ratio": 0.4}
 
 
-class Parameter(NamedTuple):
-    """One unknown number of the model."""
+@dataclass(frozen=True)
+class Parameter(Coordinate):
+    """One unknown number of the model, with its range."""
 
-    name: str  # such as "viscosity" or "branch_moduli[0]"
-    quantity: Quantity
-    kind: Kind  # how it enters the fit: its logarithm, the logit of its place in the range, or itself
-    low: float  # ends of its range
+    low: float
     high: float
     bounded: bool = False  # whether the user gave the range
 
@@ -64,34 +62,6 @@ class Parameter(NamedTuple):
     def argument(self) -> str:
         """Name of the argument of the model."""
         return self.name.partition("[")[0]
-
-    def inward(self, value: Any) -> Any:
-        """Return the coordinate of the fit of a value."""
-        x = np.asarray(value, dtype=np.float64)
-        if self.kind == "log":
-            return np.log(x)[()]
-        if self.kind == "logit":
-            low, high = self.quantity.low, self.quantity.high
-            return np.log((x - low) / (high - x))[()]
-        return x[()]
-
-    def outward(self, coordinate: Any) -> Any:
-        """Return the value at a coordinate of the fit."""
-        z = np.asarray(coordinate, dtype=np.float64)
-        if self.kind == "log":
-            return np.exp(z)[()]
-        if self.kind == "logit":
-            low, high = self.quantity.low, self.quantity.high
-            return (low + (high - low) / (1.0 + np.exp(-z)))[()]
-        return z[()]
-
-    def slope(self, coordinate: Any) -> Any:
-        """Return the derivative of the value with respect to the coordinate."""
-        x = self.outward(coordinate)
-        if self.kind == "linear":
-            return np.ones(np.shape(x))[()]
-        low, high = self.quantity.low, self.quantity.high
-        return x if self.kind == "log" else (x - low) * (high - x) / (high - low)
 
 
 @dataclass(frozen=True, eq=False)
@@ -555,7 +525,7 @@ def _parameter(
     kind: Kind = "linear" if low == -math.inf else "logit" if high < math.inf else "log" if low >= 0.0 else "linear"
     parameter = Parameter(name, quantity, kind, low, high)
     if (ends := bounds.get(name)) is not None:
-        parameter = parameter._replace(bounded=True, **_ends(parameter, ends))
+        parameter = replace(parameter, bounded=True, **_ends(parameter, ends))
     if (begin := start.get(name)) is not None and not parameter.low < begin < parameter.high:
         raise InputError(f"start.{name}", begin, f"must be in ({parameter.low:g}, {parameter.high:g})")
     distribution = prior.get(name)
@@ -566,7 +536,7 @@ def _parameter(
         if not low < high:
             rule = f"must overlap [{parameter.low:g}, {parameter.high:g}]"
             raise InputError(f"prior.{name}", distribution, rule)
-        parameter = parameter._replace(low=low, high=high, bounded=True)
+        parameter = replace(parameter, low=low, high=high, bounded=True)
     return parameter
 
 

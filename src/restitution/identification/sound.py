@@ -31,7 +31,7 @@ _WEAKEST, _MANY = 3.0, 200
 _STRONGEST = 8.0
 # Ratios of a flight to the one before, and the change of their logarithm from one touch to the next.
 _RATIOS, _CHANGE, _SMOOTH = (0.2, 1.01), 0.15, 0.03
-# Logarithm of the odds against chance that each touch needs, and those that the series needs.
+# Logarithm of the odds against chance that each touch needs, and those that a series needs that is the only choice.
 _ODDS, _SERIES_ODDS = 4.0, 5.0
 # Scatter of the logarithm of the loudness.
 _LOUDNESS = 0.6
@@ -254,27 +254,32 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> li
         odds = -math.inf
         for _ in range(4):
             former = chain
-            chain, odds = _best_chain(time, _rates(time, strength, others), loudness, seconds)
+            chain, odds = _best_chain(time, _rates(time, strength, others, seconds), loudness, seconds)
             others = np.ones(time.size, dtype=bool)
             others[chain] = False
             if chain == former:
                 break
         results.append((odds, chain))
     odds, chain = max(results)
-    return chain if odds >= _SERIES_ODDS else []
+    # It is the best of the series that begin with any two of the sounds.
+    return chain if odds >= _SERIES_ODDS + 2.0 * math.log1p(time.size - len(chain)) else []
 
 
-def _rates(time: Array, strength: Array, others: NDArray[np.bool_]) -> Array:
+def _rates(time: Array, strength: Array, others: NDArray[np.bool_], seconds: float) -> Array:
     """Return how many sounds a second are as strong by chance, from the other sounds near each one.
 
-    A weaker sound counts in part, as the distribution of strengths has a long tail.
+    The quieter side counts, as speech may end just before a ball falls, or begin just after. A weaker sound counts in
+    part, as the distribution of strengths has a long tail.
     """
     share = np.minimum(1.0, strength / strength[:, None]) ** 2
     share *= (strength > _CLEAR) | (strength >= strength[:, None])
-    share *= others & (np.abs(time[:, None] - time) < _NEAR)
-    np.fill_diagonal(share, 0.0)
+    later = time - time[:, None]
+    before, after = (
+        ((share * (others & (way > 0.0) & (way < _NEAR))).sum(axis=1) + 0.05) / np.clip(heard, 1e-3, _NEAR)
+        for way, heard in ((-later, time), (later, seconds - time))
+    )
     noise = 1e3 * np.exp(-0.5 * np.minimum(strength, _STRONGEST) ** 2)
-    return np.maximum((share.sum(axis=1) + 0.1) / (2.0 * _NEAR), noise)
+    return np.maximum(np.minimum(before, after), noise)
 
 
 def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:

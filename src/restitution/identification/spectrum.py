@@ -22,6 +22,7 @@ from restitution.identification.uncertainty import MODULUS_NAMES, Uncertainty, m
 from restitution.material.conversion import bulk_factor
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material
+from restitution.numerics.differences import FORWARD
 from restitution.quantities import MODULI, check_single
 from restitution.result import Summary, Table
 
@@ -239,10 +240,10 @@ def spectrum(data: Observations | Sequence[Observations], *, poisson_ratio: floa
         # A smooth spectrum without an equilibrium modulus is no start for rougher ones.
         theta[0] = max(theta[0], start[0] - 3.0)
         theta = minimise(problem, theta, tolerance=1e-2).coordinates
-        values = problem.residuals(theta + np.vstack([np.zeros(theta.size), np.diag(problem.steps)]))
+        values = problem.residuals(FORWARD.points(theta, problem.steps))
         if not np.all(np.isfinite(residuals := values[0, : problem.n_data])):
             raise InputError("data", rule="are too far from those of a material with a smooth spectrum")
-        influence = problem.influence(np.nan_to_num((values[1:] - values[0]).T / problem.steps))
+        influence = problem.influence(np.nan_to_num(FORWARD.slopes(values, problem.steps)).T)
         score = float(residuals @ residuals) / (residuals.size - influence) ** 2
         best, rises = ((score, problem, theta.copy()), 0) if score < best[0] else (best, rises + 1)
         if rises > 1:

@@ -21,6 +21,7 @@ from restitution.identification.uncertainty import (
     without,
 )
 from restitution.material.viscoelastic import Material, reduced_modulus
+from restitution.numerics.differences import CENTRAL
 from restitution.quantities import ADHESION_INPUTS
 
 Materials = Callable[[Array], Material]
@@ -29,7 +30,7 @@ Materials = Callable[[Array], Material]
 FUNCTIONALS = {"absolute_modulus": "abs(E*)", "loss_modulus": "E''", "loss_tangent": "tan delta"}
 """Physical functionals of a material, with their symbols."""
 
-# Step of central differences in the logarithm of a parameter.
+# Step in the logarithm of a parameter; rank is judged, and a longer step has less noise.
 _STEP = 1e-3
 SINGULAR = 1e-11
 """An eigenvalue of an information matrix counts as zero below this share of the largest one."""
@@ -41,16 +42,14 @@ _SMALL = 0.03
 _SETTLED = 0.5
 
 
-def stencil(theta: Array) -> Array:
-    """Return a point, and points one step above and below it in each parameter, shape (1 + 2 n_theta, n_theta)."""
-    steps = _STEP * np.eye(theta.size)
-    return np.concatenate([theta[None], theta + steps, theta - steps])
+def _points(theta: Array) -> Array:
+    """Return a point and those beside it in each parameter, shape (1 + 2 n_theta, n_theta)."""
+    return CENTRAL.points(theta, np.full(theta.size, _STEP))
 
 
-def slope(values: Array) -> Array:
-    """Return central derivatives of values on a stencil: from shape (1 + 2 n_theta, n) to (n, n_theta)."""
-    half = values.shape[0] // 2
-    return ((values[1 : half + 1] - values[half + 1 :]) / (2.0 * _STEP)).T
+def _slope(values: Array) -> Array:
+    """Return derivatives of values on these points: from shape (1 + 2 n_theta, n) to (n, n_theta)."""
+    return CENTRAL.slopes(values, np.full(len(values) // 2, _STEP)).T
 
 
 def sensitivities(
@@ -60,19 +59,19 @@ def sensitivities(
 
     The derivatives have the shape (n, n_measured, n_theta). Quantities with a noise count as measured.
     """
-    predicted = impacts.predicted(materials(stencil(theta)))
+    predicted = impacts.predicted(materials(_points(theta)))
     slopes: list[Array] = []
     for name, values in predicted.items():
         if (deviation := noise.of(name, values[0])) is not None:
-            slopes.append(slope(values) / deviation[:, None])
+            slopes.append(_slope(values) / deviation[:, None])
     return {name: values[0] for name, values in predicted.items()}, np.stack(slopes, axis=1)
 
 
 def functional_slopes(materials: Materials, theta: Array, omega: Any) -> Array:
-    """Return slopes of the logarithms of `FUNCTIONALS` at one omega [rad/s], or one for each row of the stencil."""
-    functions = modulus_functions(reduced_modulus(materials(stencil(theta))), np.atleast_1d(omega))[..., 0]
+    """Return slopes of the logarithms of `FUNCTIONALS` at one omega [rad/s], or one for each of the points."""
+    functions = modulus_functions(reduced_modulus(materials(_points(theta))), np.atleast_1d(omega))[..., 0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        return slope(np.log(functions[:, [MODULUS_NAMES.index(name) for name in FUNCTIONALS]]))
+        return _slope(np.log(functions[:, [MODULUS_NAMES.index(name) for name in FUNCTIONALS]]))
 
 
 def standard_errors(information: Array, gradients: Array) -> Array:
@@ -163,7 +162,7 @@ def _invariances(
 ) -> list[tuple[Array, str]]:
     """Return changes of the parameters without effect on the data by theory, if the model has them."""
     omega = np.geomspace(1e-3 * window[0], 1e3 * window[1], 41)
-    matrix = slope(_logarithms(reduced_modulus(materials(stencil(theta))).complex_modulus(omega)))
+    matrix = _slope(_logarithms(reduced_modulus(materials(_points(theta))).complex_modulus(omega)))
     # Those of an adhesion change no modulus, but the contact.
     sticky = [n for n, name in enumerate(parameters) if name in ADHESION_INPUTS]
     matrix = np.vstack([matrix, np.eye(theta.size)[sticky]])
@@ -261,7 +260,7 @@ def _functionals(
     place = f"{omega:.4g} rad/s"
     if impacts is not None:
         # The frequency of a bounce shifts with its contact time.
-        times = impacts.contact_times(materials(stencil(theta)))
+        times = impacts.contact_times(materials(_points(theta)))
         middle = int(np.argsort(times[0])[times.shape[1] // 2])
         omega, place = math.pi / times[:, [middle]], f"pi over the contact time at {impacts.velocity[middle]:.3g} m/s"
     gradients = functional_slopes(materials, theta, omega)
@@ -274,8 +273,8 @@ def _frequencies(materials: Materials, theta: Array, window: tuple[float, float]
     """Return frequencies at which a change of the parameters has a larger effect than within the window, in words."""
 
     def seen(low: float, high: float) -> float:
-        logs = _logarithms(reduced_modulus(materials(stencil(theta))).complex_modulus(np.geomspace(low, high, 15)))
-        return float(np.abs(slope(logs) @ vector).max())
+        logs = _logarithms(reduced_modulus(materials(_points(theta))).complex_modulus(np.geomspace(low, high, 15)))
+        return float(np.abs(_slope(logs) @ vector).max())
 
     inside, below, above = seen(*window), seen(0.01 * window[0], window[0]), seen(window[1], 100.0 * window[1])
     if max(below, above) < 3.0 * inside:

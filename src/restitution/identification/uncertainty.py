@@ -15,6 +15,7 @@ from restitution.checks import Array
 from restitution.identification.fit import Estimation, Fit, efficiency, minimise, moved, ranks, rescued
 from restitution.identification.parameters import rows_of
 from restitution.material.prony import PronySeries
+from restitution.numerics.differences import CENTRAL
 from restitution.numerics.least_squares import squares
 from restitution.quantities import Quantity, dataset
 
@@ -402,15 +403,12 @@ class Uncertainty:
         best, problem = self.estimation.fit.coordinates, self.estimation.problem
         steps = problem.steps
         steps[: problem.n_parameters] = np.maximum(steps[: problem.n_parameters], least_step)
-        n = best.size
+        points = CENTRAL.points(best, steps)
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            points = np.concatenate([best[None], best + np.diag(steps), best - np.diag(steps)])
             values = rows_of(lambda rows: functions(points[rows]), len(points))
-            logs = np.log(values[1:]) if logarithms else values[1:]
-            rise = logs[:n] - logs[n:]
+            logs = np.log(values) if logarithms else values
         # A loss that is zero at all points does not change.
-        rise[np.isneginf(logs[:n]) & np.isneginf(logs[n:])] = 0.0
-        gradient = rise / (2.0 * steps.reshape(-1, *(1,) * (logs.ndim - 1)))
+        gradient = CENTRAL.slopes(np.where(np.isneginf(logs).all(axis=0), 0.0, logs), steps)
         s, rows = self._decomposed
         along = np.tensordot(rows, gradient, axes=1)
         # Along an exact direction the covariance is huge, and would enlarge the error of a derivative.
@@ -547,7 +545,7 @@ class Uncertainty:
             interval = float(parameter.outward(low)), float(parameter.outward(high))
         determined = not any(opened)
         value = float(parameter.outward(z)) if determined else None
-        size = error * float(parameter.slope(z)) if determined else None
+        size = error * float(parameter.slope(value)) if determined else None
         return Estimate(value, size, interval, determined, parameter.quantity.unit, opened)
 
 

@@ -16,6 +16,7 @@ from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation, shear_and_bulk
 from restitution.material.prony import EXTREME, PronySeries
 from restitution.material.viscoelastic import Material
+from restitution.numerics.coordinates import Coordinate
 from restitution.quantities import MODULUS, Quantity
 from restitution.result import draw
 from restitution.units import NUMBER
@@ -154,27 +155,6 @@ def column_names(table: RelaxationTable | DynamicTable) -> list[str]:
 SHIFT_FACTOR = Quantity("shift_factor", NUMBER, "factor of all relaxation times", r"$a_T$", low=0.0, open=True)
 
 
-@dataclass(frozen=True)
-class Term:
-    """A modulus that scatters in SI, or a factor whose logarithm scatters."""
-
-    name: str
-    quantity: Quantity
-    logarithmic: bool = False
-
-    def inward(self, value: Any) -> Any:
-        """Return the coordinate of a value."""
-        return np.log(value) if self.logarithmic else value
-
-    def outward(self, coordinate: Any) -> Any:
-        """Return the value of a coordinate."""
-        return np.exp(coordinate) if self.logarithmic else coordinate
-
-    def slope(self, coordinate: Any) -> Any:
-        """Return the derivative of the value by the coordinate."""
-        return np.exp(coordinate) if self.logarithmic else np.ones_like(coordinate)
-
-
 @dataclass(frozen=True, eq=False)
 class ScatteredMaterial:
     """A fitted material with the covariance of its numbers; `restitution.uncertainty` takes it as `material`.
@@ -183,19 +163,19 @@ class ScatteredMaterial:
     ----------
     coordinates, covariance : array, shapes (n,) and (n, n)
         Moduli [Pa] and, if it scatters, the logarithm of the factor of all relaxation times.
-    free : tuple of Term
-        What they are.
+    free : tuple of Coordinate
+        What they are: moduli scatter in SI, the factor by its logarithm.
     materials : callable
         Materials of shape (m, 1) from rows of coordinates, shape (m, n).
     """
 
     coordinates: Array
     covariance: Array
-    free: tuple[Term, ...]
+    free: tuple[Coordinate, ...]
     materials: Callable[[Array], Material] = field(repr=False)
 
     @property
-    def parameters(self) -> dict[str, Term]:
+    def parameters(self) -> dict[str, Coordinate]:
         """The terms by name."""
         return {term.name: term for term in self.free}
 
@@ -320,10 +300,11 @@ class PronyFit:
         factor = 10.0 ** single("log10_factor", log10_factor)
         error = single_nonnegative("log10_factor_error", log10_factor_error)
         moduli = [self.series.equilibrium_modulus, *self.series.branch_moduli.tolist()][-len(self.names) :]
-        terms = [Term(name, Quantity(name, MODULUS, "modulus", "", low=0.0, open=True)) for name in self.names]
+        modulus = Quantity("modulus", MODULUS, "modulus", "", low=0.0, open=True)
+        terms = [Coordinate(name, modulus, "linear") for name in self.names]
         covariance, best = self.covariance, moduli
         if error > 0.0 and self.n_terms:
-            terms.append(Term("shift_factor", SHIFT_FACTOR, logarithmic=True))
+            terms.append(Coordinate("shift_factor", SHIFT_FACTOR, "log"))
             covariance = np.pad(covariance, (0, 1))
             covariance[-1, -1] = (math.log(10.0) * error) ** 2
             best = [*moduli, math.log(factor)]

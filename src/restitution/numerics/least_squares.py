@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array, Places
+from restitution.numerics.differences import FORWARD
 
 Residuals = Callable[[Array, Places], Array]
 """Maps k points of each of the problems at some places, shape (s, k, q), to residuals of shape (s, k, n)."""
@@ -101,18 +102,14 @@ def _slopes(
     """Return values, shape (s, n), and their derivatives, shape (s, q, n); 0 for steps of 0."""
     if callable(steps):
         return residuals(points[:, None], places)[:, 0] if values is None else values, steps(points, places)
-    moving = np.flatnonzero(steps > 0.0)
-    moves = np.diag(steps)[moving]
+    near = FORWARD.points(points, steps)
     if values is None:
-        every = residuals(points[:, None] + np.vstack([np.zeros(steps.size), moves]), places)
-        values, ahead = every[:, 0], every[:, 1:]
+        every = residuals(near, places)
     else:
-        ahead = residuals(points[:, None] + moves, places)
-    slopes = np.zeros((len(points), steps.size, values.shape[1]))
-    with np.errstate(invalid="ignore"):  # a start may have no result
-        differences = (ahead - values[:, None]) / steps[moving, None]
-    slopes[:, moving] = np.nan_to_num(differences, posinf=0.0, neginf=0.0)
-    return values, slopes
+        every = np.concatenate([values[:, None], residuals(near[:, 1:], places)], axis=1)
+    # A start may have no result.
+    slopes = np.nan_to_num(FORWARD.slopes(every.swapaxes(0, 1), steps), posinf=0.0, neginf=0.0)
+    return every[:, 0], slopes.swapaxes(0, 1)
 
 
 def squares(values: Array) -> Array:

@@ -18,8 +18,8 @@ from restitution.impact.batch import shaped, solve_columns
 from restitution.impact.oblique import TANGENTIAL_RTOL, join_sliding, normal_rtol
 from restitution.impact.problem import Impact, require_outputs
 from restitution.impact.status import SolverError, Status
-from restitution.numerics.differences import Slopes, slopes
-from restitution.propagation.inputs import STEP, Input, Model, model_of
+from restitution.numerics.differences import LONG_STEP, NINE, Slopes, slopes
+from restitution.propagation.inputs import Input, Model, model_of
 from restitution.quantities import (
     DEFAULT_OUTPUTS,
     ENERGIES,
@@ -268,9 +268,11 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
             _refuse_failed(columns[STATUS][0])
             scale = _scales(model, values, outputs)
         for n, k in enumerate(rough):
-            rows = {name: column[1 + 9 * n : 10 + 9 * n] for name, column in columns.items()}
+            places = NINE[0].rows(n)
+            same = (columns[STATUS][places] == columns[STATUS][0]).all(axis=0)
             for output, name in enumerate(outputs):
-                new = _slopes(model.inputs[k], share, rows[name], rows[STATUS], errors[output])
+                line = columns[name][0], columns[name][places]
+                new = _slopes(model.inputs[k], share, line, same, errors[output])
                 better = new.error < best.error[output, k]
                 for target, part in zip(best, new, strict=True):
                     target[output, k] = np.where(better, part, target[output, k])
@@ -289,27 +291,28 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
 
 
 def _points(model: Model, inputs: Sequence[int], share: float) -> dict[str, Array]:
-    """Return values of all inputs: those of the impact itself, then the nine points of each of the `inputs`."""
-    n = 1 + 9 * len(inputs)
+    """Return values of all inputs: those of the impact itself, then those beside it of each of the `inputs`."""
+    n = NINE[0].rows(len(inputs)).start
     values: dict[str, Array] = {}
     for each in model.inputs:
         flat = each.value.reshape(-1) if model.shape and each.value.ndim else each.value
         values[each.name] = np.repeat(np.asarray(flat)[None], n, axis=0)
     for place, k in enumerate(inputs):
         column = values[model.inputs[k].name]
-        column[1 + 9 * place : 10 + 9 * place] = model.inputs[k].points(share).reshape(9, *column.shape[1:])
+        points = model.inputs[k].points(share)
+        column[NINE[0].rows(place)] = points.reshape(len(points), *column.shape[1:])
     return values
 
 
-def _slopes(each: Input, share: float, values: Array, statuses: Array, rtol: float) -> Slopes:
-    """Return derivatives in SI by one input from values at its nine points; without an end where impacts differ."""
-    shape = values.shape[1:]
+def _slopes(each: Input, share: float, line: tuple[Array, Array], same: Array, rtol: float) -> Slopes:
+    """Return derivatives in SI by one input from values at its points; infinite errors where impacts end otherwise."""
+    shape = line[0].shape
     sides, pace = (np.broadcast_to(part.reshape(shape if part.ndim else ()), shape)
                    for part in (each.sides(share), each.pace(share)))  # fmt: skip
-    slope = slopes(values, sides)
+    slope = slopes(*line, sides)
     # Errors that all solves share change the slope of the logarithm by themselves.
-    error = slope.error + _OF_OUTPUTS * rtol * share * STEP * np.abs(values[0])
-    good = (statuses == statuses[0]).all(axis=0) & np.isfinite(slope.first) & np.isfinite(error)
+    error = slope.error + _OF_OUTPUTS * rtol * share * LONG_STEP * np.abs(line[0])
+    good = same & np.isfinite(slope.first) & np.isfinite(error)
     return Slopes(slope.first / pace, np.where(good, error / np.abs(pace), np.inf), slope.second / pace**2)
 
 
@@ -318,7 +321,7 @@ def _scales(model: Model, values: Mapping[str, Numeric], outputs: Sequence[str])
     y = np.stack([np.abs(np.asarray(values[name])) for name in outputs])[:, None]
     paces = [np.broadcast_to(np.abs(each.pace()).reshape(model.shape if each.value.ndim else ()), model.shape)
              for each in model.inputs]  # fmt: skip
-    return y * STEP / np.stack(paces)[None]
+    return y * LONG_STEP / np.stack(paces)[None]
 
 
 def _refuse_failed(statuses: Array) -> None:

@@ -1,4 +1,4 @@
-"""Inputs that are changed by small steps: their coordinates, and the points that their derivatives take."""
+"""Inputs that are changed by small steps, and impacts as a function of them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,11 @@ from restitution.axes import Axes
 from restitution.checks import Array, single_positive
 from restitution.errors import InputError
 from restitution.impact.problem import Impact
-from restitution.numerics.differences import CENTRAL, DOWNWARD, PLACES, UPWARD
+from restitution.numerics.coordinates import Coordinate
+from restitution.numerics.differences import BESIDE, BOTH, DOWNWARD, LONG_STEP, UPWARD
 from restitution.quantities import CONSTANTS, INPUTS, TEMPERATURE, Quantity, key_of
 from restitution.units import NUMBER
 from restitution.variation import HeldElastic, numbers_by_name, varied
-
-STEP = 0.02
-"""Step of the logarithm of a positive number, or of the logit of a number between two finite ends."""
 
 # Step [K] of temperatures, whose logarithm is no scale of relaxation.
 _KELVIN = 0.5
@@ -29,83 +27,55 @@ _AT_END = 5e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Input:
+class Input(Coordinate):
     """A number that is changed by small steps.
 
     Attributes
     ----------
-    name : str
-        Its name.
-    quantity : Quantity
-        What it is, with its range.
     value : array
         Value in SI, in the shape of the impacts or ().
-    step : float, optional
-        Step in SI; by default one of the logarithm, or of the logit, or of a size that suits the quantity.
+    step : float
+        Usual step of its coordinate.
     """
 
-    name: str
-    quantity: Quantity
     value: Array
-    step: float | None = None
-
-    def __post_init__(self) -> None:
-        value = np.asarray(self.value, dtype=np.float64)
-        object.__setattr__(self, "value", value)
-        if not np.all(np.isfinite(value)):
-            rule = "must be finite: a number that is infinite has no derivative"
-            hint = "; take poisson_ratio for an incompressible material" if key_of(self.name) == "bulk_modulus" else ""
-            raise InputError(self.name, math.inf, rule + hint, self.quantity.unit)
-        if self._absolute is None and np.any(value == 0.0) and (self._at_end.any() or not self._is_between):
-            rule = "has no step of its own at 0; give steps={name: step in SI}"
-            raise InputError(self.name, 0.0, rule, self.quantity.unit)
-
-    @property
-    def _is_between(self) -> bool:
-        return math.isfinite(self.quantity.low) and math.isfinite(self.quantity.high)
-
-    @property
-    def _at_end(self) -> Any:
-        return (self.value <= self.quantity.low) | (self.value >= self.quantity.high)
-
-    @property
-    def _absolute(self) -> float | None:
-        """Step in SI, where it is neither one of the logarithm nor of the logit."""
-        if self.step is not None:
-            return self.step
-        if self.quantity.dimension is TEMPERATURE:
-            return _KELVIN
-        if self._is_between and np.any(self._at_end):
-            return _AT_END * (self.quantity.high - self.quantity.low)
-        return None
+    step: float
 
     def sides(self, share: float = 1.0) -> NDArray[np.intp]:
         """Return on which sides of each value the points lie: on one alone where the range ends."""
-        reach = 4.0 * share * (self._absolute or 0.0)
-        sides = np.where(self.value - reach < self.quantity.low, UPWARD, CENTRAL)
+        reach = 4.0 * share * self.step if self.kind == "linear" else 0.0
+        sides = np.where(self.value - reach < self.quantity.low, UPWARD, BOTH)
         return np.where(self.value + reach > self.quantity.high, DOWNWARD, sides)
 
     def points(self, share: float = 1.0) -> Array:
-        """Return the values at the places of the sides, shape (9, ...); `share` is that of the usual step."""
-        places = np.moveaxis(PLACES[self.sides(share)], -1, 0) * share
-        if (step := self._absolute) is not None:
-            return self.value + places * step
-        at = np.broadcast_to(self.value, places.shape)
-        grown = np.exp(places * STEP)
-        if not self._is_between:
-            return at * grown
-        low, high = self.quantity.low, self.quantity.high
-        moved = low + (high - low) / (1.0 + (high - at) / (at - low) / grown)
-        return np.where(places == 0.0, at, moved)
+        """Return the values beside the value, shape (8, ...); `share` is that of the usual step."""
+        return self.moved(self.value, np.moveaxis(BESIDE[self.sides(share)], -1, 0) * (share * self.step))
 
     def pace(self, share: float = 1.0) -> Array:
         """Return the derivative of the value by the place."""
-        if (step := self._absolute) is not None:
-            return np.full(self.value.shape, share * step)
-        if not self._is_between:
-            return share * STEP * self.value
-        low, high = self.quantity.low, self.quantity.high
-        return share * STEP * (self.value - low) * (high - self.value) / (high - low)
+        return share * self.step * self.slope(self.value)
+
+
+def input_of(name: str, quantity: Quantity, value: Any, step: float | None = None) -> Input:
+    """Return a number as an input; by default with a step of its logarithm, or logit, or of a size that suits it.
+
+    A given `step` is in SI.
+    """
+    number = np.asarray(value, dtype=np.float64)
+    if not np.all(np.isfinite(number)):
+        rule = "must be finite: a number that is infinite has no derivative"
+        hint = "; take poisson_ratio for an incompressible material" if key_of(name) == "bulk_modulus" else ""
+        raise InputError(name, math.inf, rule + hint, quantity.unit)
+    length = quantity.high - quantity.low
+    if step is None and quantity.dimension is TEMPERATURE:
+        step = _KELVIN
+    if step is None and math.isfinite(length) and np.any((number <= quantity.low) | (number >= quantity.high)):
+        step = _AT_END * length
+    if step is not None:
+        return Input(name, quantity, "linear", number, step)
+    if not math.isfinite(length) and np.any(number == 0.0):
+        raise InputError(name, 0.0, "has no step of its own at 0; give steps={name: step in SI}", quantity.unit)
+    return Input(name, quantity, "logit" if math.isfinite(length) else "log", number, LONG_STEP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,9 +108,7 @@ def model_of(
     """Return impacts as a function of their numbers by the names of `vary`."""
     flat = impact.take(np.arange(math.prod(impact.shape))) if impact.shape else impact
     numbers = numbers_by_name(flat, names)
-    inputs = tuple(
-        Input(name, quantity_of(name), np.asarray(value), step_of(name, steps)) for name, value in numbers.items()
-    )
+    inputs = tuple(input_of(name, quantity_of(name), value, step_of(name, steps)) for name, value in numbers.items())
     return Model(inputs, lambda values: varied(flat, values, held), impact.shape, impact.axes,
                  impact.adhesion is not None)  # fmt: skip
 

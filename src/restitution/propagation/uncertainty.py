@@ -15,7 +15,7 @@ from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import shaped
 from restitution.impact.problem import Impact
 from restitution.propagation.derivatives import DERIVATIVE_RTOL, Derivatives, differentiate, output_names, solved
-from restitution.propagation.inputs import Input, Model, model_of, quantity_of
+from restitution.propagation.inputs import Input, Model, input_of, model_of, quantity_of
 from restitution.propagation.result import Drawn, UncertaintyResult, UncertaintyStatus
 from restitution.quantities import ALIASES, DEFAULT_OUTPUTS
 from restitution.variation import HeldElastic, varied
@@ -73,7 +73,7 @@ class Block(NamedTuple):
         if not self.parameters:
             return self.covariance
         pairs = zip(self.parameters, values, strict=True)
-        slope = np.array([float(each.slope(each.inward(value))) for each, value in pairs])
+        slope = np.array([float(each.slope(value)) for each, value in pairs])
         return self.covariance * slope * slope[:, None]
 
     def moved(self, values: Array, changes: Array) -> Array:
@@ -81,7 +81,7 @@ class Block(NamedTuple):
         if not self.parameters:
             return values + changes
         triples = zip(self.parameters, values, changes, strict=True)
-        return np.stack([each.outward(each.inward(value) + change) for each, value, change in triples])
+        return np.stack([each.moved(value, change) for each, value, change in triples])
 
 
 def uncertainty(
@@ -204,7 +204,8 @@ def _model_of(impact: Impact, blocks: Sequence[Block], held: HeldElastic) -> Mod
     """Return the model of an impact; a number that is 0 has a step of a quarter of its deviation."""
     deviations = _deviations(blocks)
     model = model_of(impact, list(deviations), held, {name: 0.25 * size for name, size in deviations.items()})
-    inputs = tuple(each if np.any(each.value == 0.0) else replace(each, step=None) for each in model.inputs)
+    inputs = tuple(each if np.any(each.value == 0.0) else input_of(each.name, each.quantity, each.value)
+                   for each in model.inputs)  # fmt: skip
     return replace(model, inputs=inputs)
 
 
@@ -243,7 +244,7 @@ def _with_material(
     base = varied(impact, {_MATERIAL: materials(at).reshaped(())})
     others = _model_of(base, blocks, held) if blocks else Model((), lambda values: base, impact.shape, impact.axes)
     flat = base.take(np.arange(math.prod(base.shape))) if base.shape else base
-    inputs = tuple(Input(each.name, each.quantity, at[each.name]) for each in parameters)
+    inputs = tuple(input_of(each.name, each.quantity, at[each.name]) for each in parameters)
 
     def build(values: Mapping[str, Array]) -> Impact:
         trial = materials(values)
