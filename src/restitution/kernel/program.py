@@ -111,6 +111,8 @@ _RESOLVED = 1e-3
 _BLUR = 2e-14
 # Rounding of the rate where a contact begins, times the length of the step over the depth.
 _ROUNDING_OF_RATE = 5e-14
+# Difference of two lengths of a step, over the length, that a secant has when only rounding is left between them.
+_CLOSE = 1e-6
 _MOST_TRIES = 200
 # Breaks without a step between them.
 _MOST_SWITCHES = 60
@@ -451,7 +453,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 break
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
-            if abs(value) >= abs(last_value):
+            apart = value * last_value < 0.0 and abs(length - last_length) > _CLOSE * length
+            if abs(value) >= abs(last_value) and not apart:
                 # The event has only rounding left; the step before was the best.
                 length, last_value = last_length, math.inf
                 continue
