@@ -75,6 +75,8 @@ from restitution.kernel.jumps import (
     level_axis,
     note,
     push,
+    smooth_front,
+    smooth_front_at,
     sweep,
 )
 from restitution.kernel.lever import keep_swings
@@ -143,6 +145,17 @@ def memory_error(problem: Problem, room: Room, scatters: bool) -> float:
 
 
 @compiled
+def front_error(problem: Problem, room: Room, phase: int) -> float:
+    """Return the error of the depth s = y^2 of the element at the front, over that of the run."""
+    rule, nodes, values = problem.rule, room.nodes, room.vectors[7]
+    for i in range(NODES):
+        values[i] = nodes[Y, i] * nodes[Y, i]
+    # On virgin surface y^2 = d may be a polynomial where y is not.
+    error = max(tail(rule, values), 2.0 * nodes[Y, NODES - 1 if phase == GROWS else 0] * tail(rule, nodes[Y]))
+    return _FRONT_SHARE / problem.scales.depth * error
+
+
+@compiled
 def step_error(problem: Problem, room: Room, phase: int, length: float) -> float:
     """Return the error of depth, force, shared load and front over their scales.
 
@@ -178,17 +191,13 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
             if is_light(problem) and i > 0:
                 rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
         worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values) - rounding)
-    for i in range(NODES):
-        values[i] = nodes[Y, i] * nodes[Y, i]
-    # On virgin surface y^2 = d may be a polynomial where y is not.
-    front = max(tail(rule, values), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y]))
-    front *= _FRONT_SHARE / scales.depth
-    scatters = False
+    front, scatters = front_error(problem, room, phase), False
     if front > scales.tolerance or touches:
-        steepest = 0.0
+        steepest, scatter = 0.0, 0.0
         for i in range(1, NODES):
             steepest = max(steepest, nodes[SLOPE, i])
-        scatter = tail(rule, nodes[Y]) * steepest * (solid.glass if phase == GROWS else 1.0)
+            scatter = max(scatter, abs(smooth_front_at(rule, room, i) - nodes[Y, i]))
+        scatter = steepest * (tail(rule, nodes[Y]) if touches else scatter) * (solid.glass if phase == GROWS else 1.0)
         scatters = scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
         if scatters:
             front = 0.0
@@ -230,6 +239,8 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     elif event == ENDS:
         # A root of rounding else, with which the next touch would not be smooth.
         nodes[Y, last] = 0.0
+    if phase != FREE and nodes[A, 0] > 0.0 and front_error(problem, room, phase) > problem.scales.tolerance:
+        smooth_front(problem, room, phase)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
         if event == ENDS and kind < 0:
