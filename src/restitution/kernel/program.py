@@ -98,7 +98,7 @@ from restitution.kernel.panels import (
     value_of,
 )
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.stepper import rounding_of_load, solve_step, surface_at_axis, write_start
+from restitution.kernel.stepper import rounding_of_front, rounding_of_load, solve_step, surface_at_axis, write_start
 
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
@@ -180,7 +180,12 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
             values[i] += solid.moduli[k] * room.h[k, i]
     worst = tail(rule, values) / scales.stress
     pull = tail(rule, nodes[PULL]) / scales.force if problem.driver.attraction > 0.0 else 0.0
-    for part in (tail(rule, nodes[D]) / scales.depth, tail(rule, nodes[F]) / scales.force, pull):
+    rounding = 0.0
+    if phase == GROWS and solid.viscosity > 0.0 and problem.driver.by_depth:
+        # Elements feel a dashpot as soon as they touch.
+        for i in range(1, NODES):
+            rounding = max(rounding, rounding_of_front(problem, room, i))
+    for part in (tail(rule, nodes[D]) / scales.depth, (tail(rule, nodes[F]) - rounding) / scales.force, pull):
         worst = larger(worst, part)
     if solid.viscosity > 0.0 and not problem.driver.by_depth and length > 0.0 and phase != FREE:
         rounding = 0.0

@@ -387,14 +387,21 @@ def correct_touch(solid: Solid, rule: Scheme, room: Room, amount: float) -> None
 
 
 @inlined
+def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
+    """Return the rounding of the force at a node by that of the front, which is known no better than the depth."""
+    nodes = room.nodes
+    if not nodes[SLOPE, i] > 0.0:
+        return 0.0
+    return 4e-16 * abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
+
+
+@inlined
 def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
     """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
     nodes = room.nodes
-    force = abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i])
-    if nodes[SLOPE, i] > 0.0:
-        # The front is known no better than the depth.
-        force += abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
-    return 4e-16 * force / max(problem.scales.stress * nodes[A, i], 1e-300)
+    force = 4e-16 * (abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i]))
+    force += rounding_of_front(problem, room, i)
+    return force / max(problem.scales.stress * nodes[A, i], 1e-300)
 
 
 @inlined
