@@ -107,6 +107,8 @@ _MOMENT = 0.05
 # Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
 # accepted leaves its error to the fronts that pass it.
 _FRONT_SHARE = 0.1
+# Error of a front, over the tolerance, that shortens steps.
+_NOTICED = 0.01
 # Error of a free surface, over the depth of the run, with which a touch is found.
 _RESOLVED = 1e-3
 # Rounding of loads and gaps over their scales.
@@ -156,6 +158,21 @@ def front_error(problem: Problem, room: Room, phase: int) -> float:
 
 
 @compiled
+def front_scatters(problem: Problem, room: Room, phase: int, touches: bool) -> bool:
+    """Return whether loads do not feel how far the front is from a smooth one."""
+    scales, nodes, steepest, scatter = problem.scales, room.nodes, 0.0, 0.0
+    for i in range(1, NODES):
+        steepest = max(steepest, nodes[SLOPE, i])
+        scatter = max(scatter, abs(smooth_front_at(problem.rule, room, i) - nodes[Y, i]))
+    if touches:
+        scatter = tail(problem.rule, nodes[Y])
+    if phase == GROWS:
+        steepest *= problem.solid.glass
+    felt = max(_BLUR * problem.solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
+    return steepest * scatter <= felt
+
+
+@compiled
 def step_error(problem: Problem, room: Room, phase: int, length: float) -> float:
     """Return the error of depth, force, shared load and front over their scales.
 
@@ -197,13 +214,8 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
                 rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
         worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values) - rounding)
     front, scatters = front_error(problem, room, phase), False
-    if front > scales.tolerance or touches:
-        steepest, scatter = 0.0, 0.0
-        for i in range(1, NODES):
-            steepest = max(steepest, nodes[SLOPE, i])
-            scatter = max(scatter, abs(smooth_front_at(rule, room, i) - nodes[Y, i]))
-        scatter = steepest * (tail(rule, nodes[Y]) if touches else scatter) * (solid.glass if phase == GROWS else 1.0)
-        scatters = scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
+    if front > _NOTICED * scales.tolerance or touches:
+        scatters = front_scatters(problem, room, phase, touches)
         if scatters:
             front = 0.0
     if phase == GROWS:
@@ -216,6 +228,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     """Move the state to the end of a step, at time `stop`."""
     rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
     records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
+    scatters = step.phase != FREE and nodes[A, 0] > 0.0
+    scatters = scatters and front_error(problem, room, step.phase) > _NOTICED * problem.scales.tolerance
+    scatters = scatters and front_scatters(problem, room, step.phase, False)
     phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
     records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
     records.phase[n], records.event[n] = phase, event
@@ -244,7 +259,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     elif event == ENDS:
         # A root of rounding else, with which the next touch would not be smooth.
         nodes[Y, last] = 0.0
-    if phase != FREE and nodes[A, 0] > 0.0 and front_error(problem, room, phase) > problem.scales.tolerance:
+    if scatters:
         smooth_front(problem, room, phase)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
