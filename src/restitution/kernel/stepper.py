@@ -39,7 +39,6 @@ from restitution.kernel.driver import (
     F,
     Problem,
     Room,
-    Scales,
     Step,
     V,
     Y,
