@@ -89,7 +89,7 @@ def smooth_front_at(rule: Scheme, room: Room, i: int) -> float:
 def smooth_front(problem: Problem, room: Room, phase: int) -> None:
     """Replace a front that scatters, which loads do not feel, by a smooth one.
 
-    Between its nodes a panel has y^2 as the square of a polynomial, and loads or displacements as other polynomials. If
+    Between its nodes a panel has y^2 as the square of a polynomial, and loads or displacements as others. If
     these do not resolve the front, the gaps of the panel are not those of its elements, and the next contact feels it.
     """
     solid, nodes, values = problem.solid, room.nodes, room.vectors[7]
