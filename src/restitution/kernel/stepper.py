@@ -190,18 +190,14 @@ def force_of_loads(solid: Solid, path: Path, rule: Scheme, room: Room, i: int) -
 
     Other than by the sums of loads, which are known to the tolerance, it vanishes where the load at the axis does.
     """
-    total, drive, top = 0.0, shared_load(solid, room, i), room.places[FOLLOWING] - 1
-    if room.at[i] == top and room.z[i] >= room.following.end[top]:
-        # All elements are under load.
-        q = load(solid, room.following, top, room.z[i], room.times[i], drive, room.basis[0], room.basis[1])[0]
-        total = q * room.nodes[A, i]
+    total, drive = 0.0, shared_load(solid, room, i)
     for p in range(room.at[i] + 1):
         end = room.z[i] if p == room.at[i] else room.following.end[p]
         for j in range(STAGES):
             _, slope, y, _ = load(
                 solid, room.following, p, end * rule.c[j + 1], room.times[i], drive, room.basis[0], room.basis[1]
             )
-            # By parts: the load vanishes at the front.
+            # By parts, as the load vanishes at the front.
             total -= rule.A[STAGES - 1, j] * end * slope * radius_and_integral(path, max(y, 0.0))[0]
     return total
 
