@@ -77,7 +77,7 @@ def scheme() -> Scheme:
     c, inner = method.c, STAGES // 2 - 2
     line = np.outer(1.0 - c, np.eye(NODES)[0]) + np.outer(c, np.eye(NODES)[-1])
     rest = (c * (1.0 - c))[:, None] * chebyshev.chebvander(2.0 * c - 1.0, inner)
-    smooth: Array = line + rest @ np.linalg.pinv(rest) @ (np.eye(NODES) - line)
+    smooth: Array = (line + rest @ np.linalg.pinv(rest) @ (np.eye(NODES) - line)).astype(np.float64)
     return Scheme(method.c, method.A, method.derivative, coefficients, smooth)
 
 
