@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import restitution as rs
 from element_follower import followed_force, program
@@ -132,6 +133,22 @@ def test_random_programs_against_elements_followed_alone(seed):
 def test_random_programs_on_a_dashpot_against_elements_followed_alone(seed):
     """With the force of before the front's run, 44 and 70 are refused."""
     check_random_program_with_a_dashpot(seed)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("seed", [12, 13, 25, 44, 45])
+def test_a_liquid_that_left_at_one_moment_has_a_smooth_imprint(seed, rtol):
+    """Elements of a liquid that has relaxed have equal loads and leave together; where the front was is rounding."""
+    rng = np.random.default_rng([seed, 51])
+    count = int(rng.integers(1, 3))
+    equilibrium = float(rng.random() < 0.2) * 10.0 ** rng.uniform(-2.0, 0.0)
+    series = PronySeries(equilibrium, 10.0 ** rng.uniform(-1.0, 1.0, count), 10.0 ** rng.uniform(-2.0, -0.5, count))
+    times, depths = program(rng, int(rng.integers(4, 8)))
+    result = indent(half_space(series), TIP, depth=depths, time=times, rtol=rtol)
+    begin, end = result.contact_intervals[-1]
+    moment = begin + 0.6 * (min(end, times[-1]) - begin)
+    force = float(result.sample([moment]).force[0])
+    assert abs(force - followed_force(result, series, moment)) <= rtol * result.max_force
 
 
 @pytest.mark.slow
@@ -266,6 +283,35 @@ def test_a_spring_on_a_dashpot_returns_to_its_imprint(tip):
         sample = result.sample(moments)
         spring = k * (np.interp(moments, times, base) - sample.indentation_depth.values)
         assert sample.force.values == pytest.approx(spring, abs=1e-8 * result.max_force)
+
+
+@pytest.mark.parametrize("seed", [0, 86, 95, 163])
+def test_a_flat_face_on_a_spring_and_a_dashpot_turns(seed):
+    """Of a flat face with steep sides q = F/(2 a) is linear in d: eta d' + Einf d + E h + k d/(2 a) = k z/(2 a)."""
+    rng = np.random.default_rng([seed, 63])
+    radius, k, modulus = 0.5, 10.0 ** rng.uniform(-3.5, -1.0), 10.0 ** rng.uniform(-0.5, 1.0)
+    tau, viscosity = rng.uniform(0.2, 2.0), 10.0 ** rng.uniform(-4.0, -2.0)
+    series = PronySeries(1.0, [modulus], [tau], parallel_viscosity=viscosity)
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.3, 1.0, 4))])
+    # Without a loss of contact.
+    base = 1e-3 * np.array([0.0, 1.0, rng.uniform(0.85, 0.95), rng.uniform(1.0, 1.1), rng.uniform(0.9, 0.95)])
+    tip = TruncatedCone(radius, 1e-5)
+    result = indent(half_space(series), tip, depth=base, time=times, spring_constant=k)
+    # Linear in (d, h): exponentials of a matrix with the slopes of the base as a further state.
+    stiffness, expected, state = 0.5 * k / radius, [], np.zeros(2)
+    for n in range(4):
+        pace = (base[n + 1] - base[n]) / (times[n + 1] - times[n])
+        change = np.zeros((4, 4))
+        change[0] = np.array([-1.0 - stiffness, -modulus, stiffness, 0.0]) / viscosity
+        change[1] = change[0] - np.array([0.0, 1.0 / tau, 0.0, 0.0])
+        change[2, 3] = 1.0
+        for moment in np.linspace(times[n], times[n + 1], 6)[1:]:
+            after = expm(change * (moment - times[n])) @ np.append(state, [base[n], pace])
+            expected.append((moment, after[0]))
+        state = after[:2]
+    moments, depths = np.array(expected).T
+    computed = result.sample(moments).indentation_depth.values
+    assert computed == pytest.approx(depths, abs=1e-8 * base.max())
 
 
 # Surface

@@ -47,6 +47,7 @@ from restitution.kernel.panels import (
     KINK,
     NODES,
     SMOOTH,
+    Scheme,
     Solid,
     gap,
     leave,
@@ -73,6 +74,61 @@ _NO_LOAD = 1e-14
 _NO_GAP = 1.0
 _INNER, _DIFFERENT = (0.9, 0.7, 0.5, 0.35, 0.25, 0.15), 3.0
 _MOST_BISECTIONS = 60
+
+
+@inlined
+def smooth_front_at(rule: Scheme, room: Room, i: int) -> float:
+    """Return y at a node on the smooth polynomial next to the front."""
+    y = 0.0
+    for n in range(NODES):
+        y += rule.smooth[i, n] * room.nodes[Y, n]
+    return y
+
+
+@compiled
+def smooth_front(problem: Problem, room: Room, phase: int) -> None:
+    """Replace a front that scatters, which loads do not feel, by a smooth one.
+
+    Between its nodes a panel has y^2 as the square of a polynomial, and loads or displacements as others. If
+    these do not resolve the front, the gaps of the panel are not those of its elements, and the next contact feels it.
+    """
+    solid, nodes, values = problem.solid, room.nodes, room.vectors[7]
+    panels, place = ahead(room, phase)
+    for i in range(NODES):
+        values[i] = smooth_front_at(problem.rule, room, i)
+        if room.at[i] < 0:
+            # Virgin surface.
+            return
+    for i in range(1, NODES - 1):
+        p, z, y = room.at[i], room.z[i], nodes[Y, i]
+        for _ in range(_MOST_BISECTIONS):
+            polynomials(z, room.basis[0], room.basis[1])
+            row = panels.coefficients[p, 0]
+            y, rise = value_of(row, room.basis[0]), value_of(row, room.basis[1])
+            change = (values[i] - y) / rise if rise != 0.0 else 0.0
+            if abs(change) <= 1e-15:
+                break
+            if z == panels.end[p] and change > 0.0 and p < room.places[place] - 1:
+                p, z = p + 1, 0.0
+            elif z == 0.0 and change < 0.0 and p > 0:
+                p, z = p - 1, panels.end[p - 1]
+            else:
+                z = min(max(z + change, 0.0), panels.end[p])
+        before = nodes[A, i]
+        nodes[Y, i] = max(y, 0.0)
+        nodes[A, i], nodes[PI, i] = radius_and_integral(problem.path, nodes[Y, i])
+        if phase == SHRINKS:
+            write_loads(
+                solid, panels, p, z, room.times[i], room.h[:, i], nodes[A, i], room.loads[:, i], room.L[:, i],
+                room.basis[0], room.basis[1],
+            )  # fmt: skip
+        else:
+            write_displacements(
+                solid, panels, p, z, room.times[i], room.displacements[:, i], room.basis[0], room.basis[1]
+            )
+            touch(solid, room.displacements[:, i], room.loads[:, i])
+            for k in range(solid.rates.shape[0]):
+                room.L[k, i] += room.loads[k, i] * (nodes[A, i] - before)
 
 
 @compiled

@@ -65,6 +65,7 @@ class Scheme(NamedTuple):
     A: Array  # (S, S): Butcher matrix
     derivative: Array  # (N, N): values to slopes at c
     coefficients: Array  # (N, N): values at c to Chebyshev coefficients
+    smooth: Array  # (N, N): values at c to those of a polynomial whose square has no higher degree than a panel
 
 
 @cache
@@ -72,7 +73,12 @@ def scheme() -> Scheme:
     """Return the coefficients of a step."""
     method = radau(STAGES)
     coefficients: Array = np.linalg.inv(chebyshev.chebvander(2.0 * method.c - 1.0, STAGES)).astype(np.float64)
-    return Scheme(method.c, method.A, method.derivative, coefficients)
+    # Of degree N/2, with the same values at the ends.
+    c, inner = method.c, STAGES // 2 - 2
+    line = np.outer(1.0 - c, np.eye(NODES)[0]) + np.outer(c, np.eye(NODES)[-1])
+    rest = (c * (1.0 - c))[:, None] * chebyshev.chebvander(2.0 * c - 1.0, inner)
+    smooth: Array = (line + rest @ np.linalg.pinv(rest) @ (np.eye(NODES) - line)).astype(np.float64)
+    return Scheme(method.c, method.A, method.derivative, coefficients, smooth)
 
 
 @by_reference

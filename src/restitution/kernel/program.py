@@ -75,6 +75,8 @@ from restitution.kernel.jumps import (
     level_axis,
     note,
     push,
+    smooth_front,
+    smooth_front_at,
     sweep,
 )
 from restitution.kernel.lever import keep_swings
@@ -96,7 +98,7 @@ from restitution.kernel.panels import (
     value_of,
 )
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.stepper import rounding_of_load, solve_step, surface_at_axis, write_start
+from restitution.kernel.stepper import rounding_of_front, rounding_of_load, solve_step, surface_at_axis, write_start
 
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
@@ -105,12 +107,16 @@ _MOMENT = 0.05
 # Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
 # accepted leaves its error to the fronts that pass it.
 _FRONT_SHARE = 0.1
+# Error of a front, over the tolerance, that shortens steps.
+_NOTICED = 0.01
 # Error of a free surface, over the depth of the run, with which a touch is found.
 _RESOLVED = 1e-3
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
 # Rounding of the rate where a contact begins, times the length of the step over the depth.
 _ROUNDING_OF_RATE = 5e-14
+# Difference of two lengths of a step, over the length, that a secant has when only rounding is left between them.
+_CLOSE = 1e-6
 _MOST_TRIES = 200
 # Breaks without a step between them.
 _MOST_SWITCHES = 60
@@ -141,6 +147,32 @@ def memory_error(problem: Problem, room: Room, scatters: bool) -> float:
 
 
 @compiled
+def front_error(problem: Problem, room: Room, phase: int) -> float:
+    """Return the error of the depth s = y^2 of the element at the front, over that of the run."""
+    rule, nodes, values = problem.rule, room.nodes, room.vectors[7]
+    for i in range(NODES):
+        values[i] = nodes[Y, i] * nodes[Y, i]
+    # On virgin surface y^2 = d may be a polynomial where y is not.
+    error = max(tail(rule, values), 2.0 * nodes[Y, NODES - 1 if phase == GROWS else 0] * tail(rule, nodes[Y]))
+    return _FRONT_SHARE / problem.scales.depth * error
+
+
+@compiled
+def front_scatters(problem: Problem, room: Room, phase: int, touches: bool) -> bool:
+    """Return whether loads do not feel how far the front is from a smooth one."""
+    scales, nodes, steepest, scatter = problem.scales, room.nodes, 0.0, 0.0
+    for i in range(1, NODES):
+        steepest = max(steepest, nodes[SLOPE, i])
+        scatter = max(scatter, abs(smooth_front_at(problem.rule, room, i) - nodes[Y, i]))
+    if touches:
+        scatter = tail(problem.rule, nodes[Y])
+    if phase == GROWS:
+        steepest *= problem.solid.glass
+    felt = max(_BLUR * problem.solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
+    return steepest * scatter <= felt
+
+
+@compiled
 def step_error(problem: Problem, room: Room, phase: int, length: float) -> float:
     """Return the error of depth, force, shared load and front over their scales.
 
@@ -165,7 +197,12 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
             values[i] += solid.moduli[k] * room.h[k, i]
     worst = tail(rule, values) / scales.stress
     pull = tail(rule, nodes[PULL]) / scales.force if problem.driver.attraction > 0.0 else 0.0
-    for part in (tail(rule, nodes[D]) / scales.depth, tail(rule, nodes[F]) / scales.force, pull):
+    rounding = 0.0
+    if phase == GROWS and solid.viscosity > 0.0 and problem.driver.by_depth:
+        # Elements feel a dashpot as soon as they touch.
+        for i in range(1, NODES):
+            rounding = max(rounding, rounding_of_front(problem, room, i))
+    for part in (tail(rule, nodes[D]) / scales.depth, (tail(rule, nodes[F]) - rounding) / scales.force, pull):
         worst = larger(worst, part)
     if solid.viscosity > 0.0 and not problem.driver.by_depth and length > 0.0 and phase != FREE:
         rounding = 0.0
@@ -176,18 +213,9 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
             if is_light(problem) and i > 0:
                 rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
         worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values) - rounding)
-    for i in range(NODES):
-        values[i] = nodes[Y, i] * nodes[Y, i]
-    # On virgin surface y^2 = d may be a polynomial where y is not.
-    front = max(tail(rule, values), 2.0 * nodes[Y, NODES - 1] * tail(rule, nodes[Y]))
-    front *= _FRONT_SHARE / scales.depth
-    scatters = False
-    if front > scales.tolerance or touches:
-        steepest = 0.0
-        for i in range(1, NODES):
-            steepest = max(steepest, nodes[SLOPE, i])
-        scatter = tail(rule, nodes[Y]) * steepest * (solid.glass if phase == GROWS else 1.0)
-        scatters = scatter <= max(_BLUR * solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
+    front, scatters = front_error(problem, room, phase), False
+    if front > _NOTICED * scales.tolerance or touches:
+        scatters = front_scatters(problem, room, phase, touches)
         if scatters:
             front = 0.0
     if phase == GROWS:
@@ -200,6 +228,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     """Move the state to the end of a step, at time `stop`."""
     rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
     records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
+    scatters = step.phase != FREE and nodes[A, 0] > 0.0
+    scatters = scatters and front_error(problem, room, step.phase) > _NOTICED * problem.scales.tolerance
+    scatters = scatters and front_scatters(problem, room, step.phase, False)
     phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
     records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
     records.phase[n], records.event[n] = phase, event
@@ -228,6 +259,8 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     elif event == ENDS:
         # A root of rounding else, with which the next touch would not be smooth.
         nodes[Y, last] = 0.0
+    if scatters:
+        smooth_front(problem, room, phase)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
         if event == ENDS and kind < 0:
@@ -451,7 +484,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 break
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
-            if abs(value) >= abs(last_value):
+            apart = value * last_value < 0.0 and abs(length - last_length) > _CLOSE * length
+            if abs(value) >= abs(last_value) and not apart:
                 # The event has only rounding left; the step before was the best.
                 length, last_value = last_length, math.inf
                 continue

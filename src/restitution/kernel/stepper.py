@@ -39,7 +39,6 @@ from restitution.kernel.driver import (
     F,
     Problem,
     Room,
-    Scales,
     Step,
     V,
     Y,
@@ -47,6 +46,7 @@ from restitution.kernel.driver import (
     by_rate,
     ends_by_load,
     is_force,
+    is_light,
     prescribed_at,
 )
 from restitution.kernel.growth import at_nodes, differentiate, write_growing_sums
@@ -78,7 +78,7 @@ _MOST_ITERATIONS = 60
 # Change by an iteration that does not converge further, over the tolerance.
 _SETTLED = 0.05
 # Difference of the forces of a panel and of the step before, over the error of a step.
-_SAME_FORCE = 10.0
+_SAME_FORCE = 100.0
 # Rounding of a depth, over the depth.
 _DEPTH_ROUNDING = 1e-15
 
@@ -203,6 +203,18 @@ def force_of_loads(solid: Solid, path: Path, rule: Scheme, room: Room, i: int) -
 
 
 @compiled
+def add_force(solid: Solid, driver: Driver, path: Path, rule: Scheme, room: Room, phase: int, i: int) -> None:
+    """Add all other parts of the force at a node to that by the memory."""
+    nodes = room.nodes
+    y, a = nodes[Y, i], nodes[A, i]
+    nodes[F, i] += solid.equilibrium * ((nodes[D, i] - y * y) * a + nodes[PI, i])
+    nodes[F, i] += solid.viscosity * a * nodes[V, i]
+    if phase == SHRINKS and ends_by_load(solid, driver) and 0.0 < y < _SMALL:
+        part = (y / _SMALL) ** 4
+        nodes[F, i] = part * nodes[F, i] + (1.0 - part) * force_of_loads(solid, path, rule, room, i)
+
+
+@compiled
 def write_forces(solid: Solid, driver: Driver, path: Path, rule: Scheme, room: Room, phase: int) -> None:
     """Write fronts, memory and forces at the nodes from the depths and rates there."""
     nodes, source = room.nodes, room.vectors[0]
@@ -224,12 +236,7 @@ def write_forces(solid: Solid, driver: Driver, path: Path, rule: Scheme, room: R
     if phase == GROWS:
         write_growing_sums(solid, driver, path, rule, room)
     for i in range(1, NODES):
-        y, a = nodes[Y, i], nodes[A, i]
-        nodes[F, i] += solid.equilibrium * ((nodes[D, i] - y * y) * a + nodes[PI, i])
-        nodes[F, i] += solid.viscosity * a * nodes[V, i]
-        if phase == SHRINKS and ends_by_load(solid, driver) and 0.0 < y < _SMALL:
-            part = (y / _SMALL) ** 4
-            nodes[F, i] = part * nodes[F, i] + (1.0 - part) * force_of_loads(solid, path, rule, room, i)
+        add_force(solid, driver, path, rule, room, phase, i)
 
 
 @compiled
@@ -379,14 +386,21 @@ def correct_touch(solid: Solid, rule: Scheme, room: Room, amount: float) -> None
 
 
 @inlined
+def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
+    """Return the rounding of the force at a node by that of the front, which is known no better than the depth."""
+    nodes = room.nodes
+    if not nodes[SLOPE, i] > 0.0:
+        return 0.0
+    return 4e-16 * abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
+
+
+@inlined
 def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
     """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
     nodes = room.nodes
-    force = abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i])
-    if nodes[SLOPE, i] > 0.0:
-        # The front is known no better than the depth.
-        force += abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
-    return 4e-16 * force / max(problem.scales.stress * nodes[A, i], 1e-300)
+    force = 4e-16 * (abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i]))
+    force += rounding_of_front(problem, room, i)
+    return force / max(problem.scales.stress * nodes[A, i], 1e-300)
 
 
 @inlined
@@ -555,17 +569,26 @@ def write_start(solid: Solid, path: Path, room: Room, phase: int) -> None:
 
 
 @compiled
-def adopt_panel(solid: Solid, scales: Scales, room: Room) -> None:
-    """Start from the force that the panel at the front has, where it differs from that of the last step by its errors.
+def adopt_panel(problem: Problem, room: Room) -> None:
+    """Start from the force that the panels of a shrinking contact have, where errors of the steps differ from it.
 
-    Else it would jump at the first node, and no step would be smooth enough.
+    Else it would jump at the first node, and no step would be smooth enough. A force on a spring and a dashpot follows
+    from the depth, and the rate from it.
     """
-    change = 0.0
+    solid, scales, nodes = problem.solid, problem.scales, room.nodes
+    force, damping = nodes[F, 0], solid.viscosity * nodes[A, 0]
+    nodes[F, 0] = 0.0
     for k in range(solid.rates.shape[0]):
-        change += room.L[k, 0] - room.sums[k]
+        nodes[F, 0] += room.L[k, 0]
+    add_force(solid, problem.driver, problem.path, problem.rule, room, SHRINKS, 0)
+    change = nodes[F, 0] - force
     excess = abs(change) / (scales.tolerance * scales.force)
-    if 1.0 < excess <= _SAME_FORCE:
-        room.nodes[F, 0] += change
+    if is_light(problem) and damping > 0.0:
+        nodes[F, 0] = force
+        if excess <= _SAME_FORCE:
+            nodes[V, 0] -= change / damping
+    elif not 1.0 < excess <= _SAME_FORCE:
+        nodes[F, 0] = force
 
 
 @compiled
@@ -596,9 +619,9 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
         # There is no front.
         return False
     write_start(solid, path, room, phase)
-    if phase == SHRINKS:
-        adopt_panel(solid, problem.scales, room)
     write_given(problem, room, step)
+    if phase == SHRINKS:
+        adopt_panel(problem, room)
     if phase != FREE:
         write_inverses(solid, rule, room)
     if driver.by_depth:
