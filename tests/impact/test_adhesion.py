@@ -420,6 +420,9 @@ def test_what_the_theory_does_not_have_is_refused():
     dashpot = rs.Material(rs.PronySeries(1.0, [1.0], [1.0], parallel_viscosity=0.1), bulk=math.inf)
     assert in_one_line(lambda: rs.solve(replace(impact, material=dashpot))).field == "material"
     assert in_one_line(lambda: rs.solve(impact, "elements")).field == "method"
+    far = in_one_line(lambda: replace(impact, profile=rs.Sphere([1.0, 1e-3]), adhesion=rs.Adhesion(1.0, 1.0)))
+    assert (far.field, far.index) == ("adhesion.range", (1,))
+    assert "work over the stress" in far.rule
     assert in_one_line(lambda: rs.solve([impact, replace(impact, adhesion=None)])).field == "impact"
     assert in_one_line(lambda: rs.solve([impact], "elements")).field == "method"
     assert in_one_line(lambda: replace(impact, friction=0.5, tangential_velocity=1.0)).field == "friction"
@@ -439,6 +442,16 @@ def test_a_zone_that_is_too_thin_is_refused():
     assert caught.value.status == Status.NOT_ACCURATE
     # Another stress is the remedy, no other tolerance.
     assert "rtol" not in str(caught.value)
+
+
+def test_a_range_that_hides_the_depth_is_refused():
+    impact = replace(ball(STANDARD, 1.0, 1.0, 0.5), profile=rs.Cone(0.8), adhesion=rs.Adhesion(1.0, 1e-30))
+    with pytest.raises(SolverError, match="lost in its rounding; take a larger stress") as caught:
+        rs.solve(impact)
+    assert "rtol" not in str(caught.value)
+    with pytest.warns(UserWarning, match="1 of 2"):
+        result = rs.solve(replace(impact, adhesion=rs.Adhesion(1.0, [1.0, 1e-30])))
+    assert list(result.status) == [Status.CAPTURED, Status.NOT_ACCURATE]
 
 
 def test_the_least_work_of_adhesion_is_none():

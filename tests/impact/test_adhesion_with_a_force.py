@@ -10,7 +10,10 @@ from scipy.optimize import brentq
 import restitution as rs
 from adhesive_elements import extrapolated_restitution
 from restitution.contact.adhesion import static_contact
+from restitution.impact.adhesive import problem_of
+from restitution.impact.dugdale import _numbers
 from restitution.impact.status import Status
+from restitution.indentation.attraction import March
 
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")
 
@@ -126,6 +129,21 @@ def test_a_body_that_swings_on_its_weight_is_followed_until_it_turns_back_twice(
     assert result.status == Status.CAPTURED
     speed = result.history.indentation_velocity.values
     assert np.count_nonzero((speed[:-1] < 0.0) & (speed[1:] >= 0.0)) == 2
+
+
+def test_the_largest_depth_within_a_step_is_that_of_a_throw():
+    """Under a constant net force a body with the speed u turns after m u^2/(2 (F - F0))."""
+    problem = problem_of(ball(STANDARD, 1.0, 1.0, 0.02, 0.3))
+    motion = np.zeros((3, 8))
+    motion[:, 0], motion[:, 1], motion[:, 2], motion[:, 3] = (
+        range(3),
+        (0.0, 0.5, 0.45),
+        (1.0, 0.4, -0.6),
+        (0.0, 3.0, 3.0),
+    )
+    motion[:, 4] = 0.1, 0.2, 0.2
+    numbers = _numbers(problem, March(0, motion, (), 0.0))
+    assert numbers["max_indentation_depth"] == pytest.approx(0.5 + 0.5 * 0.4**2 / (3.0 - 1.0), rel=1e-12)
 
 
 def test_a_liquid_under_its_weight_is_held():

@@ -26,7 +26,7 @@ from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError
 from restitution.impact.adhesion import sticking_velocity
-from restitution.impact.adhesive import marched, too_thin
+from restitution.impact.adhesive import marched, unresolved
 from restitution.impact.status import SolverError, Status
 from restitution.impact.window import compared, require_known
 from restitution.quantities import STATUS, VELOCITY
@@ -100,8 +100,8 @@ def collisions(
     impact = replace(pair.impact, adhesion=adhesion)
     pair = pair._replace(impact=impact)
     impacts = replace(impact, velocity=speeds)
-    if thin := too_thin(impact):
-        raise SolverError(Status.NOT_ACCURATE, cause=thin)
+    if cause := unresolved(impact):
+        raise SolverError(Status.NOT_ACCURATE, cause=cause)
     columns, _ = marched(impacts, max(rtol, _RTOL), workers, None)
     status = columns[STATUS]
     held = status == Status.CAPTURED

@@ -15,10 +15,13 @@ from restitution.checks import Array, Numeric, common_shape
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
 from restitution.quantities import ADHESION_INPUTS
+from restitution.units import in_words
 
 RANGE = 0.4e-9
 """Range of the attraction [m] where none is given: a distance of atoms."""
 
+# Largest range of an attraction over the radius of a round tip; that of surfaces is nanometres to microns.
+_FARTHEST = 100.0
 # Nodes over the angle of the zone, and relative tolerance of a root.
 _NODES, _EPSILON = np.polynomial.legendre.leggauss(48), 4.0 * np.finfo(float).eps
 
@@ -185,3 +188,15 @@ def require_smooth(profile: Profile) -> None:
     """Refuse a profile with a flat face or an edge, for which the theory has no front of contact."""
     if np.any(np.asarray(profile.contact_radius(0.0)) > 0.0) or profile.joints.size:
         raise InputError("profile", profile, "must be smooth, without a flat face, for adhesion")
+
+
+def require_near(profile: Profile, adhesion: Adhesion) -> None:
+    """Refuse a range of the attraction far beyond the radius of a round tip, mostly a slip of unit of the stress."""
+    reach, radius = np.broadcast_arrays(np.asarray(adhesion.range), np.asarray(profile.tip_radius))
+    far = np.argwhere(reach > _FARTHEST * radius)
+    if len(far):
+        index = tuple(int(n) for n in far[0])
+        rule = f"must be at most {_FARTHEST:g} radii of the tip, {in_words(_FARTHEST * float(radius[index]), 'm')}"
+        if adhesion.held == "stress":
+            rule += "; it is the work over the stress, which is too small"
+        raise InputError("adhesion.range", float(reach[index]), rule, "m", index=index)

@@ -21,7 +21,7 @@ from restitution.impact.adhesive import (
     marched,
     maugis_numbers,
     problem_of,
-    too_thin,
+    unresolved,
 )
 from restitution.impact.batch import shaped
 from restitution.impact.dugdale import sticking
@@ -194,8 +194,8 @@ def solve_with_adhesion(
 ) -> AdhesiveResult:  # fmt: skip
     """Solve one adhesive impact, an array or a list of them; see `solve`."""
     shape, limit = shape_of(impact), max(rtol, LEAST_RTOL)
-    if isinstance(impact, Impact) and not shape and errors != "warn" and (thin := too_thin(impact)):
-        raise SolverError(Status.NOT_ACCURATE, cause=thin)
+    if isinstance(impact, Impact) and not shape and errors != "warn" and (cause := unresolved(impact)):
+        raise SolverError(Status.NOT_ACCURATE, cause=cause)
     columns, march = marched(impact, limit, workers, progress)
     status = columns[STATUS]
     message = failures(np.bincount(status, minlength=len(Status)).tolist(), status.size)
@@ -280,8 +280,8 @@ def sticking_velocity(impact: Impact, *, rtol: float = 1e-4) -> Any:
 
     def run(place: int) -> None:
         single = single_of(impact, place)
-        if thin := too_thin(single):
-            raise SolverError(Status.NOT_ACCURATE, cause=thin)
+        if cause := unresolved(single):
+            raise SolverError(Status.NOT_ACCURATE, cause=cause)
         velocities[place] = sticking(problem_of(single), limit)[0]
 
     run(0)

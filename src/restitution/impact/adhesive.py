@@ -10,7 +10,7 @@ import numpy as np
 
 from restitution.checks import Array, Numeric
 from restitution.contact.adhesion import maugis_number, rest
-from restitution.impact.dugdale import NUMBERS, Problem, Solved, solve_adhesive
+from restitution.impact.dugdale import NUMBERS, Problem, Solved, first_width, solve_adhesive
 from restitution.impact.members import of_each, shape_of, single_of
 from restitution.impact.solution import Progress
 from restitution.impact.status import Status
@@ -29,6 +29,8 @@ LEAST_RTOL = 1e-6
 
 # Maugis' parameter at the static modulus from which the zone is too thin for the elements, and its advised value.
 _THINNEST, _ADVISED = 1000.0, 5.0
+# Range over depth beyond which rounding of the range hides the depth, as gaps have the sum of both.
+_FARTHEST = 1e9
 
 
 def maugis_numbers(impact: Impact) -> tuple[Numeric, Numeric]:
@@ -83,17 +85,22 @@ def _least_energy(body: Sticky, force: float) -> float:
     return -math.inf if depth >= float(body.profile.max_depth) else -force * depth
 
 
-def too_thin(impact: Impact) -> str:
-    """Return why the zone is too thin for the elements; empty if it is not."""
-    largest = float(np.asarray(maugis_numbers(impact)[1]))
-    if not largest > _THINNEST:
-        return ""
+def unresolved(impact: Impact) -> str:
+    """Return why elements do not resolve the zone of a single impact; empty if they do."""
     assert impact.adhesion is not None
-    stress = float(np.asarray(impact.adhesion.stress)) * _ADVISED / largest
-    return (
-        f"Maugis' lambda is {largest:.3g} at the instantaneous modulus, and the zone too thin for the elements above "
-        f"{_THINNEST:g}; a stress of {in_words(stress, 'Pa')} has lambda = {_ADVISED:g}, nearly the limit of JKR"
-    )
+    largest = float(np.asarray(maugis_numbers(impact)[1]))
+    if largest > _THINNEST:
+        stress = float(np.asarray(impact.adhesion.stress)) * _ADVISED / largest
+        return (
+            f"Maugis' lambda is {largest:.3g} at the instantaneous modulus, and the zone too thin for the elements "
+            f"above {_THINNEST:g}; a stress of {in_words(stress, 'Pa')} has lambda = {_ADVISED:g}, nearly that of JKR"
+        )
+    reach, problem = float(np.asarray(impact.adhesion.range)), problem_of(impact)
+    depth = float(problem.body.profile.transform(first_width(problem)))
+    if reach > _FARTHEST * depth:
+        sizes = f"{in_words(reach, 'm')}, and a depth of some {in_words(depth, 'm')}"
+        return f"the range of the attraction is {sizes} is lost in its rounding; take a larger stress"
+    return ""
 
 
 def adhesive_columns(
@@ -137,7 +144,7 @@ def marched(
         nonlocal done
         single = single_of(impact, place)
         done += 1
-        if too_thin(single):
+        if unresolved(single):
             return
         solved = _solved(problem_of(single), rtol)
         columns[STATUS][place], columns["restitution_error"][place] = int(solved.status), solved.error

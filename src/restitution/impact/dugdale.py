@@ -141,7 +141,7 @@ def scales(problem: Problem) -> tuple[float, float]:
     """Return the largest radius [m] of the zone and the duration [s]; infinite where the profile ends before."""
     from restitution.kernel.zone import NO_ROOM, TOO_LONG
 
-    width = min(_first_width(problem), _widest(problem))
+    width = min(first_width(problem), _widest(problem))
     body = problem.body
     way = float(body.profile.transform(width) + np.asarray(body.adhesion.range))
     time = 4.0 * way / math.hypot(problem.velocity, math.sqrt(2.0 * problem.load.force * way / problem.mass))
@@ -162,7 +162,7 @@ def scales(problem: Problem) -> tuple[float, float]:
     return math.nan, time
 
 
-def _first_width(problem: Problem) -> float:
+def first_width(problem: Problem) -> float:
     """Return a contact radius [m] at which the elastic energy is that of the body and of the attraction."""
     body = problem.body
     stiff, work = float(body.modulus.instantaneous_modulus), float(np.asarray(body.adhesion.work))

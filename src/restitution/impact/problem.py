@@ -21,7 +21,7 @@ from restitution.checks import (
     positive_or_infinite,
     truth,
 )
-from restitution.contact.adhesion import Adhesion, require_smooth
+from restitution.contact.adhesion import Adhesion, require_near, require_smooth
 from restitution.contact.geometry import BALL_ON_TARGET, Contact, Geometry
 from restitution.contact.profiles import Parabola, as_profile, sphere_mass
 from restitution.errors import InputError, InputTypeError
@@ -177,7 +177,10 @@ class Impact:
 
     def _check_adhesion(self) -> None:
         """Refuse what the theory of adhesive impacts does not have."""
-        require_smooth(as_profile(self.profile, "adhesion"))
+        assert self.adhesion is not None
+        profile = as_profile(self.profile, "adhesion")
+        require_smooth(profile)
+        require_near(profile, self.adhesion)
         if self.friction is not None:
             raise InputError("friction", self.friction, "must be left out with adhesion")
         if np.any(np.isfinite(self.impedance)):

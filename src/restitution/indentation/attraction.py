@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from restitution.checks import Array
-from restitution.contact.adhesion import Adhesion, require_smooth
+from restitution.contact.adhesion import Adhesion, require_near, require_smooth
 from restitution.contact.geometry import Contact
 from restitution.contact.profiles import Profile, as_profile
 from restitution.errors import InputError
@@ -209,6 +209,7 @@ def sticky(contact: Contact, adhesion: Adhesion) -> Sticky:
     """Return the contact of a single body with adhesion; refuse what the theory does not have."""
     profile = as_profile(contact.profile, "adhesion")
     require_smooth(profile)
+    require_near(profile, adhesion)
     modulus = contact.reduced_modulus
     if float(modulus.parallel_viscosity) > 0.0:
         raise InputError("material", rule="must have no parallel dashpot with adhesion, as jumps would take time")

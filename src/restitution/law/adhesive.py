@@ -12,7 +12,7 @@ import numpy as np
 from restitution.checks import Array, finite, single, whole
 from restitution.contact.adhesion import rest
 from restitution.errors import InputError
-from restitution.impact.adhesive import problem_of, too_thin
+from restitution.impact.adhesive import problem_of, unresolved
 from restitution.impact.dugdale import Problem, scales
 from restitution.impact.problem import Impact
 from restitution.impact.status import SolverError, Status
@@ -183,8 +183,8 @@ def adhesive_law(impact: Impact, elements: int | None, max_depth: float | None) 
     if impact.shape:
         raise InputError("impact", rule=f"must be single with adhesion, but has shape {impact.shape}")
     count = _ELEMENTS if elements is None else whole("elements", elements, _FEWEST, _LARGEST)
-    if thin := too_thin(impact):
-        raise SolverError(Status.NOT_ACCURATE, cause=thin)
+    if cause := unresolved(impact):
+        raise SolverError(Status.NOT_ACCURATE, cause=cause)
     problem = problem_of(impact)
     width, time = scales(problem)
     if not math.isfinite(width):
