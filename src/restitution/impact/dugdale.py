@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from restitution.impact.status import Status
-from restitution.indentation.attraction import FILLED, ROOM, UNLOADED, WIDER, Load, March, Sticky, peak
+from restitution.indentation.attraction import FILLED, ROOM, SPARE, UNLOADED, WIDER, Load, March, Sticky, peak
 from restitution.numerics.richardson import Richardson
 
 # Elements of the march that finds the scales.
@@ -46,9 +46,11 @@ class Problem(NamedTuple):
     velocity: float
     load: Load = UNLOADED
 
-    def march(self, width: float, time: float, count: int, *, bends: bool = False) -> March:
+    def march(self, width: float, time: float, count: int, *, bends: bool = False, graded: bool = False) -> March:
         """March with elements `width/count` apart and steps of at most `time/count`; see `Sticky.march`."""
-        return self.body.march(width, time, count, mass=self.mass, velocity=self.velocity, load=self.load, bends=bends)
+        return self.body.march(
+            width, time, count, mass=self.mass, velocity=self.velocity, load=self.load, bends=bends, graded=graded
+        )
 
 
 class Solved(NamedTuple):
@@ -96,7 +98,7 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
     held, done, series, reached = 0, 0, Richardson(), math.nan
     kinetic = 0.5 * problem.mass * problem.velocity**2
     while count <= most:
-        march = problem.march(width, time, count, bends=bends)
+        march = problem.march(width, time, count, bends=bends, graded=True)
         if march.end not in (HELD, SEPARATED):
             return _failed(Status.NOT_ACCURATE, march)
         if march.end == HELD:
@@ -154,11 +156,11 @@ def scales(problem: Problem) -> tuple[float, float]:
         elif march.end == TOO_LONG:
             time *= _LONGER
         elif march.widest < FILLED * width:
-            width = max(1.02 * march.widest, 0.1 * width)
+            width = max(SPARE * march.widest, 0.1 * width)
             time = min(time, _LONGER * march.duration or time)
         else:
             # A body may be held at the instant of its jump into contact.
-            return min(1.02 * march.widest, _widest(problem)), march.duration or time
+            return min(SPARE * march.widest, _widest(problem)), march.duration or time
     return math.nan, time
 
 
