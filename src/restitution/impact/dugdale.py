@@ -24,6 +24,8 @@ _STRICT, _OF_FIRST, _OF_LATER = 1e-5, 2.0, 0.5
 _TRIALS, _WIDENED, _LONGER = 120, 8, 4.0
 # Marches in a row that must capture the body.
 _SURE = 4
+# Error of e over the creep of an unresolved ring and the loss in jumps, by comparison with finer marches.
+_CREEP = 5.0
 # Below this e its error may be larger, as it is the root of what is computed.
 _SLOW = 0.1
 # Doublings of the velocity in search of one that sticks, share by which a bracket widens and how often it may, width
@@ -116,6 +118,9 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
             energy, error = numbers["energy"], _error_of_e(numbers["energy"], float(errors[0]))
             # The loss in jumps has an error of its own, which that of e does not show.
             lost = float(errors[_JUMPS]) / kinetic
+            # Creep of an unresolved ring acts as another work of adhesion, and jumps have the scale of its effect.
+            share = numbers["radiated_energy"] / (2.0 * kinetic * math.sqrt(max(energy, _SLOW**2)))
+            error = max(error, _CREEP * share * problem.body.transit(width, time, count))
             reached = max(error, lost)
             if energy > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(energy)) and lost <= rtol:
                 return Solved(Status.SEPARATED, numbers, march, error)

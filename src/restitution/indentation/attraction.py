@@ -25,6 +25,8 @@ FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
 _WORK, _BESIDE = 1.5e9, 30
 # Elements in such a ring from which on all marches of a sequence have the form of the gap at the edge.
 _RESOLVED = 5.0
+# Cells in such a ring from which on its creep is resolved.
+_COVERED = 1.0
 # Width that elements are scaled by, over the largest radius of the zone in a coarse march.
 SPARE = 1.02
 # Room beyond the largest zone, and jumps that are kept.
@@ -150,6 +152,17 @@ class Sticky(NamedTuple):
     def resolves(self, width: float, count: int) -> bool:
         """Return whether elements ``width/count`` apart resolve the form of the gap in the attracted ring."""
         return self.ring * count >= _RESOLVED * width
+
+    def transit(self, width: float, time: float, count: int) -> float:
+        """Return the share of its load by which a ring thinner than a cell creeps while it passes an element.
+
+        Such a ring has no elements, so that its material is that of the glass. `time` [s] is that of the impact.
+        """
+        if self.ring * count >= _COVERED * width:
+            return 0.0
+        modulus = self.modulus
+        rate = float(np.sum(modulus.branch_moduli / modulus.relaxation_times)) / float(modulus.instantaneous_modulus)
+        return rate * time * self.ring / width
 
     def march(
         self, width: float, time: float, count: int, *, mass: float, velocity: float, load: Load = UNLOADED,

@@ -184,7 +184,7 @@ def _spent_in_parts(solid: Solid, dt: float, i: int, before: float, after: float
         if early > 0.0:
             first, middle = _spent_on_line(rate, start, (kink - before) / early, early)
         if late > 0.0:
-            second, _ = _spent_on_line(rate, middle, (after - kink) / late, late)
+            second, middle = _spent_on_line(rate, middle, (after - kink) / late, late)
         spent += solid.weights[k] * (first + second)
     return spent
 
@@ -204,6 +204,7 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
         lost[i] = 0.0
     count, count1 = room.counts[IN_] - low, room.counts[IN1_] - low
     first, last = min(count, count1), min(max(count, count1), size)
+    # The ring passes these within a step.
     for i in range(first, last):
         nodes[KINK_, i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
     for k in range(solid.rates.shape[0]):
@@ -225,7 +226,8 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
                 memory[i] = new
                 lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
     for i in range(first, last):
-        lost[i] = nodes[KINK_, i]
+        if load[i] == 0.0 or load1[i] == 0.0:
+            lost[i] = nodes[KINK_, i]
     return dot(nodes[SHARE_], lost)
 
 
