@@ -282,15 +282,18 @@ def _top(motion: Array, values: Array, n: int, distance: int) -> float:
     return largest + 0.25 * float(slope * slope / bend) if bend > 0.0 else largest
 
 
-def _denser(places: Array) -> Array:
-    """Return places for equally spaced ones, over the width of a zone, that are denser where its fronts turn.
+def _places(count: int, graded: bool) -> Array:
+    """Return places of elements over the width of a zone, up to `ROOM`; graded ones are denser where its fronts turn.
 
-    Loads have the form of a root of the distance from there, which is linear in the number of the element.
+    Loads have the form of a root of the distance from there, which is linear in the number of a graded element.
     """
-    turn = 1.0 / SPARE
-    ahead = places / turn - 1.0
+    if not graded:
+        return np.arange(int(ROOM * count) + 8) / count
+    beyond = SPARE * ROOM - 1.0
+    steps = np.arange(int((1.0 + 0.5 * (beyond + math.sqrt(beyond))) * count / SPARE) + 8) / count
+    ahead = SPARE * steps - 1.0
     root = np.sqrt(0.25 + 2.0 * np.abs(ahead)) - 0.5
-    return turn * (1.0 + np.sign(ahead) * root**2)
+    return (1.0 + np.sign(ahead) * root**2) / SPARE
 
 
 class _Scaled:
@@ -309,9 +312,7 @@ class _Scaled:
         """Return the numbers of the bodies and the room of a march."""
         from restitution.kernel import zone
 
-        places = np.arange(int(ROOM * count) + 8) / count
-        if graded:
-            places = _denser(places)
+        places = _places(count, graded)
         room = zone.allocate_room(places, self.solid.rates.size, steps, _JUMPS)
         gaps = np.asarray(self.body.profile.transform(places * self.length)) / self.length
         room.nodes[zone.G_], share = gaps, room.nodes[zone.SHARE_]
