@@ -14,7 +14,7 @@ from checkout import ROOT, script
 from refusals import in_one_line
 from restitution.contact.adhesion import maugis_number, static_contact
 from restitution.impact.adhesive import problem_of
-from restitution.impact.dugdale import Problem, scales, solve_adhesive
+from restitution.impact.dugdale import Problem, _numbers, scales, solve_adhesive
 from restitution.impact.status import SolverError, Status
 from restitution.indentation import attraction
 from restitution.indentation.attraction import Sticky
@@ -197,6 +197,40 @@ def test_a_thin_ring_of_a_viscoelastic_ball_closes_its_energy():
     assert abs(result.energy.residual) < 1e-3
     finer = rs.solve(ball(STANDARD, 0.02, stress, 0.8), rtol=1e-5)
     assert result.restitution_coefficient == pytest.approx(finer.restitution_coefficient, abs=1e-4)
+
+
+def test_coarse_marches_have_a_ring_thinner_than_a_cell():
+    """The fine march has 1.4 elements in the ring; elements of the coarse ones wait for it, touch and leave at once."""
+    impact = ball(STANDARD, 0.02, 30.0 / float(maugis_number(0.02, 1.0, 5.0, 1.0)), 0.8)
+    problem = problem_of(impact)
+    width, time = scales(problem)
+    assert problem.body.ring < 0.05 * width / 400
+    fine = rebound_of(problem, problem.march(width, time, 12800))
+    for count, graded, error in ((100, True, 3e-4), (200, True, 1e-4), (400, False, 2e-4)):
+        march = problem.march(width, time, count, graded=graded)
+        assert rebound_of(problem, march) == pytest.approx(fine, abs=error)
+    # What elements dissipate in such a step has its jump of the load, too.
+    numbers = _numbers(problem, problem.march(width, time, 200, graded=True))
+    kinetic = 0.5 * problem.mass * problem.velocity**2
+    parts = numbers["dissipated_energy"] + numbers["radiated_energy"] + numbers["stored_energy"]
+    assert numbers["energy"] + parts / kinetic == pytest.approx(1.0, abs=3e-4)
+
+
+def rebound_of(problem, march):
+    """e of a march."""
+    return math.sqrt(_numbers(problem, march)["energy"])
+
+
+def test_the_error_has_the_creep_of_a_ring_thinner_than_a_cell():
+    """Marches without elements in the ring agree with each other, but not with those that have them."""
+    impact = replace(ball(solid([0.5, 0.5], [9.0, 12.5]), 1.5e-4, 1.8, 0.015), profile=rs.Sphere(10.0))
+    problem = problem_of(impact)
+    width, time = scales(problem)
+    assert problem.body.transit(width, time, 400) == pytest.approx(0.2 * problem.body.ring / width, rel=0.1)
+    assert problem.body.transit(width, time, 25600) == 0.0
+    fine, finer = (_numbers(problem, problem.march(width, time, count))["energy"] for count in (25600, 51200))
+    exact = math.sqrt(finer + (finer - fine) / 3.0)
+    assert rs.solve(impact, rtol=1e-5).restitution_coefficient == pytest.approx(exact, abs=5e-6)
 
 
 def test_a_hard_ball_jumps_without_touch_alone():

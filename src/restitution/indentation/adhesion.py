@@ -17,6 +17,7 @@ from restitution.errors import InputError
 from restitution.indentation.attraction import (
     FILLED,
     ROOM,
+    SPARE,
     WIDER,
     Jump,
     March,
@@ -279,7 +280,7 @@ def _solved(body: Sticky, lines: _Lines, name: str, rtol: float) -> AdhesiveSolu
         march = body.follow(width, lines.program(count), count)
         ended = march.end in (HELD, SEPARATED)
         if march.end == NO_ROOM or (ended and march.widest < FILLED * width and count == fewest):
-            width = WIDER * width if march.end == NO_ROOM else 1.02 * march.widest
+            width = WIDER * width if march.end == NO_ROOM else SPARE * march.widest
             trials += 1
             if not ROOM * width < float(np.asarray(profile.max_contact_radius)):
                 field = "force" if name == "force" else "depth"

@@ -25,6 +25,10 @@ FEWEST, MOST, _RINGED, _FINEST, _LARGEST = 100, 12800, 0.25, 16, 409600
 _WORK, _BESIDE = 1.5e9, 30
 # Elements in such a ring from which on all marches of a sequence have the form of the gap at the edge.
 _RESOLVED = 5.0
+# Cells in such a ring from which on its creep is resolved.
+_COVERED = 1.0
+# Width that elements are scaled by, over the largest radius of the zone in a coarse march.
+SPARE = 1.02
 # Room beyond the largest zone, and jumps that are kept.
 ROOM, _JUMPS = 1.3, 256
 # Rows of the motion for each element, and for each further element of a fine march.
@@ -149,21 +153,33 @@ class Sticky(NamedTuple):
         """Return whether elements ``width/count`` apart resolve the form of the gap in the attracted ring."""
         return self.ring * count >= _RESOLVED * width
 
+    def transit(self, width: float, time: float, count: int) -> float:
+        """Return the share of its load by which a ring thinner than a cell creeps while it passes an element.
+
+        Such a ring has no elements, so that its material is that of the glass. `time` [s] is that of the impact.
+        """
+        if self.ring * count >= _COVERED * width:
+            return 0.0
+        modulus = self.modulus
+        rate = float(np.sum(modulus.branch_moduli / modulus.relaxation_times)) / float(modulus.instantaneous_modulus)
+        return rate * time * self.ring / width
+
     def march(
         self, width: float, time: float, count: int, *, mass: float, velocity: float, load: Load = UNLOADED,
-        bends: bool = False,
+        bends: bool = False, graded: bool = False,
     ) -> March:  # fmt: skip
         """March from the first attraction on, with elements ``width/count`` apart and steps of at most ``time/count``.
 
         `width` [m] is the largest radius of the zone, `time` [s] the duration, `velocity` [m/s] that at the start.
         A load acts towards the surface.
+        With `graded` elements they are denser where the fronts turn, which is at ``width/SPARE``.
         With `bends` gaps have a form at the edge that takes a ring of some elements.
         """
         from restitution.kernel import adhesion as kernel
         from restitution.kernel import zone
 
         scaled = _Scaled(self, width, time)
-        bodies, room = scaled.begin(count, mass, _ROWS * min(count, MOST) + _FINE_ROWS * max(count - MOST, 0))
+        bodies, room = scaled.begin(count, mass, _ROWS * min(count, MOST) + _FINE_ROWS * max(count - MOST, 0), graded)
         room.counts[zone.BENDS_] = int(bends)
         speed = velocity * time / width
         push = scaled.modulus * width**2
@@ -266,6 +282,20 @@ def _top(motion: Array, values: Array, n: int, distance: int) -> float:
     return largest + 0.25 * float(slope * slope / bend) if bend > 0.0 else largest
 
 
+def _places(count: int, graded: bool) -> Array:
+    """Return places of elements over the width of a zone, up to `ROOM`; graded ones are denser where its fronts turn.
+
+    Loads have the form of a root of the distance from there, which is linear in the number of a graded element.
+    """
+    if not graded:
+        return np.arange(int(ROOM * count) + 8) / count
+    beyond = SPARE * ROOM - 1.0
+    steps = np.arange(int((1.0 + 0.5 * (beyond + math.sqrt(beyond))) * count / SPARE) + 8) / count
+    ahead = SPARE * steps - 1.0
+    root = np.sqrt(0.25 + 2.0 * np.abs(ahead)) - 0.5
+    return (1.0 + np.sign(ahead) * root**2) / SPARE
+
+
 class _Scaled:
     """Numbers of a contact over the width of its zone, a time, and the instantaneous modulus."""
 
@@ -278,13 +308,12 @@ class _Scaled:
         self.solid = Solid(1.0, weights * (self.modulus * time), rates * time)
         self.branches, self.bridge = branches_of(body.modulus)
 
-    def begin(self, count: int, mass: float, steps: int) -> tuple[Any, Any]:
+    def begin(self, count: int, mass: float, steps: int, graded: bool = False) -> tuple[Any, Any]:
         """Return the numbers of the bodies and the room of a march."""
         from restitution.kernel import zone
 
-        cell = 1.0 / count
-        places = cell * np.arange(int(ROOM * count) + 8)
-        room = zone.allocate_room(places.size, cell, self.solid.rates.size, steps, _JUMPS)
+        places = _places(count, graded)
+        room = zone.allocate_room(places, self.solid.rates.size, steps, _JUMPS)
         gaps = np.asarray(self.body.profile.transform(places * self.length)) / self.length
         room.nodes[zone.G_], share = gaps, room.nodes[zone.SHARE_]
         for row, part in ((zone.SUM_, share), (zone.SUM_G_, share * gaps), (zone.SUM_GG_, share * gaps**2)):
@@ -295,8 +324,11 @@ class _Scaled:
         room.ends[zone.FIRM_] = float(self.body.modulus.equilibrium_modulus) / self.modulus
         room.counts[zone.WAITS_] = 1
         stress, reach = (float(np.asarray(value)) for value in (self.body.adhesion.stress, self.body.adhesion.range))
+        largest = float(np.diff(places).max())
         inertia = mass / (self.modulus * self.length * self.time**2)
-        return zone.Bodies(stress / self.modulus, reach / self.length, inertia, cell, cell, False, 0.0, 0.0, 0.0), room
+        return zone.Bodies(
+            stress / self.modulus, reach / self.length, inertia, largest, 1.0 / count, False, 0.0, 0.0, 0.0
+        ), room
 
     def result(self, end: int, room: Any) -> March:
         """Return the result of a march in SI."""

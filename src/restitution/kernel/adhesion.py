@@ -46,6 +46,7 @@ from restitution.kernel.zone import (
     IN_,
     JUMPED_,
     JUMPS_,
+    KINK_,
     LAST_,
     LEFT_,
     LINE_,
@@ -58,13 +59,16 @@ from restitution.kernel.zone import (
     NOT_DISC,
     P1_,
     P_,
+    PART_,
     PAUSED,
+    PLACE_,
     Q1_,
     Q_,
     RADIUS1_,
     RADIUS_,
     REST_,
     RISE_,
+    S_MEAN_,
     S_RISE_,
     SEPARATED,
     SHAPE_,
@@ -86,6 +90,7 @@ from restitution.kernel.zone import (
     Room,
     Solid,
     contact_radius,
+    count_below,
     dot,
     normal_force,
     write_bases,
@@ -156,6 +161,34 @@ def _spent(time: float, before: float, slope: float, decay: float, dt: float) ->
     return steady * steady * dt + rest * (1.0 - decay) * (2.0 * steady + 0.5 * rest * (1.0 + decay)) * time
 
 
+@inlined
+def _spent_on_line(rate: float, before: float, slope: float, dt: float) -> tuple[float, float]:
+    """Return the integral of (q - r M)^2 over a line of the load, and q - r M at its end."""
+    z = rate * dt
+    if z < _LINEAR:
+        after = (before + slope * dt * (1.0 - 0.5 * z)) - z * (1.0 - 0.5 * z) * before
+        return dt / 3.0 * (before * before + before * after + after * after), after
+    decay = math.exp(-z)
+    return _spent(1.0 / rate, before, slope, decay, dt), slope / rate * (1.0 - decay) + before * decay
+
+
+@compiled
+def _spent_in_parts(solid: Solid, dt: float, i: int, before: float, after: float, room: Room) -> float:
+    """Return what an element dissipates in a step in which it touches or leaves; its load has a line to each side."""
+    part, kink, spent = room.nodes[PART_, i], room.nodes[KINK_, i], 0.0
+    early, late = part * dt, (1.0 - part) * dt
+    for k in range(solid.rates.shape[0]):
+        rate, first, second = solid.rates[k], 0.0, 0.0
+        start = before - rate * room.memory[k, i]
+        middle = start + kink - before
+        if early > 0.0:
+            first, middle = _spent_on_line(rate, start, (kink - before) / early, early)
+        if late > 0.0:
+            second, middle = _spent_on_line(rate, middle, (after - kink) / late, late)
+        spent += solid.weights[k] * (first + second)
+    return spent
+
+
 @compiled
 def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
     """Take the memory of elements over a step; return what they dissipate."""
@@ -169,6 +202,11 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
         after[i] = load1[i] + press1[i]
     for i in range(size):
         lost[i] = 0.0
+    count, count1 = room.counts[IN_] - low, room.counts[IN1_] - low
+    first, last = min(count, count1), min(max(count, count1), size)
+    # The ring passes these within a step.
+    for i in range(first, last):
+        nodes[KINK_, i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
     for k in range(solid.rates.shape[0]):
         factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
         decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_] * per
@@ -187,28 +225,37 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
                 new = decay * old + fall * before[i] + rise * after[i] + mean * bump[i]
                 memory[i] = new
                 lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
+    for i in range(first, last):
+        if load[i] == 0.0 or load1[i] == 0.0:
+            lost[i] = nodes[KINK_, i]
     return dot(nodes[SHARE_], lost)
 
 
 @compiled
-def _beside_contact(solid: Solid, dt: float, depth: float, low: int, top: int, room: Room) -> int:
+def _beside_contact(solid: Solid, bodies: Bodies, dt: float, depth: float, low: int, top: int, room: Room) -> int:
     """Write loads and gaps in and beside the contact at the end of a step; return how many elements are astray."""
     nodes, counts, soft = room.nodes[:, low:top], room.counts, solid.compliance + room.ends[S_RISE_]
     press, gap, pull = nodes[P1_], nodes[H1_], nodes[Q1_]
     base, rest, bump, shape = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[SHAPE_]
     size, count = top - low, counts[IN1_] - low
     inner, outer = min(counts[IN_] - low, count), min(max(counts[IN_] - low, count), size)
-    for i in range(size):
+    mean = room.ends[S_MEAN_]
+    for i in range(inner):
+        bump[i] = 0.0
+    for i in range(inner, size):
         bump[i] = shape[i] * dt
     for i in range(size):
         rest[i] = base[i] - depth
+    # The whole load of what follows is linear over a step.
+    for i in range(inner):
+        rest[i] -= mean * (shape[i] * dt)
     # Those that follow before and after, and those that are loaded before and after.
     for i in range(inner):
         press[i], gap[i] = -(rest[i] + solid.compliance * pull[i]) / soft, 0.0
     for i in range(outer, size):
         gap[i], press[i] = rest[i] + solid.compliance * pull[i], 0.0
     for i in range(inner, outer):
-        write_element(solid, dt, depth, low + i, room)
+        write_element(solid, bodies, dt, depth, low + i, room)
     astray = 0
     for i in range(count):
         astray += 0 if press[i] > 0.0 else 1
@@ -259,23 +306,23 @@ def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: 
 @compiled
 def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> None:
     """Take a step to its end: all elements, motion and energies."""
-    now, counts, nodes, h = room.now, room.counts, room.nodes, bodies.cell
+    now, counts, nodes = room.now, room.counts, room.nodes
     if room.ends[TRIED_] != dt or room.ends[MADE_] != edge:
         excess(solid, bodies, dt, edge, room)
     count, depth, low, top = counts[IN1_], room.ends[DEPTH_NOW_], counts[LOW_], counts[TOP_]
     ring = min(max(counts[IN_], count) + 1, top)
     write_bases(solid, dt, low, ring, room)
-    counts[ASTRAY_] += _beside_contact(solid, dt, depth, low, ring, room)
+    counts[ASTRAY_] += _beside_contact(solid, bodies, dt, depth, low, ring, room)
     lost = carry(solid, dt, depth - now[D_], room) if dt > 0.0 and counts[WAITS_] > 0 else 0.0
     radius = contact_radius(solid, bodies, edge, room)
     force = normal_force(bodies, edge, radius, depth, room)
     if dt > 0.0:
-        now[VISCOUS_] += 2.0 * h * (lost + _remember(solid, dt, low, ring, room))
+        now[VISCOUS_] += 2.0 * (lost + _remember(solid, dt, low, ring, room))
     for new, old in ((P1_, P_), (H1_, H_), (Q1_, Q_)):
         source, target = nodes[new], nodes[old]
         for i in range(low, ring):
             target[i] = source[i]
-    now[VISCOUS_] += 2.0 * h * _take_ring(solid, dt, depth, ring, top, room)
+    now[VISCOUS_] += 2.0 * _take_ring(solid, dt, depth, ring, top, room)
     if not bodies.sprung:
         now[V_] += dt * (bodies.load - 0.5 * (now[F_] + force)) / bodies.mass
     elif dt > 0.0:
@@ -291,12 +338,14 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
 
 
 @compiled
-def _neighbour(edge: float, way: int, h: float) -> float:
+def _neighbour(edge: float, way: int, places: Any) -> float:
     """Return the next element from an edge in a direction."""
-    place = edge / h
+    n = count_below(places, edge)
     if way > 0:
-        return (math.floor(place + 1e-9) + 1.0) * h
-    return max(math.ceil(place - 1e-9) - 1.0, 0.0) * h
+        return places[n + 1] if places[n] - edge <= 1e-9 * (places[n + 1] - places[n]) else places[n]
+    if n > 1 and edge - places[n - 1] <= 1e-9 * (places[n - 1] - places[n - 2]):
+        n -= 1
+    return places[max(n - 1, 0)]
 
 
 @compiled
@@ -305,16 +354,16 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
 
     A force may take the body away. What energy it has then depends on how far it goes, so that the march ends.
     """
-    now, h = room.now, bodies.cell
+    now, places = room.now, room.nodes[PLACE_]
     edge, above, energy = now[C_], 0.0, 0.0
     before, start_edge, start_radius, start_depth = 0.0, edge, now[A_], now[D_]
     free = bodies.sprung and bodies.stiffness == 0.0
     if free:
         before = _surface_energy(solid, bodies, room)
-    limit = (room.nodes.shape[1] - 3) * h
+    limit = places[places.shape[0] - 3]
     after = edge
     while True:
-        after = _neighbour(edge, way, h)
+        after = _neighbour(edge, way, places)
         if after > limit:
             return NO_ROOM
         if edge == start_edge:
@@ -422,15 +471,15 @@ def _is_lost(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, ro
 @compiled
 def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
     """Take one step, or a jump; return -1, or the reason of an end."""
-    now, counts, h = room.now, room.counts, bodies.cell
+    now, counts, places = room.now, room.counts, room.nodes[PLACE_]
     edge, longest = now[C_], bodies.longest
     if edge == 0.0:
         return _apart(solid, bodies, room)
     way = 1 if counts[WAY_] >= 0 else -1
     stay, after, ahead = math.nan, edge, 0.0
     for attempt in range(2):
-        after = _neighbour(edge, way, h)
-        if after > (room.nodes.shape[1] - 3) * h:
+        after = _neighbour(edge, way, places)
+        if after > places[places.shape[0] - 3]:
             return NO_ROOM
         ahead = excess(solid, bodies, longest, after, room)
         if way * ahead < 0.0:
@@ -467,7 +516,7 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
         after = 0.5 * (edge + after) if tries > 0 else _fold(solid, bodies, way, after, room)
         start = excess(solid, bodies, 0.0, after, room)
         ahead = excess(solid, bodies, longest, after, room)
-        if not (way * start > 0.0 > way * ahead) or abs(after - edge) < _AT_FOLD * h:
+        if not (way * start > 0.0 > way * ahead) or abs(after - edge) < _AT_FOLD * bodies.cell:
             return _jump(solid, bodies, way, room)
         dt = _root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
         tries += 1
@@ -486,7 +535,7 @@ def _surface_energy(solid: Solid, bodies: Bodies, room: Room) -> float:
             part += solid.weights[k] * solid.rates[k] * room.memory[k, i] ** 2
         part -= 2.0 * nodes[Q_, i] * nodes[H_, i]
         total += nodes[SHARE_, i] * part
-    return bodies.cell * total - math.pi * bodies.stress * bodies.reach * edge * edge
+    return total - math.pi * bodies.stress * bodies.reach * edge * edge
 
 
 @inlined

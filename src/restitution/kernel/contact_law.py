@@ -108,8 +108,8 @@ def unpack(law: NDArray, state: NDArray, room: Room) -> None:
     for i in range(size):
         plain[i] = gaps[i]
         place[i] = i * cell
-        share[i] = 1.0 - 1.0 / (3.0 * (4.0 * (1.0 * i * i) - 1.0))
-    share[0] = 2.0 / 3.0
+        share[i] = cell * (1.0 - 1.0 / (3.0 * (4.0 * (1.0 * i * i) - 1.0)))
+    share[0] = 2.0 * cell / 3.0
     if state[BEGUN] == 0.0:
         for i in range(size):
             press[i], gap[i], pull[i] = 0.0, gaps[i] + reach, 0.0

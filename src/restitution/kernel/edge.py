@@ -21,6 +21,7 @@ from restitution.kernel.zone import (
     NEAR_,
     NEXT_,
     P1_,
+    PLACE_,
     Q1_,
     REST_,
     S_RISE_,
@@ -34,6 +35,7 @@ from restitution.kernel.zone import (
     cell_weights,
     cohesive_load,
     contact_radius,
+    count_below,
     dot,
     normal_force,
     set_factors,
@@ -61,7 +63,7 @@ def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     counts, nodes, ends = room.counts, room.nodes, room.ends
     size = nodes.shape[1]
     load, stiffness = bodies.load + dt * bodies.pace, bodies.stiffness
-    done = min(max(int(edge / bodies.cell), counts[IN_]) + 2, size)
+    done = min(max(count_below(nodes[PLACE_], edge), counts[IN_]) + 2, size)
     wake(solid, bodies, 0, done + 1, room)
     write_bases(solid, dt, 0, done, room)
     touch = nodes[BASE_, 0] + solid.compliance * nodes[Q1_, 0]
@@ -69,7 +71,7 @@ def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     if stiffness * touch >= spare:
         counts[IN1_] = 0
         depth = spare / stiffness if stiffness > 0.0 else math.nan
-        write_element(solid, dt, depth, 0, room)
+        write_element(solid, bodies, dt, depth, 0, room)
         return depth
     depth = max(room.now[D_], touch)
     if depth == touch:
@@ -82,7 +84,7 @@ def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
                 wake(solid, bodies, 0, count + 2, room)
                 write_bases(solid, dt, count, count + 1, room)
                 done = count + 1
-            write_element(solid, dt, depth, count, room)
+            write_element(solid, bodies, dt, depth, count, room)
             if not nodes[P1_, count] > 0.0:
                 break
             count += 1
@@ -106,23 +108,23 @@ def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, r
     nodes, count = room.nodes, room.counts[IN_]
     size = nodes.shape[1]
     low, high = max(count - 1, 0), count + 1
-    wake(solid, bodies, low, min(max(int(edge / bodies.cell), count) + 2, size) + 1, room)
+    wake(solid, bodies, low, min(max(count_below(nodes[PLACE_], edge), count) + 2, size) + 1, room)
     write_bases(solid, dt, low, high, room)
-    write_element(solid, dt, depth, count, room)
+    write_element(solid, bodies, dt, depth, count, room)
     if nodes[P1_, count] > 0.0:
         while nodes[P1_, count] > 0.0 and count < size - 2:
             count += 1
             if count >= high:
                 wake(solid, bodies, low, count + 2, room)
                 write_bases(solid, dt, count, count + 1, room)
-            write_element(solid, dt, depth, count, room)
+            write_element(solid, bodies, dt, depth, count, room)
         return count
     while count > 0:
         if count - 1 < low:
             low = count - 1
             wake(solid, bodies, low, 0, room)
             write_bases(solid, dt, low, low + 1, room)
-        write_element(solid, dt, depth, count - 1, room)
+        write_element(solid, bodies, dt, depth, count - 1, room)
         if nodes[P1_, count - 1] > 0.0:
             break
         count -= 1
@@ -132,7 +134,7 @@ def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, r
 @compiled
 def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> float:
     """Return G after a step with the zone up to `edge`; the elements from the contact to the edge are written."""
-    now, counts, nodes, ends, h = room.now, room.counts, room.nodes, room.ends, bodies.cell
+    now, counts, nodes, ends = room.now, room.counts, room.nodes, room.ends
     size, target = nodes.shape[1], 0.5 * math.pi * bodies.reach
     if ends[MADE_] != edge:
         write_pulls(bodies, edge, counts[LOW_], counts[TOP_], room)
@@ -157,23 +159,19 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     radius = contact_radius(solid, bodies, edge, room)
     if radius >= edge:
         return -target
-    if int(edge / h) + 1 >= size:
+    end = count_below(nodes[PLACE_], edge)
+    if end + 1 >= size:
         return math.nan
     total = -2.0 * bodies.stress * solid.compliance * (edge - radius) - target
     if count > 0:
-        near, beyond = cell_weights(edge, radius, count * h)
+        near, beyond = cell_weights(edge, radius, nodes[PLACE_, count])
         total += near * -solid.compliance * cohesive_load(bodies.stress, edge, radius) + beyond * nodes[REST_, count]
     # Elements that leave within the step have the impulse of a broken line.
-    left = min(max(counts[IN_], count), int(edge / h) + 2)
+    left = min(max(counts[IN_], count), end + 1)
     for i in range(count, left):
-        write_element(solid, dt, depth, i, room)
+        write_element(solid, bodies, dt, depth, i, room)
     if count < counts[WEIGHED_]:
         weigh(bodies, edge, count, room)
-    end = int(edge / h)
-    while end * h < edge:
-        end += 1
-    while end > 0 and (end - 1) * h >= edge:
-        end -= 1
     end = max(end, count)
     cut = counts[CUT_]
     if left > cut or cut > end:

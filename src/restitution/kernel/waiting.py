@@ -34,6 +34,7 @@ from restitution.kernel.zone import (
     MODULUS_,
     P_,
     PACE_,
+    PLACE_,
     Q_,
     REACHED_,
     SECOND_,
@@ -49,6 +50,7 @@ from restitution.kernel.zone import (
     Room,
     Solid,
     cohesive_load,
+    count_below,
     write_pulls,
 )
 
@@ -75,7 +77,7 @@ def _wake_inside(bodies: Bodies, i: int, room: Room) -> None:
         for k in range(branches.shape[0]):
             total -= bridge[j, k] * branches[k, KEPT_]
         memory[j, i] = total
-    pull = cohesive_load(bodies.stress, now[C_], i * bodies.cell)
+    pull = cohesive_load(bodies.stress, now[C_], nodes[PLACE_, i])
     nodes[Q_, i], nodes[P_, i], nodes[H_, i] = pull, load - pull, 0.0
     if load <= pull:
         room.counts[ASTRAY_] += 1
@@ -142,7 +144,7 @@ def _let_follow(solid: Solid, i: int, room: Room) -> None:
 def rest(solid: Solid, bodies: Bodies, room: Room) -> None:
     """Let elements wait that are far enough from both fronts."""
     counts, nodes = room.counts, room.nodes
-    inside, beyond = counts[IN_] - _NEAR, int(room.now[C_] / bodies.cell) + 3
+    inside, beyond = counts[IN_] - _NEAR, count_below(nodes[PLACE_], room.now[C_]) + 3
     if inside >= counts[LOW_] + _MANY:
         for i in range(counts[LOW_], inside):
             _let_follow(solid, i, room)

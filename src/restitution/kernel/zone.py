@@ -15,11 +15,11 @@ from restitution.kernel.compile import compiled, inlined
 # cohesive load beyond a linear one over the time, gap without J0 q and without the depth, weights of the gaps at both
 # ends of the cell behind the element, energy dissipated in the step, or weight of the gap in the tail; place x, weight
 # in integrals over x; of elements that wait the time since when; sums of the weight, and of the weight with g and g^2,
-# over all elements before.
+# over all elements before; part of the step at which an element touches or leaves, and its load there.
 (
     G_, P_, H_, Q_, P1_, H1_, Q1_, REST_, BUMP_, SHAPE_, BASE_, NEAR_, NEXT_, LOST_, PLACE_, SHARE_, SINCE_, SUM_,
-    SUM_G_, SUM_GG_, N_NODES
-) = range(21)  # fmt: skip
+    SUM_G_, SUM_GG_, PART_, KINK_, N_NODES
+) = range(23)  # fmt: skip
 # Columns of `factors` of a mode over a step: decay; impulse of a load that falls, that rises, and of a constant; sum
 # of its memory over the tail.
 DECAY_, FALL_, RISE_, MEAN_, TAIL_, N_FACTORS = range(6)
@@ -99,14 +99,17 @@ class Room(NamedTuple):
     jumps: Any  # (m, N_JUMP)
 
 
-def allocate_room(elements: int, cell: float, modes: int, steps: int, jumps: int) -> Room:
-    """Return room for a march with elements a cell apart."""
-    nodes, numbers = np.zeros((N_NODES, elements)), np.arange(elements)
-    nodes[PLACE_] = numbers * cell
-    # The weight is 1 but for the curvature of x^2, also at the axis.
-    nodes[SHARE_] = np.where(numbers > 0, 1.0 - 1.0 / (3.0 * (4.0 * numbers**2 - 1.0)), 2.0 / 3.0)
+def allocate_room(places: Any, modes: int, steps: int, jumps: int) -> Room:
+    """Return room for a march with elements at these places."""
+    nodes = np.zeros((N_NODES, places.size))
+    nodes[PLACE_] = places
+    # Loads are linear in x^2 between elements.
+    low, high = places[:-1], places[1:]
+    per = (high - low) / (3.0 * (high + low))
+    nodes[SHARE_, :-1] += per * (2.0 * high + low)
+    nodes[SHARE_, 1:] += per * (high + 2.0 * low)
     return Room(
-        nodes, np.zeros((modes, elements)), np.zeros((modes, N_FACTORS)), np.zeros((modes, N_BRANCH)),
+        nodes, np.zeros((modes, places.size)), np.zeros((modes, N_FACTORS)), np.zeros((modes, N_BRANCH)),
         np.zeros((modes, modes)), np.zeros(N_NOW), np.zeros(N_COUNTS, dtype=np.int64), np.zeros(N_ENDS),
         np.zeros((steps, N_NOW)), np.zeros((jumps, N_JUMP)),
     )  # fmt: skip
@@ -131,6 +134,19 @@ def set_factors(solid: Solid, dt: float, room: Room) -> None:
         rise += solid.weights[k] * factors[RISE_]
         mean += solid.weights[k] * constant
     room.ends[S_FALL_], room.ends[S_RISE_], room.ends[S_MEAN_] = fall, rise, mean
+
+
+@compiled
+def count_below(places: Any, x: float) -> int:
+    """Return how many elements lie below a place."""
+    low, high = 0, places.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if places[middle] < x:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @inlined
@@ -199,13 +215,9 @@ def cell_weights(edge: float, low: float, high: float) -> tuple[float, float]:
 @compiled
 def write_pulls(bodies: Bodies, edge: float, low: int, high: int, room: Room) -> None:
     """Write the cohesive loads of elements over a step to an edge."""
-    nodes, h, edge0 = room.nodes, bodies.cell, room.now[C_]
-    inner, outer = min(edge, edge0), max(edge, edge0)
-    both = min(int(inner / h) + 1, high)
-    while both > low and (both - 1) * h >= inner:
-        both -= 1
-    both = max(both, low)
-    any_ = max(min(int(outer / h) + 1, high), both)
+    nodes, edge0 = room.nodes, room.now[C_]
+    both = max(min(count_below(nodes[PLACE_], min(edge, edge0)), high), low)
+    any_ = max(min(count_below(nodes[PLACE_], max(edge, edge0)), high), both)
     stress, place = bodies.stress, nodes[PLACE_, low:both]
     before, after, shape = nodes[Q_, low:both], nodes[Q1_, low:both], nodes[SHAPE_, low:both]
     for k in range(both - low):
@@ -215,7 +227,7 @@ def write_pulls(bodies: Bodies, edge: float, low: int, high: int, room: Room) ->
         after[k] = pull
         shape[k] = change * change / (6.0 * (pull + before[k]))
     for i in range(both, any_):
-        x = i * h
+        x = nodes[PLACE_, i]
         pull = cohesive_load(stress, edge, x)
         nodes[Q1_, i] = pull
         nodes[SHAPE_, i] = _bump(nodes[Q_, i], pull, x, edge0, edge, 1.0)
@@ -226,12 +238,13 @@ def write_pulls(bodies: Bodies, edge: float, low: int, high: int, room: Room) ->
 @compiled
 def weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     """Write the weights of all cells from one on that reach into the zone."""
-    counts, h = room.counts, bodies.cell
+    counts = room.counts
     end = min(counts[WEIGHED_], room.nodes.shape[1] - 1)
     near, beyond, place = room.nodes[NEAR_], room.nodes[NEXT_], room.nodes[PLACE_]
     # Cells whose angles are small for sure, all of them within the zone.
-    square, apart = edge * edge, h / _SMALL_ANGLE
-    inner = min(max(int(math.sqrt(max((edge - apart) * (edge + apart), 0.0)) / h) - 1, low), end)
+    square, apart = edge * edge, bodies.cell / _SMALL_ANGLE
+    inner = count_below(place, math.sqrt(max((edge - apart) * (edge + apart), 0.0))) - 2
+    inner = min(max(inner, low), end)
     low_of, high_of, first, second = place[low:inner], place[low + 1 : inner + 1], near[low:inner], beyond[low:inner]
     # The root of c^2 - x^2 is known from the cohesive load.
     pull, pull1, scale = room.nodes[Q1_, low:inner], room.nodes[Q1_, low + 1 : inner + 1], -0.5 / bodies.stress
@@ -366,31 +379,76 @@ def write_bases(solid: Solid, dt: float, low: int, high: int, room: Room) -> Non
 
 
 @inlined
-def write_element(solid: Solid, dt: float, depth: float, i: int, room: Room) -> None:
+def _crossing(start: float, end: float, square0: float, square1: float) -> tuple[float, float]:
+    """Return the part of a step at which a line plus v vanishes, and v; v^2 is linear over the step where positive.
+
+    Start and end are those of the line alone.
+    """
+    slope, rise = end - start, square1 - square0
+    v0, v1 = math.sqrt(max(square0, 0.0)), math.sqrt(max(square1, 0.0))
+    if abs(rise) <= 1e-9 * max(square0, square1):
+        f0, f1 = start + v0, end + v1
+        part = f0 / (f0 - f1)
+        return part, v0 + part * (v1 - v0)
+    # slope (v^2 - square0) + rise (start + v) = 0
+    c = start * rise - slope * square0
+    root = math.sqrt(max(rise * rise - 4.0 * slope * c, 0.0))
+    q = -0.5 * (rise + root if rise > 0.0 else rise - root)
+    low, high = min(v0, v1), max(v0, v1)
+    v, other = c / q, q / slope if slope != 0.0 else math.inf
+    if abs(other - 0.5 * (low + high)) < abs(v - 0.5 * (low + high)):
+        v = other
+    v = min(max(v, low), high)
+    return min(max((v * v - square0) / rise, 0.0), 1.0), v
+
+
+@inlined
+def _impulse(part0: float, part1: float, v0: float, v1: float, square0: float, square1: float) -> float:
+    """Return the integral of v between two parts of a step."""
+    rise = square1 - square0
+    if abs(rise) <= 1e-9 * max(square0, square1):
+        return 0.5 * (v0 + v1) * (part1 - part0)
+    return 2.0 * (v1 * v1 * v1 - v0 * v0 * v0) / (3.0 * rise)
+
+
+@inlined
+def write_element(solid: Solid, bodies: Bodies, dt: float, depth: float, i: int, room: Room) -> None:
     """Write load and gap of one element at the end of a step; its base is known."""
     nodes, ends = room.nodes, room.ends
-    pull, rest, bump = nodes[Q1_, i], nodes[BASE_, i] - depth, nodes[SHAPE_, i] * dt
-    press, before = 0.0, nodes[P_, i]
-    gap = rest + solid.compliance * pull
+    pull, start, shape = nodes[Q1_, i], nodes[Q_, i], nodes[SHAPE_, i] * dt
+    soft, mean = solid.compliance + ends[S_RISE_], ends[S_MEAN_]
+    plain = nodes[BASE_, i] - depth - mean * shape
+    press, before, bump = 0.0, nodes[P_, i], shape
+    gap = plain + mean * shape + solid.compliance * pull
+    x, edge0, edge, four = nodes[PLACE_, i], room.now[C_], ends[MADE_], 4.0 * bodies.stress * bodies.stress
+    square0, square1 = four * (edge0 - x) * (edge0 + x), four * (edge - x) * (edge + x)
     if before > 0.0:
-        press = -gap / (solid.compliance + ends[S_RISE_])
+        press, bump = -(plain + solid.compliance * pull) / soft, 0.0
         if press < 0.0:
             # It leaves where p vanishes.
-            extra = 0.5 * before * dt * press / (before - press)
-            bump += extra
-            gap += ends[S_MEAN_] * extra
-            rest += ends[S_MEAN_] * extra
+            part, v = _crossing(start + before, pull + press, square0, square1)
+            last = math.sqrt(max(square1, 0.0))
+            bump = 0.5 * part * (start + before - v) - _impulse(part, 1.0, v, last, square0, square1)
+            bump = dt * (bump - 0.5 * (start + before + pull))
+            gap = plain + mean * bump + solid.compliance * pull
             press = 0.0
+            nodes[PART_, i], nodes[KINK_, i] = part, -v
         else:
             gap = 0.0
     elif gap < 0.0:
-        start = max(nodes[H_, i], 0.0)
-        part = 0.5 * dt * start / (start - gap)
-        press = -gap / (solid.compliance + ends[S_RISE_] - ends[S_MEAN_] * part)
-        bump -= press * part
+        open_ = max(nodes[H_, i], 0.0)
+        per = 1.0 / solid.compliance
+        # The gap is a line and J0 q.
+        part, v = _crossing(-(open_ * per - start), -(gap * per - pull), square0, square1)
+        first = math.sqrt(max(square0, 0.0))
+        bump = 0.5 * (1.0 - part) * (pull - v) - _impulse(0.0, part, first, v, square0, square1)
+        bump = dt * (bump - 0.5 * (start + pull))
+        press = -(plain + mean * bump + solid.compliance * pull) / (soft - 0.5 * mean * part * dt)
+        bump -= 0.5 * press * part * dt
         gap = 0.0
+        nodes[PART_, i], nodes[KINK_, i] = part, -v
     nodes[P1_, i], nodes[H1_, i] = press, gap
-    nodes[REST_, i], nodes[BUMP_, i] = rest, bump
+    nodes[REST_, i], nodes[BUMP_, i] = plain + mean * bump, bump
 
 
 @compiled
@@ -399,12 +457,12 @@ def contact_radius(solid: Solid, bodies: Bodies, edge: float, room: Room) -> flo
 
     Between the last element that follows and the first that is loaded it is linear in x^2.
     """
-    count, nodes, h = room.counts[IN1_], room.nodes, bodies.cell
+    count, nodes = room.counts[IN1_], room.nodes
     if count == 0:
         return 0.0
     press = nodes[P1_, count - 1]
-    ahead = nodes[H1_, count] / (solid.compliance + room.ends[S_RISE_])
-    inner, outer = (count - 1) * h, count * h
+    ahead = nodes[H1_, count] / solid.compliance
+    inner, outer = nodes[PLACE_, count - 1], nodes[PLACE_, count]
     whole = (outer - inner) * (outer + inner)
     if edge <= inner:
         return math.sqrt(inner * inner + whole * press / (press + ahead))
@@ -425,7 +483,7 @@ def normal_force(bodies: Bodies, edge: float, radius: float, depth: float, room:
 
     The sums of elements that wait are those at the end.
     """
-    count, low, nodes, h, total = room.counts[IN1_], room.counts[LOW_], room.nodes, bodies.cell, 0.0
+    count, low, nodes, total = room.counts[IN1_], room.counts[LOW_], room.nodes, 0.0
     ring = 0.0
     if edge > 0.0:
         away = math.sqrt(max((edge - radius) * (edge + radius), 0.0))
@@ -440,10 +498,10 @@ def normal_force(bodies: Bodies, edge: float, radius: float, depth: float, room:
         share = nodes[SHARE_, low:last]
         total += dot(share, nodes[P1_, low:last]) + dot(share, nodes[Q1_, low:last])
         load = nodes[P1_, last] + nodes[Q1_, last]
+        inner = nodes[PLACE_, last]
         if last > 0:
-            total += load * (3.0 * last - 2.0) / (3.0 * (2.0 * last - 1.0))
-        total *= h
-        inner = last * h
+            before = nodes[PLACE_, last - 1]
+            total += load * (inner - before) * (inner + 2.0 * before) / (3.0 * (inner + before))
         if radius > 0.0:
             both = load * (2.0 * radius + inner)
             both += cohesive_load(bodies.stress, edge, radius) * (radius + 2.0 * inner)
