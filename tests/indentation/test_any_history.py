@@ -148,7 +148,8 @@ def test_a_liquid_that_left_at_one_moment_has_a_smooth_imprint(seed, rtol):
     begin, end = result.contact_intervals[-1]
     moment = begin + 0.6 * (min(end, times[-1]) - begin)
     force = float(result.sample([moment]).force[0])
-    assert abs(force - followed_force(result, series, moment)) <= rtol * result.max_force
+    # Errors of the imprint add to those of the step.
+    assert abs(force - followed_force(result, series, moment)) <= 2.0 * rtol * result.max_force
 
 
 @pytest.mark.slow

@@ -147,13 +147,16 @@ def memory_error(problem: Problem, room: Room, scatters: bool) -> float:
 
 
 @compiled
-def front_error(problem: Problem, room: Room, phase: int) -> float:
-    """Return the error of the depth s = y^2 of the element at the front, over that of the run."""
+def front_error(problem: Problem, room: Room, y: float) -> float:
+    """Return the error of the depth s = y^2 of the element at the front, over that of the run.
+
+    The error of a front counts by a depth that it passes.
+    """
     rule, nodes, values = problem.rule, room.nodes, room.vectors[7]
     for i in range(NODES):
         values[i] = nodes[Y, i] * nodes[Y, i]
     # On virgin surface y^2 = d may be a polynomial where y is not.
-    error = max(tail(rule, values), 2.0 * nodes[Y, NODES - 1 if phase == GROWS else 0] * tail(rule, nodes[Y]))
+    error = max(tail(rule, values), 2.0 * y * tail(rule, nodes[Y]))
     return _FRONT_SHARE / problem.scales.depth * error
 
 
@@ -213,7 +216,8 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
             if is_light(problem) and i > 0:
                 rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
         worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values) - rounding)
-    front, scatters = front_error(problem, room, phase), False
+    # A contact that ends has a root of the time there, which is no reason for a shorter step.
+    front, scatters = front_error(problem, room, nodes[Y, NODES - 1]), False
     if front > _NOTICED * scales.tolerance or touches:
         scatters = front_scatters(problem, room, phase, touches)
         if scatters:
@@ -229,7 +233,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
     records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
     scatters = step.phase != FREE and nodes[A, 0] > 0.0
-    scatters = scatters and front_error(problem, room, step.phase) > _NOTICED * problem.scales.tolerance
+    scatters = scatters and front_error(problem, room, max(nodes[Y, 0], nodes[Y, last])) > _NOTICED * problem.scales.tolerance
     scatters = scatters and front_scatters(problem, room, step.phase, False)
     phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
     records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
