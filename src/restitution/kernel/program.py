@@ -233,8 +233,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
     records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
     scatters = step.phase != FREE and nodes[A, 0] > 0.0
-    scatters = scatters and front_error(problem, room, max(nodes[Y, 0], nodes[Y, last])) > _NOTICED * problem.scales.tolerance
-    scatters = scatters and front_scatters(problem, room, step.phase, False)
+    if scatters:
+        error = front_error(problem, room, max(nodes[Y, 0], nodes[Y, last]))
+        scatters = error > _NOTICED * problem.scales.tolerance and front_scatters(problem, room, step.phase, False)
     phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
     records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
     records.phase[n], records.event[n] = phase, event
