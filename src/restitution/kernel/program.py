@@ -489,7 +489,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 break
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
-            apart = value * last_value < 0.0 and abs(length - last_length) > _CLOSE * length
+            apart = min(value, last_value) < 0.0 < max(value, last_value)
+            apart = apart and abs(length - last_length) > _CLOSE * length
             if abs(value) >= abs(last_value) and not apart:
                 # The event has only rounding left; the step before was the best.
                 length, last_value = last_length, math.inf
