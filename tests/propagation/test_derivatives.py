@@ -291,22 +291,27 @@ def test_picture_has_a_bar_for_each_pair() -> None:
     assert named(several.plot)[0] == "impact"
 
 
+SIGMA = {"restitution_coefficient": 0.004, "contact_time": 2e-6}
+
+
+def fit_of_rebounds(rng: np.random.Generator, **options: Any) -> tuple[Any, rs.Impact, list[str]]:
+    """A fit of eight rebounds with noise, its impacts, and the names of the constants of the true material."""
+    constants = {"equilibrium_modulus": 1e6, "branch_modulus": 10 ** rng.uniform(6.5, 7.0), "viscosity": 2e3}
+    velocity = np.sort(rng.uniform(0.05, 2.0, 8))
+    true = rs.solve(rs.Impact(rs.standard_solid(**constants, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, velocity))
+    measured = {name: getattr(true, name) + SIGMA[name] * rng.standard_normal(8) for name in SIGMA}
+    data = rs.Rebounds(velocity, **measured, radius=0.01, mass=0.005, noise=rs.Noise(**SIGMA))
+    fit = rs.identify(data, rs.standard_solid, profiles=False, **options)
+    return fit, rs.Impact(fit.material, rs.Parabola(0.01), 0.005, velocity), list(constants)
+
+
 def test_the_covariance_of_a_fit_is_that_of_the_derivatives():
     # C = (J^T J)^-1 with J_ij = p_j (d y_i/d p_j)/sigma_i, as the coordinates of a fit are logarithms.
-    rng = np.random.default_rng(24)
-    constants = {"equilibrium_modulus": 1e6, "branch_modulus": 10 ** rng.uniform(6.5, 7.0), "viscosity": 2e3}
-    sigma = {"restitution_coefficient": 0.004, "contact_time": 2e-6}
-    velocity = np.sort(rng.uniform(0.05, 2.0, 8))
-    ball = rs.Impact(rs.standard_solid(**constants, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, velocity)
-    true = rs.solve(ball)
-    measured = {name: getattr(true, name) + sigma[name] * rng.standard_normal(8) for name in sigma}
-    data = rs.Rebounds(velocity, **measured, radius=0.01, mass=0.005, noise=rs.Noise(**sigma))
-    fit = rs.identify(data, rs.standard_solid, fixed={"poisson_ratio": 0.45}, profiles=False)
-    fitted = rs.Impact(fit.material, rs.Parabola(0.01), 0.005, velocity)
+    fit, fitted, constants = fit_of_rebounds(np.random.default_rng(24), fixed={"poisson_ratio": 0.45})
     # With the Poisson ratio among the names, it is held where a modulus changes.
-    by = rs.derivatives(fitted, ["poisson_ratio", *constants], sigma)
+    by = rs.derivatives(fitted, ["poisson_ratio", *constants], SIGMA)
     columns = [
-        np.concatenate([fit.parameters[name].value * by[output, name] / sigma[output] for output in sigma])
+        np.concatenate([fit.parameters[name].value * by[output, name] / SIGMA[output] for output in SIGMA])
         for name in constants
     ]
     covariance = np.linalg.inv(np.array(columns) @ np.array(columns).T)
@@ -316,18 +321,10 @@ def test_the_covariance_of_a_fit_is_that_of_the_derivatives():
 
 def test_a_fit_has_these_derivatives() -> None:
     """J = (dp/dz) (dy/dp)/sigma with p = exp(z), or z the logit of a Poisson ratio in (-1, 1/2)."""
-    constants = {"equilibrium_modulus": 1e6, "branch_modulus": 10 ** RNG.uniform(6.5, 7.0), "viscosity": 2e3}
-    sigma = {"restitution_coefficient": 0.004, "contact_time": 2e-6}
-    velocity = np.sort(RNG.uniform(0.05, 2.0, 8))
-    ball = rs.Impact(rs.standard_solid(**constants, poisson_ratio=0.45), rs.Parabola(0.01), 0.005, velocity)
-    true = rs.solve(ball)
-    measured = {name: getattr(true, name) + sigma[name] * RNG.standard_normal(8) for name in sigma}
-    data = rs.Rebounds(velocity, **measured, radius=0.01, mass=0.005, noise=rs.Noise(**sigma))
-    prior = {"poisson_ratio": rs.Normal(0.45, 0.01)}
-    fit = rs.identify(data, rs.standard_solid, prior=prior, profiles=False)
-    by = rs.derivatives(rs.Impact(fit.material, rs.Parabola(0.01), 0.005, velocity), list(fit.parameters), sigma)
-    scale = np.repeat(list(sigma.values()), 8)
-    y = np.concatenate([by.values[output] for output in sigma])
+    fit, fitted, _ = fit_of_rebounds(RNG, prior={"poisson_ratio": rs.Normal(0.45, 0.01)})
+    by = rs.derivatives(fitted, list(fit.parameters), SIGMA)
+    scale = np.repeat(list(SIGMA.values()), 8)
+    y = np.concatenate([by.values[output] for output in SIGMA])
     for k, (name, estimate) in enumerate(fit.parameters.items()):
         p = estimate.value
         assert p is not None

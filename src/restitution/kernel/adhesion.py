@@ -10,9 +10,9 @@ follows the body with p > 0; those that follow have x < a. One equation gives c,
 At fixed depth the energy has the derivative 4 sigma c G over c. Where dG/dc falls to 0, the edge jumps down the
 slope of the energy to the next root.
 
-Elements are equally spaced. A step ends where c reaches an element, or after the longest step. The load is linear over
-a step in the memory, with two corrections of its impulse: c^2 is linear, and an element that changes its state within
-the step does so where p vanishes on a line. The scheme is of second order, also at the fronts.
+A step ends where c reaches an element, or after the longest step. The load is linear over a step in the memory, with
+two corrections of its impulse: c^2 is linear, and an element that touches or leaves within the step does so where a
+line and the cohesive load have the gap, or the contact load, zero. The scheme is of second order, also at the fronts.
 """
 
 import math
@@ -204,9 +204,10 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
         lost[i] = 0.0
     count, count1 = room.counts[IN_] - low, room.counts[IN1_] - low
     first, last = min(count, count1), min(max(count, count1), size)
-    # The ring passes these within a step.
+    # The ring passes an element within the step that has no cohesive load at one end of it.
     for i in range(first, last):
-        nodes[KINK_, i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
+        if load[i] == 0.0 or load1[i] == 0.0:
+            nodes[KINK_, i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
     for k in range(solid.rates.shape[0]):
         factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
         decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_] * per

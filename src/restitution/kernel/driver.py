@@ -235,3 +235,21 @@ def prescribed_at(driver: Driver, piece: int, x: float, t: float) -> tuple[float
         value += driver.amplitude * math.cos(angle)
         rate = -driver.amplitude * driver.frequency * math.sin(angle)
     return value, slope, rate
+
+
+@inlined
+def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
+    """Return the rounding of the force at a node by that of the front, which is known no better than the depth."""
+    nodes = room.nodes
+    if not nodes[SLOPE, i] > 0.0:
+        return 0.0
+    return 4e-16 * abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
+
+
+@inlined
+def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
+    """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
+    nodes = room.nodes
+    force = 4e-16 * (abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i]))
+    force += rounding_of_front(problem, room, i)
+    return force / max(problem.scales.stress * nodes[A, i], 1e-300)

@@ -48,6 +48,7 @@ from restitution.kernel.driver import (
     is_force,
     is_light,
     prescribed_at,
+    rounding_of_load,
 )
 from restitution.kernel.growth import at_nodes, differentiate, write_growing_sums
 from restitution.kernel.lever import excess_velocity, solve_linear, write_response, write_swings
@@ -383,24 +384,6 @@ def correct_touch(solid: Solid, rule: Scheme, room: Room, amount: float) -> None
             )
             for j in range(solid.recoveries.shape[0]):
                 nodes[V, i] -= solid.recoveries[j] * room.parts[j]
-
-
-@inlined
-def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
-    """Return the rounding of the force at a node by that of the front, which is known no better than the depth."""
-    nodes = room.nodes
-    if not nodes[SLOPE, i] > 0.0:
-        return 0.0
-    return 4e-16 * abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
-
-
-@inlined
-def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
-    """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
-    nodes = room.nodes
-    force = 4e-16 * (abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i]))
-    force += rounding_of_front(problem, room, i)
-    return force / max(problem.scales.stress * nodes[A, i], 1e-300)
 
 
 @inlined

@@ -15,7 +15,8 @@ from restitution.kernel.compile import compiled, inlined
 # cohesive load beyond a linear one over the time, gap without J0 q and without the depth, weights of the gaps at both
 # ends of the cell behind the element, energy dissipated in the step, or weight of the gap in the tail; place x, weight
 # in integrals over x; of elements that wait the time since when; sums of the weight, and of the weight with g and g^2,
-# over all elements before; part of the step at which an element touches or leaves, and its load there.
+# over all elements before; part of the step at which an element touches or leaves, and its load there, or what it
+# dissipates.
 (
     G_, P_, H_, Q_, P1_, H1_, Q1_, REST_, BUMP_, SHAPE_, BASE_, NEAR_, NEXT_, LOST_, PLACE_, SHARE_, SINCE_, SUM_,
     SUM_G_, SUM_GG_, PART_, KINK_, N_NODES
@@ -379,6 +380,13 @@ def write_bases(solid: Solid, dt: float, low: int, high: int, room: Room) -> Non
 
 
 @inlined
+def _is_steady(square0: float, square1: float) -> bool:
+    """Return whether the square of a cohesive load does not change over a step, or is that of no load at all."""
+    highest = max(square0, square1)
+    return highest <= 0.0 or abs(square1 - square0) <= 1e-9 * highest
+
+
+@inlined
 def _crossing(start: float, end: float, square0: float, square1: float) -> tuple[float, float]:
     """Return the part of a step at which a line plus v vanishes, and v; v^2 is linear over the step where positive.
 
@@ -386,7 +394,7 @@ def _crossing(start: float, end: float, square0: float, square1: float) -> tuple
     """
     slope, rise = end - start, square1 - square0
     v0, v1 = math.sqrt(max(square0, 0.0)), math.sqrt(max(square1, 0.0))
-    if abs(rise) <= 1e-9 * max(square0, square1):
+    if _is_steady(square0, square1):
         f0, f1 = start + v0, end + v1
         part = f0 / (f0 - f1)
         return part, v0 + part * (v1 - v0)
@@ -405,48 +413,64 @@ def _crossing(start: float, end: float, square0: float, square1: float) -> tuple
 @inlined
 def _impulse(part0: float, part1: float, v0: float, v1: float, square0: float, square1: float) -> float:
     """Return the integral of v between two parts of a step."""
-    rise = square1 - square0
-    if abs(rise) <= 1e-9 * max(square0, square1):
+    if _is_steady(square0, square1):
         return 0.5 * (v0 + v1) * (part1 - part0)
-    return 2.0 * (v1 * v1 * v1 - v0 * v0 * v0) / (3.0 * rise)
+    return 2.0 * (v1 * v1 * v1 - v0 * v0 * v0) / (3.0 * (square1 - square0))
+
+
+@inlined
+def _leaving(load: float, after: float, square0: float, square1: float, i: int, room: Room) -> float:
+    """Return the impulse of an element that leaves beyond that of a line, over the step, and write its instant.
+
+    Its load is a line, to `after` if it stayed, until it is the cohesive one.
+    """
+    nodes = room.nodes
+    part, v = _crossing(load, after, square0, square1)
+    nodes[PART_, i], nodes[KINK_, i] = part, -v
+    last = math.sqrt(max(square1, 0.0))
+    impulse = 0.5 * part * (load - v) - _impulse(part, 1.0, v, last, square0, square1)
+    return impulse - 0.5 * (load + nodes[Q1_, i])
+
+
+@inlined
+def _touching(start: float, end: float, square0: float, square1: float, i: int, room: Room) -> float:
+    """Return the impulse of an element that touches beyond that of a line, over the step, and write its instant.
+
+    `start` and `end` are the gaps over J0, as if it did not touch: a line and the cohesive load. From the touch on the
+    load is a line to the cohesive one; that of the contact at the end comes on top.
+    """
+    nodes, pull0, pull = room.nodes, room.nodes[Q_, i], room.nodes[Q1_, i]
+    part, v = _crossing(pull0 - start, pull - end, square0, square1)
+    nodes[PART_, i], nodes[KINK_, i] = part, -v
+    first = math.sqrt(max(square0, 0.0))
+    impulse = 0.5 * (1.0 - part) * (pull - v) - _impulse(0.0, part, first, v, square0, square1)
+    return impulse - 0.5 * (pull0 + pull)
 
 
 @inlined
 def write_element(solid: Solid, bodies: Bodies, dt: float, depth: float, i: int, room: Room) -> None:
     """Write load and gap of one element at the end of a step; its base is known."""
-    nodes, ends = room.nodes, room.ends
-    pull, start, shape = nodes[Q1_, i], nodes[Q_, i], nodes[SHAPE_, i] * dt
-    soft, mean = solid.compliance + ends[S_RISE_], ends[S_MEAN_]
-    plain = nodes[BASE_, i] - depth - mean * shape
-    press, before, bump = 0.0, nodes[P_, i], shape
-    gap = plain + mean * shape + solid.compliance * pull
-    x, edge0, edge, four = nodes[PLACE_, i], room.now[C_], ends[MADE_], 4.0 * bodies.stress * bodies.stress
+    nodes, edge0, edge = room.nodes, room.now[C_], room.ends[MADE_]
+    pull, before, x = nodes[Q1_, i], nodes[P_, i], nodes[PLACE_, i]
+    soft, mean = solid.compliance + room.ends[S_RISE_], room.ends[S_MEAN_]
+    press, bump = 0.0, nodes[SHAPE_, i] * dt
+    # Without the impulse beyond that of a line.
+    plain = nodes[BASE_, i] - depth - mean * bump
+    gap = plain + mean * bump + solid.compliance * pull
+    # Of the cohesive load, whose square is linear over the step.
+    four = 4.0 * bodies.stress * bodies.stress
     square0, square1 = four * (edge0 - x) * (edge0 + x), four * (edge - x) * (edge + x)
     if before > 0.0:
-        press, bump = -(plain + solid.compliance * pull) / soft, 0.0
+        press, gap, bump = -(plain + solid.compliance * pull) / soft, 0.0, 0.0
         if press < 0.0:
-            # It leaves where p vanishes.
-            part, v = _crossing(start + before, pull + press, square0, square1)
-            last = math.sqrt(max(square1, 0.0))
-            bump = 0.5 * part * (start + before - v) - _impulse(part, 1.0, v, last, square0, square1)
-            bump = dt * (bump - 0.5 * (start + before + pull))
-            gap = plain + mean * bump + solid.compliance * pull
-            press = 0.0
-            nodes[PART_, i], nodes[KINK_, i] = part, -v
-        else:
-            gap = 0.0
+            bump = dt * _leaving(nodes[Q_, i] + before, pull + press, square0, square1, i, room)
+            press, gap = 0.0, plain + mean * bump + solid.compliance * pull
     elif gap < 0.0:
-        open_ = max(nodes[H_, i], 0.0)
-        per = 1.0 / solid.compliance
-        # The gap is a line and J0 q.
-        part, v = _crossing(-(open_ * per - start), -(gap * per - pull), square0, square1)
-        first = math.sqrt(max(square0, 0.0))
-        bump = 0.5 * (1.0 - part) * (pull - v) - _impulse(0.0, part, first, v, square0, square1)
-        bump = dt * (bump - 0.5 * (start + pull))
-        press = -(plain + mean * bump + solid.compliance * pull) / (soft - 0.5 * mean * part * dt)
-        bump -= 0.5 * press * part * dt
-        gap = 0.0
-        nodes[PART_, i], nodes[KINK_, i] = part, -v
+        open0, per = max(nodes[H_, i], 0.0), 1.0 / solid.compliance
+        bump = dt * _touching(open0 * per, gap * per, square0, square1, i, room)
+        late = 0.5 * nodes[PART_, i] * dt
+        press = -(plain + mean * bump + solid.compliance * pull) / (soft - mean * late)
+        gap, bump = 0.0, bump - press * late
     nodes[P1_, i], nodes[H1_, i] = press, gap
     nodes[REST_, i], nodes[BUMP_, i] = plain + mean * bump, bump
 
