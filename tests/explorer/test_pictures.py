@@ -152,6 +152,8 @@ def test_ranges_can_be_typed(opened):
     whole = page.evaluate(shown)
     page.locator("[data-panel=moduli] summary[aria-label^=Range]").click()
     low = page.locator("[data-panel=moduli]").get_by_label("Across, from")
+    # The browser announces after the click that the box is open.
+    until(page, "document.querySelector('[data-panel=moduli] [aria-label=\"Across, from\"]').value !== ''")
     assert float(low.input_value()) == pytest.approx(whole["x"][0], rel=1e-4)
     for text, good in (("1,5", True), ("-1", False), ("1e9", False), ("a", False)):
         low.fill(text)

@@ -284,6 +284,17 @@ def test_an_elastic_ball_sticks_below_its_loss_in_jumps():
     assert slow == pytest.approx(math.sqrt(2.0 * fast.radiated_energy), rel=2e-3)
 
 
+def test_a_body_that_a_coarse_march_holds_leaves_just_above_the_sticking_velocity():
+    impact = ball(solid(), 0.01, 0.157768, 0.3)
+    # An elastic body loses the same energy in its jumps at any velocity.
+    sticks = math.sqrt(2.0 * rs.solve(impact, rtol=1e-5).radiated_energy)
+    velocity = sticks * (1.0 + 10.0 ** np.random.default_rng(4).uniform(-3.1, -2.0, 12))
+    rebound = rs.solve(replace(impact, velocity=velocity), rtol=1e-4)
+    assert np.all(rebound.status == Status.SEPARATED)
+    # The tolerance is that of e^2, to which the closed form adds that of the loss.
+    assert rebound.restitution_coefficient**2 == pytest.approx(1.0 - (sticks / velocity) ** 2, abs=4e-5)
+
+
 # Equilibrium modulus, branch moduli and times; work, stress, velocity.
 SECOND = [
     ((1.0, [4.0], [1.0]), 0.02, 0.3, 0.5),

@@ -22,7 +22,8 @@ _LOOSE = 1e-4
 _STRICT, _OF_FIRST, _OF_LATER = 1e-5, 2.0, 0.5
 # Largest number of trials for the scales, and of scales, and factor of a duration that was too short.
 _TRIALS, _WIDENED, _LONGER = 120, 8, 4.0
-# Marches in a row that must capture the body.
+# Marches in a row that must capture the body, or not end, before this is believed: a coarse one may hold a body that
+# a finer one lets go.
 _SURE = 4
 # Error of e over the creep of an unresolved ring and the loss in jumps, by comparison with finer marches.
 _CREEP = 5.0
@@ -90,21 +91,22 @@ def _failed(status: Status, march: March | None = None, error: float = math.nan)
 
 def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved:
     """March with more and more elements on one scale until e is known, or a march does not end."""
-    from restitution.kernel.zone import HELD, SEPARATED
+    from restitution.kernel.zone import HELD, SEPARATED, TOO_LONG
 
     count, most = problem.body.counts(width, time)
     most = max(most, problem.body.affordable(width))
     if rtol >= _LOOSE:
         count //= 2
     bends = problem.body.resolves(width, count)
-    held, done, series, reached = 0, 0, Richardson(), math.nan
+    held, endless, done, series, reached = 0, 0, 0, Richardson(), math.nan
     kinetic = 0.5 * problem.mass * problem.velocity**2
     while count <= most:
         march = problem.march(width, time, count, bends=bends, graded=True)
-        if march.end not in (HELD, SEPARATED):
+        endless = endless + 1 if march.end == TOO_LONG else 0
+        if endless >= _SURE or (endless and 2 * count > most) or march.end not in (HELD, SEPARATED, TOO_LONG):
             return _failed(Status.NOT_ACCURATE, march)
-        if march.end == HELD:
-            held, done, series, reached = held + 1, 0, Richardson(), math.nan
+        if march.end != SEPARATED:
+            held, done, series, reached = held + (march.end == HELD), 0, Richardson(), math.nan
             if held >= _SURE:
                 numbers = _numbers(problem, march)
                 numbers["energy"] = 0.0
