@@ -78,7 +78,7 @@ class AdhesiveResult(ImpactResult):
     -----
     Elements of second order, extrapolated from N and 2N of them until e is known to `rtol`, or to ``0.1 rtol/e`` below
     e = 0.1, as the energy is what is computed. A body counts as captured when its energy falls below that of rest far
-    apart, for which a rebound of less than some 1e-2 may be taken.
+    apart, or the contact pulls it back twice, for which a rebound of less than some 1e-2 may be taken.
     """
 
     _default_outputs = (*DEFAULT_OUTPUTS, *ADHESION)
