@@ -106,14 +106,14 @@ class _KernelCache(caching.FunctionCache):
 
 @contextmanager
 def _known_operations() -> Generator[None]:
-    """Find the types of each operation on numbers once.
+    """Find the types of each operation once.
 
     Numba tries all versions of an operator again at each place where it stands, those for text, sets and dates first.
     """
     plain, known = types.BaseFunction.get_call_type, {}
 
     def get_call_type(self: Any, context: Any, arguments: Any, named: Any) -> Any:
-        if named or not all(isinstance(kind, types.Number | types.Boolean) for kind in arguments):
+        if named:
             return plain(self, context, arguments, named)
         # The code of a few operations depends on how the function is compiled in which they stand.
         flags = targetconfig.ConfigStack.top_or_none()
