@@ -137,16 +137,22 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
         room.state[WORK] += rule.A[STAGES - 1, i - 1] * net[i] * slopes[i]
+    falls_short = False
     if event == JOINT:
         panels, p = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])
-        nodes[Y, last] = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
-        if phase == GROWS:
-            # The front is known less well than the joint; the elements between them have no load yet.
-            radius = radius_and_integral(problem.path, nodes[Y, last])[0]
-            for k in range(K):
-                room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
-            nodes[A, last] = radius
+        y = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
+        # The front is known less well than the joint, unless many elements lie between them.
+        falls_short = abs(y * y - nodes[Y, last] ** 2) > problem.scales.tolerance * problem.scales.depth
+        falls_short = falls_short and room.at[last] >= p
+        if not falls_short:
+            nodes[Y, last] = y
+            if phase == GROWS:
+                # The elements between them have no load yet.
+                radius = radius_and_integral(problem.path, y)[0]
+                for k in range(K):
+                    room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
+                nodes[A, last] = radius
     elif event == ENDS:
         # A root of rounding else, with which the next touch would not be smooth.
         nodes[Y, last] = 0.0
@@ -157,7 +163,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         if event == ENDS and kind < 0:
             level_axis(problem.solid, room)
         panels, place = ahead(room, phase)
-        if event == JOINT:
+        if event == JOINT and not falls_short:
             room.places[place] = end_of_way(room, phase)[1]
         elif event == ENDS or room.at[last] < 0:
             room.places[place] = 0
@@ -170,6 +176,11 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     for k in range(K):
         room.memory[k], room.sums[k] = room.h[k, last], room.L[k, last]
     keep_swings(problem.driver, room)
+    if falls_short:
+        # They change state at once.
+        p = end_of_way(room, phase)[1]
+        while room.places[ahead(room, phase)[1]] > p:
+            jump(problem, room, phase, 0.0, KINK)
     if event == ENDS:
         end_contact(problem, room)
     if event == TOUCHES:
