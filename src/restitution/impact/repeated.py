@@ -13,7 +13,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.solution import PanelMotion, solve_scaled
 from restitution.impact.status import Status
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, PanelSolution
+from restitution.indentation.panels import Drive, PanelSolution, solve_patiently
 from restitution.indentation.surface import Surface, check_surface
 from restitution.kernel.outcome import MAX_DEPTH, STATUS
 from restitution.kernel.plain import single_problem
@@ -64,16 +64,21 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
             history, False, peak, mass=float(impact.mass), velocity=velocity, touches=True, once=True, depth=level,
             first=_FIRST_STEP * scale,
         )  # fmt: skip
-        solution = PanelSolution(
+        solution = solve_patiently(
             impact.contact.profile, impact.reduced_modulus, drive, rtol, None if surface is None else surface.marks
         )
         if solution.max_depth > float(impact.profile.max_depth):
-            rule = f"is described to a depth of {peak:.3g} m, {impact.profile.end}, and the body goes deeper"
-            raise InputError("profile", rule=rule)
+            raise _too_deep(impact)
         stays = _settles(solution, push) if push > 0.0 else abs(solution.end_state[1]) < _REST * velocity
         if stays or solution.stop < time or time > _MOST * reach / velocity:
             return solution
         time *= _FACTOR
+
+
+def _too_deep(impact: Impact) -> InputError:
+    deepest = float(impact.profile.max_depth)
+    rule = f"is described to a depth of {deepest:.3g} m, {impact.profile.end}, and the body goes deeper"
+    return InputError("profile", rule=rule)
 
 
 def _settles(solution: PanelSolution, push: float) -> bool:
@@ -96,7 +101,10 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
     if not parted and impact.reduced_modulus.is_liquid:
         status = Status.SINKS_IN
     elif not parted:
+        # It creeps on, to the depth at which the relaxed body carries the force.
         depth = float(Batch.from_impact(impact).rest_depth()[0])
+        if not depth <= float(impact.profile.max_depth):
+            raise _too_deep(impact)
         largest = [max(pair) for pair in zip(largest, (depth, float(impact.external_force)), strict=True)]
         radius = max(radius, float(impact.contact.profile.contact_radius(depth)))
     return {

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from restitution.indentation.adhesion import AdhesiveSolution
     from restitution.indentation.history import History
+    from restitution.indentation.elastic import ElasticSolution
     from restitution.indentation.panels import PanelSolution
     from restitution.indentation.solve import Solution
     from restitution.indentation.surface import Surface
@@ -98,7 +99,7 @@ class IndentationResult(Result):
     prescribed_history: History = field(repr=False)
     rtol: float
     error: float
-    _solution: Solution | PanelSolution | AdhesiveSolution = field(repr=False)
+    _solution: Solution | PanelSolution | ElasticSolution | AdhesiveSolution = field(repr=False)
 
     @property
     def material(self) -> Material:

@@ -137,16 +137,14 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
         room.state[WORK] += rule.A[STAGES - 1, i - 1] * net[i] * slopes[i]
-    falls_short = False
-    if event in (JOINT, ENDS):
-        y, p = 0.0, 0
-        if event == JOINT:
-            panels, p = end_of_way(room, phase)
-            polynomials(0.0, room.basis[0], room.basis[1])
-            y = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
-        # The front is known less well than where it ends, unless elements between them would be felt in the panel.
+    falls_short, end = False, 0
+    if event == JOINT:
+        panels, end = end_of_way(room, phase)
+        polynomials(0.0, room.basis[0], room.basis[1])
+        y = max(value_of(panels.coefficients[end, 0], room.basis[0]), 0.0)
+        # The front is known less well than the joint, unless elements between them would be felt in the panel.
         error = 2.0 * max(nodes[Y, 0], nodes[Y, last]) * abs(y - nodes[Y, last])
-        falls_short = room.at[last] >= p and error > problem.scales.tolerance * problem.scales.depth
+        falls_short = room.at[last] >= end and error > problem.scales.tolerance * problem.scales.depth
         if not falls_short:
             nodes[Y, last] = y
             if phase == GROWS:
@@ -155,15 +153,19 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
                 for k in range(K):
                     room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
                 nodes[A, last] = radius
+    elif event == ENDS:
+        # A root of rounding else, with which the next touch would not be smooth.
+        nodes[Y, last] = 0.0
     if scatters:
         smooth_front(problem, room, phase)
-    moves = phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS)
-    if moves:
+    if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
+        if event == ENDS and kind < 0:
+            level_axis(problem.solid, room)
         panels, place = ahead(room, phase)
-        if event in (JOINT, ENDS) and not falls_short:
-            room.places[place] = end_of_way(room, phase)[1] if event == JOINT else 0
-        elif room.at[last] < 0:
+        if event == JOINT and not falls_short:
+            room.places[place] = end
+        elif event == ENDS or room.at[last] < 0:
             room.places[place] = 0
         else:
             p, z = room.at[last], room.z[last]
@@ -176,12 +178,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     keep_swings(problem.driver, room)
     if falls_short:
         # They change state at once.
-        p = end_of_way(room, phase)[1] if event == JOINT else 0
-        while room.places[ahead(room, phase)[1]] > p:
+        while room.places[ahead(room, phase)[1]] > end:
             jump(problem, room, phase, 0.0, KINK)
     if event == ENDS:
-        if kind < 0 and moves:
-            level_axis(problem.solid, room)
         end_contact(problem, room)
     if event == TOUCHES:
         begin_contact(problem, room)
