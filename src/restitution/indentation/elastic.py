@@ -60,7 +60,7 @@ class ElasticSolution:
         exponent, coefficient = profile.path_exponent, profile.path_coefficient
         if exponent is not None and coefficient is not None:
             power = 0.5 * float(exponent) + 1.0
-            return np.asarray((target * power / float(coefficient)) ** (1.0 / power))
+            return np.asarray((target * power / float(coefficient)) ** (1.0 / power), dtype=np.float64)
         highest = min(float(np.min(profile.max_depth)), 1e100)
         low, high = np.full(force.shape, -300.0), np.full(force.shape, math.log(highest))
         for _ in range(_HALVINGS):

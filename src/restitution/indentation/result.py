@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     import xarray
 
     from restitution.indentation.adhesion import AdhesiveSolution
-    from restitution.indentation.history import History
     from restitution.indentation.elastic import ElasticSolution
+    from restitution.indentation.history import History
     from restitution.indentation.panels import PanelSolution
     from restitution.indentation.solve import Solution
     from restitution.indentation.surface import Surface
