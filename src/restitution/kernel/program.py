@@ -91,6 +91,7 @@ from restitution.kernel.panels import (
     STAGES,
     polynomials,
     share,
+    tail,
     to_coefficients,
     value_of,
 )
@@ -112,6 +113,8 @@ _MOST_CHASES = 8
 _MOST_DIVIDED = 5
 # Steps of one start that are lengthened to an event behind them: not again and again, if none is smooth enough.
 _MOST_AIMS = 4
+# Factor of the last coefficients of a front by which it is rougher.
+_ROUGHER = 4.0
 # Panels of both stacks that are merged.
 _CROWDED = 64
 
@@ -154,18 +157,24 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
                     room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
                 nodes[A, last] = radius
     elif event == ENDS:
-        # A root of rounding else, with which the next touch would not be smooth.
+        # A root of rounding else, with which the next touch would not be smooth, unless it is what is smooth.
+        y, before = nodes[Y, last], tail(rule, nodes[Y])
         nodes[Y, last] = 0.0
+        after = tail(rule, nodes[Y])
+        error = 2.0 * nodes[Y, 0] * after / (problem.scales.tolerance * problem.scales.depth)
+        falls_short = room.at[last] >= 0 and not is_light(problem) and after > _ROUGHER * before and error > 1.0
+        if falls_short:
+            nodes[Y, last] = y
     if scatters:
         smooth_front(problem, room, phase)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
-        if event == ENDS and kind < 0:
+        if event == ENDS and kind < 0 and not falls_short:
             level_axis(problem.solid, room)
         panels, place = ahead(room, phase)
-        if event == JOINT and not falls_short:
+        if event in (JOINT, ENDS) and not falls_short:
             room.places[place] = end
-        elif event == ENDS or room.at[last] < 0:
+        elif room.at[last] < 0:
             room.places[place] = 0
         else:
             p, z = room.at[last], room.z[last]
