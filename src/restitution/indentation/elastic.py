@@ -41,7 +41,7 @@ class ElasticSolution:
         self._pieces = [
             (low + (high - low) * first, low + (high - low) * last, polyval(first, c), polyval(last, c))
             for low, high, c in _rows(from_zeros(history)[0])
-            for first, last in pairwise([0.0, *zeros_of(polyder(c)), 1.0])
+            for first, last in pairwise([0.0, *zeros_of(np.asarray(polyder(c), dtype=np.float64)), 1.0])
         ]
         ends = np.array([piece[2:] for piece in self._pieces])
         most = float(ends.max())
