@@ -148,17 +148,13 @@ def test_a_contact_on_its_imprint_ends_where_its_force_is_zero(rtol):
 @pytest.mark.parametrize(
     ("first", "second", "third", "late"), [(2.1e-10, 1.9e-10, 1.8e-6, 4.018), (8e-11, 1.1e-11, 6.9e-7, 4.012)]
 )
-def test_small_forces_on_an_elastic_body_are_solved_or_refused(first, second, third, late):
-    """Where rounding lets the contact begin again, the body has no displacement in which to clear a gap; by Hertz."""
+def test_small_forces_on_an_elastic_body(first, second, third, late):
+    """Rounding would let a contact that is followed begin again; by Hertz."""
     time, force = [0.0, 1.0, 2.0, 3.0, 4.0, late, 5.0], [0.0, 1.0, first, 1.0, second, third, 1.0]
-    try:
-        result = indent(half_space(PronySeries(1.0)), TIP, time=time, force=force, rtol=1e-4)
-    except InputError:
-        # Refused, and no number is silently wrong.
-        return
+    result = indent(half_space(PronySeries(1.0)), TIP, time=time, force=force, rtol=1e-4)
     moments = np.linspace(0.0, 5.0, 51)
     expected = (0.75 * np.interp(moments, time, force)) ** (2.0 / 3.0)
-    assert result.sample(moments).indentation_depth.values == pytest.approx(expected, abs=1e-4)
+    assert result.sample(moments).indentation_depth.values == pytest.approx(expected, rel=1e-12)
 
 
 def random_force(rng, size):

@@ -289,7 +289,7 @@ class Batch:
         residual = columns["residual_indentation_depth"] * block.length
         unknown = (status == Status.CAPTURED) & np.isnan(residual)
         if np.any(unknown):
-            residual = np.where(unknown, self._rest_depth(), residual)
+            residual = np.where(unknown, self.rest_depth(), residual)
         depth, radius = columns["max_indentation_depth"] * block.length, columns["max_contact_radius"] * block.radius
         # A body that is captured on its way back creeps on, to a depth that may exceed that of the turning point.
         further = unknown & (residual > depth) & np.isfinite(residual)
@@ -338,7 +338,7 @@ class Batch:
             return np.asarray(self.coefficients) * depth ** (0.5 * (self.exponent or 0.0))
         return self.profile.stiffness_radius(depth / self.depth_units) * self.radius_units
 
-    def _rest_depth(self) -> Array:
+    def rest_depth(self) -> Array:
         """Return the depth [m] at which the relaxed foundation carries the external force; infinite on a liquid."""
         with np.errstate(divide="ignore", invalid="ignore"):
             integral = self.forces / (2.0 * self.equilibria)

@@ -13,16 +13,16 @@ from restitution.impact.problem import Impact
 from restitution.impact.solution import PanelMotion, solve_scaled
 from restitution.impact.status import Status
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, PanelSolution
+from restitution.indentation.panels import Drive, PanelSolution, solve_patiently
 from restitution.indentation.surface import Surface, check_surface
 from restitution.kernel.outcome import MAX_DEPTH, STATUS
 from restitution.kernel.plain import single_problem
 
 # Contact times of the first run, its factor, and the longest.
-_FIRST, _FACTOR, _MOST = 8.0, 8.0, 1e7
-# Share of the impact velocity below which a body that a force holds is at rest.
+_FIRST, _FACTOR, _MOST = 8.0, 2.0, 1e7
+# Share of the impact velocity below which a body in a liquid is at rest.
 _REST = 1e-6
-# Force on a body that sinks, over what holds it, less 1, in the second half of a run; and times that are looked at.
+# Force on a body that stays, over what holds it, less 1, in the second half of a run; and times that are looked at.
 _UNSTEADY, _SAMPLES = 0.1, 201
 # First step over the time to the largest depth.
 _FIRST_STEP = 0.25
@@ -55,30 +55,37 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
     velocity, push = float(impact.velocity), float(impact.external_force)
     reach = deepest + level
     peak = min(2.0 * reach, float(impact.profile.max_depth))
-    sinks = push > 0.0 and impact.reduced_modulus.is_liquid
-    # A deep imprint of a liquid says nothing about the time of a contact.
-    time = _FIRST * 3.0 * (deepest if sinks else reach) / velocity
+    # A deep imprint says nothing about the time of a contact, and a force makes the body faster.
+    scale = deepest / math.hypot(velocity, math.sqrt(push * deepest / float(impact.mass)))
+    time = _FIRST * 3.0 * scale
     while True:
         history = History(np.array([0.0, time]), np.array([[push, 0.0]]))
         drive = Drive(
             history, False, peak, mass=float(impact.mass), velocity=velocity, touches=True, once=True, depth=level,
-            first=_FIRST_STEP * reach / velocity,
+            first=_FIRST_STEP * scale,
         )  # fmt: skip
-        solution = PanelSolution(
+        solution = solve_patiently(
             impact.contact.profile, impact.reduced_modulus, drive, rtol, None if surface is None else surface.marks
         )
         if solution.max_depth > float(impact.profile.max_depth):
-            rule = f"is described to a depth of {peak:.3g} m, {impact.profile.end}, and the body goes deeper"
-            raise InputError("profile", rule=rule)
-        rests = abs(solution.end_state[1]) < _REST * velocity
-        ends = solution.stop < time or rests or (sinks and _creeps(solution, push))
-        if ends or time > _MOST * reach / velocity:
+            raise _too_deep(impact)
+        stays = _settles(solution, push) if push > 0.0 else abs(solution.end_state[1]) < _REST * velocity
+        if stays or solution.stop < time or time > _MOST * reach / velocity:
             return solution
         time *= _FACTOR
 
 
-def _creeps(solution: PanelSolution, push: float) -> bool:
-    """Return whether a body that a force holds on a liquid sinks without oscillation: it never leaves from then on."""
+def _too_deep(impact: Impact) -> InputError:
+    deepest = float(impact.profile.max_depth)
+    rule = f"is described to a depth of {deepest:.3g} m, {impact.profile.end}, and the body goes deeper"
+    return InputError("profile", rule=rule)
+
+
+def _settles(solution: PanelSolution, push: float) -> bool:
+    """Return whether a body that a force holds hardly oscillates any more: it never leaves from then on.
+
+    Steps that go on to the end of the oscillation would find nothing but rounding.
+    """
     times = np.linspace(0.5 * (solution.history.start + solution.stop), solution.stop, _SAMPLES)
     return bool(np.all(np.abs(solution.at(times)[2] - push) < _UNSTEADY * push))
 
@@ -90,14 +97,22 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
     parted = not solution.touches_at_end
     depth, rate = solution.end_state
     status = Status.SEPARATED if parted else Status.CAPTURED
+    largest, radius = [solution.largest(column) for column in (0, 2)], solution.max_contact_radius
     if not parted and impact.reduced_modulus.is_liquid:
         status = Status.SINKS_IN
+    elif not parted:
+        # It creeps on, to the depth at which the relaxed body carries the force.
+        depth = float(Batch.from_impact(impact).rest_depth()[0])
+        if not depth <= float(impact.profile.max_depth):
+            raise _too_deep(impact)
+        largest = [max(pair) for pair in zip(largest, (depth, float(impact.external_force)), strict=True)]
+        radius = max(radius, float(impact.contact.profile.contact_radius(depth)))
     return {
         "restitution_coefficient": max(-rate / float(impact.velocity), 0.0) if parted else 0.0,
         "contact_time": solution.stop if parted else math.inf,
-        "max_indentation_depth": solution.largest(0),
-        "max_force": solution.largest(2),
-        "max_contact_radius": solution.max_contact_radius,
+        "max_indentation_depth": largest[0],
+        "max_force": largest[1],
+        "max_contact_radius": radius,
         "residual_indentation_depth": depth,
         "status": status,
         "motion": PanelMotion(solution, surface) if parted else None,

@@ -251,7 +251,7 @@ class History:
                 pieces.append(c)
                 knots.append(self.knots[n : n + 1])
                 continue
-            zeros, turns = _zeros(c), _zeros(slopes[n])
+            zeros, turns = zeros_of(c), zeros_of(slopes[n])
             places = [0.0, *sorted(set(zeros + turns)), 1.0]
             for low, high in pairwise(places):
                 piece = _restricted(c, low, high)
@@ -315,7 +315,7 @@ def from_zeros(history: History) -> tuple[History, Array, NDArray[np.bool_]]:
         low, high = history.knots[n : n + 2]
         ends = [0.0, 1.0]
         if least[n] <= most and high > low and np.any(c):
-            ends[1:1] = [u for u in _zeros(polyder(c)) if polyval(u, c) <= most]
+            ends[1:1] = [u for u in zeros_of(polyder(c)) if polyval(u, c) <= most]
         for first, last in pairwise(ends):
             falls = least[n] <= most and bool(np.any(c)) and polyval(last, c) <= most
             rises = least[n] <= most and polyval(first, c) <= most
@@ -508,7 +508,7 @@ def _may_change_sign(c: NDArray[np.floating]) -> NDArray[np.bool_]:
     return (bernstein.min(axis=1) < 0.0) & (bernstein.max(axis=1) > 0.0)
 
 
-def _zeros(c: Array) -> list[float]:
+def zeros_of(c: Array) -> list[float]:
     """Return the places in (0, 1) at which a polynomial changes sign."""
     if not np.any(c[1:]):
         return []

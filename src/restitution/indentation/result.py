@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import xarray
 
     from restitution.indentation.adhesion import AdhesiveSolution
+    from restitution.indentation.elastic import ElasticSolution
     from restitution.indentation.history import History
     from restitution.indentation.panels import PanelSolution
     from restitution.indentation.solve import Solution
@@ -98,7 +99,7 @@ class IndentationResult(Result):
     prescribed_history: History = field(repr=False)
     rtol: float
     error: float
-    _solution: Solution | PanelSolution | AdhesiveSolution = field(repr=False)
+    _solution: Solution | PanelSolution | ElasticSolution | AdhesiveSolution = field(repr=False)
 
     @property
     def material(self) -> Material:

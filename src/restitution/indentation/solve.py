@@ -17,6 +17,7 @@ from restitution.contact.adhesion import Adhesion
 from restitution.contact.geometry import Contact, Geometry, of_type
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError
+from restitution.indentation.elastic import ElasticSolution
 from restitution.indentation.history import NO_FORCE, UNITS, History, contact_part, graded
 from restitution.indentation.panels import (
     PanelSolution,
@@ -365,14 +366,19 @@ def indent(
 def _solved(
     contact: Contact, series: PronySeries | None, history: History, name: str, rtol: float, stiffness: float | None,
     surface: Surface | None,
-) -> Solution | PanelSolution:  # fmt: skip
-    """Return the solution: of one approach and one release by its closed form, of any other history by panels."""
+) -> Solution | PanelSolution | ElasticSolution:  # fmt: skip
+    """Return the solution: of one approach and one release by its closed form, of any other history by panels.
+
+    The surface of an elastic body has no memory, and under a force its depth has a closed form.
+    """
     series = contact.reduced_modulus if series is None else series
     if stiffness is None and surface is None:
         try:
             return Solution(contact, series, history, name, rtol)
         except Reloading:
             pass
+    if series.is_elastic and name == "force" and stiffness is None:
+        return ElasticSolution(contact, series, history, rtol)
     return solve_by_panels(contact.profile, series, history, name, rtol, stiffness, surface)
 
 

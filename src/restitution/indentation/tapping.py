@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,7 +15,7 @@ from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.cantilever import Cantilever, CantileverMode, Pull, cantilever, pull_of
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, Grip, PanelSolution
+from restitution.indentation.panels import Drive, Grip, PanelSolution, solve_patiently
 from restitution.indentation.solid import solid_of
 from restitution.indentation.solve import contact_of
 from restitution.indentation.steady import Mixture, Past, Recovery, Trial
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
 # Change of amplitude from tap to tap over the free amplitude, at which taps are periodic: of rtol.
 _PERIODIC = 0.1
 _CONFIRMED = 3
-# Tolerances of a tap, of rtol, one after the other: other steps may solve what these do not.
-_SHARES = (1.0, 0.3, 0.1, 0.03)
 # Past taps from which the next start is extrapolated.
 _MEMORY = 8
 # Least and largest number of first taps on the surface as it is, and their change at which that of a steady motion is
@@ -220,11 +217,9 @@ class Tapper:
             velocity=start.velocity, first=0.1 * self.period, scale=min(max(reach / peak, _LEAST_SCALE), 1.0),
             attraction=self.pull.attraction, cutoff=self.pull.cutoff, modes=lever.higher, swing=start.swing,
         )  # fmt: skip
-        series = self.contact.reduced_modulus
-        for share in _SHARES:
-            with suppress(InputError):
-                return PanelSolution(profile, series, drive, share * max(rtol, self.rtol), start.imprint, start.grip)
-        raise InputError("distance", distance, "leads to a tap that could not be solved", "m")
+        return solve_patiently(
+            profile, self.contact.reduced_modulus, drive, max(rtol, self.rtol), start.imprint, start.grip
+        )
 
     def free(self, distance: float) -> Start:
         """Return a first start: that of an oscillation which nearly touches the surface.

@@ -51,7 +51,7 @@ def loop_work(solution: Solution) -> float:
         return np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
 
     steps = [_step_work(solution, place, rtol) for place in solution.steps]
-    return _integral(power, solution.breaks, rtol, sum(map(abs, steps))) + sum(steps)
+    return integral(power, solution.breaks, rtol, sum(map(abs, steps))) + sum(steps)
 
 
 def _step_work(solution: Solution, place: int, rtol: float) -> float:
@@ -61,13 +61,13 @@ def _step_work(solution: Solution, place: int, rtol: float) -> float:
     # At both ends force and depth may be powers of each other.
     fine = 0.5 * 2.0 ** -np.arange(50.0)[::-1]
     edges = np.concatenate([[0.0], fine, 1.0 - fine[-2::-1], [1.0]])
-    mean = _integral(lambda shares: solution.through(place, shares)[column], edges, rtol, 0.0)
+    mean = integral(lambda shares: solution.through(place, shares)[column], edges, rtol, 0.0)
     if solution.by_depth:
         return float((depth[1] - depth[0]) * mean)
     return float(force[1] * depth[1] - force[0] * depth[0] - (force[1] - force[0]) * mean)
 
 
-def _integral(function: Callable[[Array], Array], edges: Array, rtol: float, scale: float) -> float:
+def integral(function: Callable[[Array], Array], edges: Array, rtol: float, scale: float) -> float:
     """Integral by Gauss panels, each halved until its halves agree with it within rtol of `scale` and all panels."""
 
     def panels(low: Array, high: Array) -> Array:

@@ -91,6 +91,7 @@ from restitution.kernel.panels import (
     STAGES,
     polynomials,
     share,
+    tail,
     to_coefficients,
     value_of,
 )
@@ -112,6 +113,8 @@ _MOST_CHASES = 8
 _MOST_DIVIDED = 5
 # Steps of one start that are lengthened to an event behind them: not again and again, if none is smooth enough.
 _MOST_AIMS = 4
+# Factor of the last coefficients of a front by which it is rougher.
+_ROUGHER = 4.0
 # Panels of both stacks that are merged.
 _CROWDED = 64
 
@@ -137,29 +140,41 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
         room.state[WORK] += rule.A[STAGES - 1, i - 1] * net[i] * slopes[i]
+    falls_short, end = False, 0
     if event == JOINT:
-        panels, p = end_of_way(room, phase)
+        panels, end = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])
-        nodes[Y, last] = max(value_of(panels.coefficients[p, 0], room.basis[0]), 0.0)
-        if phase == GROWS:
-            # The front is known less well than the joint; the elements between them have no load yet.
-            radius = radius_and_integral(problem.path, nodes[Y, last])[0]
-            for k in range(K):
-                room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
-            nodes[A, last] = radius
+        y = max(value_of(panels.coefficients[end, 0], room.basis[0]), 0.0)
+        # The front is known less well than the joint, unless elements between them would be felt in the panel.
+        error = 2.0 * max(nodes[Y, 0], nodes[Y, last]) * abs(y - nodes[Y, last])
+        falls_short = room.at[last] >= end and error > problem.scales.tolerance * problem.scales.depth
+        if not falls_short:
+            nodes[Y, last] = y
+            if phase == GROWS:
+                # They have no load yet.
+                radius = radius_and_integral(problem.path, y)[0]
+                for k in range(K):
+                    room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
+                nodes[A, last] = radius
     elif event == ENDS:
-        # A root of rounding else, with which the next touch would not be smooth.
+        # A root of rounding else, with which the next touch would not be smooth, unless it is what is smooth.
+        y, before = nodes[Y, last], tail(rule, nodes[Y])
         nodes[Y, last] = 0.0
+        after = tail(rule, nodes[Y])
+        error = 2.0 * nodes[Y, 0] * after / (problem.scales.tolerance * problem.scales.depth)
+        falls_short = room.at[last] >= 0 and not is_light(problem) and after > _ROUGHER * before and error > 1.0
+        if falls_short:
+            nodes[Y, last] = y
     if scatters:
         smooth_front(problem, room, phase)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
-        if event == ENDS and kind < 0:
+        if event == ENDS and kind < 0 and not falls_short:
             level_axis(problem.solid, room)
         panels, place = ahead(room, phase)
-        if event == JOINT:
-            room.places[place] = end_of_way(room, phase)[1]
-        elif event == ENDS or room.at[last] < 0:
+        if event in (JOINT, ENDS) and not falls_short:
+            room.places[place] = end
+        elif room.at[last] < 0:
             room.places[place] = 0
         else:
             p, z = room.at[last], room.z[last]
@@ -170,6 +185,10 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     for k in range(K):
         room.memory[k], room.sums[k] = room.h[k, last], room.L[k, last]
     keep_swings(problem.driver, room)
+    if falls_short:
+        # They change state at once.
+        while room.places[ahead(room, phase)[1]] > end:
+            jump(problem, room, phase, 0.0, KINK)
     if event == ENDS:
         end_contact(problem, room)
     if event == TOUCHES:
