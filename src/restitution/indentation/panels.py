@@ -547,7 +547,9 @@ def solve_by_panels(
             check_depth(history, profile, series.parallel_viscosity)
         else:
             pull = History(history.knots, history.coefficients * stiffness)
-            bound = min(peak, deepest)
+            # A soft spring does not press the tip as deep as it moves.
+            most = largest_depth(series, profile, stiffness * peak, history.stop - history.start) + level
+            bound = min(peak, deepest, most)
             touch = path_power(profile, bound)[0] + 2.0 if series.parallel_viscosity > 0.0 else 2.0
             drive = Drive(pull, False, bound, stiffness=stiffness, touch=touch)
     solution = PanelSolution(profile, series, drive, rtol, None if surface is None else surface.marks)

@@ -38,6 +38,8 @@ NEVER = np.zeros(0, dtype=np.bool_)
 HALVINGS = 64
 
 
+# Force of a spring, over that of its whole depth, as the difference of which it has too few digits.
+_FEW_DIGITS = 1e-4
 # A body without higher modes.
 _ALONE = np.zeros((0, 3))
 
@@ -254,12 +256,15 @@ def rise_of_given(driver: Driver, piece: int, x: float, dx: float, t: float, dt:
 
 
 @inlined
-def by_increase(solid: Solid, driver: Driver) -> bool:
-    """Return whether the force of a spring follows from its increase in a step: against a dashpot.
+def by_increase(solid: Solid, driver: Driver, room: Room) -> bool:
+    """Return whether the force of a spring follows from its increase in a step: where few elements load a dashpot.
 
-    The difference of base and depth has few digits where a contact ends, and the rate at which it does follows from it.
+    The difference of base and depth has few digits there, and the rate follows from the force over the radius.
+    Elsewhere errors of the steps would add up.
     """
-    return driver.stiffness > 0.0 and driver.mass == 0.0 and solid.viscosity > 0.0
+    nodes = room.nodes
+    against = driver.stiffness > 0.0 and driver.mass == 0.0 and solid.viscosity > 0.0
+    return against and nodes[A, 0] > 0.0 and abs(nodes[F, 0]) < _FEW_DIGITS * driver.stiffness * abs(nodes[D, 0])
 
 
 @inlined
@@ -276,7 +281,7 @@ def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
     """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
     nodes = room.nodes
     force = abs(nodes[GIVEN, i])
-    if by_increase(problem.solid, problem.driver):
+    if by_increase(problem.solid, problem.driver, room):
         force = abs(nodes[F, 0]) + abs(nodes[RISE, i]) + problem.driver.stiffness * abs(nodes[BELOW, i])
     force *= 4e-16
     force += rounding_of_front(problem, room, i)

@@ -333,7 +333,7 @@ def write_residuals(solid: Solid, driver: Driver, room: Room, shrinks: bool, mov
         n = i + 1
         if driver.mass == 0.0:
             M[i, S] = nodes[GIVEN, n] - nodes[F, n] - driver.stiffness * nodes[D, n]
-            if moving and by_increase(solid, driver):
+            if moving and by_increase(solid, driver, room):
                 M[i, S] = nodes[F, 0] + nodes[RISE, n] - nodes[F, n] - driver.stiffness * nodes[BELOW, n]
             if shrinks and is_force(driver):
                 M[i, S] = missing_load(solid, room, n, nodes[GIVEN, n]) * (nodes[A, n] if nodes[A, n] > 0.0 else 1.0)
@@ -592,7 +592,7 @@ def write_given(problem: Problem, room: Room, step: Step) -> None:
             room.times[i], room.weights[i] = t0 + step.length * passed, step.length * pace
         value, slope, rate = prescribed_at(driver, step.piece, min(x, 1.0), room.times[i])
         nodes[GIVEN, i], nodes[PACE, i] = value, slope / step.span + rate
-        if by_increase(problem.solid, driver):
+        if driver.stiffness > 0.0 and problem.solid.viscosity > 0.0:
             x, dx = step.done / step.span, step.length * passed / step.span
             nodes[RISE, i] = rise_of_given(driver, step.piece, x, dx, t0, step.length * passed)
         if driver.by_depth:
