@@ -55,6 +55,8 @@ from restitution.kernel.stepper import shared_load, surface_at_axis
 AT_AXIS = 1e-10
 # Error of a step, over the tolerance, that passes joints of panels: their kinks have decayed.
 _UNFELT = 0.03
+# Load, over the tolerance, that does not tell which way a front moves.
+_TURNING = 0.05
 
 
 @inlined
@@ -214,6 +216,9 @@ def first_event(
                 continue
             # A body that stands still turns by rounding.
             deadband = 1e-13 * problem.scales.depth / length
+            if phase == GROWS and problem.solid.viscosity > 0.0 and is_light(problem):
+                # The load at the front is that of the dashpot alone.
+                deadband += _TURNING * problem.scales.tolerance * problem.scales.stress / problem.solid.viscosity
         elif candidate in (JOINT, ENDS):
             if phase == FREE or p < 0 or passes:
                 continue

@@ -176,6 +176,24 @@ def level_axis(solid: Solid, room: Room) -> None:
         rows[1 + j, 0] += slope
 
 
+@inlined
+def level_edge(problem: Problem, room: Room) -> None:
+    """Remove the slope over z of the gap at the edge of a contact that has shrunk on a dashpot.
+
+    Elements leave at the rate of the body, so that the gap has none; an error of it would move a front that returns.
+    """
+    p, n = room.places[FREE_PANELS] - 1, NODES - 1
+    if p < 0 or room.free.end[p] != 1.0 or problem.solid.recoveries.shape[0] == 0:
+        return
+    slope = gap(
+        problem.solid, room.free, p, 1.0, room.state[TIME], room.state[DEPTH], room.basis[0], room.basis[1]
+    )[1]  # fmt: skip
+    # The polynomial with this slope, zero there, that is smallest elsewhere.
+    row = room.free.coefficients[p, 1]
+    row[n] -= slope / (2.0 * n * n)
+    row[0] += slope / (2.0 * n * n)
+
+
 @compiled
 def write_jump(problem: Problem, room: Room, phase: int, z: float) -> None:
     """Write the elements between the front and z of the top panel of the stack before it to the nodes."""

@@ -8,7 +8,7 @@ which is found first; then the step is solved once more up to there.
 import math
 from typing import Any
 
-from restitution.kernel.accuracy import leaves_scatter, step_error
+from restitution.kernel.accuracy import leaves_scatter, step_error, strays
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import (
     APART,
@@ -73,6 +73,7 @@ from restitution.kernel.jumps import (
     jump_ahead,
     jump_load,
     level_axis,
+    level_edge,
     note,
     push,
     smooth_front,
@@ -411,6 +412,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             size = room.places[FOLLOWING] + room.places[FREE_PANELS] + _MOST_JUMPS
             if room.places[RECORDS] >= min(most, room.records.start.shape[0]) or size >= room.free.start.shape[0]:
                 return NO_ROOM
+            if passing == TIME_PASSES and strays(problem, room, phase):
+                return NOT_SOLVED
             done = span if left - length <= max(4.0 * grain, 1e-15 * span) else done + length
             stop = room.state[TIME]
             if passing == TIME_PASSES:
@@ -505,6 +508,8 @@ def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any)
         if phase == SHRINKS:
             # Free elements begin to part from the body at its own rate: their gap is quadratic near the edge.
             start[0] = 2
+    elif problem.solid.viscosity > 0.0 and phase == SHRINKS and places[PHASE] == GROWS:
+        level_edge(problem, room)
     state[RATE] = rate
     return DONE
 
