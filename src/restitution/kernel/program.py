@@ -427,9 +427,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * min(max(trend, 1.0), 2.0)
                 if aim - done > reach:
                     guess = min(guess, 0.5 * (aim - done))
-                over = fades and phase == SHRINKS and is_nearly_over(problem, room, length)
-                if over and not sweep(problem, room, -1, 0.0):
-                    return NO_ROOM
+            over = fades and phase == SHRINKS and hunted in (NOTHING, JOINT) and is_nearly_over(problem, room, length)
+            if over and not sweep(problem, room, -1, 0.0):
+                return NO_ROOM
         if hunted != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
             # The innermost elements left within rounding.
             hunted = ENDS
