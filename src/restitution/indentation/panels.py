@@ -201,7 +201,9 @@ class PanelSolution:
                     rule = f"leads to a contact that could not be solved there at rtol = {self._rtol:g}; "
                     raise InputError("time", moment, rule + f"it can be at rtol = {rtol:.3g}", "s")
         if first == NO_ROOM:
-            raise InputError("history", rule=f"needs over {_most_steps(drive)} steps; smooth or thin it, or loosen rtol")
+            raise InputError(
+                "history", rule=f"needs over {_most_steps(drive)} steps; smooth or thin it, or loosen rtol"
+            )
         rule = "leads to a contact that could not be solved there"
         if problem.driver.backward.size and returns:
             rule = "leads to a contact on an imprint that could not be solved there; "

@@ -166,7 +166,8 @@ def _value_at_edge(problem: Problem, room: Room, phase: int, i: int) -> float:
 @compiled
 def strays(problem: Problem, room: Room, phase: int) -> bool:
     """Return whether a front on a dashpot stands at the edge while load or gap rises: it should move the other way."""
-    if phase == FREE or not (problem.solid.viscosity > 0.0 and is_light(problem)) or room.places[ahead(room, phase)[1]] == 0:
+    dashpot = problem.solid.viscosity > 0.0 and is_light(problem)
+    if phase == FREE or not dashpot or room.places[ahead(room, phase)[1]] == 0:
         return False
     before, behind = _value_at_edge(problem, room, phase, 1), _value_at_edge(problem, room, phase, NODES - 1)
     return behind - max(before, 0.0) > _STRAY * problem.scales.tolerance

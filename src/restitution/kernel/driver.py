@@ -124,9 +124,9 @@ class Room(NamedTuple):
     sums: Any  # (K,): L_k now
     times: Any  # (N,)
     weights: Any  # (N,): slope of the time over z
-    nodes: Any  # (13, N), see D; PACE: rate of GIVEN; RISE: its increase in the step; SLOPE: that of load or gap over y
-    # at the front; BELOW: of D, the part below the surface at the axis, which lies at EVENT, where a contact begins, and
-    # that since the start of the step where rates are the unknowns
+    nodes: Any  # (13, N), see D; PACE: rate of GIVEN; RISE: its increase; SLOPE: that of load or gap over y at the
+    # front; BELOW: of D, the part below the surface at the axis, which lies at EVENT, where a contact begins, or that
+    # since the start of the step where rates are the unknowns
     h: Any  # (K, N)
     L: Any  # (K, N)
     loads: Any  # (K, N): l_k at the front
