@@ -182,6 +182,7 @@ class PanelSolution:
 
     def _run(self, drive: Drive, imprint: Imprint | None, grip: Grip | None) -> Room:
         problem, scales = self._problem, self._problem.scales
+        first, moment, returns = DONE, 0.0, False
         for share in _SHARES:
             self._problem = problem._replace(scales=scales._replace(tolerance=share * scales.tolerance))
             outcome, work = self._attempt(drive, imprint, grip)
@@ -189,7 +190,7 @@ class PanelSolution:
                 return work
             if share == 1.0:
                 first, moment = outcome, self.units.touch + self.units.time * float(work.state[TIME])
-                returns = work.places[FREE_PANELS] > 0 and work.places[PHASE] == GROWS
+                returns = bool(work.places[FREE_PANELS] > 0 and work.places[PHASE] == GROWS)
             if outcome == NO_ROOM:
                 break
         if drive.mass == 0.0:
