@@ -10,11 +10,12 @@ import pytest
 from scipy.linalg import expm
 
 import restitution as rs
-from element_follower import followed_force, program
+from element_follower import followed_force, pressed_elements, program
 from refusals import in_one_line
 from restitution import InputError, Material, PronySeries, indent
 from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, TruncatedCone
 from restitution.indentation import panels
+from restitution.kernel.driver import NOT_SOLVED
 
 # E*(t) = 1 + 4 exp(-t).
 STANDARD = PronySeries(1.0, [4.0], [1.0])
@@ -284,6 +285,88 @@ def test_a_spring_on_a_dashpot_returns_to_its_imprint(tip):
         sample = result.sample(moments)
         spring = k * (np.interp(moments, times, base) - sample.indentation_depth.values)
         assert sample.force.values == pytest.approx(spring, abs=1e-8 * result.max_force)
+
+
+@pytest.mark.parametrize("tip", [Cone(1.1), rs.Pyramid(1.2)], ids=lambda tip: type(tip).__name__)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cone_on_a_spring_and_a_dashpot_ends_and_begins_its_contacts(seed, tip):
+    """Equal elements under the computed force have the same depth, in the first order of their number.
+
+    The force of the spring is a difference of few digits there.
+    """
+    rng = np.random.default_rng([seed, 71])
+    terms = rng.integers(1, 4)
+    series = PronySeries(
+        float(seed > 0), 10.0 ** rng.uniform(-1.0, 1.0, terms), 10.0 ** rng.uniform(-1.0, 1.0, terms),
+        parallel_viscosity=rng.uniform(0.02, 0.2),
+    )  # fmt: skip
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.2, 1.0, 5))])
+    base = np.array([0.0, 0.9, -0.6, 1.0, -0.4, 0.8]) * rng.uniform(0.5, 1.0, 6)
+    problem = {"depth": base, "time": times, "spring_constant": rng.uniform(0.5, 20.0)}
+    result = indent(half_space(series), tip, rtol=1e-10, **problem)
+    breaks = np.union1d(np.linspace(0.0, times[-1], 1601), [*times, *result.contact_intervals[:, 0]])
+    sample = result.sample(breaks[breaks <= times[-1]])
+    depth, force = sample.indentation_depth.values, sample.force.values
+    alone = pressed_elements(
+        series, lambda y: tip.stiffness_radius(y * y), sample.time.values, force, math.sqrt(1.02 * depth.max()), 1600
+    )
+    pressed = force > 1e-3 * force.max()
+    assert alone[pressed] == pytest.approx(depth[pressed], abs=6e-3 * depth.max())
+    loose = indent(half_space(series), tip, rtol=1e-8, **problem).sample(sample.time)
+    assert loose.force.values == pytest.approx(force, abs=1e-8 * force.max())
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 5e-7])
+def test_a_contact_on_a_dashpot_turns_at_a_kink(rtol):
+    """A solution at a hundredth of rtol; one whose front stood at the kink was wrong by a hundredth of the force."""
+    series = PronySeries(1.0, [0.34, 0.38], [0.157, 0.807], parallel_viscosity=0.226)
+    times = [0.0, 0.255, 0.751, 1.59, 1.648, 2.442, 3.221, 3.673, 3.905, 4.192]
+    base = [0.0, 0.665, 0.154, -0.231, 0.03, 0.03, 0.757, 0.796, 0.468, 0.739]
+    problem = {"depth": base, "time": times, "spring_constant": 10.0}
+    moments = np.linspace(0.0, times[-1], 401)
+    result, strict = (
+        indent(half_space(series), rs.Pyramid(1.2), rtol=accuracy, **problem).sample(moments).force.values
+        for accuracy in (rtol, 1e-2 * rtol)
+    )
+    assert result == pytest.approx(strict, abs=rtol * strict.max())
+
+
+@pytest.mark.parametrize("k", [1e-5, 1e-3])
+def test_depths_on_a_soft_spring_have_the_accuracy_of_depths(k):
+    """The tip moves much less than the base of the spring."""
+    problem = {"depth": [0.0, 1.0, 0.2, 1.0], "time": [0.0, 0.5, 0.8, 1.5], "spring_constant": k}
+    moments = np.linspace(0.0, 1.5, 101)
+    depth, strict = (
+        indent(half_space(DAMPED), TIP, rtol=rtol, **problem).sample(moments).indentation_depth.values
+        for rtol in (1e-6, 1e-9)
+    )
+    assert depth == pytest.approx(strict, abs=1e-6 * strict.max())
+
+
+def test_a_refusal_names_an_rtol_that_does(monkeypatch):
+    """Steps with a tolerance below 5e-10 are not solved here."""
+    solve = panels.run
+
+    def run(problem, *rest):
+        return NOT_SOLVED if problem.scales.tolerance < 5e-10 else solve(problem, *rest)
+
+    monkeypatch.setattr(panels, "run", run)
+    error = in_one_line(lambda: indent(SOLID, TIP, rtol=1e-9, **D1))
+    assert "could not be solved there at rtol = 1e-09; it can be at rtol = 1e-08" in str(error)
+
+
+def test_smaller_steps_are_tried_before_a_refusal(monkeypatch):
+    """The first tolerance is not solved here."""
+    expected, solve = float(indent(SOLID, TIP, **D1).sample([2.0]).force[0]), panels.run
+    tolerances = []
+
+    def run(problem, *rest):
+        tolerances.append(problem.scales.tolerance)
+        return NOT_SOLVED if len(tolerances) == 1 else solve(problem, *rest)
+
+    monkeypatch.setattr(panels, "run", run)
+    assert float(indent(SOLID, TIP, **D1).sample([2.0]).force[0]) == pytest.approx(expected, rel=1e-8)
+    assert tolerances[1] < tolerances[0]
 
 
 @pytest.mark.parametrize("seed", [0, 86, 95, 163])

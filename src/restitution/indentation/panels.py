@@ -69,6 +69,10 @@ _MERGE_SHARES, _MANY_PANELS = (0.1, 0.3, 1.0), 32
 _SHARES = (1.0, 0.3, 0.1, 0.03)
 # Room of the first run; one that is too small costs another run.
 _FIRST_PANELS, _FIRST_STEPS, _STEPS_PER_KNOT = 64, 256, 16
+# Tolerances of a step, over the usual one, that are tried in turn: rounding meets others differently.
+_SHARES = (1.0, 0.5, 0.2)
+# Factors of rtol that are tried for the message of a refusal, and the largest rtol.
+_LOOSER, _LOOSEST = (3.0, 10.0, 100.0, 1e4), 1e-3
 # Steps of a history, alone and for each knot, behind which it creeps on.
 _MOST_STEPS, _MOST_STEPS_PER_KNOT = 1 << 14, 256
 # Largest power of the map of time after a touch.
@@ -141,6 +145,11 @@ class Units(NamedTuple):
     error: float  # Error of forces by the table of the profile, over the largest one; 0 for power laws
 
 
+def _most_steps(drive: Drive) -> int:
+    """Return the number of steps behind which a history creeps on."""
+    return _MOST_STEPS + _MOST_STEPS_PER_KNOT * drive.history.knots.size
+
+
 def _touch_power(touch: float, exponent: float) -> int:
     """Return n such that depth and radius are smooth over z with t = z^n after a touch."""
     powers = range(math.ceil(touch), _MOST_POWER + 1)
@@ -175,8 +184,41 @@ class PanelSolution:
         self._records = self._passing_records()
 
     def _run(self, drive: Drive, imprint: Imprint | None, grip: Grip | None) -> Room:
-        pieces = drive.history.knots.size
-        most = _MOST_STEPS + _MOST_STEPS_PER_KNOT * pieces
+        problem, scales = self._problem, self._problem.scales
+        first, moment, returns = DONE, 0.0, False
+        for share in _SHARES:
+            self._problem = problem._replace(scales=scales._replace(tolerance=share * scales.tolerance))
+            outcome, work = self._attempt(drive, imprint, grip)
+            if outcome in (DONE, APART):
+                return work
+            if share == 1.0:
+                first, moment = outcome, self.units.touch + self.units.time * float(work.state[TIME])
+                returns = bool(work.places[FREE_PANELS] > 0 and work.places[PHASE] == GROWS)
+            if outcome == NO_ROOM:
+                break
+        if drive.mass == 0.0:
+            # Where more rounding counts as such, there may be a solution.
+            for factor in _LOOSER:
+                rtol = factor * self._rtol
+                self._problem = problem._replace(scales=scales._replace(tolerance=factor * scales.tolerance))
+                if rtol <= _LOOSEST and self._attempt(drive, imprint, grip)[0] in (DONE, APART):
+                    rule = f"leads to a contact that could not be solved there at rtol = {self._rtol:g}; "
+                    raise InputError("time", moment, rule + f"it can be at rtol = {rtol:.3g}", "s")
+        if first == NO_ROOM:
+            raise InputError(
+                "history", rule=f"needs over {_most_steps(drive)} steps; smooth or thin it, or loosen rtol"
+            )
+        rule = "leads to a contact that could not be solved there"
+        if problem.driver.backward.size and returns:
+            rule = "leads to a contact on an imprint that could not be solved there; "
+            rule += "prescribe a depth, or the base of a spring"
+        elif first == TOO_STEEP and drive.mass == 0.0:
+            rule = "rises too steeply there for the digits of its times; smooth it"
+        raise InputError("time", moment, rule, "s")
+
+    def _attempt(self, drive: Drive, imprint: Imprint | None, grip: Grip | None) -> tuple[int, Room]:
+        """Return the outcome of a run, and its room, which grows until it is large enough."""
+        pieces, most = drive.history.knots.size, _most_steps(drive)
         panels, steps = _FIRST_PANELS + pieces, min(_FIRST_STEPS + _STEPS_PER_KNOT * pieces, most)
         if imprint is not None:
             panels += imprint.end.size
@@ -194,22 +236,10 @@ class PanelSolution:
                 _write_grip(self._problem, work, grip)
             if drive.touches:
                 touch_surface(self._problem, work, 0.0, float(work.state[RATE]))
-            outcome = run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), most)
-            if outcome != NO_ROOM:
-                break
-            if steps == most:
-                raise InputError("history", rule=f"needs over {most} steps; smooth or thin it, or loosen rtol")
+            outcome = int(run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), most))
+            if outcome != NO_ROOM or steps == most:
+                return outcome, work
             panels, steps = 4 * panels, min(4 * steps, most)
-        if outcome not in (DONE, APART):
-            moment = self.units.touch + self.units.time * float(work.state[0])
-            rule = "leads to a contact that could not be solved there"
-            if self._problem.driver.backward.size and work.places[FREE_PANELS] > 0 and work.places[PHASE] == GROWS:
-                rule = "leads to a contact on an imprint that could not be solved there; "
-                rule += "prescribe a depth, or the base of a spring"
-            elif outcome == TOO_STEEP and drive.mass == 0.0:
-                rule = "rises too steeply there for the digits of its times; smooth it"
-            raise InputError("time", moment, rule, "s")
-        return work
 
     def _passing_records(self) -> tuple[Array, Array, NDArray[np.int64], NDArray[np.intp]]:
         """Return starts, lengths and maps of the steps that take time, and their places."""
@@ -561,7 +591,9 @@ def solve_by_panels(
             check_depth(history, profile, series.parallel_viscosity)
         else:
             pull = History(history.knots, history.coefficients * stiffness)
-            bound = min(peak, deepest)
+            # A soft spring does not press the tip as deep as it moves.
+            most = largest_depth(series, profile, stiffness * peak, history.stop - history.start) + level
+            bound = min(peak, deepest, most)
             touch = path_power(profile, bound)[0] + 2.0 if series.parallel_viscosity > 0.0 else 2.0
             drive = Drive(pull, False, bound, stiffness=stiffness, touch=touch)
     solution = PanelSolution(profile, series, drive, rtol, None if surface is None else surface.marks)

@@ -3,12 +3,13 @@
 Rounding that no shorter step removes does not count, nor a front whose place loads do not feel.
 """
 
-from restitution.kernel.compile import compiled
+from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.driver import (
     FREE,
     FREE_PANELS,
     GROWS,
     PULL,
+    SHRINKS,
     SLOPE,
     A,
     D,
@@ -17,13 +18,14 @@ from restitution.kernel.driver import (
     Room,
     V,
     Y,
+    ahead,
     is_light,
     rounding_of_front,
     rounding_of_load,
 )
 from restitution.kernel.jumps import smooth_front_at
-from restitution.kernel.panels import NODES, larger, tail
-from restitution.kernel.stepper import surface_at_axis
+from restitution.kernel.panels import NODES, gap, larger, load, tail
+from restitution.kernel.stepper import shared_load, surface_at_axis
 
 # Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
 # accepted leaves its error to the fronts that pass it.
@@ -32,6 +34,8 @@ _FRONT_SHARE = 0.1
 _NOTICED = 0.01
 # Error of a free surface, over the depth of the run, with which a touch is found.
 _RESOLVED = 1e-3
+# Rise of a load or a gap, over the tolerance, at a front that stands.
+_STRAY = 10.0
 # Rounding of loads and gaps over their scales.
 _BLUR = 2e-14
 # Rounding of the rate where a contact begins, times the length of the step over the depth.
@@ -143,3 +147,27 @@ def leaves_scatter(problem: Problem, room: Room, phase: int) -> bool:
         return False
     error = _front_error(problem, room, max(nodes[Y, 0], nodes[Y, NODES - 1]))
     return error > _NOTICED * problem.scales.tolerance and _front_scatters(problem, room, phase, False)
+
+
+@inlined
+def _value_at_edge(problem: Problem, room: Room, phase: int, i: int) -> float:
+    """Return load, over its scale, or gap at the edge of the contact at a node; 0 where the front has left it."""
+    panels, place = ahead(room, phase)
+    p, basis, slopes = room.places[place] - 1, room.basis[0], room.basis[1]
+    end = panels.end[p]
+    if room.at[i] != p or room.z[i] != end:
+        return 0.0
+    if phase == SHRINKS:
+        drive = shared_load(problem.solid, room, i)
+        return load(problem.solid, panels, p, end, room.times[i], drive, basis, slopes)[0] / problem.scales.stress
+    return gap(problem.solid, panels, p, end, room.times[i], room.nodes[D, i], basis, slopes)[0] / problem.scales.depth
+
+
+@compiled
+def strays(problem: Problem, room: Room, phase: int) -> bool:
+    """Return whether a front on a dashpot stands at the edge while load or gap rises: it should move the other way."""
+    dashpot = problem.solid.viscosity > 0.0 and is_light(problem)
+    if phase == FREE or not dashpot or room.places[ahead(room, phase)[1]] == 0:
+        return False
+    before, behind = _value_at_edge(problem, room, phase, 1), _value_at_edge(problem, room, phase, NODES - 1)
+    return behind - max(before, 0.0) > _STRAY * problem.scales.tolerance

@@ -31,13 +31,15 @@ DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 # Numbers in `Room.state` and in `Room.places`, and rows of `Room.nodes`.
 TIME, FRONT, DEPTH, RATE, WORK, FORCE = range(6)
 PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET, CROWD = range(6)
-D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL, BELOW = range(12)
+D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL, BELOW, RISE = range(13)
 
 NEVER = np.zeros(0, dtype=np.bool_)
 # Halvings of a number of panels.
 HALVINGS = 64
 
 
+# Force of a spring, over that of its whole depth, as the difference of which it has too few digits.
+_FEW_DIGITS = 1e-4
 # A body without higher modes.
 _ALONE = np.zeros((0, 3))
 
@@ -122,8 +124,9 @@ class Room(NamedTuple):
     sums: Any  # (K,): L_k now
     times: Any  # (N,)
     weights: Any  # (N,): slope of the time over z
-    nodes: Any  # (12, N), see D; PACE: rate of GIVEN; SLOPE: that of load or gap over y at the front; BELOW: of D, the
-    # part below the surface at the axis, which lies at EVENT, where a contact begins
+    nodes: Any  # (13, N), see D; PACE: rate of GIVEN; RISE: its increase; SLOPE: that of load or gap over y at the
+    # front; BELOW: of D, the part below the surface at the axis, which lies at EVENT, where a contact begins, or that
+    # since the start of the step where rates are the unknowns
     h: Any  # (K, N)
     L: Any  # (K, N)
     loads: Any  # (K, N): l_k at the front
@@ -161,7 +164,7 @@ def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
     )  # fmt: skip
     return Room(
         stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(6, dtype=whole), np.zeros(K),
-        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((12, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
+        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((13, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
         np.zeros((J, N)), np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)),
         np.zeros((S, S)), np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
         np.zeros((S, 2 * S + 1)), np.zeros((S, S)), np.zeros(S), np.zeros((M, S, S)), np.zeros((M, 2)),
@@ -238,6 +241,33 @@ def prescribed_at(driver: Driver, piece: int, x: float, t: float) -> tuple[float
 
 
 @inlined
+def rise_of_given(driver: Driver, piece: int, x: float, dx: float, t: float, dt: float) -> float:
+    """Return the increase of f from share x of a piece and time t on, with no rounding by the size of f."""
+    value, rise, turned = 0.0, 0.0, falls_to_zero(driver, piece)
+    first, change = (1.0 - x, -dx) if turned else (x, dx)
+    for n in range(driver.values.shape[1] - 1, 0, -1):
+        value = value * first + driver.values[piece, n]
+        rise = rise * (first + change) + value
+    rise *= change
+    if driver.amplitude != 0.0:
+        angle, half = driver.frequency * t + driver.phase, 0.5 * driver.frequency * dt
+        rise -= 2.0 * driver.amplitude * math.sin(angle + half) * math.sin(half)
+    return rise
+
+
+@inlined
+def by_increase(solid: Solid, driver: Driver, room: Room) -> bool:
+    """Return whether the force of a spring follows from its increase in a step: where few elements load a dashpot.
+
+    The difference of base and depth has few digits there, and the rate follows from the force over the radius.
+    Elsewhere errors of the steps would add up.
+    """
+    nodes = room.nodes
+    against = driver.stiffness > 0.0 and driver.mass == 0.0 and solid.viscosity > 0.0
+    return against and nodes[A, 0] > 0.0 and abs(nodes[F, 0]) < _FEW_DIGITS * driver.stiffness * abs(nodes[D, 0])
+
+
+@inlined
 def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
     """Return the rounding of the force at a node by that of the front, which is known no better than the depth."""
     nodes = room.nodes
@@ -250,6 +280,9 @@ def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
 def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
     """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
     nodes = room.nodes
-    force = 4e-16 * (abs(nodes[GIVEN, i]) + problem.driver.stiffness * abs(nodes[D, i]))
+    force = abs(nodes[GIVEN, i])
+    if by_increase(problem.solid, problem.driver, room):
+        force = abs(nodes[F, 0]) + abs(nodes[RISE, i]) + problem.driver.stiffness * abs(nodes[BELOW, i])
+    force *= 4e-16
     force += rounding_of_front(problem, room, i)
     return force / max(problem.scales.stress * nodes[A, i], 1e-300)

@@ -55,6 +55,10 @@ from restitution.kernel.stepper import shared_load, surface_at_axis
 AT_AXIS = 1e-10
 # Error of a step, over the tolerance, that passes joints of panels: their kinks have decayed.
 _UNFELT = 0.03
+# y, over that at the end of the step, of elements that have just touched.
+_FIRST = 0.03
+# Load, over the tolerance, that does not tell which way a front moves.
+_TURNING = 0.05
 
 
 @inlined
@@ -132,6 +136,9 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
             if room.at[i] >= 0:
                 for j in range(solid.recoveries.shape[0]):
                     E[i] -= solid.recoveries[j] * room.displacements[j, i]
+            if not nodes[A, 0] > 0.0 and nodes[Y, i] < _FIRST * nodes[Y, NODES - 1]:
+                # The gap of the first elements that touch is rounding.
+                E[i] = min(E[i], 0.0)
         elif event == TURNS:
             second = change[i] / room.weights[i] if problem.driver.by_depth and room.weights[i] > 0.0 else 0.0
             E[i] = pace_of_load(problem, room, i, second)
@@ -214,6 +221,9 @@ def first_event(
                 continue
             # A body that stands still turns by rounding.
             deadband = 1e-13 * problem.scales.depth / length
+            if phase == GROWS and problem.solid.viscosity > 0.0 and is_light(problem):
+                # The load at the front is that of the dashpot alone.
+                deadband += _TURNING * problem.scales.tolerance * problem.scales.stress / problem.solid.viscosity
         elif candidate in (JOINT, ENDS):
             if phase == FREE or p < 0 or passes:
                 continue

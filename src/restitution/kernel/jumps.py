@@ -72,6 +72,7 @@ _NO_LOAD = 1e-14
 # Gap that is not felt, over the tolerance, and places within it, over that of its outer end, at which it is compared
 # with a multiple of y^2 there; the factor by which it may differ.
 _NO_GAP = 1.0
+_ROUNDING_OF_GAP = 1e-15
 _INNER, _DIFFERENT = (0.9, 0.7, 0.5, 0.35, 0.25, 0.15), 3.0
 _MOST_BISECTIONS = 60
 
@@ -174,6 +175,24 @@ def level_axis(solid: Solid, room: Room) -> None:
         slope /= 2.0 * degree * degree
         rows[1 + j, degree] -= slope
         rows[1 + j, 0] += slope
+
+
+@inlined
+def level_edge(problem: Problem, room: Room) -> None:
+    """Remove the slope over z of the gap at the edge of a contact that has shrunk on a dashpot.
+
+    Elements leave at the rate of the body, so that the gap has none; an error of it would move a front that returns.
+    """
+    p, n = room.places[FREE_PANELS] - 1, NODES - 1
+    if p < 0 or room.free.end[p] != 1.0 or problem.solid.recoveries.shape[0] == 0:
+        return
+    slope = gap(
+        problem.solid, room.free, p, 1.0, room.state[TIME], room.state[DEPTH], room.basis[0], room.basis[1]
+    )[1]  # fmt: skip
+    # The polynomial with this slope, zero there, that is smallest elsewhere.
+    row = room.free.coefficients[p, 1]
+    row[n] -= slope / (2.0 * n * n)
+    row[0] += slope / (2.0 * n * n)
 
 
 @compiled
@@ -366,10 +385,16 @@ def clear_gap(problem: Problem, room: Room) -> None:
     than the tolerance.
     """
     solid, free, nodes, places = problem.solid, room.free, room.nodes, room.places
-    first, start = end_of_unfelt_gap(problem, room, _NO_GAP * problem.scales.tolerance * problem.scales.depth)
-    most, edge = gap_at(problem, room, first, start)
-    if not (most > 0.0 and edge > 0.0) or is_quadratic(problem, room, first, start):
-        return
+    limit = _NO_GAP * problem.scales.tolerance * problem.scales.depth
+    while True:
+        first, start = end_of_unfelt_gap(problem, room, limit)
+        most, edge = gap_at(problem, room, first, start)
+        if not (most > 0.0 and edge > 0.0) or limit < _ROUNDING_OF_GAP * problem.scales.depth:
+            return
+        if not is_quadratic(problem, room, first, start):
+            break
+        # Errors of the steps may show further inside.
+        limit *= _INNER[-1] ** 2
     if start > 0.0:
         # The outer part of the panel stays.
         for n in range(places[FREE_PANELS], first + 1, -1):

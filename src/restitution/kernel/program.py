@@ -8,7 +8,7 @@ which is found first; then the step is solved once more up to there.
 import math
 from typing import Any
 
-from restitution.kernel.accuracy import leaves_scatter, step_error
+from restitution.kernel.accuracy import leaves_scatter, step_error, strays
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import (
     APART,
@@ -73,6 +73,7 @@ from restitution.kernel.jumps import (
     jump_ahead,
     jump_load,
     level_axis,
+    level_edge,
     note,
     push,
     smooth_front,
@@ -430,6 +431,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             size = room.places[FOLLOWING] + room.places[FREE_PANELS] + _MOST_JUMPS
             if room.places[RECORDS] >= min(most, room.records.start.shape[0]) or size >= room.free.start.shape[0]:
                 return NO_ROOM
+            if passing == TIME_PASSES and strays(problem, room, phase):
+                return NOT_SOLVED
             done = span if left - length <= max(4.0 * grain, 1e-15 * span) else done + length
             stop = room.state[TIME]
             if passing == TIME_PASSES:
@@ -443,9 +446,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * min(max(trend, 1.0), 2.0)
                 if aim - done > reach:
                     guess = min(guess, 0.5 * (aim - done))
-                over = fades and phase == SHRINKS and is_nearly_over(problem, room, length)
-                if over and not sweep(problem, room, -1, 0.0):
-                    return NO_ROOM
+            over = fades and phase == SHRINKS and hunted in (NOTHING, JOINT) and is_nearly_over(problem, room, length)
+            if over and not sweep(problem, room, -1, 0.0):
+                return NO_ROOM
         if hunted != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
             # The innermost elements left within rounding.
             hunted = ENDS
@@ -524,6 +527,8 @@ def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any)
         if phase == SHRINKS:
             # Free elements begin to part from the body at its own rate: their gap is quadratic near the edge.
             start[0] = 2
+    elif problem.solid.viscosity > 0.0 and phase == SHRINKS and places[PHASE] == GROWS:
+        level_edge(problem, room)
     state[RATE] = rate
     return DONE
 

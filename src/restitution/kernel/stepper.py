@@ -29,6 +29,7 @@ from restitution.kernel.driver import (
     PI,
     PULL,
     RATE,
+    RISE,
     SHRINKS,
     SLOPE,
     TIME,
@@ -43,11 +44,13 @@ from restitution.kernel.driver import (
     V,
     Y,
     ahead,
+    by_increase,
     by_rate,
     ends_by_load,
     is_force,
     is_light,
     prescribed_at,
+    rise_of_given,
     rounding_of_load,
 )
 from restitution.kernel.growth import at_nodes, differentiate, write_growing_sums
@@ -321,7 +324,7 @@ def missing_load(solid: Solid, room: Room, i: int, force: float) -> float:
 
 
 @compiled
-def write_residuals(solid: Solid, driver: Driver, room: Room, shrinks: bool) -> None:
+def write_residuals(solid: Solid, driver: Driver, room: Room, shrinks: bool, moving: bool) -> None:
     """Write the Jacobian and what the equations of motion lack at the nodes."""
     S, nodes, M = STAGES, room.nodes, room.matrix
     for i in range(S):
@@ -330,6 +333,8 @@ def write_residuals(solid: Solid, driver: Driver, room: Room, shrinks: bool) -> 
         n = i + 1
         if driver.mass == 0.0:
             M[i, S] = nodes[GIVEN, n] - nodes[F, n] - driver.stiffness * nodes[D, n]
+            if moving and by_increase(solid, driver, room):
+                M[i, S] = nodes[F, 0] + nodes[RISE, n] - nodes[F, n] - driver.stiffness * nodes[BELOW, n]
             if shrinks and is_force(driver):
                 M[i, S] = missing_load(solid, room, n, nodes[GIVEN, n]) * (nodes[A, n] if nodes[A, n] > 0.0 else 1.0)
             continue
@@ -357,7 +362,7 @@ def apply_correction(rule: Scheme, room: Room, moving: bool, amount: float) -> N
             total = 0.0
             for j in range(S):
                 total += rule.A[i, j] * room.weights[j + 1] * nodes[V, j + 1]
-            nodes[D, i + 1] = nodes[D, 0] + total
+            nodes[D, i + 1], nodes[BELOW, i + 1] = nodes[D, 0] + total, total
         return
     write_rates(rule, room, nodes[D])
 
@@ -587,6 +592,9 @@ def write_given(problem: Problem, room: Room, step: Step) -> None:
             room.times[i], room.weights[i] = t0 + step.length * passed, step.length * pace
         value, slope, rate = prescribed_at(driver, step.piece, min(x, 1.0), room.times[i])
         nodes[GIVEN, i], nodes[PACE, i] = value, slope / step.span + rate
+        if driver.stiffness > 0.0 and problem.solid.viscosity > 0.0:
+            x, dx = step.done / step.span, step.length * passed / step.span
+            nodes[RISE, i] = rise_of_given(driver, step.piece, x, dx, t0, step.length * passed)
         if driver.by_depth:
             if i > 0:
                 nodes[D, i] = value
@@ -650,7 +658,7 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
     for iteration in range(_MOST_ITERATIONS):
         # A new matrix costs less than the search for the fronts.
         write_jacobian(solid, driver, rule, room, phase, moving)
-        write_residuals(solid, driver, room, phase == SHRINKS)
+        write_residuals(solid, driver, room, phase == SHRINKS, moving)
         solved, amount = newton_step_of_touch(room) if by_logarithm else (solve_linear(room.matrix), 1.0)
         if not solved:
             return False
