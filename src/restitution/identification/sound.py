@@ -2,8 +2,11 @@
 
 A touch is a sound that begins suddenly. Its level is compared with that of the noise and of what was heard just
 before, so that echoes that die away, hum and slow sounds do not count. Many sudden sounds are left. Touches are those
-among them that form a series: each flight is shorter than the one before, by a ratio that hardly changes. A series is
-accepted only if chance would hardly make one from sounds as frequent as those outside the series.
+among them that form a series: each flight is shorter than the one before, by a ratio that hardly changes.
+
+The loud sounds propose a series. All touches of a ball sound alike, so the proposal tells their spectrum and what
+follows them: their echoes. A filter of this spectrum shows fainter touches, and levels are compared with those of the
+echoes too. A series is accepted only if chance would hardly make one from sounds as frequent as those outside it.
 """
 
 from __future__ import annotations
@@ -44,7 +47,13 @@ _ECHO, _OWN = 0.12, 0.008
 _CLEAR = 5.0
 # States that are kept for each two last sounds.
 _STATES = 8
-_PASSES, _CARE, _CARRIED, _STEPS, _FEW = 3, 1.2, 0.006, 60, 2.0
+# Times that a series tells the spectrum and the echoes for the next one.
+_PASSES = 3
+# Steps to the likeliest echoes, the most that one instant counts there, and their power over the likeliest one.
+_STEPS, _FEW, _CARE = 60, 2.0, 1.2
+# Time [s] for which the filters carry what clipping adds.
+_CARRIED = 0.006
+# Instants with a smaller standard error [s] tell by how much a filter delays.
 _SURE = 0.0005
 _FEWEST = 4
 # Frequencies [Hz] below this are weakened.
