@@ -134,7 +134,9 @@ def find_bounces(recording: Recording) -> Picks:
     white = _Filtered(_whitened(samples - samples.mean(), rate), rate)
     shaped, (places, odds) = white, _proposed(white)
     clipped = (samples >= samples.max()) | (samples <= samples.min())
-    for _ in range(_PASSES if places.size else 0):
+    for _ in range(_PASSES):
+        if not places.size:
+            break
         # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
         shaped = _matched(white, places)
         places, odds = _chosen(shaped, _echoes(shaped, places, clipped))
@@ -204,16 +206,15 @@ def _echoes(sound: _Filtered, places: NDArray[np.intp], clipped: NDArray[np.bool
     samples, rate, _ = sound
     hop = max(1, round(_HOP * rate))
     cells = np.add.outer(places // hop, np.arange(round(_ECHO * rate / hop)))
-    whole = math.ceil(samples.size / hop)
+    whole, noise = math.ceil(samples.size / hop), sound.noise
     # All after the end of the recording is in one cell, which is not heard.
     cells = np.minimum(cells, whole)
-    padded = np.zeros((2, (whole + 1) * hop))
-    padded[:, : samples.size] = samples / sound.noise, clipped
-    power, lost = (padded.reshape(2, -1, hop) ** 2).mean(axis=2)
+    rest = (0, (whole + 1) * hop - samples.size)
+    power = (np.pad(samples / noise, rest).reshape(-1, hop) ** 2).mean(axis=1)
     # The filters carry what clipping adds for some time.
     reach = round(_CARRIED * rate / hop)
-    heard = maximum_filter1d(lost, reach + 2, origin=reach // 2)[cells] == 0.0
-    heard &= cells < whole
+    lost = maximum_filter1d(np.pad(clipped, rest).reshape(-1, hop).any(axis=1), reach + 2, origin=reach // 2)
+    heard = (cells < whole) & (np.asarray(lost)[cells] == 0)
     power = power[cells]
     loudness = power[:, : round(0.005 * rate / hop)].max(axis=1, keepdims=True)
     shape = np.exp(-np.arange(cells.shape[1])[None] / (0.005 * rate / hop)) + 1e-3
@@ -225,10 +226,10 @@ def _echoes(sound: _Filtered, places: NDArray[np.intp], clipped: NDArray[np.bool
         weight = (shape if axis else loudness) * heard / level + 1e-30
         gain = np.sqrt((weight * excess).sum(axis, keepdims=True) / weight.sum(axis, keepdims=True))
         loudness, shape = (loudness * gain, shape) if axis else (loudness, shape * gain)
-    shape = maximum_filter1d(shape[0], 3)
+    shape = np.asarray(maximum_filter1d(shape[0], 3))
     shape[: round(_OWN * rate / hop)] = 0.0
     echo = np.bincount(cells.ravel(), (_CARE * loudness * shape).ravel(), minlength=whole + 1)
-    return np.repeat(echo, hop)[: samples.size] * sound.noise**2
+    return np.asarray(np.repeat(echo, hop)[: samples.size] * noise**2, dtype=np.float64)
 
 
 def _whitened(samples: Array, rate: int) -> Array:
