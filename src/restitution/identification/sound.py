@@ -60,7 +60,7 @@ _FEWEST = 4
 _LOW = 120.0
 # Mean delay of the first loud sample, and its scatter, in samples.
 _LATE, _ROUNDED = 0.6, 0.6
-# Instants with a larger standard error [s] end the series.
+# Instants with a larger standard error [s] do not begin or end the series.
 _VAGUE = 0.0012
 # A series of flights whose typical ratio is larger comes from a clock.
 _STEADY = 0.997
@@ -144,14 +144,11 @@ def find_bounces(recording: Recording) -> Picks:
         rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
         raise InputError("", rule=f"{rule}; none was found")
     picks = _joined(_refined(white, places), _refined(shaped, places))
-    vague = np.flatnonzero(picks.error > _VAGUE)
-    first = int(vague[vague < places.size // 3].max(initial=-1)) + 1
-    last = int(vague[vague >= first].min(initial=places.size))
-    if last - first < _FEWEST:
-        raise InputError(
-            "", rule=f"must have at least {_FEWEST} bounces that are clear above the noise, not {last - first}"
-        )
-    picks = Picks(*(column[first:last] for column in picks))
+    sure = np.flatnonzero(picks.error <= _VAGUE)
+    if sure.size < _FEWEST:
+        rule = f"must have at least {_FEWEST} bounces that are clear above the noise, not {sure.size}"
+        raise InputError("", rule=rule)
+    picks = Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
     flights = np.diff(picks.time)
     if np.median(flights[1:] / flights[:-1]) > _STEADY:
         raise InputError(
@@ -447,14 +444,13 @@ def _refined(sound: _Filtered, places: NDArray[np.intp]) -> Picks:
 
 
 def _joined(first: Picks, faint: Picks) -> Picks:
-    """Return the first picks, but others where these are better, less the time by which they are late."""
+    """Return the first picks, but faint ones where these are better, less the time by which they are late."""
     late = (faint.time - first.time)[(first.error < _SURE) & (faint.error < _SURE)]
     if late.size < 3:
         return first
     delay = np.median(late)
     error = np.hypot(faint.error, 1.48 * np.median(np.abs(late - delay)))
-    better = error < first.error
-    time, error = np.where(better, [faint.time - delay, error], [first.time, first.error])
+    time, error = np.where(error < first.error, [faint.time - delay, error], [first.time, first.error])
     return Picks(time, error, first.signal_to_noise)
 
 
