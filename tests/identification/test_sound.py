@@ -112,7 +112,7 @@ def test_echoes_that_are_louder_than_later_touches_do_not_count():
 
 @pytest.mark.parametrize("number", [3, 18, 22])
 def test_echoes_of_clipped_touches_do_not_count_and_hide_no_touch(number):
-    """Sounds of `validation/sound.py`: a weak one, one whose last echo looks like a touch, and one with faint touches."""
+    """Sounds of `validation/sound.py`: weak, with a last echo like a touch, and with faint touches."""
     rng = np.random.default_rng([24, 7, number])
     loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
     sound = sounds.sound(rng, sounds.RATES[number % 7], loudest=loudest, kinds=("echo", "clipped"))
