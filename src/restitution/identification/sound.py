@@ -139,7 +139,9 @@ def find_bounces(recording: Recording) -> Picks:
             break
         # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
         shaped = _matched(white, places)
-        places, odds = _chosen(shaped, _echoes(shaped, places, clipped))
+        places, sure = _chosen(shaped, _echoes(shaped, places, clipped))
+        # What is learned of the touches shows which of the first sounds are none, but may hide faint ones.
+        odds = max(odds, sure)
     if places.size < _FEWEST or odds < _SERIES_ODDS:
         rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
         raise InputError("", rule=f"{rule}; none was found")
