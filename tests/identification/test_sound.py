@@ -110,6 +110,18 @@ def test_echoes_that_are_louder_than_later_touches_do_not_count():
     assert picks.time.size >= 4
 
 
+@pytest.mark.parametrize("number", [3, 18, 22])
+def test_echoes_of_clipped_touches_do_not_count_and_hide_no_touch(number):
+    """Sounds of `validation/sound.py`: weak, with a last echo like a touch, and with faint touches."""
+    rng = np.random.default_rng([24, 7, number])
+    loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
+    sound = sounds.sound(rng, sounds.RATES[number % 7], loudest=loudest, kinds=("echo", "clipped"))
+    picks = picks_of(sound)
+    distance = np.abs(sound.time[:, None] - picks.time)
+    assert np.all(distance[np.cumprod(sound.signal_to_noise > 3.0).astype(bool)].min(axis=1) < 0.004)
+    assert np.all(distance.min(axis=0) < np.maximum(6.0 * picks.error, 0.004))
+
+
 def test_e_of_exact_flights_in_vacuum_and_air():
     """Flights by their closed forms: 2 v/g in vacuum, and SciPy's integration with quadratic drag."""
     from scipy.integrate import solve_ivp

@@ -2,8 +2,11 @@
 
 A touch is a sound that begins suddenly. Its level is compared with that of the noise and of what was heard just
 before, so that echoes that die away, hum and slow sounds do not count. Many sudden sounds are left. Touches are those
-among them that form a series: each flight is shorter than the one before, by a ratio that hardly changes. A series is
-accepted only if chance would hardly make one from sounds as frequent as those outside the series.
+among them that form a series: each flight is shorter than the one before, by a ratio that hardly changes.
+
+The loud sounds propose a series. All touches of a ball sound alike, so the proposal tells their spectrum and what
+follows them: their echoes. A filter of this spectrum shows fainter touches, and levels are compared with those of the
+echoes too. A series is accepted only if chance would hardly make one from sounds as frequent as those outside it.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from restitution import checks
 from restitution.checks import Array
@@ -29,25 +33,34 @@ _HOP = 0.00025
 _WEAKEST, _MANY = 3.0, 200
 # A strength counts as one of Gaussian noise only up to here.
 _STRONGEST = 8.0
-# Ratios of a flight to the one before, and the change of their logarithm from one touch to the next.
-_RATIOS, _CHANGE, _SMOOTH = (0.2, 1.01), 0.15, 0.03
+# Ratios of a flight to the one before, the change of their logarithm from one touch to the next at most and typically,
+# and the time [s] by which the instants add to it, over the flight.
+_RATIOS, _CHANGE, _SMOOTH, _BLUR = (0.2, 1.01), 0.15, 0.01, 0.0015
 # Logarithm of the odds against chance that each touch needs, and those that a series needs that is the only choice.
-_ODDS, _SERIES_ODDS = 4.0, 5.0
+_ODDS, _SERIES_ODDS = 5.0, 5.0
 # Scatter of the logarithm of the loudness.
 _LOUDNESS = 0.6
 # Neighbourhood [s] in which sounds are counted.
 _NEAR = 1.0
-# Echoes come within this time [s]; two of them have the same delay [s] and share (its logarithm) within these.
-_ECHO, _SAME_DELAY, _SAME_SHARE, _CLEAR, _SIGHTINGS, _AUDIBLE = 0.12, 0.0005, 0.4, 5.0, 3, 5.0
-_PAIRS = 1000
+# Echoes come within this time [s], but not before a touch has died away.
+_ECHO, _OWN = 0.12, 0.008
+_CLEAR = 5.0
 # States that are kept for each two last sounds.
 _STATES = 8
+# Times that a series tells the spectrum and the echoes for the next one.
+_PASSES = 3
+# Steps to the likeliest echoes, the most that one instant counts there, and their power over the likeliest one.
+_STEPS, _FEW, _CARE = 60, 2.0, 1.2
+# Time [s] for which the filters carry what clipping adds.
+_CARRIED = 0.006
+# Instants with a smaller standard error [s] tell by how much a filter delays.
+_SURE = 0.0005
 _FEWEST = 4
 # Frequencies [Hz] below this are weakened.
 _LOW = 120.0
 # Mean delay of the first loud sample, and its scatter, in samples.
 _LATE, _ROUNDED = 0.6, 0.6
-# Instants with a larger standard error [s] end the series.
+# Instants with a larger standard error [s] do not begin or end the series.
 _VAGUE = 0.0012
 # A series of flights whose typical ratio is larger comes from a clock.
 _STEADY = 0.997
@@ -118,24 +131,26 @@ def find_bounces(recording: Recording) -> Picks:
         )
     if not np.all(np.isfinite(samples)) or np.ptp(samples) == 0.0:
         raise InputError("", rule="must have a sound: all samples are equal or not finite")
-    filtered = _whitened(samples - samples.mean(), rate)
-    places = _chosen(filtered, rate, seconds)
-    if places.size:
-        # The spectrum of the loud touches shows fainter touches.
-        more = _chosen(_matched(filtered, rate, places), rate, seconds)
-        places = more if more.size >= places.size else places
-    if places.size < _FEWEST:
+    white = _Filtered(_whitened(samples - samples.mean(), rate), rate)
+    shaped, (places, odds) = white, _proposed(white)
+    clipped = (samples >= samples.max()) | (samples <= samples.min())
+    for _ in range(_PASSES):
+        if not places.size:
+            break
+        # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
+        shaped = _matched(white, places)
+        places, sure = _chosen(shaped, _echoes(shaped, places, clipped))
+        # What is learned of the touches shows which of the first sounds are none, but may hide faint ones.
+        odds = max(odds, sure)
+    if places.size < _FEWEST or odds < _SERIES_ODDS:
         rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
         raise InputError("", rule=f"{rule}; none was found")
-    picks = _refined(filtered, rate, places)
-    vague = np.flatnonzero(picks.error > _VAGUE)
-    first = int(vague[vague < places.size // 3].max(initial=-1)) + 1
-    last = int(vague[vague >= first].min(initial=places.size))
-    if last - first < _FEWEST:
-        raise InputError(
-            "", rule=f"must have at least {_FEWEST} bounces that are clear above the noise, not {last - first}"
-        )
-    picks = Picks(*(column[first:last] for column in picks))
+    picks = _joined(_refined(white, places), _refined(shaped, places))
+    sure = np.flatnonzero(picks.error <= _VAGUE)
+    if sure.size < _FEWEST:
+        rule = f"must have at least {_FEWEST} bounces that are clear above the noise, not {sure.size}"
+        raise InputError("", rule=rule)
+    picks = Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
     flights = np.diff(picks.time)
     if np.median(flights[1:] / flights[:-1]) > _STEADY:
         raise InputError(
@@ -144,12 +159,76 @@ def find_bounces(recording: Recording) -> Picks:
     return picks
 
 
-def _chosen(filtered: Array, rate: int, seconds: float) -> NDArray[np.intp]:
-    """Return the samples near which the touches begin; none if there is no series."""
-    places, strengths, loudness = _sudden(filtered, rate)
-    real = ~_echoes(places / rate, strengths, loudness)
-    places, strengths, loudness = places[real], strengths[real], loudness[real]
-    return places[_series(places / rate, strengths, loudness, seconds)]
+class _Filtered(NamedTuple):
+    """Samples through a filter."""
+
+    samples: Array
+    rate: int
+    band: float = 1.0  # share of independent samples in noise
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the noise."""
+        size = round(0.005 * self.rate)
+        power = (self.samples[: self.samples.size // size * size].reshape(-1, size) ** 2).mean(axis=1)
+        return math.sqrt(max(float(np.quantile(power, 0.25)), 1e-10 * float(np.square(self.samples).max())))
+
+
+def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
+    """Return places of touches as `_chosen`, before anything is known of their spectrum and their echoes."""
+    places, strengths, loudness = _sudden(white, np.zeros(white.samples.size))
+    time, seconds = places / white.rate, white.samples.size / white.rate
+    # What follows a louder sound soon may be its echo; it counts if there is no series without it.
+    later = time - time[:, None]
+    follows = ((later > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])).any(axis=0)
+    alone = np.flatnonzero(~follows)
+    chain, odds = _series(time[alone], strengths[alone], loudness[alone], seconds)
+    if odds >= _SERIES_ODDS:
+        return places[alone[chain]], odds
+    chain, odds = _series(time, strengths, loudness, seconds)
+    return places[chain], odds
+
+
+def _chosen(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], float]:
+    """Return the samples near which the touches begin, none if there is no series, and the logarithm of its odds."""
+    places, strengths, loudness = _sudden(sound, echo)
+    chain, odds = _series(places / sound.rate, strengths, loudness, sound.samples.size / sound.rate)
+    return places[chain], odds
+
+
+def _echoes(sound: _Filtered, places: NDArray[np.intp], clipped: NDArray[np.bool_]) -> Array:
+    """Return the power that the touches at some places leave at each sample when they have died away.
+
+    The power after a touch is the loudness of the touch times the same function of time; both are those of the highest
+    likelihood of Gaussian samples. What follows few of the touches, as the next one, counts little.
+    """
+    samples, rate, _ = sound
+    hop = max(1, round(_HOP * rate))
+    cells = np.add.outer(places // hop, np.arange(round(_ECHO * rate / hop)))
+    whole, noise = math.ceil(samples.size / hop), sound.noise
+    # All after the end of the recording is in one cell, which is not heard.
+    cells = np.minimum(cells, whole)
+    rest = (0, (whole + 1) * hop - samples.size)
+    power = (np.pad(samples / noise, rest).reshape(-1, hop) ** 2).mean(axis=1)
+    # The filters carry what clipping adds for some time.
+    reach = round(_CARRIED * rate / hop)
+    lost = maximum_filter1d(np.pad(clipped, rest).reshape(-1, hop).any(axis=1), reach + 2, origin=reach // 2)
+    heard = (cells < whole) & (np.asarray(lost)[cells] == 0)
+    power = power[cells]
+    loudness = power[:, : round(0.005 * rate / hop)].max(axis=1, keepdims=True)
+    shape = np.exp(-np.arange(cells.shape[1])[None] / (0.005 * rate / hop)) + 1e-3
+    for n in range(_STEPS):
+        level = 1.0 + np.bincount(cells.ravel(), (loudness * shape).ravel())[cells]
+        excess = np.minimum(power / level, _FEW)
+        # Each factor in turn: the function of time, then the loudness.
+        axis = n % 2
+        weight = (shape if axis else loudness) * heard / level + 1e-30
+        gain = np.sqrt((weight * excess).sum(axis, keepdims=True) / weight.sum(axis, keepdims=True))
+        loudness, shape = (loudness * gain, shape) if axis else (loudness, shape * gain)
+    shape = np.asarray(maximum_filter1d(shape[0], 3))
+    shape[: round(_OWN * rate / hop)] = 0.0
+    echo = np.bincount(cells.ravel(), (_CARE * loudness * shape).ravel(), minlength=whole + 1)
+    return np.asarray(np.repeat(echo, hop)[: samples.size] * noise**2, dtype=np.float64)
 
 
 def _whitened(samples: Array, rate: int) -> Array:
@@ -170,17 +249,20 @@ def _whitened(samples: Array, rate: int) -> Array:
     return _shaped(samples, log_gain)
 
 
-def _matched(filtered: Array, rate: int, places: NDArray[np.intp]) -> Array:
+def _matched(white: _Filtered, places: NDArray[np.intp]) -> _Filtered:
     """Return samples through a filter of the spectrum that the sounds at some places have above white noise."""
+    samples, rate, _ = white
     n = 1 << max(5, math.ceil(math.log2(0.006 * rate)))
-    pieces = np.array([filtered[place : place + n] for place in places if place + n <= filtered.size])
+    pieces = np.array([samples[place : place + n] for place in places if place + n <= samples.size])
     if not pieces.size:
-        return filtered
+        return white
     spectrum = (np.abs(np.fft.rfft(pieces * np.hanning(2 * n)[n:], axis=1)) ** 2).mean(axis=0)
     share = np.maximum(spectrum - np.quantile(spectrum, 0.05), 0.0)
     if not share.max() > 0.0:
-        return filtered
-    return _shaped(filtered, 0.5 * np.log(np.maximum(share / share.max(), 0.01)))
+        return white
+    power = np.maximum(share / share.max(), 0.01)
+    band = float(power.mean() ** 2 / (power**2).mean())
+    return _Filtered(_shaped(samples, 0.5 * np.log(power)), rate, band)
 
 
 def _shaped(samples: Array, log_gain: Array) -> Array:
@@ -196,11 +278,10 @@ def _shaped(samples: Array, log_gain: Array) -> Array:
     return fftconvolve(samples, response)[: samples.size]
 
 
-def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array]:
+def _sudden(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], Array, Array]:
     """Return places of sudden sounds, their strengths, and their peaks over the standard deviation of the noise."""
-    from scipy.ndimage import maximum_filter1d
-
-    total = np.concatenate([[0.0], np.cumsum(filtered * filtered)])
+    filtered, rate, _ = sound
+    total, echoed = (np.concatenate([[0.0], np.cumsum(power)]) for power in (filtered * filtered, echo))
     hop = max(1, round(_HOP * rate))
     at = np.arange(0, filtered.size, hop)
     strengths, noise = list[Array](), math.inf
@@ -216,7 +297,7 @@ def _sudden(filtered: Array, rate: int) -> tuple[NDArray[np.intp], Array, Array]
         spread = max((middle - low) / 0.971, middle * math.sqrt(2.0 / (9.0 * size)), np.cbrt(faintest))
         mean = max(middle + 0.674 * spread, np.cbrt(faintest))
         noise = min(noise, math.sqrt(mean**3))
-        past = np.maximum(np.cbrt(earlier), mean)
+        past = np.cbrt(np.maximum(earlier, mean**3 + _mean(echoed, at, at + size)))
         strengths.append((level - past) / (spread * past / mean))
     strength = np.where(at < filtered.size - _WINDOWS[-1] * rate, np.max(strengths, axis=0), -np.inf)
     reach = max(3, 2 * round(0.6 * _SHORTEST * rate / hop) + 1)
@@ -239,14 +320,17 @@ def _mean(total: Array, start: Any, end: Any) -> Array:
     return np.maximum(total[end] - total[start], 0.0) / np.maximum(end - start, 1)
 
 
-def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> list[int]:
-    """Return the places of the series of touches among sudden sounds; empty if chance could make it.
+def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> tuple[list[int], float]:
+    """Return the places of the likeliest series of touches among sudden sounds, and the logarithm of its odds.
 
     The logarithm of the odds of a series is the sum over its sounds of ``-ln(w r)``: w is the time in which the sound
     had to come, and r the rate of sounds that are as strong.
     """
     if time.size < _FEWEST:
-        return []
+        return [], -math.inf
+    # What follows a louder sound soon may be its echo.
+    follows = ((later := time - time[:, None]) > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])
+    follows = follows.any(axis=0)
     results: list[tuple[float, list[int]]] = []
     for counted in (False, True):  # of the other sounds, at first none or all count as chance
         others = np.full(time.size, counted)
@@ -254,7 +338,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> li
         odds = -math.inf
         for _ in range(4):
             former = chain
-            chain, odds = _best_chain(time, _rates(time, strength, others, seconds), loudness, seconds)
+            chain, odds = _best_chain(time, _rates(time, strength, others & ~follows, seconds), loudness, seconds)
             others = np.ones(time.size, dtype=bool)
             others[chain] = False
             if chain == former:
@@ -262,7 +346,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> li
         results.append((odds, chain))
     odds, chain = max(results)
     # It is the best of the series that begin with any two of the sounds.
-    return chain if odds >= _SERIES_ODDS + 2.0 * math.log1p(time.size - len(chain)) else []
+    return chain, odds - 2.0 * math.log1p(time.size - len(chain))
 
 
 def _rates(time: Array, strength: Array, others: NDArray[np.bool_], seconds: float) -> Array:
@@ -280,34 +364,6 @@ def _rates(time: Array, strength: Array, others: NDArray[np.bool_], seconds: flo
     )
     noise = 1e3 * np.exp(-0.5 * np.minimum(strength, _STRONGEST) ** 2)
     return np.maximum(np.minimum(before, after), noise)
-
-
-def _echoes(time: Array, strength: Array, loudness: Array) -> NDArray[np.bool_]:
-    """Return which sounds are echoes: they follow louder ones as other sounds follow theirs, in delay and share."""
-    later = time - time[:, None]
-    pairs = (later > 0.0) & (later < _ECHO) & (strength > _CLEAR) & (loudness < 0.8 * loudness[:, None])
-    first, second = np.nonzero(pairs)
-    if first.size > _PAIRS:
-        chosen = np.argsort(-loudness[first], kind="stable")[:_PAIRS]
-        first, second = first[chosen], second[chosen]
-    delay, share = later[first, second], np.log(loudness[second] / loudness[first])
-    alike = (np.abs(delay[:, None] - delay) < _SAME_DELAY) & (np.abs(share[:, None] - share) < _SAME_SHARE)
-    alike &= (first[:, None] != second) & (second[:, None] != first)
-    alike &= np.abs(time[first][:, None] - time[first]) < _NEAR
-    # Sounds near the first sound whose echoes would be heard; most of them must have an echo.
-    heard = ~pairs.any(axis=0) & (np.exp(share)[:, None] * loudness > _AUDIBLE)
-    heard &= np.abs(time[first][:, None] - time) < _NEAR
-    enough = np.maximum(_SIGHTINGS, 0.5 * heard.sum(axis=1))
-    echo = np.zeros(time.size, dtype=bool)
-    # Echoes of two touches are as far from each other as the touches; the more frequent distance is that of the echo.
-    while alike.size and ((support := alike.sum(axis=1)) >= enough).any():
-        best = int(np.lexsort((share, -support * (support >= enough)))[0])
-        # Noise changes the share of faint ones.
-        near = np.abs(share - np.median(share[alike[best]])) < 1.5 * _SAME_SHARE
-        echo[second[near & np.diag(alike) & (np.abs(delay - np.median(delay[alike[best]])) < _SAME_DELAY)]] = True
-        echo[second[best]] = True
-        alike &= ~(echo[first] | echo[second]) & ~(echo[first] | echo[second])[:, None]
-    return echo
 
 
 def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tuple[list[int], float]:
@@ -335,7 +391,9 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
         score = np.concatenate([begin[before, b], old.score])[:, None] - log_rate[after] - _ODDS
         score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
         change = np.abs(ratio[before.size :] - old.ratio[:, None])
-        density = 0.8 / (_SMOOTH * math.sqrt(2.0 * math.pi)) * np.exp(-0.5 * (change / _SMOOTH) ** 2) + 0.1 / _CHANGE
+        # The restitution coefficient changes a little, sometimes more, and the instants are not exact.
+        width = _SMOOTH + _BLUR / gap[b, after]
+        density = width / (math.pi * (width**2 + change**2))
         score[before.size :] += np.where(change < _CHANGE, np.log(density), -np.inf) - log_gap[b, after]
         score[(ratio <= math.log(_RATIOS[0])) | (ratio >= math.log(_RATIOS[1]))] = -np.inf
         kept = np.argsort(-score, axis=0)[:_STATES]
@@ -380,22 +438,31 @@ class _Ends(NamedTuple):
         )  # fmt: skip
 
 
-def _refined(filtered: Array, rate: int, places: NDArray[np.intp]) -> Picks:
+def _refined(sound: _Filtered, places: NDArray[np.intp]) -> Picks:
     """Return the picks of touches near places."""
-    size = round(0.005 * rate)
-    power = (filtered[: filtered.size // size * size].reshape(-1, size) ** 2).mean(axis=1)
-    noise = math.sqrt(max(float(np.quantile(power, 0.25)), 1e-10 * float(np.square(filtered).max())))
-    rows = [_onset(filtered, rate, int(place), noise) for place in places]
-    time, error, peak = np.array(rows).T
-    return Picks(time / rate, error / rate, peak)
+    noise = sound.noise
+    time, error, peak = np.array([_onset(sound, int(place), noise) for place in places]).T
+    return Picks(time / sound.rate, error / sound.rate, peak)
 
 
-def _onset(filtered: Array, rate: int, place: int, noise: float) -> tuple[float, float, float]:
+def _joined(first: Picks, faint: Picks) -> Picks:
+    """Return the first picks, but faint ones where these are better, less the time by which they are late."""
+    late = (faint.time - first.time)[(first.error < _SURE) & (faint.error < _SURE)]
+    if late.size < 3:
+        return first
+    delay = np.median(late)
+    error = np.hypot(faint.error, 1.48 * np.median(np.abs(late - delay)))
+    time, error = np.where(error < first.error, [faint.time - delay, error], [first.time, first.error])
+    return Picks(time, error, first.signal_to_noise)
+
+
+def _onset(sound: _Filtered, place: int, noise: float) -> tuple[float, float, float]:
     """Return the sample at which a sound begins, its standard error, and the peak over the noise.
 
     Samples are Gaussian, of the variance s^2 of the noise before the sound and s^2 (1 + q exp(-t/tau)) at the time t
     after its beginning. The likelihood of each beginning is the sum over some q and tau.
     """
+    filtered, rate, band = sound
     early, late = max(place - round(0.006 * rate), 0), min(place + round(0.006 * rate), filtered.size)
     length = max(8, round(0.006 * rate))
     quiet = filtered[max(early - round(0.006 * rate), 0) : max(early, 8)]
@@ -410,7 +477,7 @@ def _onset(filtered: Array, rate: int, place: int, noise: float) -> tuple[float,
         for decay in (0.001, 0.003, 0.008):
             variance = 1.0 + share * loud**2 * np.exp(-after / decay)
             term = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
-            likelihood = np.logaddexp(likelihood, term)
+            likelihood = np.logaddexp(likelihood, band * term)
     weights = np.exp(likelihood - likelihood.max())
     weights /= weights.sum()
     n = np.arange(weights.size)
