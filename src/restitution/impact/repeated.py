@@ -13,7 +13,7 @@ from restitution.impact.problem import Impact
 from restitution.impact.solution import PanelMotion, solve_scaled
 from restitution.impact.status import Status
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, PanelSolution, solve_patiently
+from restitution.indentation.panels import Drive, PanelSolution
 from restitution.indentation.surface import Surface, check_surface
 from restitution.kernel.outcome import MAX_DEPTH, STATUS
 from restitution.kernel.plain import single_problem
@@ -64,7 +64,7 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
             history, False, peak, mass=float(impact.mass), velocity=velocity, touches=True, once=True, depth=level,
             first=_FIRST_STEP * scale,
         )  # fmt: skip
-        solution = solve_patiently(
+        solution = PanelSolution(
             impact.contact.profile, impact.reduced_modulus, drive, rtol, None if surface is None else surface.marks
         )
         if solution.max_depth > float(impact.profile.max_depth):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -65,12 +64,10 @@ if TYPE_CHECKING:
 _STEP_SHARE = 0.1
 # Errors of panels that are merged, of rtol: above that of a step, which they keep; the next one where many remain.
 _MERGE_SHARES, _MANY_PANELS = (0.1, 0.3, 1.0), 32
-# Tolerances, of rtol, one after the other: other steps may solve what these do not.
-_SHARES = (1.0, 0.3, 0.1, 0.03)
 # Room of the first run; one that is too small costs another run.
 _FIRST_PANELS, _FIRST_STEPS, _STEPS_PER_KNOT = 64, 256, 16
 # Tolerances of a step, over the usual one, that are tried in turn: rounding meets others differently.
-_SHARES = (1.0, 0.5, 0.2)
+_SHARES = (1.0, 0.5, 0.2, 0.1, 0.03)
 # Factors of rtol that are tried for the message of a refusal, and the largest rtol.
 _LOOSER, _LOOSEST = (3.0, 10.0, 100.0, 1e4), 1e-3
 # Steps of a history, alone and for each knot, behind which it creeps on.
@@ -554,17 +551,6 @@ def _driver(drive: Drive, units: Units, dashpot: float) -> Driver:
         drive.attraction / (units.force * units.length**2), drive.cutoff / units.length,
         drive.modes * stiffness * np.array([rate * rate, rate, 1.0]), backward,
     )  # fmt: skip
-
-
-def solve_patiently(
-    profile: Geometry, series: PronySeries, drive: Drive, rtol: float, imprint: Imprint | None = None,
-    grip: Grip | None = None,
-) -> PanelSolution:  # fmt: skip
-    """Return the solution of one of many contacts on a spot, with smaller tolerances where steps are not smooth."""
-    for share in _SHARES[:-1]:
-        with suppress(InputError):
-            return PanelSolution(profile, series, drive, share * rtol, imprint, grip)
-    return PanelSolution(profile, series, drive, _SHARES[-1] * rtol, imprint, grip)
 
 
 def solve_by_panels(

@@ -15,7 +15,7 @@ from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.cantilever import Cantilever, CantileverMode, Pull, cantilever, pull_of
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, Grip, PanelSolution, solve_patiently
+from restitution.indentation.panels import Drive, Grip, PanelSolution
 from restitution.indentation.solid import solid_of
 from restitution.indentation.solve import contact_of
 from restitution.indentation.steady import Mixture, Past, Recovery, Trial
@@ -217,7 +217,7 @@ class Tapper:
             velocity=start.velocity, first=0.1 * self.period, scale=min(max(reach / peak, _LEAST_SCALE), 1.0),
             attraction=self.pull.attraction, cutoff=self.pull.cutoff, modes=lever.higher, swing=start.swing,
         )  # fmt: skip
-        return solve_patiently(
+        return PanelSolution(
             profile, self.contact.reduced_modulus, drive, max(rtol, self.rtol), start.imprint, start.grip
         )
 
