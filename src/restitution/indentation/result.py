@@ -190,6 +190,8 @@ class IndentationResult(Result):
         It dissipates while an imprint recovers. NaN where panels do not resolve the history, such as that of some
         forces on a material with a dashpot in parallel.
         """
+        if self.contact.reduced_modulus.is_elastic:
+            return self.work
         try:
             return self._panels.elements.stored
         except InputError:
