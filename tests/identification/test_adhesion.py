@@ -60,6 +60,7 @@ def materials(**constants):
     return space.materials(np.log([[constants[name] for name in space.names]]), (1e-9, 1.0))
 
 
+@pytest.mark.slow
 def test_work_of_adhesion_from_rebounds_of_which_some_stick(exact):
     rebounds = measured(exact, np.random.default_rng(1))
     assert 0 < np.sum(rebounds.restitution_coefficient == 0.0) < VELOCITY.size
@@ -146,6 +147,7 @@ def test_the_sticking_velocity_is_that_of_the_search(threshold):
     assert result.thresholds[0, 0] == pytest.approx(threshold, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_sticking_velocity_as_a_datum(threshold):
     """Both outcomes at one velocity, which `rs.sticking_velocity` gives for the true work, are the whole data."""
     rebounds = rs.Rebounds(threshold, [0.0, math.nan], radius=RADIUS, mass=MASS, adhesion=True, noise=NOISE)
@@ -309,6 +311,7 @@ def test_a_fit_starts_also_where_the_approach_jumps():
     assert np.all(table.storage_modulus < 10.0 * glass)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["stress", "range"])
 def test_a_thin_zone_leaves_stress_and_range_open(name):
     """Near the limit of Johnson, Kendall and Roberts a curve shows the work alone, and one end of the other."""

@@ -138,6 +138,7 @@ def test_each_bounce_on_one_spot_is_an_impact_on_the_surface_before(with_weight)
     assert not any("recovery" in warning for warning in result.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weak", [False, True])
 def test_a_body_comes_to_rest_in_its_imprint(weak):
     """Its static depth is that of Hertz under its weight, whatever came before.
@@ -160,6 +161,7 @@ def test_a_body_comes_to_rest_in_its_imprint(weak):
 FLUID = Impact(Material(PronySeries(0.0, [0.1], [12.0]), math.inf), Parabola(20.0), mass=1.0, velocity=0.2)
 
 
+@pytest.mark.slow
 def test_late_touches_of_a_long_series_keep_their_accuracy():
     """A liquid takes the shape of the body, so that errors of the surface move the front by themselves over the gap.
 

@@ -152,6 +152,7 @@ print(stream.text.replace("of each process, as no folder can keep the result,", 
 NOTE = "note: compiling, as the first impact and the first indentation {} do; each takes 10 to 40 s\n"
 
 
+@pytest.mark.slow
 def test_one_line_on_a_terminal_announces_the_compilation_of_a_process(tmp_path):
     # Only the functions of a file can be cached.
     script = tmp_path / "script.py"
@@ -253,6 +254,7 @@ def test_no_cache_folder_without_a_home(tmp_path: Path, monkeypatch: pytest.Monk
 KNOWN = "from restitution.kernel.cache import has_machine_code as known; print({})"
 
 
+@pytest.mark.slow
 def test_machine_code_is_known_by_function_and_sources(tmp_path: Path) -> None:
     root, cache = _copy(tmp_path / "package"), str(tmp_path / "cache")
     both = KNOWN.format("known('material.tiny.half'), known('material.tiny.third'), known('kernel.tiny.half')")
@@ -329,7 +331,8 @@ print(quarter(1.0))
 """
 
 
-@pytest.mark.parametrize("level", ["0", pytest.param("1", marks=pytest.mark.slow), "max"])
+@pytest.mark.slow
+@pytest.mark.parametrize("level", ["0", "1", "max"])
 def test_the_kernel_compiles_at_every_level_of_optimisation(tmp_path, level):
     # Without optimisation numba can cache no function that calls another, and warns.
     source = tmp_path / "stages.py"
@@ -401,12 +404,10 @@ print(both(8.0), sixteenth(8.0), of_a_user(8.0), sum(both.stats.cache_hits.value
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("version", "cached"),
-    [
-        ("tried", ["both", "sixteenth"]),
-        pytest.param("other", ["both", "eighth", "quarter", "sixteenth"], marks=pytest.mark.slow),
-    ],
+    [("tried", ["both", "sixteenth"]), ("other", ["both", "eighth", "quarter", "sixteenth"])],
 )
 def test_stages_are_linked_into_entry_points(tmp_path: Path, version: str, cached: list[str]) -> None:
     # Of a version of numba that was not tried, only the documented interface is used. Functions of users may call

@@ -130,6 +130,7 @@ print(json.dumps([answer(), *ThreadPoolExecutor(3).map(answer, range(3))]))
 """
 
 
+@pytest.mark.slow
 def test_the_first_solve_of_python_has_the_numbers_of_compiled_code_and_compiles_nothing(folder: Path) -> None:
     write_cases(np.random.default_rng())
     first, *others = json.loads(program(code=FIRST, NUMBA_CACHE_DIR=str(folder / "cache")))
@@ -154,6 +155,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_a_long_solve_begins_again_with_the_compiler(folder: Path) -> None:
     write_cases(np.random.default_rng())
     assert program("0.001", "solve", "ball.toml", "--json", code=AGAIN) == done("solve", "ball.toml", "--json").stdout

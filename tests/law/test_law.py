@@ -59,6 +59,7 @@ def test_many_contacts_equal_single_ones(law):
         assert alone.tolist() == state[n].tolist()
 
 
+@pytest.mark.slow
 def test_steps_in_compiled_code_equal_those_in_python(law):
     depths, dt, advance, size = waves()[:, 0], TIMES[0], law.compiled, law.state_size
 

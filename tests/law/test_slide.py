@@ -256,6 +256,7 @@ def test_many_contacts_equal_single_ones():
     assert pull.shape == (5, 2)
 
 
+@pytest.mark.slow
 def test_compiled_code_gives_the_same():
     import numba
 
