@@ -291,6 +291,26 @@ class Geometry(ABC):
         return hash((type(self), *values))
 
 
+# Halvings of the range of depths, which is logarithmic.
+_HALVINGS = 70
+
+
+def depth_of_integral(geometry: Geometry, integral: ArrayLike) -> Array:
+    """Return the depths [m] at which `force_integral_at_depth` has values [m^2]; infinite beyond the geometry."""
+    target, exponent, coefficient = as_array(integral), geometry.path_exponent, geometry.path_coefficient
+    if exponent is not None and coefficient is not None:
+        power = 0.5 * float(exponent) + 1.0
+        return as_array((target * power / float(coefficient)) ** (1.0 / power))
+    highest = min(float(np.min(geometry.max_depth)), 1e100)
+    low, high = np.full(target.shape, -300.0), np.full(target.shape, math.log(highest))
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        reaches = as_array(geometry.force_integral_at_depth(np.minimum(np.exp(middle), highest))) >= target
+        low, high = np.where(reaches, low, middle), np.where(reaches, middle, high)
+    ends = as_array(geometry.force_integral_at_depth(highest)) < target * (1.0 - 1e-12)
+    return np.where(target > 0.0, np.where(ends, math.inf, np.minimum(np.exp(high), highest)), target)
+
+
 @cache
 def _parameters(kind: type[Geometry]) -> dict[str, Quantity]:
     hints = get_type_hints(kind, include_extras=True)

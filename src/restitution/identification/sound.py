@@ -4,7 +4,7 @@ A touch is a sound that begins suddenly. Its level is compared with that of the 
 before, so that echoes that die away, hum and slow sounds do not count. Many sudden sounds are left. Touches are those
 among them that form a series: each flight is shorter than the one before, by a ratio that hardly changes.
 
-The loud sounds propose a series. All touches of a ball sound alike, so the proposal tells their spectrum and what
+The loud sounds propose a series. All touches of a ball sound alike, so the proposal has their spectrum and what
 follows them: their echoes. A filter of this spectrum shows fainter touches, and levels are compared with those of the
 echoes too. A series is accepted only if chance would hardly make one from sounds as frequent as those outside it.
 """
@@ -47,13 +47,13 @@ _ECHO, _OWN = 0.12, 0.008
 _CLEAR = 5.0
 # States that are kept for each two last sounds.
 _STATES = 8
-# Times that a series tells the spectrum and the echoes for the next one.
+# Times that the spectrum and the echoes of a series are those with which the next one is found.
 _PASSES = 3
 # Steps to the likeliest echoes, the most that one instant counts there, and their power over the likeliest one.
 _STEPS, _FEW, _CARE = 60, 2.0, 1.2
 # Time [s] for which the filters carry what clipping adds.
 _CARRIED = 0.006
-# Instants with a smaller standard error [s] tell by how much a filter delays.
+# The delay of a filter follows from instants with a smaller standard error [s].
 _SURE = 0.0005
 _FEWEST = 4
 # Frequencies [Hz] below this are weakened.
@@ -139,9 +139,9 @@ def find_bounces(recording: Recording) -> Picks:
             break
         # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
         shaped = _matched(white, places)
-        places, sure = _chosen(shaped, _echoes(shaped, places, clipped))
+        places, learned = _chosen(shaped, _echoes(shaped, places, clipped))
         # What is learned of the touches shows which of the first sounds are none, but may hide faint ones.
-        odds = max(odds, sure)
+        odds = max(odds, learned)
     if places.size < _FEWEST or odds < _SERIES_ODDS:
         rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
         raise InputError("", rule=f"{rule}; none was found")
@@ -178,15 +178,19 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
     """Return places of touches as `_chosen`, before anything is known of their spectrum and their echoes."""
     places, strengths, loudness = _sudden(white, np.zeros(white.samples.size))
     time, seconds = places / white.rate, white.samples.size / white.rate
-    # What follows a louder sound soon may be its echo; it counts if there is no series without it.
-    later = time - time[:, None]
-    follows = ((later > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])).any(axis=0)
-    alone = np.flatnonzero(~follows)
+    # A sound that may be an echo counts if there is no series without it.
+    alone = np.flatnonzero(~_follows(time, loudness))
     chain, odds = _series(time[alone], strengths[alone], loudness[alone], seconds)
     if odds >= _SERIES_ODDS:
         return places[alone[chain]], odds
     chain, odds = _series(time, strengths, loudness, seconds)
     return places[chain], odds
+
+
+def _follows(time: Array, loudness: Array) -> NDArray[np.bool_]:
+    """Return which sounds follow a louder one so soon that they may be its echo."""
+    later = time - time[:, None]
+    return np.asarray(((later > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])).any(axis=0))
 
 
 def _chosen(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], float]:
@@ -328,9 +332,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> tu
     """
     if time.size < _FEWEST:
         return [], -math.inf
-    # What follows a louder sound soon may be its echo.
-    follows = ((later := time - time[:, None]) > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])
-    follows = follows.any(axis=0)
+    follows = _follows(time, loudness)
     results: list[tuple[float, list[int]]] = []
     for counted in (False, True):  # of the other sounds, at first none or all count as chance
         others = np.full(time.size, counted)

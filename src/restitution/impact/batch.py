@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restitution.checks import Array, Numeric, Places
-from restitution.contact.geometry import Geometry
+from restitution.contact.geometry import Geometry, depth_of_integral
 from restitution.contact.profiles import Profile
 from restitution.contact.table import Rows
 from restitution.errors import InputError
@@ -345,14 +345,7 @@ class Batch:
             if self.profile is None:
                 power = 0.5 * (self.exponent or 0.0) + 1.0
                 return (integral * power / np.asarray(self.coefficients)) ** (1.0 / power)
-        integral = integral / (self.depth_units * self.radius_units)
-        low, high = np.zeros(self.size), np.minimum(np.full(self.size, self.profile.max_depth), 1e30)
-        shallow = self.profile.force_integral_at_depth(high) < integral
-        for _ in range(200):
-            middle = 0.5 * (low + high)
-            carries = self.profile.force_integral_at_depth(middle) >= integral
-            low, high = np.where(carries, low, middle), np.where(carries, middle, high)
-        return np.where(shallow, np.inf, high) * self.depth_units
+        return depth_of_integral(self.profile, integral / (self.depth_units * self.radius_units)) * self.depth_units
 
 
 def solve_columns(

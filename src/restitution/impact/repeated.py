@@ -76,6 +76,7 @@ def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rt
 
 
 def _too_deep(impact: Impact) -> InputError:
+    """Return the error of a body that goes deeper than its profile is described."""
     deepest = float(impact.profile.max_depth)
     rule = f"is described to a depth of {deepest:.3g} m, {impact.profile.end}, and the body goes deeper"
     return InputError("profile", rule=rule)

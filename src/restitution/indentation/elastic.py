@@ -12,6 +12,7 @@ from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import ArrayLike
 
 from restitution.checks import Array
+from restitution.contact.geometry import depth_of_integral
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE, History, contact_part, from_zeros, zeros_of
 from restitution.indentation.panels import PanelSolution, Units, even_times, solve_by_panels
@@ -20,9 +21,6 @@ from restitution.indentation.work import integral
 if TYPE_CHECKING:
     from restitution.contact.geometry import Contact
     from restitution.material.prony import PronySeries
-
-# Halvings of the range of depths, which is logarithmic.
-_HALVINGS = 70
 
 
 class ElasticSolution:
@@ -56,19 +54,7 @@ class ElasticSolution:
 
     def _depth(self, force: Array) -> Array:
         """Return the depth [m] under forces [N]; infinite where the profile ends before."""
-        target, profile = 0.5 * force / self._modulus, self._profile
-        exponent, coefficient = profile.path_exponent, profile.path_coefficient
-        if exponent is not None and coefficient is not None:
-            power = 0.5 * float(exponent) + 1.0
-            return np.asarray((target * power / float(coefficient)) ** (1.0 / power), dtype=np.float64)
-        highest = min(float(np.min(profile.max_depth)), 1e100)
-        low, high = np.full(force.shape, -300.0), np.full(force.shape, math.log(highest))
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            carries = np.asarray(profile.force_integral_at_depth(np.minimum(np.exp(middle), highest))) >= target
-            low, high = np.where(carries, low, middle), np.where(carries, middle, high)
-        short = np.asarray(profile.force_integral_at_depth(highest)) < target * (1.0 - 1e-12)
-        return np.where(force > 0.0, np.where(short, math.inf, np.minimum(np.exp(high), highest)), 0.0)
+        return depth_of_integral(self._profile, 0.5 * force / self._modulus)
 
     @cached_property
     def contact_intervals(self) -> Array:
@@ -140,7 +126,7 @@ class ElasticSolution:
 
     @property
     def work(self) -> float:
-        """Work [J] that the body did until the end of the history, all of which is stored."""
+        """Work [J] that the body did until the end of the history; the material stores it all."""
         end = float(self._depth(np.array([max(self._pieces[-1][3], 0.0)]))[0])
         if self._pieces[-1][3] <= self._nothing:
             return 0.0

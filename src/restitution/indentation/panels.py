@@ -12,6 +12,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array
+from restitution.contact.geometry import depth_of_integral
 from restitution.contact.table import path_table, scaled
 from restitution.errors import InputError
 from restitution.indentation.history import NO_FORCE, History, contact_part, from_zeros
@@ -603,23 +604,9 @@ def check_depth(part: History, profile: Geometry, dashpot: float) -> None:
 
 def largest_depth(series: PronySeries, profile: Geometry, force: float, duration: float) -> float:
     """Bound of the depth [m] that a force [N] held for a time [s] reaches: that of the creep compliance."""
-    integral = 0.5 * force * float(series.creep_compliance(duration))
-    exponent, coefficient = profile.path_exponent, profile.path_coefficient
-    if exponent is not None and coefficient is not None:
-        p, c = float(exponent), float(coefficient)
-        return (0.5 * (p + 2.0) * integral / c) ** (2.0 / (p + 2.0))
-    most = float(profile.max_depth)
-    low, high = -300.0, math.log(min(most, 1e100))
-    if float(profile.force_integral_at_depth(min(math.exp(high), most))) < integral:
-        return most
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if float(profile.force_integral_at_depth(min(math.exp(middle), most))) < integral:
-            low = middle
-        else:
-            high = middle
+    depth = float(depth_of_integral(profile, 0.5 * force * series.creep_compliance(duration)))
     # An elastic body reaches the bound, with its own rounding.
-    return min((1.0 + 1e-12) * math.exp(high), most)
+    return depth if profile.path_exponent is not None else min((1.0 + 1e-12) * depth, float(profile.max_depth))
 
 
 def path_power(profile: Geometry, depth: float) -> tuple[float, float]:

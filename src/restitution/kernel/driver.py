@@ -38,7 +38,7 @@ NEVER = np.zeros(0, dtype=np.bool_)
 HALVINGS = 64
 
 
-# Force of a spring, over that of its whole depth, as the difference of which it has too few digits.
+# Force of a spring, over k times the depth, below which the difference of base and depth has too few digits.
 _FEW_DIGITS = 1e-4
 # A body without higher modes.
 _ALONE = np.zeros((0, 3))

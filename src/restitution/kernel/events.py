@@ -57,7 +57,7 @@ AT_AXIS = 1e-10
 _UNFELT = 0.03
 # y, over that at the end of the step, of elements that have just touched.
 _FIRST = 0.03
-# Load, over the tolerance, that does not tell which way a front moves.
+# Load, over the tolerance, below which rounding decides which way a front moves.
 _TURNING = 0.05
 
 
