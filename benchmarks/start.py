@@ -27,7 +27,7 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 Note = Callable[[str], None]
 
 
-def _seconds(command: list[str], environment: dict[str, str]) -> tuple[float, float]:
+def process_times(command: list[str], environment: dict[str, str]) -> tuple[float, float]:
     """Wall-clock time and processor time [s] of a process."""
     start, before = time.perf_counter(), os.times()
     subprocess.run(command, check=True, capture_output=True, env=environment)
@@ -63,9 +63,9 @@ def start(repeats: int, note: Note) -> dict[str, Any]:
                 environment["NUMBA_DISABLE_JIT"] = "0"
             else:
                 environment.pop("NUMBA_DISABLE_JIT", None)
-            first, processor = _seconds(command, environment)
-            later = min(_seconds(command, environment)[0] for _ in range(repeats))
+            first, processor = process_times(command, environment)
+            later = min(process_times(command, environment)[0] for _ in range(repeats))
         rows.append({"subject": name, "first": first, "first_processor": processor, "later": later})
         note(f"{name}: first {first:.1f} s, of it {processor:.1f} s of processor, later {later:.2f} s")
-    bare = min(_seconds([sys.executable, "-c", "import numpy"], dict(os.environ))[0] for _ in range(repeats))
+    bare = min(process_times([sys.executable, "-c", "import numpy"], dict(os.environ))[0] for _ in range(repeats))
     return {"import": beyond_numpy, "numpy": bare, "processes": rows}

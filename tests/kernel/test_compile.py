@@ -80,6 +80,39 @@ def test_edit_of_a_callee_in_another_file_takes_effect(tmp_path: Path) -> None:
     assert [_run(code, root) for _ in range(2)] == ["9.0 0\n", "9.0 1\n"]
 
 
+QUARTER = """
+import llvmlite
+llvmlite.__version__ += "VERSION"
+from restitution.kernel.whole import quarter
+# Where the cache has hits, the compiler was not called.
+print(quarter(1.0), sum(quarter.stats.cache_hits.values()))
+"""
+
+
+@pytest.mark.slow
+def test_bitcode_takes_the_place_of_the_compiler(tmp_path: Path) -> None:
+    root = _copy(tmp_path)
+    kernel, caches = root / "restitution" / "kernel", iter(range(9))
+    (kernel / "whole.py").write_text(WHOLE)
+    (kernel / "part.py").write_text(PART)
+
+    def quarter(version: str = "", **environment: str) -> str:
+        cache = tmp_path / f"cache{next(caches)}"
+        answer = _run(QUARTER.replace("VERSION", version), root, NUMBA_CACHE_DIR=str(cache), **environment)
+        # Machine code is kept in any case.
+        assert list(cache.glob("*.nbc"))
+        return answer
+
+    assert quarter() == "0.25 0\n"
+    assert quarter(RESTITUTION_BITCODE=str(kernel / "bitcode")) == "0.25 0\n"
+    assert quarter() == "0.25 1\n"
+    # Another processor, another LLVM, other sources.
+    assert quarter(NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="") == "0.25 1\n"
+    assert quarter(version="0") == "0.25 0\n"
+    (kernel / "part.py").write_text(PART.replace("0.5", "3.0"))
+    assert quarter() == "9.0 0\n"
+
+
 @pytest.mark.slow
 def test_the_kernel_runs_without_a_cache_folder(tmp_path):
     root = _copy(tmp_path)

@@ -4,16 +4,16 @@ import gc
 import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from pathlib import Path
 from threading import current_thread, main_thread
 from typing import Any
 
 import numba
-from numba.core import caching, codegen, compiler, config, event, targetconfig, typed_passes, types, untyped_passes
+from numba.core import codegen, compiler, config, event, targetconfig, typed_passes, types, untyped_passes
 from numba.core.compiler_lock import global_compiler_lock
 
-from restitution.kernel.cache import cache_folder, source_hash, stamp
+from restitution.kernel.cache import cache_folder
 from restitution.kernel.plain import with_plain_calls
+from restitution.kernel.storage import MachineCode
 
 # Without reference counts (`_nrt`) an impact costs 37 -> 30 us; the kernel therefore allocates nothing.
 # Only `contract`: full fastmath removes the NaN checks on which the status codes depend and is no faster.
@@ -69,39 +69,6 @@ class _PartCompiler(compiler.Compiler):
 _FIRST, _BEYOND = (0, 61), (0, 69)
 _PARTS: dict[str, Any] = {"pipeline_class": _PartCompiler} if _FIRST <= numba.version_info.short < _BEYOND else {}
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True} | _PARTS
-
-
-class _Locator(caching._CacheLocator):  # pyright: ignore[reportPrivateUsage]
-    def __init__(self, py_func: Callable[..., Any], folder: str) -> None:
-        # Numba reads `_py_file` for its warnings.
-        self._py_file = py_func.__code__.co_filename
-        self._line = py_func.__code__.co_firstlineno
-        self._sources = Path(self._py_file).parent
-        self._folder = folder
-
-    def get_cache_path(self) -> str:
-        return self._folder
-
-    def get_source_stamp(self) -> str:
-        return source_hash(self._sources)
-
-    def get_disambiguator(self) -> str:
-        # The name of the file contains the hash, because numba unpickles an index before it compares the stamp, and
-        # classes of another version may be missing.
-        return f"{self._line}-{stamp(self._sources)}"
-
-    @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> "_Locator | None":
-        folder = cache_folder()
-        return None if folder is None else cls(py_func, folder)
-
-
-class _CacheImpl(caching.CompileResultCacheImpl):
-    _locator_classes = [_Locator]  # noqa: RUF012 (the base class declares it so)
-
-
-class _KernelCache(caching.FunctionCache):
-    _impl_class = _CacheImpl
 
 
 @contextmanager
@@ -263,7 +230,7 @@ def cached(dispatcher: Any, function: Callable[..., Any]) -> Any:
     Without optimisation (`NUMBA_OPT=0`), addresses of this process stay in the code, and nothing can be cached.
     """
     if machine_code_is_kept():
-        dispatcher._cache = _KernelCache(function)
+        dispatcher._cache = MachineCode(function)
     return dispatcher
 
 
