@@ -11,12 +11,11 @@ import numpy as np
 
 from restitution.checks import Array
 from restitution.impact.solution import V_, Solution
-from restitution.impact.sticking import Spectrum, solve_sticking
 from restitution.material.prony import PronySeries
 from restitution.numerics.richardson import Extrapolation
 
 if TYPE_CHECKING:
-    from restitution.kernel.sliding import Room
+    from restitution.kernel.sliding import Modes, Room
 
 # Steps in each half of the marches: they double first, as their errors are far apart, then grow by a third or a half.
 COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072, 4608, 6144)
@@ -85,8 +84,10 @@ class Slider:
     ratios: tuple[float, float] | None = None
 
     @cached_property
-    def scaled(self) -> Spectrum:
+    def scaled(self) -> Modes:
         """The reduced shear modulus in the units of the solution."""
+        from restitution.kernel.sliding import Modes
+
         units, modulus, series = self.solution.units, self.modulus, self.spectrum
         glass = float(modulus.equilibrium_modulus) + float(modulus.branch_moduli.sum())
         if glass > 0.0:
@@ -96,7 +97,7 @@ class Slider:
         times = np.asarray(series.relaxation_times) / units.time
         moduli = np.asarray(series.branch_moduli) * factor
         drag = float(series.parallel_viscosity) * factor / units.time
-        return Spectrum(float(series.equilibrium_modulus) * factor, drag, moduli[moduli > 0.0], times[moduli > 0.0])
+        return Modes(float(series.equilibrium_modulus) * factor, drag, moduli[moduli > 0.0], times[moduli > 0.0])
 
     @property
     def impulse(self) -> float:
@@ -189,14 +190,19 @@ class Slider:
 
     def _stick(self, mobility: float, rtol: float) -> Tangential:
         """Solve without slip."""
-        sticking = solve_sticking(self.solution, self.scaled, mobility, 1e-3 * rtol)
-        unit, units, roots = 2.0 * mobility, self.solution.units, sticking.motion[:, 3]
-        motion = np.zeros((sticking.motion.shape[0], len(MOTION)))
-        motion[:, :3] = sticking.motion[:, :3]
-        radii = self.solution.radius(roots) * units.radius
-        motion[:, 3] = self.solution.contact_radii(radii, roots**2 * units.length) / units.radius
-        viscous, stored = unit * sticking.dissipated, unit * sticking.stored
-        result = Tangential(-sticking.velocity, sticking.error, 0.0, 0.0, viscous, stored, motion, 0.0)
+        from restitution.kernel.sliding import Modes
+        from restitution.kernel.sticking import allocate_room, march
+
+        scaled, units, halves = self.scaled, self.solution.units, self.solution.halves
+        moduli, times = np.append(scaled.equilibrium, scaled.moduli), np.append(math.inf, scaled.times)
+        room = allocate_room(moduli.size, halves.turn, halves.starts.size - halves.turn)
+        modes = Modes(0.0, scaled.viscosity, moduli, times)
+        velocity, error, viscous, stored, count = march(halves, modes, mobility, 1e-3 * rtol, room)
+        motion = room.motion[:, :count].T.copy()
+        radii, depths = motion[:, 3] * units.radius, motion[:, 4] ** 2 * units.length
+        motion[:, 3], motion[:, 4] = self.solution.contact_radii(radii, depths) / units.radius, 0.0
+        unit = 2.0 * mobility
+        result = Tangential(-velocity, error, 0.0, 0.0, unit * viscous, unit * stored, motion, 0.0)
         return result._replace(split_error=max(abs(result.residual), 2.0 * abs(result.restitution) * result.error))
 
     def _slide(self, slope: float, mobility: float, rtol: float) -> Tangential:
@@ -251,10 +257,10 @@ class Slider:
         from restitution.kernel.sliding import Modes, allocate_room
         from restitution.kernel.tangential import N_RESULTS, march
 
-        units, tangential, rows = self.solution.units, Modes(*self.scaled), np.empty((len(counts), N_RESULTS))
-        solids = tangential, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
+        units, rows = self.solution.units, np.empty((len(counts), N_RESULTS))
+        solids = self.scaled, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
         halves = self.solution.halves
-        room = allocate_room(counts[-1], tangential.times.size, units.times.size, halves.starts.size)
+        room = allocate_room(counts[-1], self.scaled.times.size, units.times.size, halves.starts.size)
         march(halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
         rows[:, 0] /= -slope
         rows[:, 1:4] /= slope * slope / (2.0 * mobility)
