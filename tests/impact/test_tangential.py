@@ -38,9 +38,7 @@ def solid(nu, p2, p3):
 
 def slider(impact, ratios=None):
     solution = Batch.from_impact(impact).solve_stored(1e-11)[1]
-    return Slider(
-        solution, reduced_shear_modulus(impact.material, impact.counter_material), impact.reduced_modulus, ratios
-    )
+    return Slider(solution, reduced_shear_modulus(impact.material, impact.counter_material), ratios)
 
 
 def shares(impact):

@@ -307,7 +307,7 @@ def _solved(
     places = np.broadcast_to(np.arange(math.prod(problem.shape)).reshape(problem.shape), shape).reshape(-1)
     order = np.argsort(places, kind="stable")
     alike = np.split(order, np.flatnonzero(np.diff(places[order])) + 1) if size else []
-    tasks = [part for rows_of in alike for part in np.split(rows_of, range(_TASK, rows_of.size, _TASK))]
+    tasks = [rows_of[n : n + _TASK] for rows_of in alike for n in range(0, rows_of.size, _TASK)]
     motions = list[dict[str, Array]]()
 
     def run(mine: NDArray[np.intp]) -> None:
@@ -353,10 +353,10 @@ def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangentia
         return
     for name, value in zip(_SOLVED, tangential[:6], strict=True):
         rows[name][n] = value
-    motion = tangential.motion
+    time, _, _, radius, slip = tangential.motion.T
     # Where nothing slips, all steps count, also the last one, at whose end the radius is 0.
-    stuck = motion[1:, 3] > 0.0 if motion[:, 4].any() else np.ones(len(motion) - 1)
-    rows["stick"][n] = float(np.diff(motion[:, 0]) @ stuck) * slider.solution.units.time
+    stick = float(np.diff(time) @ (radius[1:] > 0.0) if slip.any() else time[-1])
+    rows["stick"][n] = stick * slider.solution.units.time
     rows["gaps"][n], rows["impulse"][n] = tangential.gaps, slider.impulse
 
 
@@ -373,10 +373,9 @@ def _motion(solution: Solution, tangential: Tangential, velocity: float) -> dict
 
 
 class _Part(NamedTuple):
-    """Rows of normal impacts that one batch holds; E* and G* of each, or of all, with the ratios of E* to G*."""
+    """Rows of normal impacts that one batch holds; G* of each, or of all, with the ratios of E* to G*."""
 
     batch: Batch
-    modulus: PronySeries
     spectrum: PronySeries
     ratios: Array  # (2, n) or (2,), as `_ratios`
 
@@ -384,20 +383,19 @@ class _Part(NamedTuple):
     def of(cls, impact: Impact) -> _Part:
         material, counter, shape = impact.material, impact.counter_material, impact.shape
 
-        def raveled(series: PronySeries) -> PronySeries:
-            return series.broadcast_to(shape).reshaped((math.prod(shape),)) if series.shape else series
-
         ratios = _ratios(material, counter)
         if impact.contact.shape:
             ratios = np.stack([flat(each, shape) for each in ratios])
         spectrum = reduced_shear_modulus(material, counter)
-        return cls(Batch.from_impact(impact), raveled(impact.reduced_modulus), raveled(spectrum), ratios)
+        if spectrum.shape:
+            spectrum = spectrum.broadcast_to(shape).reshaped((math.prod(shape),))
+        return cls(Batch.from_impact(impact), spectrum, ratios)
 
     def slider(self, row: int, solution: Solution) -> Slider:
         """Return the solver on the solution of a row."""
-        modulus, spectrum = (each.row(row) if each.shape else each for each in (self.modulus, self.spectrum))
+        spectrum = self.spectrum.row(row) if self.spectrum.shape else self.spectrum
         glass, static = self.ratios[:, row].tolist() if self.ratios.ndim > 1 else self.ratios.tolist()
-        return Slider(solution, spectrum, modulus, None if math.isnan(glass) else (glass, static))
+        return Slider(solution, spectrum, None if math.isnan(glass) else (glass, static))
 
 
 class Sliders:

@@ -72,15 +72,12 @@ class Slider:
         The normal impact.
     spectrum : PronySeries
         Reduced shear modulus G*(t) [Pa].
-    modulus : PronySeries
-        Reduced modulus E*(t) [Pa] of the solution.
     ratios : tuple of float, optional
         Instantaneous and static E*/G*, between which the ratio rises all the time; None where this is not known.
     """
 
     solution: Solution
     spectrum: PronySeries
-    modulus: PronySeries
     ratios: tuple[float, float] | None = None
 
     @cached_property
@@ -88,21 +85,17 @@ class Slider:
         """The reduced shear modulus in the units of the solution."""
         from restitution.kernel.sliding import Modes
 
-        units, modulus, series = self.solution.units, self.modulus, self.spectrum
-        glass = float(modulus.equilibrium_modulus) + float(modulus.branch_moduli.sum())
-        if glass > 0.0:
-            factor = (units.equilibrium + float(units.moduli.sum())) / glass
-        else:
-            factor = units.viscosity * units.time / float(modulus.parallel_viscosity)
-        times = np.asarray(series.relaxation_times) / units.time
-        moduli = np.asarray(series.branch_moduli) * factor
+        units, series = self.solution.units, self.spectrum
+        # The scaled force of 1 Pa at depth and radius 1.
+        factor = 2.0 * units.radius * units.time * (units.time / self.solution.mass)
+        moduli, times = series.branch_moduli * factor, series.relaxation_times / units.time
         drag = float(series.parallel_viscosity) * factor / units.time
         return Modes(float(series.equilibrium_modulus) * factor, drag, moduli[moduli > 0.0], times[moduli > 0.0])
 
     @property
     def impulse(self) -> float:
         """Impulse of the normal force over m v0, with that of a constant force."""
-        rebound = -float(self.solution.stored.work.rebound[-1, V_, -1])
+        rebound = -float(self.solution.stored.halves.rebound[-1, V_, -1])
         return 1.0 + rebound + self.solution.units.external_force * self.solution.end
 
     def slides(self, slope: float, mobility: float) -> bool:
@@ -193,14 +186,13 @@ class Slider:
         from restitution.kernel.sliding import Modes
         from restitution.kernel.sticking import allocate_room, march
 
-        scaled, units, halves = self.scaled, self.solution.units, self.solution.halves
+        scaled, halves = self.scaled, self.solution.halves
         moduli, times = np.append(scaled.equilibrium, scaled.moduli), np.append(math.inf, scaled.times)
         room = allocate_room(moduli.size, halves.turn, halves.starts.size - halves.turn)
         modes = Modes(0.0, scaled.viscosity, moduli, times)
         velocity, error, viscous, stored, count = march(halves, modes, mobility, 1e-3 * rtol, room)
-        motion = room.motion[:, :count].T.copy()
-        radii, depths = motion[:, 3] * units.radius, motion[:, 4] ** 2 * units.length
-        motion[:, 3], motion[:, 4] = self.solution.contact_radii(radii, depths) / units.radius, 0.0
+        motion = np.zeros((count, len(MOTION)))
+        motion[:, :-1] = room.motion[:, :count].T
         unit = 2.0 * mobility
         result = Tangential(-velocity, error, 0.0, 0.0, unit * viscous, unit * stored, motion, 0.0)
         return result._replace(split_error=max(abs(result.residual), 2.0 * abs(result.restitution) * result.error))

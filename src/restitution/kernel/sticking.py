@@ -24,22 +24,21 @@ from restitution.kernel.collocation import combine, interpolate_lanes, invert, l
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.element import factor_modes
 from restitution.kernel.lanes import WIDTH, at_least, broadcast, exp, read8, write8
-from restitution.kernel.path import radii_and_integrals
+from restitution.kernel.path import radii_and_integrals, radius_and_integral
 from restitution.kernel.references import by_reference
 from restitution.kernel.sliding import Halves, Modes
 from restitution.kernel.workspace import LENGTH, S_, START, T_
 
-# Most parts of an element of the normal solution, and the first of those at first touch and at separation where a(s)
-# is no polynomial.
-_MOST_PARTS, _LEAST_SHARE = 16, 0.25**6
-_GRADED = 7
-# Members of `matrices`: sum of the modes, inverse of the equations of the velocity, inverse of the matrix of the
-# scheme.
+# Most parts of an element of the normal solution. Where a(s) is no polynomial, the first one of the approach and the
+# last one of the rebound have further parts, which grow from this share.
+_MOST_PARTS, _FURTHER, _LEAST_SHARE = 16, 6, 0.25**6
+# Members of `matrices`: sum of the modes, inverses of the equations of the velocity and of the matrix of the scheme.
 _SUM, _JACOBIAN, _SLOPES, _N_MATRICES = range(4)
 # Rows of a part of the approach: time, then Z, W and Q of each mode.
 _TIME, _Z, _W, _Q, _N_SUMS = 0, 1, 2, 3, 3
-# Rows of `motion`: time, velocity of the contact point, force, radius, s.
-N_MOTION = 5
+# Rows of `motion`: time, velocity of the contact point, force, radius.
+N_MOTION = 4
+# Least argument of the exponential of eight numbers.
 _SMALLEST = -700.0
 
 
@@ -60,8 +59,8 @@ class Room(NamedTuple):
 
 def allocate_room(modes: int, approach: int, rebound: int) -> Room:
     """Return room for marches on a normal solution with elements in both halves."""
-    most, rows = _MOST_PARTS * approach + _GRADED, 1 + _N_SUMS * modes
-    both = most + _MOST_PARTS * rebound + _GRADED
+    most, rows = _MOST_PARTS * approach + _FURTHER, 1 + _N_SUMS * modes
+    both = most + _MOST_PARTS * rebound + _FURTHER
     return Room(
         np.empty((_N_MATRICES, WIDTH, WIDTH)), np.empty((modes, WIDTH, WIDTH)), np.empty((WIDTH + 1, WIDTH)),
         np.empty((2, WIDTH)), np.empty((2, most)), np.empty((most, rows, WIDTH + 1)), np.empty((rows, WIDTH)),
@@ -70,20 +69,21 @@ def allocate_room(modes: int, approach: int, rebound: int) -> Room:
 
 
 @inlined
-def _end_of_part(low: float, parts: int, graded_first: bool, graded_last: bool) -> float:
-    """Return the share of an element at which the part ends that begins at `low`."""
+def _end_of_part(low: float, parts: int, grows: bool, shrinks: bool) -> float:
+    """Return the share of an element at which the part from `low` ends; parts may grow from it, or shrink towards it.
+
+    Equal parts are cut at powers of a quarter from one end, too. All shares are exact.
+    """
     end, cut = (math.floor(low * parts) + 1.0) / parts, 1.0
-    if graded_first:
+    if grows:
         cut = _LEAST_SHARE
         while cut <= low:
             cut *= 4.0
-        end = min(end, cut)
-    if graded_last:
-        cut = 0.25
+    if shrinks:
         while cut >= 1.0 - low:
             cut *= 0.25
-        end = min(end, 1.0 - cut if cut >= _LEAST_SHARE else 1.0)
-    return end
+        cut = 1.0 - cut if cut >= _LEAST_SHARE else 1.0
+    return min(end, cut)
 
 
 @inlined
@@ -110,21 +110,22 @@ def _factor(
 
 
 @inlined
-def _write(motion: Any, point: int, t: Any, v: Any, F: Any, a: Any, s: Any) -> None:
-    """Write the motion at the nodes of a part."""
-    write8(motion, 0, point, t)
-    write8(motion, 1, point, v)
-    write8(motion, 2, point, F)
-    write8(motion, 3, point, a)
-    write8(motion, 4, point, s)
+def _write(moves: Any, point: int, motion: Any) -> None:
+    """Write time, velocity, force and radius at the nodes of a part."""
+    for m in range(N_MOTION):
+        write8(motion, m, point, moves[m])
 
 
 @inlined
 def _approach_part(
-    halves: Halves, modes: Modes, mobility: float, h: float, s: Any, a: Any, first: float, table: Any, room: Room
+    halves: Halves, modes: Modes, mobility: float, h: float, normal: Any, first: float, table: Any, room: Room
 ) -> Any:
-    """Fill a table from its first column; return the velocity and the force at the nodes, and the energy dissipated."""
-    A, pace, count, unit = halves.columns, 2.0 * s, modes.moduli.shape[0], broadcast(1.0)
+    """Fill a table from its first column; return the motion, and the energy dissipated.
+
+    `normal` are s, the time, and the radius at the nodes, `first` is the velocity at the start.
+    """
+    A, count, unit, (s, t, a) = halves.columns, modes.moduli.shape[0], broadcast(1.0), normal
+    pace = 2.0 * s
     _factor(modes, halves, mobility, h, pace, (a, unit), room)
     rest = broadcast(0.0)
     for k in range(count):
@@ -148,15 +149,19 @@ def _approach_part(
         Q = matvec(room.inverses[k], table[_Q + row, 0] + source)
         write8(table, _Q + row, 1, Q)
         power = power + (modes.moduli[k] / modes.times[k]) * Q
-    return v, F, h * matvec(A, pace * power)[WIDTH - 1]
+    return (t, v, F, a), h * matvec(A, pace * power)[WIDTH - 1]
 
 
 @inlined
 def _rebound_part(
-    halves: Halves, modes: Modes, mobility: float, h: float, delay: Any, pace: Any, a: Any, first: float, room: Room
+    halves: Halves, modes: Modes, mobility: float, h: float, normal: Any, first: float, room: Room
 ) -> Any:
-    """Advance `ways`; return velocity, force, and loads at the edge squared at the nodes, and the energy dissipated."""
-    A, past, count, unit = halves.columns, room.past, modes.moduli.shape[0], broadcast(1.0)
+    """Advance `ways`; return the motion, the squares of the loads at the edge, and the energy dissipated.
+
+    `normal` are the time, its slope, and the radius at the nodes, `first` is the velocity at the start.
+    """
+    A, past, count, unit, (t, pace, a) = halves.columns, room.past, modes.moduli.shape[0], broadcast(1.0), normal
+    delay = at_least(t - read8(past, _TIME, 0), 0.0)
     _factor(modes, halves, mobility, h, pace, (unit, a), room)
     rest = broadcast(0.0)
     for k in range(count):
@@ -180,48 +185,48 @@ def _rebound_part(
         edge = edge + modes.moduli[k] * (left * left)
         squares = read8(past, _Q + row, 0) + left * (2.0 * pushed + a * left)
         power = power + (modes.moduli[k] / modes.times[k]) * squares
-    return v, F, edge, h * matvec(A, pace * power)[WIDTH - 1]
+    return (t, v, F, a), edge, h * matvec(A, pace * power)[WIDTH - 1]
 
 
 @inlined
 def _normal(halves: Halves, element: int, x: Any, room: Room) -> Any:
-    """Return s, the contact radius and the time of the normal solution at eight places of an element."""
+    """Return s, the time and the contact radius of the normal solution at eight places of an element."""
     lagrange_lanes(halves.c, halves.weights, WIDTH + 1, x, room.basis)
     s = at_least(combine(room.basis, WIDTH + 1, halves.rows[element, S_]), 0.0)
     t = combine(room.basis, WIDTH + 1, halves.rows[element, T_])
-    return s, radii_and_integrals(halves.path, s, room.scratch)[0], t
+    return s, t, radii_and_integrals(halves.path, s, room.scratch)[0]
 
 
 @compiled
 def _approach(
-    halves: Halves, modes: Modes, mobility: float, parts: int, rough: bool, room: Room
+    halves: Halves, modes: Modes, mobility: float, parts: int, graded: bool, room: Room
 ) -> tuple[int, float, float]:
     """Solve the approach; return the number of its parts, the velocity at its end and the energy dissipated."""
     places, tables, motion = room.places, room.tables, room.motion
     n, velocity, spent = 0, 1.0, 0.0
-    for m in range(N_MOTION):
-        motion[m, 0] = 1.0 if m == 1 else 0.0
+    motion[0, 0], motion[1, 0], motion[2, 0] = 0.0, velocity, 0.0
+    motion[3, 0] = radius_and_integral(halves.path, 0.0)[0]
     for element in range(halves.turn):
         start, length, low = halves.starts[element], halves.lengths[element], 0.0
         # The last element extends past the turning point.
         share = (halves.length - start) / length if element == halves.turn - 1 else 1.0
         while low < 1.0:
-            high = _end_of_part(low, parts, rough and element == 0, False)
+            high = _end_of_part(low, parts, graded and element == 0, False)
             begin, size, table = low * share, (high - low) * share, tables[n]
-            s, a, t = _normal(halves, element, begin + size * read8(halves.c, 1), room)
+            normal = _normal(halves, element, begin + size * read8(halves.c, 1), room)
             for m in range(table.shape[0]):
                 table[m, 0] = tables[n - 1, m, WIDTH] if n > 0 else 0.0
-            write8(table, _TIME, 1, t)
+            write8(table, _TIME, 1, normal[1])
             places[START, n], places[LENGTH, n] = start + length * begin, length * size
-            v, F, lost = _approach_part(halves, modes, mobility, length * size, s, a, velocity, table, room)
-            _write(motion, 1 + WIDTH * n, t, v, F, a, s)
-            n, low, velocity, spent = n + 1, high, v[WIDTH - 1], spent + lost
+            moves, lost = _approach_part(halves, modes, mobility, length * size, normal, velocity, table, room)
+            _write(moves, 1 + WIDTH * n, motion)
+            n, low, velocity, spent = n + 1, high, moves[1][WIDTH - 1], spent + lost
     return n, velocity, spent
 
 
 @compiled
 def _rebound(
-    halves: Halves, modes: Modes, mobility: float, parts: int, rough: bool, first: int, velocity: float, room: Room
+    halves: Halves, modes: Modes, mobility: float, parts: int, graded: bool, first: int, velocity: float, room: Room
 ) -> tuple[int, float, float, float]:
     """Solve the rebound after the parts of the approach; return the number of all parts, the velocity and energies.
 
@@ -234,18 +239,17 @@ def _rebound(
     for element in range(halves.turn, last + 1):
         start, length, low = halves.starts[element], halves.lengths[element], 0.0
         while low < 1.0:
-            high = _end_of_part(low, parts, False, rough and element == last)
+            high = _end_of_part(low, parts, False, graded and element == last)
             x, h = low + (high - low) * read8(halves.c, 1), length * (high - low)
-            s, a, t = _normal(halves, element, x, room)
+            _, t, a = _normal(halves, element, x, room)
             pace = (1.0 / h) * matvec(room.matrices[_SLOPES], t - time)
             sigma = at_least(halves.length - (start + length * x), 0.0)
             hint = interpolate_lanes(halves, room, room.tables, sigma, hint, room.past)
-            delay = at_least(t - read8(room.past, _TIME, 0), 0.0)
-            v, F, edge, lost = _rebound_part(halves, modes, mobility, h, delay, pace, a, velocity, room)
+            moves, edge, lost = _rebound_part(halves, modes, mobility, h, (t, pace, a), velocity, room)
             # Elements store - int density da = int a d(density) at separation.
             stored += 0.5 * matvec(A, a * matvec(room.matrices[_SLOPES], edge - edge_before))[WIDTH - 1]
-            _write(room.motion, 1 + WIDTH * n, t, v, F, a, s)
-            n, low, velocity, spent = n + 1, high, v[WIDTH - 1], spent + lost
+            _write(moves, 1 + WIDTH * n, room.motion)
+            n, low, velocity, spent = n + 1, high, moves[1][WIDTH - 1], spent + lost
             edge_before, time = edge[WIDTH - 1], t[WIDTH - 1]
     return n, velocity, spent, stored
 
@@ -264,10 +268,11 @@ def march(
         write8(room.matrices, _SLOPES, j, 0, read8(halves.columns, j, 0))
     invert(room.matrices, _SLOPES)
     exponent = halves.path.exponent
-    rough, parts, error, before, end = exponent < 0.0 or exponent != math.floor(exponent), 1, math.inf, 0.0, 0.0
-    spent, stored, count = 0.0, 0.0, 0
-    while parts == 1 or (error > rtol and parts < _MOST_PARTS + 1):
-        first, turning, lost = _approach(halves, modes, mobility, parts, rough, room)
-        count, end, spent, stored = _rebound(halves, modes, mobility, parts, rough, first, turning, room)
-        error, before, spent, parts = abs(end - before) if parts > 1 else math.inf, end, spent + lost, 2 * parts
-    return end, error, spent, stored, 1 + WIDTH * count
+    graded, parts, before = exponent < 0.0 or exponent != math.floor(exponent), 1, math.inf
+    while True:
+        first, turning, lost = _approach(halves, modes, mobility, parts, graded, room)
+        count, end, spent, stored = _rebound(halves, modes, mobility, parts, graded, first, turning, room)
+        error, before = abs(end - before), end
+        if not error > rtol or parts == _MOST_PARTS:
+            return end, error, lost + spent, stored, 1 + WIDTH * count
+        parts *= 2
