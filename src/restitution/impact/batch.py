@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -230,15 +230,13 @@ class Batch:
         """Return the solution of a row, from its block of one impact; None without stored halves."""
         if kept is None:
             return None
-
-        def contact_radii(stiffness_radius: Array, depth: Array) -> Array:
-            return self.row(n).contact_radii(stiffness_radius, depth)
-
-        def pressures(peak: Any) -> Array:
-            return self.row(n).pressures(peak)
-
         mass, velocity = float(self.masses[n]), float(self.velocities[n])
+        contact_radii, pressures = (partial(self._of_row, n, name) for name in ("contact_radii", "pressures"))
         return Solution(block.row(0), mass, velocity, kept, contact_radii, pressures)
+
+    def _of_row(self, n: int, method: str, *numbers: Any) -> Array:
+        """Call a method of a row, which many solutions never need."""
+        return getattr(self.row(n), method)(*numbers)
 
     def sample_forces(self, times: Array, rtol: float) -> Array:
         """Return the forces [N] at ascending times [s] since first touch, shape (n, n_time).
