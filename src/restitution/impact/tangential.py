@@ -213,15 +213,15 @@ class Slider:
             # The first marches are needed always, and more of them for a small tolerance.
             counts = COUNTS[done : done + 1] if done else COUNTS[: _FIRST if rtol > _COARSE else _FIRST + 1]
             room, rows = self._march_all(slope, mobility, counts)
-            for count, (*values, stuck) in zip(counts, rows.tolist(), strict=True):
-                (e_t, *parts), (error, *errors) = series.add(count, values)
-                if not stuck:
-                    e_t, error = closed, 0.0 if slides or count >= _SURE else math.inf
-                # No part is negative, but a small one may be so within its error.
-                result = self._result(room, [e_t, *(max(part, 0.0) for part in parts)], error)
-                result = result._replace(split_error=max(_SPLIT * max(errors), abs(result.residual)))
-                exact = error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
-                known = exact and math.isfinite(result.split_error) and count >= _LEAST
+            answers = [series.add(count, values) for count, values in zip(counts, rows[:, :-1], strict=True)]
+            (e_t, *parts), (error, *errors) = answers[-1]
+            if not rows[-1, -1]:
+                e_t, error = closed, 0.0 if slides or counts[-1] >= _SURE else math.inf
+            # No part is negative, but a small one may be so within its error.
+            result = self._result(room, [e_t, *(max(part, 0.0) for part in parts)], error)
+            result = result._replace(split_error=max(_SPLIT * max(errors), abs(result.residual)))
+            exact = error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
+            known = exact and math.isfinite(result.split_error) and counts[-1] >= _LEAST
             done += len(counts)
         assert result is not None
         result.motion[:, _SCALED] /= slope
