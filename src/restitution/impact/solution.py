@@ -130,11 +130,11 @@ def solve_scaled(
 
 def _kept_work(modes: int) -> Work:
     """Return scratch space that this thread keeps for the next block; new memory costs as much as ten impacts."""
-    from restitution.kernel.impact import MAX_ELEMENTS
-    from restitution.kernel.workspace import allocate
-
     work: Work | None = getattr(_KEPT, "work", None)
     if work is None or work.inverses.shape[0] != modes:
+        from restitution.kernel.impact import MAX_ELEMENTS
+        from restitution.kernel.workspace import allocate
+
         work = _KEPT.work = allocate(modes, MAX_ELEMENTS)
     return work
 

@@ -183,13 +183,12 @@ class Slider:
 
     def _stick(self, mobility: float, rtol: float) -> Tangential:
         """Solve without slip."""
-        from restitution.kernel.sliding import Modes
         from restitution.kernel.sticking import allocate_room, march
 
         scaled, halves = self.scaled, self.solution.halves
         moduli, times = np.append(scaled.equilibrium, scaled.moduli), np.append(math.inf, scaled.times)
         room = allocate_room(moduli.size, halves.turn, halves.starts.size - halves.turn)
-        modes = Modes(0.0, scaled.viscosity, moduli, times)
+        modes = scaled._replace(equilibrium=0.0, moduli=moduli, times=times)
         velocity, error, viscous, stored, count = march(halves, modes, mobility, 1e-3 * rtol, room)
         motion = np.zeros((count, len(MOTION)))
         motion[:, :-1] = room.motion[:, :count].T
