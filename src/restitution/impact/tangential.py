@@ -72,13 +72,13 @@ class Slider:
         The normal impact.
     spectrum : PronySeries
         Reduced shear modulus G*(t) [Pa].
-    ratios : tuple of float, optional
-        Instantaneous and static E*/G*, between which the ratio rises all the time; None where this is not known.
+    rises : bool
+        Whether E*/G* is known to rise all the time, from that of the instantaneous to that of the static moduli.
     """
 
     solution: Solution
     spectrum: PronySeries
-    ratios: tuple[float, float] | None = None
+    rises: bool = False
 
     @cached_property
     def scaled(self) -> Modes:
@@ -104,9 +104,9 @@ class Slider:
         In full sliding `v_c/(mu v0) = slope - mobility J` with the impulse J, and no element moves faster than
         ``mu (R_0 v + (R_inf - R_0) v0)`` with the ratio R of the moduli. Both are linear in the velocity v.
         """
-        if self.ratios is None or self.solution.units.external_force > 0.0:
+        if not self.rises or self.solution.units.external_force > 0.0:
             return False
-        glass, static = self.ratios
+        glass, static = self.first_slope, self._static_ratio
         spread = static - glass
         e = self.impulse - 1.0
         return slope >= static and slope - mobility * (1.0 + e) >= spread - glass * e
@@ -119,6 +119,12 @@ class Slider:
             return units.viscosity / scaled.viscosity
         return (units.equilibrium + float(units.moduli.sum())) / (scaled.equilibrium + float(scaled.moduli.sum()))
 
+    @property
+    def _static_ratio(self) -> float:
+        """E*/G* of the static moduli; a liquid is incompressible in the end."""
+        equilibrium = self.scaled.equilibrium
+        return self.solution.units.equilibrium / equilibrium if equilibrium > 0.0 else 1.5
+
     def sliding_slope(self, mobility: float) -> float:
         """Return the slope from which all of the contact slides to the end, to some 1e-6 of it.
 
@@ -126,7 +132,8 @@ class Slider:
         whether any element ever sticks; the slope at which one begins to is of second order in the steps.
         """
         first = self.first_slope
-        if self.ratios is not None and self.ratios[0] == self.ratios[1] and self.solution.units.external_force == 0.0:
+        constant = self.rises and math.isclose(first, self._static_ratio, rel_tol=1e-12)
+        if constant and self.solution.units.external_force == 0.0:
             return max(first, mobility * self.impulse - first * (self.impulse - 1.0))
 
         def sticks(slope: float, count: int) -> bool:
