@@ -54,12 +54,12 @@ def on_threads(
             raise KeyboardInterrupt
 
     def work() -> None:
-        while not stop.is_set():
-            with lock:
-                task = next(todo, None)
-            if task is None:
-                return
-            with ended_by(interrupt):
+        with ended_by(interrupt):
+            while not stop.is_set():
+                with lock:
+                    task = next(todo, None)
+                if task is None:
+                    return
                 run(task)
 
     workers = min(workers or os.cpu_count() or 1, _MOST)

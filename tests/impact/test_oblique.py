@@ -216,6 +216,8 @@ def test_a_flat_punch_swings(gyration):
     expected = -math.cos(math.pi * math.sqrt(2.0 * (1.0 + 1.0 / gyration) / 3.0))
     rough = thrown(punch, friction=math.inf, tangential_velocity=0.01, gyration=gyration)
     assert rough.tangential_restitution_coefficient == pytest.approx(expected, abs=2e-9)
+    # All of it sticks from first touch on.
+    assert rough.history.stick_radius.values == pytest.approx(np.full(rough.history.time.size, 1e-3), rel=1e-12)
 
 
 def test_history_ends_with_the_outputs_and_obeys_the_law_of_friction():

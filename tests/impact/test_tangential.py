@@ -8,10 +8,14 @@ import pytest
 from scipy.special import gamma
 
 from restitution import (
+    Cone,
+    FlatPunch,
     Impact,
     Material,
     Parabola,
     PowerLaw,
+    PronySeries,
+    Sphere,
     TruncatedCone,
     elastic,
     kelvin_voigt,
@@ -36,11 +40,9 @@ def solid(nu, p2, p3):
     return rigid_on(standard_solid(1.0, 1.0 / p2, p3, poisson_ratio=nu))
 
 
-def slider(impact, ratios=None):
+def slider(impact, *, rises=False):
     solution = Batch.from_impact(impact).solve_stored(1e-11)[1]
-    return Slider(
-        solution, reduced_shear_modulus(impact.material, impact.counter_material), impact.reduced_modulus, ratios
-    )
+    return Slider(solution, reduced_shear_modulus(impact.material, impact.counter_material), rises)
 
 
 def shares(impact):
@@ -102,6 +104,7 @@ def closed_form(chi):
     return 1.0 - 2.0 * math.pi * (gamma(0.6) / (gamma(0.6 - a) * gamma(0.6 - b))) ** 2
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("chi", [0.37, 0.5, 1.0, 7 / 6, 1.44117647, 1.5, 2.0, 7 / 3, 5.0])
 def test_elastic_closed_form_without_slip(chi):
     """chi = (1 + 1/kappa) G*/(2 E*), and G*/E* = 2/3."""
@@ -134,12 +137,27 @@ def test_much_friction_is_the_limit_without_slip(case):
     assert body.solve(1e-3, SPHERE, 1e-5).restitution == pytest.approx(limit, abs=6e-5)
 
 
-def test_energy_closes_without_slip():
-    generator = np.random.default_rng(2)
-    for _ in range(10):
-        nu, p2, p3, kappa = generator.uniform(-0.9, 0.5), *10.0 ** generator.uniform((-2, -1.5), (1, 1.5)), 0.4
-        result = slider(solid(nu, p2, p3)).solve(0.0, 1.0 + 1.0 / kappa, 1e-8)
-        assert abs(shares(result)[1]) < 1e-9
+PROFILES = {
+    "parabola": lambda _: Parabola(1.0), "cone": lambda _: Cone(0.5), "punch": lambda _: FlatPunch(1.0),
+    "power": lambda rng: PowerLaw(rng.uniform(1.3, 5.0), 1.0), "table": lambda _: Sphere(1.0),
+    "joint": lambda _: TruncatedCone(0.3, 0.5), "blunt": lambda rng: PowerLaw(rng.uniform(6.0, 10.0), 1.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("profile", PROFILES)
+def test_energy_closes_without_slip(profile):
+    """Random solids of one to eight terms, with a dashpot in half of them; the largest residual of 1400 is 1.5e-11."""
+    rng = np.random.default_rng()
+    for dashpot in (0.0, rng.uniform(0.0, 0.3)):
+        count = int(rng.integers(1, 9))
+        times = 10.0 ** rng.uniform(-4.0, 2.0, count)
+        shear = PronySeries(rng.uniform(0.0, 2.0), rng.uniform(0.1, 5.0, count), times, parallel_viscosity=dashpot)
+        impact = Impact(
+            Material(shear, rng.uniform(1.0, 50.0)), PROFILES[profile](rng), mass=1.0, velocity=rng.uniform(0.2, 0.8)
+        )
+        result = slider(impact).solve(0.0, rng.uniform(2.0, 6.0), 1e-9)
+        assert abs(shares(result)[1]) < 1e-10, impact
+        assert result.error < 1e-12, impact
 
 
 def parts_of(impact):
@@ -173,7 +191,7 @@ def test_parts_of_a_thin_rim_are_not_negative():
 
 def test_full_sliding_is_recognised_and_exact():
     """e_t = -1 + (1 + 1/kappa)(1 + e)/slope; for (0.5, 0.1, 1) from the slope 3.9354 on."""
-    body = slider(solid(0.5, 0.1, 1.0), (1.5, 1.5))
+    body = slider(solid(0.5, 0.1, 1.0), rises=True)
     assert body.slides(3.9356, SPHERE)
     assert not body.slides(3.9352, SPHERE)
     assert body.solve(4.0, SPHERE, 1e-6).restitution == pytest.approx(0.0654873, abs=5e-8)
@@ -205,7 +223,7 @@ def test_sliding_of_a_compressible_solid_is_recognised_only_where_no_element_sti
         glass, static = ((2.0 - each) / (2.0 * (1.0 - each)) for each in (
             impact.material.instantaneous_poisson_ratio, impact.material.poisson_ratio
         ))  # fmt: skip
-        body = slider(impact, (glass, static))
+        body = slider(impact, rises=True)
         e = body.impulse - 1.0
         least = max(static, mobility * (1.0 + e) + static - glass - glass * e)
         assert body.slides(1.0001 * least, mobility)

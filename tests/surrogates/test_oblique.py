@@ -98,7 +98,7 @@ def test_marches_find_the_slope_of_full_sliding():
     e = slider.impulse - 1.0
     expected = 3.5 * (1.0 + e) - 1.5 * e
     assert slider.sliding_slope(3.5) == pytest.approx(expected, rel=1e-9)
-    assert replace(slider, ratios=None).sliding_slope(3.5) == pytest.approx(expected, rel=1e-5)
+    assert replace(slider, rises=False).sliding_slope(3.5) == pytest.approx(expected, rel=1e-5)
 
 
 def test_no_error_of_the_series_breaks_coulombs_law_or_gains_energy(ball):

@@ -85,7 +85,8 @@ def _impacts() -> None:
     result = rs.solve(_ball())
     result.to_dict()
     _ = result.history
-    rs.solve(rs.vary(_ball(), {"friction": 0.3, "tangential_velocity": 1.0}), rtol=1e-3)
+    for friction in (0.3, np.inf):
+        rs.solve(rs.vary(_ball(), {"friction": friction, "tangential_velocity": 1.0}), rtol=1e-3)
     Batch.from_impact(_ball()).sample_forces(np.array([0.0, 1e-4]), 1e-6)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -211,28 +211,32 @@ class Batch:
 
         block, outcomes = self.solved(run, rtol)
         separates = outcomes[0, STATUS] == Status.SEPARATED
-        return self.columns(block, outcomes), self._solution(block, kept) if separates else None
+        return self.columns(block, outcomes), self._solution(0, block, kept) if separates else None
 
     def solve_row(self, n: int, rtol: float) -> tuple[Status, Solution | None]:
         """Solve one row of several, with the solution if the body separates. Power laws are scaled for all at once."""
-        row = self.row(n)
         if self.profile is not None:
-            columns, solution = row.solve_stored(rtol)
+            columns, solution = self.row(n).solve_stored(rtol)
             return Status(int(columns["status"][0])), solution
         block = self._power_block.part(n, n + 1)
         outcomes, kept = solve_stored(block, rtol)
-        return Status(int(outcomes[0, STATUS])), row._solution(block, kept)
+        return Status(int(outcomes[0, STATUS])), self._solution(n, block, kept)
 
     @cached_property
     def _power_block(self) -> ScaledBlock:
         return power_block(self)
 
-    def _solution(self, block: ScaledBlock, kept: Stored | None) -> Solution | None:
-        """Return the solution of a batch of one impact; None without stored halves."""
+    def _solution(self, n: int, block: ScaledBlock, kept: Stored | None) -> Solution | None:
+        """Return the solution of a row, from its block of one impact; None without stored halves."""
         if kept is None:
             return None
-        mass, velocity = float(self.masses[0]), float(self.velocities[0])
-        return Solution(block.row(0), mass, velocity, kept, self.contact_radii, self.pressures)
+        mass, velocity = float(self.masses[n]), float(self.velocities[n])
+        contact_radii, pressures = (partial(self._of_row, n, name) for name in ("contact_radii", "pressures"))
+        return Solution(block.row(0), mass, velocity, kept, contact_radii, pressures)
+
+    def _of_row(self, n: int, method: str, *numbers: Any) -> Array:
+        """Call a method of a row, which many solutions never need."""
+        return getattr(self.row(n), method)(*numbers)
 
     def sample_forces(self, times: Array, rtol: float) -> Array:
         """Return the forces [N] at ascending times [s] since first touch, shape (n, n_time).

@@ -307,7 +307,7 @@ def _solved(
     places = np.broadcast_to(np.arange(math.prod(problem.shape)).reshape(problem.shape), shape).reshape(-1)
     order = np.argsort(places, kind="stable")
     alike = np.split(order, np.flatnonzero(np.diff(places[order])) + 1) if size else []
-    tasks = [part for rows_of in alike for part in np.split(rows_of, range(_TASK, rows_of.size, _TASK))]
+    tasks = [rows_of[n : n + _TASK] for rows_of in alike for n in range(0, rows_of.size, _TASK)]
     motions = list[dict[str, Array]]()
 
     def run(mine: NDArray[np.intp]) -> None:
@@ -353,10 +353,10 @@ def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangentia
         return
     for name, value in zip(_SOLVED, tangential[:6], strict=True):
         rows[name][n] = value
-    motion = tangential.motion
+    time, _, _, radius, slip = tangential.motion.T
     # Where nothing slips, all steps count, also the last one, at whose end the radius is 0.
-    stuck = motion[1:, 3] > 0.0 if motion[:, 4].any() else np.ones(len(motion) - 1)
-    rows["stick"][n] = float(np.diff(motion[:, 0]) @ stuck) * slider.solution.units.time
+    stick = float(np.diff(time) @ (radius[1:] > 0.0) if slip.any() else time[-1])
+    rows["stick"][n] = stick * slider.solution.units.time
     rows["gaps"][n], rows["impulse"][n] = tangential.gaps, slider.impulse
 
 
@@ -373,31 +373,25 @@ def _motion(solution: Solution, tangential: Tangential, velocity: float) -> dict
 
 
 class _Part(NamedTuple):
-    """Rows of normal impacts that one batch holds; E* and G* of each, or of all, with the ratios of E* to G*."""
+    """Rows of normal impacts that one batch holds; G* of each, or of all, and where E*/G* rises all the time."""
 
     batch: Batch
-    modulus: PronySeries
     spectrum: PronySeries
-    ratios: Array  # (2, n) or (2,), as `_ratios`
+    rises: NDArray[np.bool_]
 
     @classmethod
     def of(cls, impact: Impact) -> _Part:
         material, counter, shape = impact.material, impact.counter_material, impact.shape
-
-        def raveled(series: PronySeries) -> PronySeries:
-            return series.broadcast_to(shape).reshaped((math.prod(shape),)) if series.shape else series
-
-        ratios = _ratios(material, counter)
-        if impact.contact.shape:
-            ratios = np.stack([flat(each, shape) for each in ratios])
         spectrum = reduced_shear_modulus(material, counter)
-        return cls(Batch.from_impact(impact), raveled(impact.reduced_modulus), raveled(spectrum), ratios)
+        if spectrum.shape:
+            spectrum = spectrum.broadcast_to(shape).reshaped((math.prod(shape),))
+        rises = np.broadcast_to(_ratio_rises(material, counter), shape).reshape(-1)
+        return cls(Batch.from_impact(impact), spectrum, rises)
 
     def slider(self, row: int, solution: Solution) -> Slider:
         """Return the solver on the solution of a row."""
-        modulus, spectrum = (each.row(row) if each.shape else each for each in (self.modulus, self.spectrum))
-        glass, static = self.ratios[:, row].tolist() if self.ratios.ndim > 1 else self.ratios.tolist()
-        return Slider(solution, spectrum, modulus, None if math.isnan(glass) else (glass, static))
+        spectrum = self.spectrum.row(row) if self.spectrum.shape else self.spectrum
+        return Slider(solution, spectrum, bool(self.rises[row]))
 
 
 class Sliders:
@@ -424,19 +418,13 @@ class Sliders:
         return status, None if solution is None else part.slider(row, solution)
 
 
-def _ratios(material: Material, counter: Material | None) -> Array:
-    """Return E*/G* of the instantaneous and the static moduli where it rises in between; NaN where it may not."""
+def _ratio_rises(material: Material, counter: Material | None) -> Any:
+    """Return whether E*/G* rises all the time from that of the instantaneous to that of the static moduli."""
     bodies, bulk = [material] if counter is None else [material, counter], material.bulk
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.stack([
-            (2.0 - nu) / (2.0 * (1.0 - nu))
-            for nu in map(np.asarray, (material.instantaneous_poisson_ratio, material.poisson_ratio))
-        ])  # fmt: skip
-    constant = np.asarray(bulk.is_elastic) if isinstance(bulk, PronySeries) else np.asarray(True)
+    constant = bulk.is_elastic if isinstance(bulk, PronySeries) else True
     if counter is not None:
         constant = constant & _equal(material, counter)
-    rigid = reduce(np.logical_and, [np.asarray(body.is_incompressible) for body in bodies])
-    return np.where(rigid, 1.5, np.where(constant, ratios, np.nan))
+    return reduce(np.logical_and, [body.is_incompressible for body in bodies]) | constant
 
 
 def _equal(material: Material, counter: Material) -> Any:

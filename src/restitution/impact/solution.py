@@ -44,6 +44,9 @@ STAGES = 8
 # Impacts in a task: about 10 ms, so that Ctrl-C and progress are prompt and the overhead of the pool is negligible.
 _CHUNK = 512
 _KEPT = local()
+# Members of the room of the kernel that a solved impact does not need.
+_SCRATCH = ("vectors", "basis", "matrices", "inverses", "modes", "past")
+_NO_SCRATCH: dict[str, Any] = dict.fromkeys(_SCRATCH)
 
 # Measured tolerances of an element that keep the error of e below rtol max(e, 1e-3): the error at the end of an
 # element falls faster than the error inside it.
@@ -127,11 +130,11 @@ def solve_scaled(
 
 def _kept_work(modes: int) -> Work:
     """Return scratch space that this thread keeps for the next block; new memory costs as much as ten impacts."""
-    from restitution.kernel.impact import MAX_ELEMENTS
-    from restitution.kernel.workspace import allocate
-
     work: Work | None = getattr(_KEPT, "work", None)
     if work is None or work.inverses.shape[0] != modes:
+        from restitution.kernel.impact import MAX_ELEMENTS
+        from restitution.kernel.workspace import allocate
+
         work = _KEPT.work = allocate(modes, MAX_ELEMENTS)
     return work
 
@@ -178,10 +181,21 @@ def _solve_each(
 
 @dataclass(frozen=True, eq=False)
 class Stored:
-    """Problem and stored halves, approach and rebound, of one impact that ended in separation."""
+    """Problem and stored halves, approach and rebound, of one impact that ended in separation.
+
+    `halves` is without scratch space, which few solutions need and `work` has.
+    """
 
     problem: Problem
-    work: Work
+    halves: Work
+
+    @cached_property
+    def work(self) -> Work:
+        """The stored halves with scratch space of their own, as others may use theirs at the same time."""
+        from restitution.kernel.workspace import allocate
+
+        scratch = allocate(self.problem.moduli.size, 0)
+        return self.halves._replace(**{name: getattr(scratch, name) for name in _SCRATCH})
 
     @cached_property
     @single_problem()
@@ -190,7 +204,7 @@ class Stored:
         from restitution.kernel.collocation import radau
         from restitution.kernel.stored import allocate_ledger, energy_budget
 
-        approach, rebound = len(self.work.approach), len(self.work.rebound)
+        approach, rebound = len(self.halves.approach), len(self.halves.rebound)
         ledger = allocate_ledger(self.problem.moduli.size, max(approach, rebound))
         energy_budget(self.problem, radau(STAGES), self.work, ledger)
         return ledger._replace(approach=ledger.approach[:approach], rebound=ledger.rebound[:rebound])
@@ -213,20 +227,19 @@ class Stored:
 
 def solve_stored(block: ScaledBlock, rtol: float) -> tuple[Array, Stored | None]:
     """Solve a block of one impact; return its outcome, and the stored halves if it ends in separation."""
-    from restitution.kernel.impact import MAX_ELEMENTS
-    from restitution.kernel.workspace import N_APPROACH, N_REBOUND, allocate
+    from restitution.kernel.workspace import N_APPROACH, N_REBOUND
 
-    outcomes, paths = np.empty((1, len(OUTCOME))), kernel_paths(block)
-    work = allocate(block.most_modes, MAX_ELEMENTS)
+    outcomes, paths, work = np.empty((1, len(OUTCOME))), kernel_paths(block), _kept_work(block.moduli.size)
     _solve_part(block, paths, rtol, work, outcomes)
     if outcomes[0, STATUS] != Status.SEPARATED:
         return outcomes, None
     approach, rebound = work.counts[N_APPROACH] + 1, work.counts[N_REBOUND] + 1
-    kept = work._replace(
-        approach=work.approach[:approach].copy(), rebound=work.rebound[:rebound].copy(),
+    halves = work._replace(
+        **_NO_SCRATCH, approach=work.approach[:approach].copy(), rebound=work.rebound[:rebound].copy(),
         places=work.places[:, : max(approach, rebound)].copy(), slopes=work.slopes[:rebound].copy(),
+        turning=work.turning.copy(), turning_place=work.turning_place.copy(), counts=work.counts.copy(),
     )  # fmt: skip
-    return outcomes, Stored(_problem(block, 0, paths), kept)
+    return outcomes, Stored(_problem(block, 0, paths), halves)
 
 
 def solve_forces(block: ScaledBlock, rtol: float, times: Array) -> tuple[Array, Array]:
@@ -333,17 +346,17 @@ class Solution:
     @property
     def sigma_m(self) -> float:
         """Length of the approach in sigma."""
-        return float(self.stored.work.turning_place[0])
+        return float(self.stored.halves.turning_place[0])
 
     @property
     def deepest(self) -> float:
         """Largest s, the square root of the scaled depth."""
-        return float(self.stored.work.turning[S_])
+        return float(self.stored.halves.turning[S_])
 
     @property
     def end(self) -> float:
         """Scaled time of separation."""
-        return float(self.stored.work.rebound[-1, T_, -1])
+        return float(self.stored.halves.rebound[-1, T_, -1])
 
     @property
     def contact_time(self) -> float:
@@ -353,7 +366,7 @@ class Solution:
     @property
     def turning_time(self) -> float:
         """Time [s] at which the indentation is deepest."""
-        return float(self.stored.work.turning[T_]) * self.units.time
+        return float(self.stored.halves.turning[T_]) * self.units.time
 
     @cached_property
     def scheme(self) -> Scheme:
@@ -376,13 +389,12 @@ class Solution:
     def halves(self) -> Halves:
         """Both halves for the kernel."""
         from restitution.kernel.sliding import Halves
-        from restitution.kernel.workspace import BACK_LENGTH, BACK_START, LENGTH, START
+        from restitution.kernel.workspace import BACK_LENGTH, BACK_START
 
-        work, scheme = self.stored.work, self.scheme
+        work, scheme = self.stored.halves, self.scheme
         first, back = len(work.approach), len(work.rebound)
-        starts, lengths = (
-            np.concatenate([work.places[row, :first], work.places[other, :back]])
-            for row, other in ((START, BACK_START), (LENGTH, BACK_LENGTH))
+        starts, lengths = np.concatenate(
+            [work.places[:BACK_START, :first], work.places[BACK_START : BACK_LENGTH + 1, :back]], axis=1
         )
         rows = np.concatenate([work.approach, work.rebound])
         paces = np.concatenate([2.0 * work.approach[:, S_, 1:], work.slopes])
@@ -396,7 +408,7 @@ class Solution:
         """The approach, over sigma."""
         from restitution.kernel.workspace import LENGTH, START
 
-        work, memory = self.stored.work, self.stored.ledger.approach
+        work, memory = self.stored.halves, self.stored.ledger.approach
         starts, lengths = work.places[START, : len(memory)], work.places[LENGTH, : len(memory)]
         columns = np.concatenate([work.approach[:, : F_ + 1], memory[:, :-2:3]], axis=1)
         energies = np.concatenate([memory[:, 1:-2:3], memory[:, 2:-2:3], memory[:, -2:]], axis=1)
@@ -408,14 +420,14 @@ class Solution:
         """The rebound, over lambda."""
         from restitution.kernel.workspace import BACK_LENGTH, BACK_START
 
-        work, memory = self.stored.work, self.stored.ledger.rebound
+        work, memory = self.stored.halves, self.stored.ledger.rebound
         starts, lengths = work.places[BACK_START, : len(memory)], work.places[BACK_LENGTH, : len(memory)]
         columns = np.concatenate([work.rebound[:, : F_ + 1], memory[:, :-4]], axis=1)
         return Half(starts, lengths, np.moveaxis(columns, 1, 2), np.moveaxis(memory[:, -4:], 1, 2), 1.0)
 
     def times(self, n_points: int) -> Array:
         """Return `n_points` times [s] from first touch to separation, as dense as the solver's own steps."""
-        work = self.stored.work
+        work = self.stored.halves
         knots = np.concatenate([work.approach[:, T_, 0], work.rebound[:, T_, 0], [self.end]])
         knots = np.unique(np.clip(knots, 0.0, self.end))
         # Half of the points evenly over time, half over steps: this shows thin layers and long creep.
@@ -429,7 +441,7 @@ class Solution:
         moments = within_contact(times, self.contact_time)
         t = np.minimum(moments / self.units.time, self.end)
         motion, energies = np.empty((t.size, 4)), np.empty((t.size, 3))
-        coming = t <= float(self.stored.work.turning[T_])
+        coming = t <= float(self.stored.halves.turning[T_])
         places = self.find(self.approach, T_, t[coming])
         state = self.interpolate(self.approach.columns, *places)
         motion[coming] = np.column_stack([state[:, S_] ** 2, state[:, V_], state[:, F_], state[:, S_]])

@@ -11,12 +11,11 @@ import numpy as np
 
 from restitution.checks import Array
 from restitution.impact.solution import V_, Solution
-from restitution.impact.sticking import Spectrum, solve_sticking
 from restitution.material.prony import PronySeries
 from restitution.numerics.richardson import Extrapolation
 
 if TYPE_CHECKING:
-    from restitution.kernel.sliding import Room
+    from restitution.kernel.sliding import Modes, Room
 
 # Steps in each half of the marches: they double first, as their errors are far apart, then grow by a third or a half.
 COUNTS = (24, 48, 96, 192, 256, 384, 512, 768, 1024, 1536, 3072, 4608, 6144)
@@ -73,35 +72,30 @@ class Slider:
         The normal impact.
     spectrum : PronySeries
         Reduced shear modulus G*(t) [Pa].
-    modulus : PronySeries
-        Reduced modulus E*(t) [Pa] of the solution.
-    ratios : tuple of float, optional
-        Instantaneous and static E*/G*, between which the ratio rises all the time; None where this is not known.
+    rises : bool
+        Whether E*/G* is known to rise all the time, from that of the instantaneous to that of the static moduli.
     """
 
     solution: Solution
     spectrum: PronySeries
-    modulus: PronySeries
-    ratios: tuple[float, float] | None = None
+    rises: bool = False
 
     @cached_property
-    def scaled(self) -> Spectrum:
+    def scaled(self) -> Modes:
         """The reduced shear modulus in the units of the solution."""
-        units, modulus, series = self.solution.units, self.modulus, self.spectrum
-        glass = float(modulus.equilibrium_modulus) + float(modulus.branch_moduli.sum())
-        if glass > 0.0:
-            factor = (units.equilibrium + float(units.moduli.sum())) / glass
-        else:
-            factor = units.viscosity * units.time / float(modulus.parallel_viscosity)
-        times = np.asarray(series.relaxation_times) / units.time
-        moduli = np.asarray(series.branch_moduli) * factor
+        from restitution.kernel.sliding import Modes
+
+        units, series = self.solution.units, self.spectrum
+        # The scaled force of 1 Pa at depth and radius 1.
+        factor = 2.0 * units.radius * units.time * (units.time / self.solution.mass)
+        moduli, times = series.branch_moduli * factor, series.relaxation_times / units.time
         drag = float(series.parallel_viscosity) * factor / units.time
-        return Spectrum(float(series.equilibrium_modulus) * factor, drag, moduli[moduli > 0.0], times[moduli > 0.0])
+        return Modes(float(series.equilibrium_modulus) * factor, drag, moduli[moduli > 0.0], times[moduli > 0.0])
 
     @property
     def impulse(self) -> float:
         """Impulse of the normal force over m v0, with that of a constant force."""
-        rebound = -float(self.solution.stored.work.rebound[-1, V_, -1])
+        rebound = -float(self.solution.stored.halves.rebound[-1, V_, -1])
         return 1.0 + rebound + self.solution.units.external_force * self.solution.end
 
     def slides(self, slope: float, mobility: float) -> bool:
@@ -110,9 +104,9 @@ class Slider:
         In full sliding `v_c/(mu v0) = slope - mobility J` with the impulse J, and no element moves faster than
         ``mu (R_0 v + (R_inf - R_0) v0)`` with the ratio R of the moduli. Both are linear in the velocity v.
         """
-        if self.ratios is None or self.solution.units.external_force > 0.0:
+        if not self.rises or self.solution.units.external_force > 0.0:
             return False
-        glass, static = self.ratios
+        glass, static = self.first_slope, self._static_ratio
         spread = static - glass
         e = self.impulse - 1.0
         return slope >= static and slope - mobility * (1.0 + e) >= spread - glass * e
@@ -125,6 +119,12 @@ class Slider:
             return units.viscosity / scaled.viscosity
         return (units.equilibrium + float(units.moduli.sum())) / (scaled.equilibrium + float(scaled.moduli.sum()))
 
+    @property
+    def _static_ratio(self) -> float:
+        """E*/G* of the static moduli; a liquid is incompressible in the end."""
+        equilibrium = self.scaled.equilibrium
+        return self.solution.units.equilibrium / equilibrium if equilibrium > 0.0 else 1.5
+
     def sliding_slope(self, mobility: float) -> float:
         """Return the slope from which all of the contact slides to the end, to some 1e-6 of it.
 
@@ -132,7 +132,8 @@ class Slider:
         whether any element ever sticks; the slope at which one begins to is of second order in the steps.
         """
         first = self.first_slope
-        if self.ratios is not None and self.ratios[0] == self.ratios[1] and self.solution.units.external_force == 0.0:
+        constant = self.rises and math.isclose(first, self._static_ratio, rel_tol=1e-12)
+        if constant and self.solution.units.external_force == 0.0:
             return max(first, mobility * self.impulse - first * (self.impulse - 1.0))
 
         def sticks(slope: float, count: int) -> bool:
@@ -189,14 +190,17 @@ class Slider:
 
     def _stick(self, mobility: float, rtol: float) -> Tangential:
         """Solve without slip."""
-        sticking = solve_sticking(self.solution, self.scaled, mobility, 1e-3 * rtol)
-        unit, units, roots = 2.0 * mobility, self.solution.units, sticking.motion[:, 3]
-        motion = np.zeros((sticking.motion.shape[0], len(MOTION)))
-        motion[:, :3] = sticking.motion[:, :3]
-        radii = self.solution.radius(roots) * units.radius
-        motion[:, 3] = self.solution.contact_radii(radii, roots**2 * units.length) / units.radius
-        viscous, stored = unit * sticking.dissipated, unit * sticking.stored
-        result = Tangential(-sticking.velocity, sticking.error, 0.0, 0.0, viscous, stored, motion, 0.0)
+        from restitution.kernel.sticking import allocate_room, march
+
+        scaled, halves = self.scaled, self.solution.halves
+        moduli, times = np.append(scaled.equilibrium, scaled.moduli), np.append(math.inf, scaled.times)
+        room = allocate_room(moduli.size, halves.turn, halves.starts.size - halves.turn)
+        modes = scaled._replace(equilibrium=0.0, moduli=moduli, times=times)
+        velocity, error, viscous, stored, count = march(halves, modes, mobility, 1e-3 * rtol, room)
+        motion = np.zeros((count, len(MOTION)))
+        motion[:, :-1] = room.motion[:, :count].T
+        unit = 2.0 * mobility
+        result = Tangential(-velocity, error, 0.0, 0.0, unit * viscous, unit * stored, motion, 0.0)
         return result._replace(split_error=max(abs(result.residual), 2.0 * abs(result.restitution) * result.error))
 
     def _slide(self, slope: float, mobility: float, rtol: float) -> Tangential:
@@ -215,15 +219,15 @@ class Slider:
             # The first marches are needed always, and more of them for a small tolerance.
             counts = COUNTS[done : done + 1] if done else COUNTS[: _FIRST if rtol > _COARSE else _FIRST + 1]
             room, rows = self._march_all(slope, mobility, counts)
-            for count, (*values, stuck) in zip(counts, rows.tolist(), strict=True):
-                (e_t, *parts), (error, *errors) = series.add(count, values)
-                if not stuck:
-                    e_t, error = closed, 0.0 if slides or count >= _SURE else math.inf
-                # No part is negative, but a small one may be so within its error.
-                result = self._result(room, [e_t, *(max(part, 0.0) for part in parts)], error)
-                result = result._replace(split_error=max(_SPLIT * max(errors), abs(result.residual)))
-                exact = error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
-                known = exact and math.isfinite(result.split_error) and count >= _LEAST
+            answers = [series.add(count, values) for count, values in zip(counts, rows[:, :-1], strict=True)]
+            (e_t, *parts), (error, *errors) = answers[-1]
+            if not rows[-1, -1]:
+                e_t, error = closed, 0.0 if slides or counts[-1] >= _SURE else math.inf
+            # No part is negative, but a small one may be so within its error.
+            result = self._result(room, [e_t, *(max(part, 0.0) for part in parts)], error)
+            result = result._replace(split_error=max(_SPLIT * max(errors), abs(result.residual)))
+            exact = error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
+            known = exact and math.isfinite(result.split_error) and counts[-1] >= _LEAST
             done += len(counts)
         assert result is not None
         result.motion[:, _SCALED] /= slope
@@ -251,10 +255,10 @@ class Slider:
         from restitution.kernel.sliding import Modes, allocate_room
         from restitution.kernel.tangential import N_RESULTS, march
 
-        units, tangential, rows = self.solution.units, Modes(*self.scaled), np.empty((len(counts), N_RESULTS))
-        solids = tangential, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
+        units, rows = self.solution.units, np.empty((len(counts), N_RESULTS))
+        solids = self.scaled, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
         halves = self.solution.halves
-        room = allocate_room(counts[-1], tangential.times.size, units.times.size, halves.starts.size)
+        room = allocate_room(counts[-1], self.scaled.times.size, units.times.size, halves.starts.size)
         march(halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
         rows[:, 0] /= -slope
         rows[:, 1:4] /= slope * slope / (2.0 * mobility)
