@@ -11,6 +11,7 @@ echoes too. A series is accepted only if chance would hardly make one from sound
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
 from pathlib import Path
@@ -19,11 +20,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
+from scipy.special import expit, logsumexp
 
 from restitution import checks
 from restitution.checks import Array
 from restitution.errors import InputError
 
+DEBUG: Any = None
 # Shortest and longest flight [s]; the longest is one of 7.6 m.
 _SHORTEST, _LONGEST = 0.012, 2.5
 # Windows [s] in which a touch is loud, and before it.
@@ -59,7 +62,13 @@ _FEWEST = 4
 # Frequencies [Hz] below this are weakened.
 _LOW = 120.0
 # Mean delay of the first loud sample, and its scatter, in samples.
-_LATE, _ROUNDED = 0.6, 0.6
+_LATE, _ROUNDED = 0.5, 0.35
+# A touch begins within this time [s] of its place; powers of its courses over the largest one, and decay times [s].
+_REACH = 0.006
+_COURSES = np.array(list(itertools.product((0.1, 0.25, 0.5), (0.001, 0.003, 0.008))))
+_TAIL = 1e-3
+# Logarithm of the odds against chance that the first and the last touch need.
+_EVIDENT = 5.0
 # Instants with a larger standard error [s] do not begin or end the series.
 _VAGUE = 0.0012
 # A series of flights whose typical ratio is larger comes from a clock.
@@ -145,7 +154,11 @@ def find_bounces(recording: Recording) -> Picks:
     if places.size < _FEWEST or odds < _SERIES_ODDS:
         rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
         raise InputError("", rule=f"{rule}; none was found")
-    picks = _joined(_refined(white, places), _refined(shaped, places))
+    picks, odds = _joined(*(_refined(sound, places, _echoes(sound, places, clipped)) for sound in (white, shaped)))
+    if DEBUG is not None:
+        DEBUG.append((places, picks, odds))
+    kept = _evident(picks.time, odds)
+    picks = Picks(*(column[kept] for column in picks))
     sure = np.flatnonzero(picks.error <= _VAGUE)
     if sure.size < _FEWEST:
         rule = f"must have at least {_FEWEST} bounces that are clear above the noise, not {sure.size}"
@@ -381,109 +394,116 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
     # The first sounds of a series may come at any time.
     begin = -math.log(seconds * _LONGEST * 0.8) - log_rate[:, None] - log_rate - log_gap
     begin -= 0.5 * ((louder + 0.25) / (1.2 * _LOUDNESS)) ** 2
-    ends: list[_Ends] = [_Ends.none() for _ in time]
-    rows: list[tuple[int, int, int, int]] = []
-    best, best_row = -math.inf, -1
+    # Of each state that ends in b, c: its score, the ratio of its last flights, its first sound, and the state before.
+    shape = (time.size, time.size, _STATES)
+    scores, ratios = np.full(shape, -np.inf), np.zeros(shape)
+    firsts, parents = np.zeros(shape, dtype=np.intp), np.full(shape, -1)
     for b in range(time.size):
-        before, after, old = np.flatnonzero(allowed[:, b]), np.flatnonzero(allowed[b]), ends[b]
+        before, after = np.flatnonzero(allowed[:, b]), np.flatnonzero(allowed[b])
         if not (before.size and after.size):
             continue
-        a = np.concatenate([before, old.middle])
-        ratio = log_gap[b, after] - log_gap[a, b][:, None]
-        score = np.concatenate([begin[before, b], old.score])[:, None] - log_rate[after] - _ODDS
+        old, place = np.nonzero(scores[:, b] > -np.inf)
+        old_score, old_ratio = scores[old, b, place], ratios[old, b, place]
+        first = np.concatenate([before, old])
+        parent = np.concatenate([np.full(before.size, -1), np.ravel_multi_index((old, b, place), shape)])
+        ratio = log_gap[b, after] - log_gap[first, b][:, None]
+        score = np.concatenate([begin[before, b], old_score])[:, None] - log_rate[after] - _ODDS
         score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
-        change = np.abs(ratio[before.size :] - old.ratio[:, None])
+        change = np.abs(ratio[before.size :] - old_ratio[:, None])
         # The restitution coefficient changes a little, sometimes more, and the instants are not exact.
         width = _SMOOTH + _BLUR / gap[b, after]
         density = width / (math.pi * (width**2 + change**2))
         score[before.size :] += np.where(change < _CHANGE, np.log(density), -np.inf) - log_gap[b, after]
         score[(ratio <= math.log(_RATIOS[0])) | (ratio >= math.log(_RATIOS[1]))] = -np.inf
         kept = np.argsort(-score, axis=0)[:_STATES]
-        parents = np.concatenate([np.full(before.size, -1), old.row])
-        for n, c in enumerate(after):
-            k = kept[:, n][score[kept[:, n], n] > -np.inf]
-            ends[c] = ends[c].with_more(b, ratio[k, n], score[k, n], len(rows))
-            rows += [(int(a[m]), b, int(c), int(parents[m])) for m in k]
-            if k.size and score[k[0], n] > best:
-                best, best_row = float(score[k[0], n]), len(rows) - k.size
-    if best_row < 0:
+        here = b, after, slice(len(kept))
+        scores[here], ratios[here] = (np.take_along_axis(part, kept, axis=0).T for part in (score, ratio))
+        firsts[here], parents[here] = first[kept].T, parent[kept].T
+    best = int(scores.argmax()) if scores.size else 0
+    if scores.flat[best] == -np.inf:
         return [], -math.inf
-    first, second, third, parent = rows[best_row]
-    chain = [third, second, first]
-    while parent >= 0:
-        first, _, _, parent = rows[parent]
-        chain.append(first)
+    second, third, _ = np.unravel_index(best, shape)
+    chain, state = [int(third), int(second)], best
+    while state >= 0:
+        chain.append(int(firsts.flat[state]))
+        state = int(parents.flat[state])
     # The odds that each touch had to have are no odds of the series.
-    return chain[::-1], best + _ODDS * (len(chain) - 3)
+    return chain[::-1], float(scores.flat[best]) + _ODDS * (len(chain) - 3)
 
 
-class _Ends(NamedTuple):
-    """States that end in one sound."""
-
-    middle: NDArray[np.intp]  # the sound before
-    ratio: Array  # logarithm of the last flight over the one before
-    score: Array
-    row: NDArray[np.intp]  # place of the state in the list of all
-
-    @classmethod
-    def none(cls) -> _Ends:
-        whole = np.empty(0, dtype=np.intp)
-        return cls(whole, np.empty(0), np.empty(0), whole)
-
-    def with_more(self, middle: int, ratio: Array, score: Array, row: int) -> _Ends:
-        size = ratio.size
-        more = _Ends(np.full(size, middle), ratio, score, np.arange(row, row + size))
-        join = np.concatenate
-        return _Ends(
-            join([self.middle, more.middle]), join([self.ratio, more.ratio]), join([self.score, more.score]),
-            join([self.row, more.row]),
-        )  # fmt: skip
-
-
-def _refined(sound: _Filtered, places: NDArray[np.intp]) -> Picks:
-    """Return the picks of touches near places."""
-    noise = sound.noise
-    time, error, peak = np.array([_onset(sound, int(place), noise) for place in places]).T
-    return Picks(time / sound.rate, error / sound.rate, peak)
+def _refined(sound: _Filtered, places: NDArray[np.intp], echo: Array) -> tuple[Picks, Array]:
+    """Return the picks of touches near places, and the logarithm of the odds that each is no noise."""
+    likelihoods, peaks = zip(*(_onsets(sound, int(place), echo) for place in places), strict=True)
+    # Touches sound alike: the weight of a course is its share among them.
+    evidence = np.array([logsumexp(one, axis=1) - math.log(one.shape[1]) for one in likelihoods])
+    weight = np.full(len(_COURSES), 1.0 / len(_COURSES))
+    for _ in range(_STEPS):
+        each = np.exp(evidence + np.log(weight) - logsumexp(evidence + np.log(weight), axis=1, keepdims=True))
+        weight = (each.sum(axis=0) + 1.0 / len(_COURSES)) / (len(each) + 1.0)
+    odds = logsumexp(evidence + np.log(weight), axis=1)
+    time, spread = np.empty((2, len(places)))
+    for n, one in enumerate(likelihoods):
+        posterior = np.exp(one - one.max()).T @ weight
+        posterior /= posterior.sum()
+        at = np.arange(posterior.size)
+        time[n] = posterior @ at
+        spread[n] = math.sqrt(float(posterior @ (at - time[n]) ** 2))
+    # The first sample comes after the touch.
+    time += np.maximum(places - round(_REACH * sound.rate), 0) - _LATE
+    error = np.hypot(spread, _ROUNDED) / sound.rate
+    # What is found may be noise, and the touch elsewhere.
+    error = np.hypot(error, 2.0 * _REACH / math.sqrt(12.0) * np.sqrt(expit(-odds)))
+    return Picks(time / sound.rate, error, np.array(peaks)), odds
 
 
-def _joined(first: Picks, faint: Picks) -> Picks:
-    """Return the first picks, but faint ones where these are better, less the time by which they are late."""
+def _onsets(sound: _Filtered, place: int, echo: Array) -> tuple[Array, float]:
+    """Return the log likelihood of each course at each beginning near a place, over that of noise, and the peak.
+
+    Samples are Gaussian, of the variance s^2 of noise and echoes before the beginning and s^2 (1 + q exp(-t/tau)) at
+    the time t after it. The peak is over s.
+    """
+    reach = round(_REACH * sound.rate)
+    early = max(place - reach, 0)
+    quiet, part = slice(max(early - reach, 0), max(early, 8)), slice(early, place + 2 * reach)
+    before, y = (sound.samples[s] / np.sqrt(sound.noise**2 + echo[s]) for s in (quiet, part))
+    y = y / max(1.0, math.sqrt(float(np.mean(before**2))))
+    loud, starts = float(np.abs(y).max()), min(place - early + reach + 1, y.size)
+    share, decay = _COURSES.T[:, :, None]
+    variance = 1.0 + loud**2 * share * (np.exp(-np.arange(y.size) / (decay * sound.rate)) + _TAIL)
+    # All beginnings are compared by the same samples, up to the last one.
+    n = 1 << (2 * y.size - 1).bit_length()
+    product = np.fft.irfft(np.fft.rfft(0.5 * y * y, n) * np.fft.rfft(1.0 - 1.0 / variance, n).conj(), n)
+    rest = np.cumsum(0.5 * np.log(variance), axis=1)[:, ::-1]
+    return sound.band * (product[:, :starts] - rest[:, :starts]), loud
+
+
+def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Picks, Array]:
+    """Return the first picks, but faint ones where these are better, less the time by which they are late; the odds."""
+    (first, odds), (faint, other) = clear, shaped
+    odds = np.logaddexp(odds, other) - math.log(2.0)
     late = (faint.time - first.time)[(first.error < _SURE) & (faint.error < _SURE)]
     if late.size < 3:
-        return first
+        return first, odds
     delay = np.median(late)
     error = np.hypot(faint.error, 1.48 * np.median(np.abs(late - delay)))
     time, error = np.where(error < first.error, [faint.time - delay, error], [first.time, first.error])
-    return Picks(time, error, first.signal_to_noise)
+    return Picks(time, error, first.signal_to_noise), odds
 
 
-def _onset(sound: _Filtered, place: int, noise: float) -> tuple[float, float, float]:
-    """Return the sample at which a sound begins, its standard error, and the peak over the noise.
+def _evident(time: Array, odds: Array) -> slice:
+    """Return the touches from the first to the last one that are no chance, by their sounds and by their instants.
 
-    Samples are Gaussian, of the variance s^2 of the noise before the sound and s^2 (1 + q exp(-t/tau)) at the time t
-    after its beginning. The likelihood of each beginning is the sum over some q and tau.
+    The instant of a touch is uniform within its window by chance, and else as in `_best_chain`.
     """
-    filtered, rate, band = sound
-    early, late = max(place - round(0.006 * rate), 0), min(place + round(0.006 * rate), filtered.size)
-    length = max(8, round(0.006 * rate))
-    quiet = filtered[max(early - round(0.006 * rate), 0) : max(early, 8)]
-    sigma = max(math.sqrt(float(np.mean(quiet * quiet))), noise)
-    y = np.zeros(late - early + length)
-    samples = filtered[early : late + length]
-    y[: samples.size] = samples / sigma
-    loud = float(np.abs(y).max())
-    after = np.arange(length) / rate
-    likelihood = np.full(late - early + 1, -np.inf)
-    for share in (0.1, 0.25, 0.5):
-        for decay in (0.001, 0.003, 0.008):
-            variance = 1.0 + share * loud**2 * np.exp(-after / decay)
-            term = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
-            likelihood = np.logaddexp(likelihood, band * term)
-    weights = np.exp(likelihood - likelihood.max())
-    weights /= weights.sum()
-    n = np.arange(weights.size)
-    first = float(weights @ n)
-    spread = math.sqrt(float(weights @ (n - first) ** 2))
-    # The first sample comes after the touch, and a tone begins at zero.
-    return early + first - _LATE, math.hypot(spread, _ROUNDED), loud
+    begin, end = 0, time.size
+    while end - begin >= _FEWEST:
+        flight = np.diff(time[begin:end])
+        change = np.diff(np.log(flight), 2)[[0, -1]]
+        flight = flight[[0, -1]]
+        width = _SMOOTH + _BLUR / flight
+        density = width / (math.pi * (width**2 + change**2)) / flight
+        ends = odds[[begin, end - 1]] + np.log(2.0 * _REACH * density)
+        if min(ends) >= _EVIDENT:
+            break
+        begin, end = (begin + 1, end) if ends[0] < ends[1] else (begin, end - 1)
+    return slice(begin, end)
