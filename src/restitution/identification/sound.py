@@ -141,35 +141,38 @@ def find_bounces(recording: Recording) -> Picks:
     if not np.all(np.isfinite(samples)) or np.ptp(samples) == 0.0:
         raise InputError("", rule="must have a sound: all samples are equal or not finite")
     white = _Filtered(_whitened(samples - samples.mean(), rate), rate)
-    shaped, (places, odds) = white, _proposed(white)
     clipped = (samples >= samples.max()) | (samples <= samples.min())
-    for _ in range(_PASSES):
-        if not places.size:
-            break
-        # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
-        shaped = _matched(white, places)
-        places, learned = _chosen(shaped, _echoes(shaped, places, clipped))
-        # What is learned of the touches shows which of the first sounds are none, but may hide faint ones.
-        odds = max(odds, learned)
-    if places.size < _FEWEST or odds < _SERIES_ODDS:
-        rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
-        raise InputError("", rule=f"{rule}; none was found")
-    picks, odds = _joined(*(_refined(sound, places, _echoes(sound, places, clipped)) for sound in (white, shaped)))
-    if DEBUG is not None:
-        DEBUG.append((places, picks, odds))
-    kept = _evident(picks.time, odds)
-    picks = Picks(*(column[kept] for column in picks))
-    sure = np.flatnonzero(picks.error <= _VAGUE)
-    if sure.size < _FEWEST:
-        rule = f"must have at least {_FEWEST} bounces that are clear above the noise, not {sure.size}"
-        raise InputError("", rule=rule)
-    picks = Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
+    picks = _likeliest(white, clipped)
     flights = np.diff(picks.time)
     if np.median(flights[1:] / flights[:-1]) > _STEADY:
         raise InputError(
             "", rule="must have flights that become shorter: the sounds come as evenly as those of a clock"
         )
     return picks
+
+
+def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
+    """Return the touches of the likeliest series with enough of them that are no chance."""
+    shaped, (places, odds) = white, _proposed(white)
+    series = [(odds, shaped, places)]
+    for _ in range(_PASSES):
+        if not places.size:
+            break
+        # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
+        shaped = _matched(white, places)
+        places, odds = _chosen(shaped, _echoes(shaped, places, clipped))
+        series.append((odds, shaped, places))
+    # What is learned of the touches shows which of the first sounds are none, but may hide faint ones.
+    likely = sorted((one for one in series if one[0] >= _SERIES_ODDS), key=lambda one: -one[0])
+    for _, shaped, places in likely:
+        picks = _evident(*_joined(*(_refined(sound, places, _echoes(sound, places, clipped)) for sound in (white, shaped))))
+        if DEBUG is not None:
+            DEBUG.append((places,))
+        sure = np.flatnonzero(picks.error <= _VAGUE)
+        if sure.size >= _FEWEST:
+            return Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
+    rule = f"must have a series of at least {_FEWEST} bounces{' that are clear above the noise' if likely else ''}"
+    raise InputError("", rule=f"{rule}, each flight shorter than the one before; none was found")
 
 
 class _Filtered(NamedTuple):
@@ -192,7 +195,7 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
     places, strengths, loudness = _sudden(white, np.zeros(white.samples.size))
     time, seconds = places / white.rate, white.samples.size / white.rate
     # A sound that may be an echo counts if there is no series without it.
-    alone = np.flatnonzero(~_follows(time, loudness))
+    alone = np.flatnonzero(~_louder_before(time, loudness).any(axis=0))
     chain, odds = _series(time[alone], strengths[alone], loudness[alone], seconds)
     if odds >= _SERIES_ODDS:
         return places[alone[chain]], odds
@@ -200,10 +203,10 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
     return places[chain], odds
 
 
-def _follows(time: Array, loudness: Array) -> NDArray[np.bool_]:
-    """Return which sounds follow a louder one so soon that they may be its echo."""
+def _louder_before(time: Array, loudness: Array) -> NDArray[np.bool_]:
+    """Return of each two sounds whether the second may be an echo of the first: it is fainter, and soon after."""
     later = time - time[:, None]
-    return np.asarray(((later > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])).any(axis=0))
+    return (later > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])
 
 
 def _chosen(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], float]:
@@ -345,7 +348,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> tu
     """
     if time.size < _FEWEST:
         return [], -math.inf
-    follows = _follows(time, loudness)
+    follows = _louder_before(time, loudness).any(axis=0)
     results: list[tuple[float, list[int]]] = []
     for counted in (False, True):  # of the other sounds, at first none or all count as chance
         others = np.full(time.size, counted)
@@ -353,7 +356,8 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> tu
         odds = -math.inf
         for _ in range(4):
             former = chain
-            chain, odds = _best_chain(time, _rates(time, strength, others & ~follows, seconds), loudness, seconds)
+            rates = _rates(time, strength, others & ~follows, seconds)
+            chain, odds = _best_chain(time, rates, loudness, seconds)
             others = np.ones(time.size, dtype=bool)
             others[chain] = False
             if chain == former:
@@ -387,12 +391,18 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
     A state is a series by its last three sounds a, b, c. Those that end in b, c are continued from those in a, b.
     """
     log_rate, log_loudness = np.log(rate), np.log(loudness)
+    # After a louder sound that is no touch of the series, echoes are frequent.
+    places = np.arange(time.size)
+    louder_one = np.where(_louder_before(time, loudness), places[:, None], -1).max(axis=0, initial=-1)
+    after_another = louder_one > places[:, None]
+    log_rates = np.where(after_another, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
+    log_first = np.where(louder_one >= 0, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
     gap = time - time[:, None]
     allowed = (gap > _SHORTEST) & (gap < _LONGEST)
     log_gap = np.log(np.where(allowed, gap, 1.0))
     louder = log_loudness - log_loudness[:, None]
     # The first sounds of a series may come at any time.
-    begin = -math.log(seconds * _LONGEST * 0.8) - log_rate[:, None] - log_rate - log_gap
+    begin = -math.log(seconds * _LONGEST * 0.8) - log_first[:, None] - log_rates - log_gap
     begin -= 0.5 * ((louder + 0.25) / (1.2 * _LOUDNESS)) ** 2
     # Of each state that ends in b, c: its score, the ratio of its last flights, its first sound, and the state before.
     shape = (time.size, time.size, _STATES)
@@ -407,7 +417,7 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
         first = np.concatenate([before, old])
         parent = np.concatenate([np.full(before.size, -1), np.ravel_multi_index((old, b, place), shape)])
         ratio = log_gap[b, after] - log_gap[first, b][:, None]
-        score = np.concatenate([begin[before, b], old_score])[:, None] - log_rate[after] - _ODDS
+        score = np.concatenate([begin[before, b], old_score])[:, None] - log_rates[b, after] - _ODDS
         score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
         change = np.abs(ratio[before.size :] - old_ratio[:, None])
         # The restitution coefficient changes a little, sometimes more, and the instants are not exact.
@@ -490,14 +500,14 @@ def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Pi
     return Picks(time, error, first.signal_to_noise), odds
 
 
-def _evident(time: Array, odds: Array) -> slice:
+def _evident(picks: Picks, odds: Array) -> Picks:
     """Return the touches from the first to the last one that are no chance, by their sounds and by their instants.
 
     The instant of a touch is uniform within its window by chance, and else as in `_best_chain`.
     """
-    begin, end = 0, time.size
+    begin, end = 0, odds.size
     while end - begin >= _FEWEST:
-        flight = np.diff(time[begin:end])
+        flight = np.diff(picks.time[begin:end])
         change = np.diff(np.log(flight), 2)[[0, -1]]
         flight = flight[[0, -1]]
         width = _SMOOTH + _BLUR / flight
@@ -506,4 +516,6 @@ def _evident(time: Array, odds: Array) -> slice:
         if min(ends) >= _EVIDENT:
             break
         begin, end = (begin + 1, end) if ends[0] < ends[1] else (begin, end - 1)
-    return slice(begin, end)
+    else:
+        end = begin
+    return Picks(*(column[begin:end] for column in picks))
