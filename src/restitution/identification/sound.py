@@ -73,6 +73,8 @@ _EVIDENT = 5.0
 _VAGUE = 0.0012
 # A series of flights whose typical ratio is larger comes from a clock.
 _STEADY = 0.997
+# Share of a sound in its loudest echoes, when it is clipped.
+_SHARE = 0.6
 # Longest recording [s].
 _MOST_SECONDS = 600.0
 
@@ -154,7 +156,8 @@ def find_bounces(recording: Recording) -> Picks:
 def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
     """Return the touches of the likeliest series with enough of them that are no chance."""
     shaped, (places, odds) = white, _proposed(white)
-    series = [(odds, shaped, places)]
+    series: list[tuple[float, _Filtered, NDArray[np.intp]]] = []
+    first = odds, shaped, places
     for _ in range(_PASSES):
         if not places.size:
             break
@@ -162,8 +165,9 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
         shaped = _matched(white, places)
         places, odds = _chosen(shaped, _echoes(shaped, places, clipped))
         series.append((odds, shaped, places))
-    # What is learned of the touches shows which of the first sounds are none, but may hide faint ones.
-    likely = sorted((one for one in series if one[0] >= _SERIES_ODDS), key=lambda one: -one[0])
+    # What is learned of the touches shows which of the first sounds are none, but may hide all of them.
+    series = sorted(series, key=lambda one: -one[0]) + [first]
+    likely = [one for one in series if one[0] >= _SERIES_ODDS]
     for _, shaped, places in likely:
         picks = _evident(*_joined(*(_refined(sound, places, _echoes(sound, places, clipped)) for sound in (white, shaped))))
         if DEBUG is not None:
@@ -203,10 +207,10 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
     return places[chain], odds
 
 
-def _louder_before(time: Array, loudness: Array) -> NDArray[np.bool_]:
-    """Return of each two sounds whether the second may be an echo of the first: it is fainter, and soon after."""
+def _louder_before(time: Array, loudness: Array, share: float = 1.0) -> NDArray[np.bool_]:
+    """Return of each two sounds whether the second may be an echo of the first: below a share of it, and soon after."""
     later = time - time[:, None]
-    return (later > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])
+    return (later > 0.0) & (later < _ECHO) & (loudness < share * loudness[:, None])
 
 
 def _chosen(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], float]:
@@ -393,7 +397,7 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
     log_rate, log_loudness = np.log(rate), np.log(loudness)
     # After a louder sound that is no touch of the series, echoes are frequent.
     places = np.arange(time.size)
-    louder_one = np.where(_louder_before(time, loudness), places[:, None], -1).max(axis=0, initial=-1)
+    louder_one = np.where(_louder_before(time, loudness, _SHARE), places[:, None], -1).max(axis=0, initial=-1)
     after_another = louder_one > places[:, None]
     log_rates = np.where(after_another, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
     log_first = np.where(louder_one >= 0, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
