@@ -26,7 +26,6 @@ from restitution import checks
 from restitution.checks import Array
 from restitution.errors import InputError
 
-DEBUG: Any = None
 # Shortest and longest flight [s]; the longest is one of 7.6 m.
 _SHORTEST, _LONGEST = 0.012, 2.5
 # Windows [s] in which a touch is loud, and before it.
@@ -169,9 +168,11 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
     series = sorted(series, key=lambda one: -one[0]) + [first]
     likely = [one for one in series if one[0] >= _SERIES_ODDS]
     for _, shaped, places in likely:
-        picks = _evident(*_joined(*(_refined(sound, places, _echoes(sound, places, clipped)) for sound in (white, shaped))))
-        if DEBUG is not None:
-            DEBUG.append((places,))
+        # Echoes are known best where the touches are.
+        first, _ = _refined(white, places, _echoes(white, places, clipped))
+        begins = np.rint(first.time * white.rate).astype(np.intp)
+        both = (_refined(sound, places, _echoes(sound, begins, clipped)) for sound in (white, shaped))
+        picks = _evident(*_joined(*both))
         sure = np.flatnonzero(picks.error <= _VAGUE)
         if sure.size >= _FEWEST:
             return Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
