@@ -60,8 +60,8 @@ _SURE = 0.0005
 _FEWEST = 4
 # Frequencies [Hz] below this are weakened.
 _LOW = 120.0
-# Mean delay of the first loud sample, and its scatter, in samples.
-_LATE, _ROUNDED = 0.5, 0.35
+# Mean delay of the first loud sample, and its scatter, in samples: a touch is anywhere between two of them.
+_LATE, _ROUNDED = 0.5, 12.0**-0.5
 # A touch begins within this time [s] of its place; powers of its courses over the largest one, and decay times [s].
 _REACH = 0.006
 _COURSES = np.array(list(itertools.product((0.1, 0.25, 0.5), (0.001, 0.003, 0.008))))
