@@ -74,6 +74,8 @@ _VAGUE = 0.0012
 _STEADY = 0.997
 # Share of a sound in its loudest echoes, when it is clipped.
 _SHARE = 0.6
+# Echoes may come earlier or later by this time [s].
+_ASIDE = 0.001
 # Longest recording [s].
 _MOST_SECONDS = 600.0
 
@@ -171,7 +173,11 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
         # Echoes are known best where the touches are.
         first, _ = _refined(white, places, _echoes(white, places, clipped))
         begins = np.rint(first.time * white.rate).astype(np.intp)
-        both = (_refined(sound, places, _echoes(sound, begins, clipped)) for sound in (white, shaped))
+        wide = 2 * round(_ASIDE * white.rate) + 1
+        both = (
+            _refined(sound, places, np.asarray(maximum_filter1d(_echoes(sound, begins, clipped), wide)))
+            for sound in (white, shaped)
+        )
         picks = _evident(*_joined(*both))
         sure = np.flatnonzero(picks.error <= _VAGUE)
         if sure.size >= _FEWEST:
