@@ -9,6 +9,7 @@ import itertools
 import sys
 import warnings
 from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,16 +100,22 @@ def picks_of(samples: np.ndarray, rate: int) -> Picks:
 
 
 def trials(seeds: Iterable[int]) -> list[Trial]:
+    with ProcessPoolExecutor() as pool:
+        parts = pool.map(batch, *zip(*itertools.product(KINDS, seeds), strict=True))
+        return list(itertools.chain.from_iterable(parts))
+
+
+def batch(kind: str, seed: int) -> list[Trial]:
+    """Trials of one kind, without their samples."""
     results: list[Trial] = []
-    for (n, (kind, parts)), seed in itertools.product(enumerate(KINDS.items()), seeds):
-        for k in range(REPETITIONS * len(sounds.RATES)):
-            rng = np.random.default_rng([seed, n, k])
-            rate = sounds.RATES[k % len(sounds.RATES)]
-            loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
-            sound = sounds.sound(rng, rate, loudest=loudest, kinds=parts)
-            if int(np.cumprod(sound.signal_to_noise > LEAST).sum()) >= FEWEST:
-                picks = picks_of(sound.samples, rate)
-                results.append(Trial(kind, sound._replace(samples=np.empty(0)), picks))
+    for k in range(REPETITIONS * len(sounds.RATES)):
+        rng = np.random.default_rng([seed, list(KINDS).index(kind), k])
+        rate = sounds.RATES[k % len(sounds.RATES)]
+        loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
+        sound = sounds.sound(rng, rate, loudest=loudest, kinds=KINDS[kind])
+        if int(np.cumprod(sound.signal_to_noise > LEAST).sum()) >= FEWEST:
+            picks = picks_of(sound.samples, rate)
+            results.append(Trial(kind, sound._replace(samples=np.empty(0)), picks))
     return results
 
 

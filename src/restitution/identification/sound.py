@@ -7,6 +7,9 @@ among them that form a series: each flight is shorter than the one before, by a 
 The loud sounds propose a series. All touches of a ball sound alike, so the proposal has their spectrum and what
 follows them: their echoes. A filter of this spectrum shows fainter touches, and levels are compared with those of the
 echoes too. A series is accepted only if chance would hardly make one from sounds as frequent as those outside it.
+
+A touch begins where a course of decaying power is likeliest. Its standard error is the width of this likelihood. The
+series ends where a last touch is no longer evident above noise and echoes.
 """
 
 from __future__ import annotations
@@ -157,8 +160,8 @@ def find_bounces(recording: Recording) -> Picks:
 def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
     """Return the touches of the likeliest series with enough of them that are no chance."""
     shaped, (places, odds) = white, _proposed(white)
+    proposal = odds, shaped, places
     series: list[tuple[float, _Filtered, NDArray[np.intp]]] = []
-    first = odds, shaped, places
     for _ in range(_PASSES):
         if not places.size:
             break
@@ -167,7 +170,7 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
         places, odds = _chosen(shaped, _echoes(shaped, places, clipped))
         series.append((odds, shaped, places))
     # What is learned of the touches shows which of the first sounds are none, but may hide all of them.
-    series = sorted(series, key=lambda one: -one[0]) + [first]
+    series = [*sorted(series, key=lambda one: -one[0]), proposal]
     likely = [one for one in series if one[0] >= _SERIES_ODDS]
     for _, shaped, places in likely:
         # Echoes are known best where the touches are.
@@ -215,7 +218,7 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
 
 
 def _louder_before(time: Array, loudness: Array, share: float = 1.0) -> NDArray[np.bool_]:
-    """Return of each two sounds whether the second may be an echo of the first: below a share of it, and soon after."""
+    """Return of each two sounds whether the second may be an echo of the first: soon after, and below a share."""
     later = time - time[:, None]
     return (later > 0.0) & (later < _ECHO) & (loudness < share * loudness[:, None])
 
@@ -499,7 +502,7 @@ def _onsets(sound: _Filtered, place: int, echo: Array) -> tuple[Array, float]:
 
 
 def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Picks, Array]:
-    """Return the first picks, but faint ones where these are better, less the time by which they are late; the odds."""
+    """Return the first picks, but faint ones where these are better, less their delay; and the odds."""
     (first, odds), (faint, other) = clear, shaped
     odds = np.logaddexp(odds, other) - math.log(2.0)
     late = (faint.time - first.time)[(first.error < _SURE) & (faint.error < _SURE)]
@@ -518,7 +521,7 @@ def _evident(picks: Picks, odds: Array) -> Picks:
     """
     begin, end = 0, odds.size
     while end - begin >= _FEWEST:
-        flight = np.diff(picks.time[begin:end])
+        flight = np.maximum(np.diff(picks.time[begin:end]), 0.1 * _SHORTEST)
         change = np.diff(np.log(flight), 2)[[0, -1]]
         flight = flight[[0, -1]]
         width = _SMOOTH + _BLUR / flight
