@@ -51,8 +51,8 @@ A touch counts if its peak, and that of all before it, is above three times the 
 instants of a series must have no gap. Only sounds with at least {fewest} such touches count. A pick is invented if no
 touch is within {near:.0f} ms and within four of its standard errors.
 
-The seeds {seeds} were not looked at while the code was written. More than 95 % of the errors are within 1.96 standard
-errors where a touch may be anywhere between two samples, as such errors have an end.
+The seeds {seeds} were not looked at while the code was written. More than 95 % of the errors are within 1.96
+standard errors where a touch may be anywhere between two samples, as such errors have an end.
 
 ## Touches found, by the kind of disturbance
 
