@@ -5,8 +5,11 @@ Writes validation/sound.md. Run: python validation/sound.py
 
 from __future__ import annotations
 
+import itertools
 import sys
 import warnings
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,6 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import sounds
 
+# None of these seeds was looked at while the code was written.
+SEEDS = range(901, 911)
 REPETITIONS = 6
 KINDS = {
     "white noise": (), "echo": ("echo",), "clipped": ("clipped",), "hum": ("hum",), "speech": ("speech",),
@@ -46,10 +51,13 @@ A touch counts if its peak, and that of all before it, is above three times the 
 instants of a series must have no gap. Only sounds with at least {fewest} such touches count. A pick is invented if no
 touch is within {near:.0f} ms and within four of its standard errors.
 
+The seeds {seeds} were not looked at while the code was written. More than 95 % of the errors are within 1.96
+standard errors where a touch may be anywhere between two samples, as such errors have an end.
+
 ## Touches found, by the kind of disturbance
 
-| sounds | touches | found, % | series not found | invented picks |
-|---|---|---|---|---|
+| sounds | touches | found, % | series not found | invented picks | error within 1.96 standard errors, % |
+|---|---|---|---|---|---|
 {by_kind}
 
 ## By the signal to noise, with at most one disturbance
@@ -60,8 +68,8 @@ touch is within {near:.0f} ms and within four of its standard errors.
 
 ## By the rate, with at most one disturbance
 
-| samples a second | touches | found, % | median error, us | median standard error, us |
-|---|---|---|---|---|
+| samples a second | touches | found, % | median error, us | median standard error, us | error within 1.96, % |
+|---|---|---|---|---|---|
 {by_rate}
 
 ## Restitution coefficients
@@ -91,16 +99,23 @@ def picks_of(samples: np.ndarray, rate: int) -> Picks:
         return Picks(*(np.empty(0) for _ in Picks._fields))
 
 
-def trials(repetitions: int) -> list[Trial]:
+def trials(seeds: Iterable[int]) -> list[Trial]:
+    with ProcessPoolExecutor() as pool:
+        parts = pool.map(batch, *zip(*itertools.product(KINDS, seeds), strict=True))
+        return list(itertools.chain.from_iterable(parts))
+
+
+def batch(kind: str, seed: int) -> list[Trial]:
+    """Trials of one kind, without their samples."""
     results: list[Trial] = []
-    for n, (kind, parts) in enumerate(KINDS.items()):
-        for k in range(repetitions * len(sounds.RATES)):
-            rng = np.random.default_rng([24, n, k])
-            rate = sounds.RATES[k % len(sounds.RATES)]
-            loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
-            sound = sounds.sound(rng, rate, loudest=loudest, kinds=parts)
-            if int(np.cumprod(sound.signal_to_noise > LEAST).sum()) >= FEWEST:
-                results.append(Trial(kind, sound, picks_of(sound.samples, rate)))
+    for k in range(REPETITIONS * len(sounds.RATES)):
+        rng = np.random.default_rng([seed, list(KINDS).index(kind), k])
+        rate = sounds.RATES[k % len(sounds.RATES)]
+        loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
+        sound = sounds.sound(rng, rate, loudest=loudest, kinds=KINDS[kind])
+        if int(np.cumprod(sound.signal_to_noise > LEAST).sum()) >= FEWEST:
+            picks = picks_of(sound.samples, rate)
+            results.append(Trial(kind, sound._replace(samples=np.empty(0)), picks))
     return results
 
 
@@ -124,7 +139,9 @@ def table_of_kinds(trials: list[Trial]) -> str:
             [d.sum() for _, d, _, _ in matches], [(d & (p >= 0)).sum() for _, d, p, _ in matches]))  # fmt: skip
         lost = sum(not trial.picks.time.size for trial, *_ in matches)
         wrong = sum(invented for *_, invented in matches)
-        lines.append(f"| {len(matches)} with {kind} | {due} | {100.0 * hit / due:.1f} | {lost} | {wrong} |")
+        inside = covered(touches([trial for trial, *_ in matches]))
+        share = 100.0 * hit / due
+        lines.append(f"| {len(matches)} with {kind} | {due} | {share:.2f} | {lost} | {wrong} | {inside:.1f} |")
     return "\n".join(lines)
 
 
@@ -140,6 +157,12 @@ def touches(trials: list[Trial]) -> np.ndarray:
                 error = trial.picks.time[pick] - trial.sound.time[n], trial.picks.error[pick]
             rows.append((trial.sound.rate, peak, pick >= 0, *error))
     return np.array(rows, dtype=float)
+
+
+def covered(rows: np.ndarray) -> float:
+    """Percentage of the errors that are within 1.96 standard errors."""
+    found = rows[rows[:, 2] > 0.0]
+    return 100.0 * float(np.mean(np.abs(found[:, 3]) < 1.96 * found[:, 4]))
 
 
 def restitution(trials: list[Trial]) -> np.ndarray:
@@ -158,12 +181,12 @@ def restitution(trials: list[Trial]) -> np.ndarray:
     return np.array(rows)
 
 
-def empty(repetitions: int) -> tuple[int, int]:
+def empty(seeds: Iterable[int]) -> tuple[int, int]:
     """Number of sounds without a ball, and of those in which bounces were found."""
     wrong = count = 0
-    for k in range(3 * repetitions):
+    for seed, k in itertools.product(seeds, range(2)):
         for rate in sounds.RATES[:5]:
-            rng = np.random.default_rng([25, k, rate])
+            rng = np.random.default_rng([seed, 25, k, rate])
             samples = sounds.coloured(rng, 6 * rate, rng.uniform(0.0, 0.9))
             if k % 2:
                 samples += np.exp(rng.uniform(0.0, 4.0)) * sounds.speech(rng, rate, 6 * rate)
@@ -172,27 +195,27 @@ def empty(repetitions: int) -> tuple[int, int]:
 
 
 def main() -> None:
-    repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else REPETITIONS
-    result = trials(repetitions)
+    seeds = SEEDS[: int(sys.argv[1])] if len(sys.argv) > 1 else SEEDS
+    result = trials(seeds)
     single = [trial for trial in result if len(KINDS[trial.kind]) <= 1]
     rows = touches(single)
     by_noise: list[str] = []
     for low, high in ((3.0, 6.0), (6.0, 12.0), (12.0, 30.0), (30.0, 100.0), (100.0, np.inf)):
         part = rows[(rows[:, 1] > low) & (rows[:, 1] <= high)]
-        z = part[:, 3] / part[:, 4]
-        inside, rms = 100.0 * np.mean(np.abs(z[np.isfinite(z)]) < 1.96), 1e6 * np.sqrt(np.nanmean(part[:, 3] ** 2))
-        by_noise.append(
-            f"| {low:g} to {high:g} | {len(part)} | {100.0 * part[:, 2].mean():.1f} | {rms:.0f} | {inside:.1f} |"
-        )
+        found, rms = 100.0 * part[:, 2].mean(), 1e6 * np.sqrt(np.nanmean(part[:, 3] ** 2))
+        by_noise.append(f"| {low:g} to {high:g} | {len(part)} | {found:.2f} | {rms:.0f} | {covered(part):.1f} |")
     by_rate: list[str] = []
     for rate in sounds.RATES:
         part = rows[rows[:, 0] == rate]
-        error, stated = 1e6 * np.nanmedian(np.abs(part[:, 3])), 1e6 * np.nanmedian(part[:, 4])
-        by_rate.append(f"| {rate} | {len(part)} | {100.0 * part[:, 2].mean():.1f} | {error:.0f} | {stated:.0f} |")
+        found, error, stated = 100.0 * part[:, 2].mean(), np.nanmedian(np.abs(part[:, 3])), np.nanmedian(part[:, 4])
+        by_rate.append(
+            f"| {rate} | {len(part)} | {found:.2f} | {1e6 * error:.0f} | {1e6 * stated:.0f} | {covered(part):.1f} |"
+        )
     e = restitution(single)
-    count, wrong = empty(repetitions)
+    count, wrong = empty(seeds)
     text = TEXT.format(
         count=len(result), rates=", ".join(map(str, sounds.RATES)), near=1e3 * NEAR, fewest=FEWEST,
+        seeds=f"{seeds[0]} to {seeds[-1]}",
         by_kind=table_of_kinds(result), by_noise="\n".join(by_noise), by_rate="\n".join(by_rate), n_e=len(e),
         e_share=100.0 * np.mean(np.abs(e[:, 0]) < 1.96), e_error=np.median(e[:, 1]), empty=count, wrong=wrong,
     )  # fmt: skip

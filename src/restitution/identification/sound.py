@@ -7,10 +7,14 @@ among them that form a series: each flight is shorter than the one before, by a 
 The loud sounds propose a series. All touches of a ball sound alike, so the proposal has their spectrum and what
 follows them: their echoes. A filter of this spectrum shows fainter touches, and levels are compared with those of the
 echoes too. A series is accepted only if chance would hardly make one from sounds as frequent as those outside it.
+
+A touch begins where a course of decaying power is likeliest. Its standard error is the width of this likelihood. The
+series ends where a last touch is no longer evident above noise and echoes.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
 from pathlib import Path
@@ -19,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
+from scipy.special import expit, logsumexp
 
 from restitution import checks
 from restitution.checks import Array
@@ -58,12 +63,22 @@ _SURE = 0.0005
 _FEWEST = 4
 # Frequencies [Hz] below this are weakened.
 _LOW = 120.0
-# Mean delay of the first loud sample, and its scatter, in samples.
-_LATE, _ROUNDED = 0.6, 0.6
+# Mean delay of the first loud sample, and its scatter, in samples: a touch is anywhere between two of them.
+_LATE, _ROUNDED = 0.5, 12.0**-0.5
+# A touch begins within this time [s] of its place; powers of its courses over the largest one, and decay times [s].
+_REACH = 0.006
+_COURSES = np.array(list(itertools.product((0.1, 0.25, 0.5), (0.001, 0.003, 0.008))))
+_TAIL = 1e-3
+# Logarithm of the odds against chance that the first and the last touch need.
+_EVIDENT = 5.0
 # Instants with a larger standard error [s] do not begin or end the series.
 _VAGUE = 0.0012
 # A series of flights whose typical ratio is larger comes from a clock.
 _STEADY = 0.997
+# Share of a sound in its loudest echoes, when it is clipped.
+_SHARE = 0.6
+# Echoes may come earlier or later by this time [s].
+_ASIDE = 0.001
 # Longest recording [s].
 _MOST_SECONDS = 600.0
 
@@ -132,31 +147,46 @@ def find_bounces(recording: Recording) -> Picks:
     if not np.all(np.isfinite(samples)) or np.ptp(samples) == 0.0:
         raise InputError("", rule="must have a sound: all samples are equal or not finite")
     white = _Filtered(_whitened(samples - samples.mean(), rate), rate)
-    shaped, (places, odds) = white, _proposed(white)
     clipped = (samples >= samples.max()) | (samples <= samples.min())
-    for _ in range(_PASSES):
-        if not places.size:
-            break
-        # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
-        shaped = _matched(white, places)
-        places, learned = _chosen(shaped, _echoes(shaped, places, clipped))
-        # What is learned of the touches shows which of the first sounds are none, but may hide faint ones.
-        odds = max(odds, learned)
-    if places.size < _FEWEST or odds < _SERIES_ODDS:
-        rule = f"must have a series of at least {_FEWEST} bounces, each flight shorter than the one before"
-        raise InputError("", rule=f"{rule}; none was found")
-    picks = _joined(_refined(white, places), _refined(shaped, places))
-    sure = np.flatnonzero(picks.error <= _VAGUE)
-    if sure.size < _FEWEST:
-        rule = f"must have at least {_FEWEST} bounces that are clear above the noise, not {sure.size}"
-        raise InputError("", rule=rule)
-    picks = Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
+    picks = _likeliest(white, clipped)
     flights = np.diff(picks.time)
     if np.median(flights[1:] / flights[:-1]) > _STEADY:
         raise InputError(
             "", rule="must have flights that become shorter: the sounds come as evenly as those of a clock"
         )
     return picks
+
+
+def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
+    """Return the touches of the likeliest series with enough of them that are no chance."""
+    shaped, (places, odds) = white, _proposed(white)
+    proposal = odds, shaped, places
+    series: list[tuple[float, _Filtered, NDArray[np.intp]]] = []
+    for _ in range(_PASSES):
+        if not places.size:
+            break
+        # The spectrum of the touches shows fainter ones, and what follows most of them is an echo.
+        shaped = _matched(white, places)
+        places, odds = _chosen(shaped, _echoes(shaped, places, clipped))
+        series.append((odds, shaped, places))
+    # What is learned of the touches shows which of the first sounds are none, but may hide all of them.
+    series = [*sorted(series, key=lambda one: -one[0]), proposal]
+    likely = [one for one in series if one[0] >= _SERIES_ODDS]
+    for _, shaped, places in likely:
+        # Echoes are known best where the touches are.
+        first, _ = _refined(white, places, _echoes(white, places, clipped))
+        begins = np.rint(first.time * white.rate).astype(np.intp)
+        wide = 2 * round(_ASIDE * white.rate) + 1
+        both = (
+            _refined(sound, places, np.asarray(maximum_filter1d(_echoes(sound, begins, clipped), wide)))
+            for sound in (white, shaped)
+        )
+        picks = _evident(*_joined(*both))
+        sure = np.flatnonzero(picks.error <= _VAGUE)
+        if sure.size >= _FEWEST:
+            return Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
+    rule = f"must have a series of at least {_FEWEST} bounces{' that are clear above the noise' if likely else ''}"
+    raise InputError("", rule=f"{rule}, each flight shorter than the one before; none was found")
 
 
 class _Filtered(NamedTuple):
@@ -179,7 +209,7 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
     places, strengths, loudness = _sudden(white, np.zeros(white.samples.size))
     time, seconds = places / white.rate, white.samples.size / white.rate
     # A sound that may be an echo counts if there is no series without it.
-    alone = np.flatnonzero(~_follows(time, loudness))
+    alone = np.flatnonzero(~_louder_before(time, loudness).any(axis=0))
     chain, odds = _series(time[alone], strengths[alone], loudness[alone], seconds)
     if odds >= _SERIES_ODDS:
         return places[alone[chain]], odds
@@ -187,10 +217,10 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
     return places[chain], odds
 
 
-def _follows(time: Array, loudness: Array) -> NDArray[np.bool_]:
-    """Return which sounds follow a louder one so soon that they may be its echo."""
+def _louder_before(time: Array, loudness: Array, share: float = 1.0) -> NDArray[np.bool_]:
+    """Return of each two sounds whether the second may be an echo of the first: soon after, and below a share."""
     later = time - time[:, None]
-    return np.asarray(((later > 0.0) & (later < _ECHO) & (loudness < loudness[:, None])).any(axis=0))
+    return (later > 0.0) & (later < _ECHO) & (loudness < share * loudness[:, None])
 
 
 def _chosen(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], float]:
@@ -332,7 +362,7 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> tu
     """
     if time.size < _FEWEST:
         return [], -math.inf
-    follows = _follows(time, loudness)
+    follows = _louder_before(time, loudness).any(axis=0)
     results: list[tuple[float, list[int]]] = []
     for counted in (False, True):  # of the other sounds, at first none or all count as chance
         others = np.full(time.size, counted)
@@ -340,7 +370,8 @@ def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> tu
         odds = -math.inf
         for _ in range(4):
             former = chain
-            chain, odds = _best_chain(time, _rates(time, strength, others & ~follows, seconds), loudness, seconds)
+            rates = _rates(time, strength, others & ~follows, seconds)
+            chain, odds = _best_chain(time, rates, loudness, seconds)
             others = np.ones(time.size, dtype=bool)
             others[chain] = False
             if chain == former:
@@ -374,116 +405,131 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
     A state is a series by its last three sounds a, b, c. Those that end in b, c are continued from those in a, b.
     """
     log_rate, log_loudness = np.log(rate), np.log(loudness)
+    # After a louder sound that is no touch of the series, echoes are frequent.
+    places = np.arange(time.size)
+    louder_one = np.where(_louder_before(time, loudness, _SHARE), places[:, None], -1).max(axis=0, initial=-1)
+    after_another = louder_one > places[:, None]
+    log_rates = np.where(after_another, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
+    log_first = np.where(louder_one >= 0, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
     gap = time - time[:, None]
     allowed = (gap > _SHORTEST) & (gap < _LONGEST)
     log_gap = np.log(np.where(allowed, gap, 1.0))
     louder = log_loudness - log_loudness[:, None]
     # The first sounds of a series may come at any time.
-    begin = -math.log(seconds * _LONGEST * 0.8) - log_rate[:, None] - log_rate - log_gap
+    begin = -math.log(seconds * _LONGEST * 0.8) - log_first[:, None] - log_rates - log_gap
     begin -= 0.5 * ((louder + 0.25) / (1.2 * _LOUDNESS)) ** 2
-    ends: list[_Ends] = [_Ends.none() for _ in time]
-    rows: list[tuple[int, int, int, int]] = []
-    best, best_row = -math.inf, -1
+    # Of each state that ends in b, c: its score, the ratio of its last flights, its first sound, and the state before.
+    shape = (time.size, time.size, _STATES)
+    scores, ratios = np.full(shape, -np.inf), np.zeros(shape)
+    firsts, parents = np.zeros(shape, dtype=np.intp), np.full(shape, -1)
     for b in range(time.size):
-        before, after, old = np.flatnonzero(allowed[:, b]), np.flatnonzero(allowed[b]), ends[b]
+        before, after = np.flatnonzero(allowed[:, b]), np.flatnonzero(allowed[b])
         if not (before.size and after.size):
             continue
-        a = np.concatenate([before, old.middle])
-        ratio = log_gap[b, after] - log_gap[a, b][:, None]
-        score = np.concatenate([begin[before, b], old.score])[:, None] - log_rate[after] - _ODDS
+        old, place = np.nonzero(scores[:, b] > -np.inf)
+        old_score, old_ratio = scores[old, b, place], ratios[old, b, place]
+        first = np.concatenate([before, old])
+        parent = np.concatenate([np.full(before.size, -1), np.ravel_multi_index((old, b, place), shape)])
+        ratio = log_gap[b, after] - log_gap[first, b][:, None]
+        score = np.concatenate([begin[before, b], old_score])[:, None] - log_rates[b, after] - _ODDS
         score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
-        change = np.abs(ratio[before.size :] - old.ratio[:, None])
+        change = np.abs(ratio[before.size :] - old_ratio[:, None])
         # The restitution coefficient changes a little, sometimes more, and the instants are not exact.
         width = _SMOOTH + _BLUR / gap[b, after]
         density = width / (math.pi * (width**2 + change**2))
         score[before.size :] += np.where(change < _CHANGE, np.log(density), -np.inf) - log_gap[b, after]
         score[(ratio <= math.log(_RATIOS[0])) | (ratio >= math.log(_RATIOS[1]))] = -np.inf
         kept = np.argsort(-score, axis=0)[:_STATES]
-        parents = np.concatenate([np.full(before.size, -1), old.row])
-        for n, c in enumerate(after):
-            k = kept[:, n][score[kept[:, n], n] > -np.inf]
-            ends[c] = ends[c].with_more(b, ratio[k, n], score[k, n], len(rows))
-            rows += [(int(a[m]), b, int(c), int(parents[m])) for m in k]
-            if k.size and score[k[0], n] > best:
-                best, best_row = float(score[k[0], n]), len(rows) - k.size
-    if best_row < 0:
+        here = b, after, slice(len(kept))
+        scores[here], ratios[here] = (np.take_along_axis(part, kept, axis=0).T for part in (score, ratio))
+        firsts[here], parents[here] = first[kept].T, parent[kept].T
+    best = int(scores.argmax()) if scores.size else 0
+    if scores.flat[best] == -np.inf:
         return [], -math.inf
-    first, second, third, parent = rows[best_row]
-    chain = [third, second, first]
-    while parent >= 0:
-        first, _, _, parent = rows[parent]
-        chain.append(first)
+    second, third, _ = np.unravel_index(best, shape)
+    chain, state = [int(third), int(second)], best
+    while state >= 0:
+        chain.append(int(firsts.flat[state]))
+        state = int(parents.flat[state])
     # The odds that each touch had to have are no odds of the series.
-    return chain[::-1], best + _ODDS * (len(chain) - 3)
+    return chain[::-1], float(scores.flat[best]) + _ODDS * (len(chain) - 3)
 
 
-class _Ends(NamedTuple):
-    """States that end in one sound."""
-
-    middle: NDArray[np.intp]  # the sound before
-    ratio: Array  # logarithm of the last flight over the one before
-    score: Array
-    row: NDArray[np.intp]  # place of the state in the list of all
-
-    @classmethod
-    def none(cls) -> _Ends:
-        whole = np.empty(0, dtype=np.intp)
-        return cls(whole, np.empty(0), np.empty(0), whole)
-
-    def with_more(self, middle: int, ratio: Array, score: Array, row: int) -> _Ends:
-        size = ratio.size
-        more = _Ends(np.full(size, middle), ratio, score, np.arange(row, row + size))
-        join = np.concatenate
-        return _Ends(
-            join([self.middle, more.middle]), join([self.ratio, more.ratio]), join([self.score, more.score]),
-            join([self.row, more.row]),
-        )  # fmt: skip
-
-
-def _refined(sound: _Filtered, places: NDArray[np.intp]) -> Picks:
-    """Return the picks of touches near places."""
-    noise = sound.noise
-    time, error, peak = np.array([_onset(sound, int(place), noise) for place in places]).T
-    return Picks(time / sound.rate, error / sound.rate, peak)
+def _refined(sound: _Filtered, places: NDArray[np.intp], echo: Array) -> tuple[Picks, Array]:
+    """Return the picks of touches near places, and the logarithm of the odds that each is no noise."""
+    likelihoods, peaks = zip(*(_onsets(sound, int(place), echo) for place in places), strict=True)
+    # Touches sound alike: the weight of a course is its share among them.
+    evidence = np.array([logsumexp(one, axis=1) - math.log(one.shape[1]) for one in likelihoods])
+    weight = np.full(len(_COURSES), 1.0 / len(_COURSES))
+    for _ in range(_STEPS):
+        each = np.exp(evidence + np.log(weight) - logsumexp(evidence + np.log(weight), axis=1, keepdims=True))
+        weight = (each.sum(axis=0) + 1.0 / len(_COURSES)) / (len(each) + 1.0)
+    odds = logsumexp(evidence + np.log(weight), axis=1)
+    time, spread = np.empty((2, len(places)))
+    for n, one in enumerate(likelihoods):
+        posterior = np.exp(one - one.max()).T @ weight
+        posterior /= posterior.sum()
+        at = np.arange(posterior.size)
+        time[n] = posterior @ at
+        spread[n] = math.sqrt(float(posterior @ (at - time[n]) ** 2))
+    # The first sample comes after the touch.
+    time += np.maximum(places - round(_REACH * sound.rate), 0) - _LATE
+    error = np.hypot(spread, _ROUNDED) / sound.rate
+    # What is found may be noise, and the touch elsewhere.
+    error = np.hypot(error, 2.0 * _REACH / math.sqrt(12.0) * np.sqrt(expit(-odds)))
+    return Picks(time / sound.rate, error, np.array(peaks)), odds
 
 
-def _joined(first: Picks, faint: Picks) -> Picks:
-    """Return the first picks, but faint ones where these are better, less the time by which they are late."""
+def _onsets(sound: _Filtered, place: int, echo: Array) -> tuple[Array, float]:
+    """Return the log likelihood of each course at each beginning near a place, over that of noise, and the peak.
+
+    Samples are Gaussian, of the variance s^2 of noise and echoes before the beginning and s^2 (1 + q exp(-t/tau)) at
+    the time t after it. The peak is over s.
+    """
+    reach = round(_REACH * sound.rate)
+    early = max(place - reach, 0)
+    quiet, part = slice(max(early - reach, 0), max(early, 8)), slice(early, place + 2 * reach)
+    before, y = (sound.samples[s] / np.sqrt(sound.noise**2 + echo[s]) for s in (quiet, part))
+    y = y / max(1.0, math.sqrt(float(np.mean(before**2))))
+    loud, starts = float(np.abs(y).max()), min(place - early + reach + 1, y.size)
+    share, decay = _COURSES.T[:, :, None]
+    variance = 1.0 + loud**2 * share * (np.exp(-np.arange(y.size) / (decay * sound.rate)) + _TAIL)
+    # All beginnings are compared by the same samples, up to the last one.
+    n = 1 << (2 * y.size - 1).bit_length()
+    product = np.fft.irfft(np.fft.rfft(0.5 * y * y, n) * np.fft.rfft(1.0 - 1.0 / variance, n).conj(), n)
+    rest = np.cumsum(0.5 * np.log(variance), axis=1)[:, ::-1]
+    return sound.band * (product[:, :starts] - rest[:, :starts]), loud
+
+
+def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Picks, Array]:
+    """Return the first picks, but faint ones where these are better, less their delay; and the odds."""
+    (first, odds), (faint, other) = clear, shaped
+    odds = np.logaddexp(odds, other) - math.log(2.0)
     late = (faint.time - first.time)[(first.error < _SURE) & (faint.error < _SURE)]
     if late.size < 3:
-        return first
+        return first, odds
     delay = np.median(late)
     error = np.hypot(faint.error, 1.48 * np.median(np.abs(late - delay)))
     time, error = np.where(error < first.error, [faint.time - delay, error], [first.time, first.error])
-    return Picks(time, error, first.signal_to_noise)
+    return Picks(time, error, first.signal_to_noise), odds
 
 
-def _onset(sound: _Filtered, place: int, noise: float) -> tuple[float, float, float]:
-    """Return the sample at which a sound begins, its standard error, and the peak over the noise.
+def _evident(picks: Picks, odds: Array) -> Picks:
+    """Return the touches from the first to the last one that are no chance, by their sounds and by their instants.
 
-    Samples are Gaussian, of the variance s^2 of the noise before the sound and s^2 (1 + q exp(-t/tau)) at the time t
-    after its beginning. The likelihood of each beginning is the sum over some q and tau.
+    The instant of a touch is uniform within its window by chance, and else as in `_best_chain`.
     """
-    filtered, rate, band = sound
-    early, late = max(place - round(0.006 * rate), 0), min(place + round(0.006 * rate), filtered.size)
-    length = max(8, round(0.006 * rate))
-    quiet = filtered[max(early - round(0.006 * rate), 0) : max(early, 8)]
-    sigma = max(math.sqrt(float(np.mean(quiet * quiet))), noise)
-    y = np.zeros(late - early + length)
-    samples = filtered[early : late + length]
-    y[: samples.size] = samples / sigma
-    loud = float(np.abs(y).max())
-    after = np.arange(length) / rate
-    likelihood = np.full(late - early + 1, -np.inf)
-    for share in (0.1, 0.25, 0.5):
-        for decay in (0.001, 0.003, 0.008):
-            variance = 1.0 + share * loud**2 * np.exp(-after / decay)
-            term = np.correlate(0.5 * y * y, 1.0 - 1.0 / variance, "valid") - 0.5 * np.log(variance).sum()
-            likelihood = np.logaddexp(likelihood, band * term)
-    weights = np.exp(likelihood - likelihood.max())
-    weights /= weights.sum()
-    n = np.arange(weights.size)
-    first = float(weights @ n)
-    spread = math.sqrt(float(weights @ (n - first) ** 2))
-    # The first sample comes after the touch, and a tone begins at zero.
-    return early + first - _LATE, math.hypot(spread, _ROUNDED), loud
+    begin, end = 0, odds.size
+    while end - begin >= _FEWEST:
+        flight = np.maximum(np.diff(picks.time[begin:end]), 0.1 * _SHORTEST)
+        change = np.diff(np.log(flight), 2)[[0, -1]]
+        flight = flight[[0, -1]]
+        width = _SMOOTH + _BLUR / flight
+        density = width / (math.pi * (width**2 + change**2)) / flight
+        ends = odds[[begin, end - 1]] + np.log(2.0 * _REACH * density)
+        if min(ends) >= _EVIDENT:
+            break
+        begin, end = (begin + 1, end) if ends[0] < ends[1] else (begin, end - 1)
+    else:
+        end = begin
+    return Picks(*(column[begin:end] for column in picks))
