@@ -151,14 +151,14 @@ _NUISANCE_STEP = 1e-2
 _TRIALS, _RESCUES, _COSTLY_TRIALS = 64, 3, 8
 # Changes of the logarithms of an adhesion in search of better minima, and searches at most.
 _AROUND, _SEARCHES = (-0.3, -0.1, 0.1, 0.3), 4
-# Logarithms, from the middle of the range, at which a stress or a range is held in this search.
-_HELD = (-1.0, 0.0, 1.0, 2.0)
-# Share of the sum of squares by which another minimum counts in this search.
-_LITTLE = 0.01
+# Logarithms, from the middle of its bounds, at which a stress is held in this search; a range has the opposite ones.
+_HELD = (-1.0, -0.4, 0.2, 0.8, 1.4, 2.0)
+# Share of the sum of squares by which another minimum counts in this search, and a factor for fits with a held number.
+_LITTLE, _BROAD = 0.01, 2.0
 # Least tolerance where marches with few elements have kinks.
 _ROUGH = 1e-4
-# Further points; the best one is followed too. With adhesion, where most points have their jumps elsewhere, these
-# numbers are multiplied by the square of the number of unknowns, and by this number, but at most by that of four.
+# Further points; the best one is followed too. With adhesion most points have their jumps elsewhere: with n unknowns,
+# or the second number if that is less, the n best of n^2 times as many points are followed.
 _SCATTERED, _MOST_FOLLOWED = 16, 4
 # Starts that are followed, of an incompressible and of a compressible material.
 _BEST, _COMPRESSIBLE = 2, 4
@@ -436,23 +436,26 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 
 def _first_fits(problem: EstimationProblem, points: Array, loss: Loss) -> list[Fit]:
     """Return fits from starts, of which the last one is far from the effective moduli."""
-    fits = _minima(problem, points, loss, _COARSE)
     if problem.space.adhesion:
-        return _near(problem, [*fits, *_held(problem, points, loss)])
-    *fits, other = fits
+        return _near(problem, _held(problem, points, loss) or _minima(problem, points, loss, _COARSE), _BROAD)
+    *fits, other = _minima(problem, points, loss, _COARSE)
     # One of many equal minima that is far from the effective moduli would only hide that there are many.
     far = other.cost < min(fit.cost for fit in fits) - _significant(problem, other)
     return [*fits, other] if far else fits
 
 
 def _held(problem: EstimationProblem, points: Array, loss: Loss) -> list[Fit]:
-    """Return fits from points with the stress or the range of an adhesion at a few values.
+    """Return fits from points with the stress or the range of an adhesion at a few values; none if both are known.
 
     The other unknowns follow a held one, whereas a descent of all ends in one of many small minima.
     """
-    for k, name in enumerate(problem.space.names):
-        if name in problem.space.adhesion and name != "work":
-            values = 0.5 * (problem.low[k] + problem.high[k]) + np.array(_HELD)
+    space, low, high = problem.space, problem.low, problem.high
+    for k, parameter in enumerate(space.free):
+        if parameter.name in ("stress", "range"):
+            change = np.array(_HELD) * (1.0 if parameter.name == "stress" else -1.0)
+            given = parameter.inward(space.start[parameter.name]) if parameter.name in space.start else []
+            values = np.append(0.5 * (low[k] + high[k]) + change, given)
+            values = np.unique(np.clip(values, low[k] + _MARGIN, high[k] - _MARGIN))
             there = np.repeat(points, values.size, axis=0)
             there[:, k] = np.tile(values, len(points))
             return _minima(problem, there, loss, _COARSE, k)
@@ -471,10 +474,10 @@ def _enough(problem: EstimationProblem, fit: Fit) -> float:
     return max(_significant(problem, fit), _LITTLE * fit.cost)
 
 
-def _near(problem: EstimationProblem, fits: Sequence[Fit]) -> list[Fit]:
+def _near(problem: EstimationProblem, fits: Sequence[Fit], factor: float = 1.0) -> list[Fit]:
     """Return fits that are nearly as good as the best one."""
     best = min(fits, key=lambda fit: fit.cost)
-    return [fit for fit in fits if fit.cost <= best.cost + _enough(problem, best)]
+    return [fit for fit in fits if fit.cost <= best.cost + factor * _enough(problem, best)]
 
 
 def _without_result(problem: EstimationProblem, points: Array) -> str:
