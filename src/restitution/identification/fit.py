@@ -157,8 +157,8 @@ _HELD = (-1.0, -0.4, 0.2, 0.8, 1.4, 2.0)
 _LITTLE, _BROAD = 0.01, 2.0
 # Least tolerance where marches with few elements have kinks.
 _ROUGH = 1e-4
-# Further points; the best one is followed too. With adhesion most points have their jumps elsewhere: with n unknowns,
-# or the second number if that is less, the n best of n^2 times as many points are followed.
+# Further points; the best one is followed too. Of records with jumps most points have these elsewhere: with n
+# unknowns, or the second number if that is less, the n best of n^2 times as many points are followed.
 _SCATTERED, _MOST_FOLLOWED = 16, 4
 # Starts that are followed, of an incompressible and of a compressible material.
 _BEST, _COMPRESSIBLE = 2, 4
@@ -209,6 +209,11 @@ class EstimationProblem:
     def n_data(self) -> int:
         """Number of measured values, without priors."""
         return sum(record.size for record in self.data)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether there are records with jumps."""
+        return any(record.jumps for record in self.data)
 
     @property
     def unknown_sizes(self) -> list[list[int]]:
@@ -436,7 +441,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 
 def _first_fits(problem: EstimationProblem, points: Array, loss: Loss) -> list[Fit]:
     """Return fits from starts, of which the last one is far from the effective moduli."""
-    if problem.space.adhesion:
+    if problem.jumps:
         return _near(problem, _held(problem, points, loss) or _minima(problem, points, loss, _COARSE), _BROAD)
     *fits, other = _minima(problem, points, loss, _COARSE)
     # One of many equal minima that is far from the effective moduli would only hide that there are many.
@@ -509,7 +514,7 @@ def _significant(problem: EstimationProblem, fit: Fit) -> float:
 
 def _best_scattered(problem: EstimationProblem, centre: Array) -> Array:
     """Return the best of points around the centre; the formulas for effective moduli fail where e is small."""
-    best = min(problem.n_parameters, _MOST_FOLLOWED) if problem.space.adhesion else 1
+    best = min(problem.n_parameters, _MOST_FOLLOWED) if problem.jumps else 1
     points = scattered(problem.space, centre, best * best * _SCATTERED)
     points = np.clip(points, problem.low + _MARGIN, problem.high - _MARGIN)
     with np.errstate(all="ignore"):
