@@ -392,6 +392,16 @@ def test_an_interval_holds_other_minima_that_fit_as_well(exact):
         assert (wider[0] <= value * (1.0 + 1e-9) and value * (1.0 - 1e-9) <= wider[1]) == inside
 
 
+def test_a_modulus_under_a_known_adhesion():
+    """With work and stress known there is no adhesion to seek."""
+    time, depth, force, deviation = pulled(5e5, np.random.default_rng(6))
+    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)
+    fixed = {**GEL, "poisson_ratio": 0.5, "work": PULL, "stress": 5e5}
+    value = fixed.pop("equilibrium_modulus")
+    estimate = rs.identify(curve, rs.standard_solid, fixed=fixed, profiles=False).parameters["equilibrium_modulus"]
+    assert abs(estimate.value - value) < 4.0 * estimate.standard_error < 0.1 * value
+
+
 def pulled_fit(stiffness, seed):
     """The fit, without profiles, of a record with a cantilever of some stiffness [N/m]."""
     time, depth, force, deviation = pulled(5e5, np.random.default_rng(seed), spring_constant=stiffness)

@@ -468,9 +468,13 @@ def _held(problem: EstimationProblem, points: Array, loss: Loss) -> list[Fit]:
 
 
 def _around(problem: EstimationProblem, fit: Fit, loss: Loss) -> list[Fit]:
-    """Return fits from points around one with another adhesion: a jump that is a sample away makes another minimum."""
-    names, move = problem.space.names, np.eye(fit.coordinates.size)
-    moves = [move[k] * change for k, name in enumerate(names) if name in problem.space.adhesion for change in _AROUND]
+    """Return fits from points around one with another adhesion: a jump that is a sample away makes another minimum.
+
+    Where the adhesion is known, the points have other moduli.
+    """
+    n, move = problem.n_parameters, np.eye(fit.coordinates.size)
+    places = [k for k in range(n) if problem.space.names[k] in problem.space.adhesion] or range(n)
+    moves = [change * move[k] for k in places for change in _AROUND]
     return _minima(problem, fit.coordinates + np.array(moves), loss, _COARSE)
 
 
