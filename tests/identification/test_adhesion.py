@@ -392,6 +392,16 @@ def test_an_interval_holds_other_minima_that_fit_as_well(exact):
         assert (wider[0] <= value * (1.0 + 1e-9) and value * (1.0 - 1e-9) <= wider[1]) == inside
 
 
+def test_a_modulus_under_a_known_adhesion():
+    """With work and stress known there is no adhesion to seek."""
+    time, depth, force, deviation = pulled(5e5, np.random.default_rng(6))
+    curve = rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=deviation), adhesion=True)
+    fixed = {**GEL, "poisson_ratio": 0.5, "work": PULL, "stress": 5e5}
+    value = fixed.pop("equilibrium_modulus")
+    estimate = rs.identify(curve, rs.standard_solid, fixed=fixed, profiles=False).parameters["equilibrium_modulus"]
+    assert abs(estimate.value - value) < 4.0 * estimate.standard_error < 0.1 * value
+
+
 def pulled_fit(stiffness, seed):
     """The fit, without profiles, of a record with a cantilever of some stiffness [N/m]."""
     time, depth, force, deviation = pulled(5e5, np.random.default_rng(seed), spring_constant=stiffness)
@@ -401,23 +411,19 @@ def pulled_fit(stiffness, seed):
 
 
 @pytest.mark.slow
-def test_intervals_without_profiles_hold_the_truth():
-    result = pulled_fit(1.0, 1)
+@pytest.mark.parametrize(("stiffness", "seed"), [(1.0, 1), (1.0, 6), (0.3, 0), (0.3, 8)])
+def test_intervals_without_profiles_hold_the_truth(stiffness, seed):
+    """Also under a soft cantilever, whose sum of squares has many minima, and where the stress is open."""
+    result = pulled_fit(stiffness, seed)
+    # Within five standard deviations of chi2, as a fit at the truth is.
+    assert result.chi2 < result.degrees_of_freedom + 5.0 * math.sqrt(2.0 * result.degrees_of_freedom)
     truth = GEL | {"work": PULL, "stress": 5e5, "contact_point": TOUCH}
     for name, estimate in (result.parameters | result.nuisances).items():
         if name in truth:
             low, high = estimate.interval
             assert low < truth[name] < high, name
-
-
-@pytest.mark.slow
-def test_intervals_without_profiles_go_along_the_valley_of_the_stress():
-    """A soft cantilever, whose best fit is 1.2 MPa at all larger stresses, and whose stress is 0.5 MPa."""
-    result = pulled_fit(0.3, 0)
-    for name, value in (("work", PULL), ("stress", 5e5)):
-        low, high = result.parameters[name].interval
-        assert low < value < high, name
-    assert any("hardly show stress" in line for line in result.warnings)
+    low, high = result.parameters["work"].interval
+    assert high < 2.5 * low
 
 
 def test_lines_of_a_noisy_depth():

@@ -333,7 +333,7 @@ class IndentationCurve(ForceRecord):
         noise = float(np.mean(self.deviations)) / float(np.ptp(self.force))
         count = 2 * elements_for(max(noise, _ROUGH if self.scaled else 0.0))
         profile, deepest = as_profile(self.profile, "adhesion"), float(self.tip.max())
-        self._pull_off = PullOff(profile, self.time, lines, deepest, self.spring_constant, count)
+        self._pull_off, self.jumps = PullOff(profile, self.time, lines, deepest, self.spring_constant, count), True
         names = zip(self._units, self._columns, strict=True)
         columns: dict[str, Any] = {name: (column, self._units[name]) for name, column in names}
         self._set_record(self.time, self.force, deviations_at_jumps(self.force, self.deviations), **columns)

@@ -149,14 +149,17 @@ Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 _NUISANCE_STEP = 1e-2
 # Values of hidden coordinates that are tried, and descents from the best of them; fewer where a trial is costly.
 _TRIALS, _RESCUES, _COSTLY_TRIALS = 64, 3, 8
-# Changes of the logarithms of an adhesion in search of better minima.
-_AROUND, _WIDELY, _SEARCHES = (-0.3, -0.1, 0.1, 0.3), (-2.0, -1.0, 0.0, 1.0), 4
-# Share of the sum of squares by which another minimum counts in this search.
-_LITTLE = 0.01
+# Changes of the logarithms of an adhesion in search of better minima, and searches at most.
+_AROUND, _SEARCHES = (-0.3, -0.1, 0.1, 0.3), 4
+# Logarithms, from the middle of its bounds, at which a stress is held in this search; a range has the opposite ones.
+_HELD = (-1.0, -0.4, 0.2, 0.8, 1.4, 2.0)
+# Share of the sum of squares by which another minimum counts in this search, and a factor for fits with a held number.
+_LITTLE, _BROAD = 0.01, 2.0
 # Least tolerance where marches with few elements have kinks.
 _ROUGH = 1e-4
-# Further points; the best one is followed too.
-_SCATTERED = 16
+# Further points; the best one is followed too. Of records with jumps most points have these elsewhere: with n
+# unknowns, or the second number if that is less, the n best of n^2 times as many points are followed.
+_SCATTERED, _MOST_FOLLOWED = 16, 4
 # Starts that are followed, of an incompressible and of a compressible material.
 _BEST, _COMPRESSIBLE = 2, 4
 # Descents: largest change of a logarithm in a round, most rounds, and the share of its sum of squares that the next
@@ -206,6 +209,11 @@ class EstimationProblem:
     def n_data(self) -> int:
         """Number of measured values, without priors."""
         return sum(record.size for record in self.data)
+
+    @property
+    def jumps(self) -> bool:
+        """Whether there are records with jumps."""
+        return any(record.jumps for record in self.data)
 
     @property
     def unknown_sizes(self) -> list[list[int]]:
@@ -400,11 +408,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     problem, centre, tables = problem_of(data, space)
     points = starts(space, tables, problem.materials, centre, problem.low, problem.high)
     points = np.vstack([_chosen(problem, points), _best_scattered(problem, centre)])
-    *fits, other = _minima(problem, points, loss, _COARSE)
-    # One of many equal minima that is far from the effective moduli would only hide that there are many.
-    if other.cost < min(fit.cost for fit in fits) - _significant(problem, other):
-        fits.append(other)
-    fits = _deeper(problem, fits, loss)
+    fits = _deeper(problem, _first_fits(problem, points, loss), loss)
     if not math.isfinite(fits[0].cost):
         # Rows of a refused material are NaN, which hides the reason.
         problem.misfits(centre[None])  # the error of the model or of the data, if there is one
@@ -412,12 +416,10 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     if space.adhesion:
         # Other minima are sought with few elements, as the search takes most of the time.
         for _ in range(_SEARCHES):
-            best = fits[0].cost
-            others = _minima(problem, _around(problem, fits[0]), loss, _COARSE)
-            enough = max(_significant(problem, fits[0]), _LITTLE * best)
-            near = [fit for fit in [*fits[1:], *others] if fit.cost < best + enough]
-            fits = _deeper(problem, [fits[0], *near], loss)
-            if fits[0].cost > best - enough:
+            best = fits[0]
+            others = [*_held(problem, best.coordinates[None], loss), *_around(problem, best, loss)]
+            fits = _deeper(problem, _near(problem, [*fits, *others]), loss)
+            if fits[0].cost > best.cost - _enough(problem, best):
                 break
         here = fits[0].coordinates[None]
         each = zip(data, problem.nuisances(here), strict=True)
@@ -437,18 +439,54 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
     return moved(problem, loss, fits[0], fits)
 
 
-def _around(problem: EstimationProblem, fit: Fit) -> Array:
-    """Return points around a fit with another adhesion: a jump that is a sample away makes another minimum."""
-    points = list[Array]()
-    for k, name in enumerate(problem.space.names):
-        if name in problem.space.adhesion:
-            here, middle = fit.coordinates[k], 0.5 * (problem.low[k] + problem.high[k])
-            # The size of a work is known from the start, that of a stress or a range is not.
-            values = [*(here + np.array(_AROUND)), *(middle + np.array(_WIDELY) if name != "work" else ())]
-            for value in values:
-                points.append(fit.coordinates.copy())
-                points[-1][k] = value
-    return np.array(points).reshape(-1, fit.coordinates.size)
+def _first_fits(problem: EstimationProblem, points: Array, loss: Loss) -> list[Fit]:
+    """Return fits from starts, of which the last one is far from the effective moduli."""
+    if problem.jumps:
+        return _near(problem, _held(problem, points, loss) or _minima(problem, points, loss, _COARSE), _BROAD)
+    *fits, other = _minima(problem, points, loss, _COARSE)
+    # One of many equal minima that is far from the effective moduli would only hide that there are many.
+    far = other.cost < min(fit.cost for fit in fits) - _significant(problem, other)
+    return [*fits, other] if far else fits
+
+
+def _held(problem: EstimationProblem, points: Array, loss: Loss) -> list[Fit]:
+    """Return fits from points with the stress or the range of an adhesion at a few values; none if both are known.
+
+    The other unknowns follow a held one, whereas a descent of all ends in one of many small minima.
+    """
+    space, low, high = problem.space, problem.low, problem.high
+    for k, parameter in enumerate(space.free):
+        if parameter.name in ("stress", "range"):
+            change = np.array(_HELD) * (1.0 if parameter.name == "stress" else -1.0)
+            given = parameter.inward(space.start[parameter.name]) if parameter.name in space.start else []
+            values = np.append(0.5 * (low[k] + high[k]) + change, given)
+            values = np.unique(np.clip(values, low[k] + _MARGIN, high[k] - _MARGIN))
+            there = np.repeat(points, values.size, axis=0)
+            there[:, k] = np.tile(values, len(points))
+            return _minima(problem, there, loss, _COARSE, k)
+    return []
+
+
+def _around(problem: EstimationProblem, fit: Fit, loss: Loss) -> list[Fit]:
+    """Return fits from points around one with another adhesion: a jump that is a sample away makes another minimum.
+
+    Where the adhesion is known, the points have other moduli.
+    """
+    n, move = problem.n_parameters, np.eye(fit.coordinates.size)
+    places = [k for k in range(n) if problem.space.names[k] in problem.space.adhesion] or range(n)
+    moves = [change * move[k] for k in places for change in _AROUND]
+    return _minima(problem, fit.coordinates + np.array(moves), loss, _COARSE)
+
+
+def _enough(problem: EstimationProblem, fit: Fit) -> float:
+    """Return the difference of sums of squares by which another minimum counts in a search."""
+    return max(_significant(problem, fit), _LITTLE * fit.cost)
+
+
+def _near(problem: EstimationProblem, fits: Sequence[Fit], factor: float = 1.0) -> list[Fit]:
+    """Return fits that are nearly as good as the best one."""
+    best = min(fits, key=lambda fit: fit.cost)
+    return [fit for fit in fits if fit.cost <= best.cost + factor * _enough(problem, best)]
 
 
 def _without_result(problem: EstimationProblem, points: Array) -> str:
@@ -479,10 +517,12 @@ def _significant(problem: EstimationProblem, fit: Fit) -> float:
 
 
 def _best_scattered(problem: EstimationProblem, centre: Array) -> Array:
-    """Return the best one of points around the centre; the formulas for effective moduli fail where e is small."""
-    points = np.clip(scattered(problem.space, centre, _SCATTERED), problem.low + _MARGIN, problem.high - _MARGIN)
+    """Return the best of points around the centre; the formulas for effective moduli fail where e is small."""
+    best = min(problem.n_parameters, _MOST_FOLLOWED) if problem.jumps else 1
+    points = scattered(problem.space, centre, best * best * _SCATTERED)
+    points = np.clip(points, problem.low + _MARGIN, problem.high - _MARGIN)
     with np.errstate(all="ignore"):
-        return points[[np.argmin(squares(problem.residuals(points)))]]
+        return points[np.argsort(squares(problem.residuals(points)), kind="stable")[:best]]
 
 
 def _deeper(problem: EstimationProblem, fits: Sequence[Fit], loss: Loss) -> list[Fit]:

@@ -222,13 +222,14 @@ def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
             f"the data hardly show {' and '.join(unseen)}: intervals are those over the fits along a few lines "
             "that are as good; profiles=True follows the best fit at each value"
         )
-    # Another minimum may have other values of the parameters.
+    # Another minimum may have other values of the parameters; the best one for each parameter is named.
     stated = np.array([estimate.determined for estimate in result.parameters.values()])
-    n, best = problem.n_parameters, estimation.fit
+    n, best, named = problem.n_parameters, estimation.fit, set[int]()
     for other in estimation.fits:
         apart = np.where(stated, np.abs(other.coordinates[:n] - best.coordinates[:n]), 0.0)
         k, gain = int(np.argmax(apart)), best.cost - other.cost
-        if apart[k] > math.log(2.0) and gain > -EQUALLY_GOOD:
+        if apart[k] > math.log(2.0) and gain > -EQUALLY_GOOD and k not in named:
+            named.add(k)
             value = float(problem.space.free[k].outward(other.coordinates[k]))
             well = "almost as well" if gain < 0.0 else f"better by {gain:.2g} in chi2, but is less plausible"
             lines.append(f"another minimum fits {well}, with {problem.space.names[k]} = {value:.3g}")

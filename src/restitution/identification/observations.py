@@ -271,6 +271,8 @@ class Observations(ABC):
 
     adhesion: bool = False
     """Whether the surfaces adhere, so that the fit has the work and the stress of adhesion."""
+    jumps: bool = False
+    """Whether a record over time shows jumps of adhesion, whose places make many minima of a fit."""
 
     fixes_time: bool = True
     """Whether the data contain a time, a force or a modulus; the restitution coefficient alone does not."""
