@@ -8,8 +8,9 @@ The loud sounds propose a series. All touches of a ball sound alike, so the prop
 follows them: their echoes. A filter of this spectrum shows fainter touches, and levels are compared with those of the
 echoes too. A series is accepted only if chance would hardly make one from sounds as frequent as those outside it.
 
-A touch begins where a course of decaying power is likeliest. Its standard error is the width of this likelihood. The
-series ends where a last touch is no longer evident above noise and echoes.
+A touch begins where a course of decaying power is likeliest, less the time in which its sound rises above the noise.
+Its standard error is the width of this likelihood, and that time. The series ends where a last touch is no longer
+evident above noise and echoes.
 """
 
 from __future__ import annotations
@@ -72,13 +73,15 @@ _TAIL = 1e-3
 # Logarithm of the odds against chance that the first and the last touch need.
 _EVIDENT = 5.0
 # Instants with a larger standard error [s] do not begin or end the series.
-_VAGUE = 0.0012
+_VAGUE = 0.001
 # A series of flights whose typical ratio is larger comes from a clock.
 _STEADY = 0.997
 # Share of a sound in its loudest echoes, when it is clipped.
 _SHARE = 0.6
 # Echoes may come earlier or later by this time [s].
 _ASIDE = 0.001
+# Time [s] in which a touch sounds as it begins.
+_TOUCH = 0.003
 # Longest recording [s].
 _MOST_SECONDS = 600.0
 
@@ -184,7 +187,7 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
         picks = _evident(*_joined(*both))
         sure = np.flatnonzero(picks.error <= _VAGUE)
         if sure.size >= _FEWEST:
-            return Picks(*(column[sure[0] : sure[-1] + 1] for column in picks))
+            return _risen(white, Picks(*(column[sure[0] : sure[-1] + 1] for column in picks)))
     rule = f"must have a series of at least {_FEWEST} bounces{' that are clear above the noise' if likely else ''}"
     raise InputError("", rule=f"{rule}, each flight shorter than the one before; none was found")
 
@@ -512,6 +515,21 @@ def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Pi
     error = np.hypot(faint.error, 1.48 * np.median(np.abs(late - delay)))
     time, error = np.where(error < first.error, [faint.time - delay, error], [first.time, first.error])
     return Picks(time, error, first.signal_to_noise), odds
+
+
+def _risen(white: _Filtered, picks: Picks) -> Picks:
+    """Return picks before the rise of their sounds above the noise, which is an error too.
+
+    Tones of the mean square frequency w rise as w t times their peak, and are as loud as the noise after 1/(w S/N).
+    """
+    samples, rate, _ = white
+    inside = np.add.outer(np.ceil(picks.time * rate).astype(np.intp), np.arange(round(_TOUCH * rate)))
+    inside = np.clip(inside, 0, samples.size - 2)
+    slopes = _Filtered(np.diff(samples), rate)
+    power, steep = (np.mean(each.samples[inside] ** 2) - each.noise**2 for each in (white, slopes))
+    frequency = rate * math.sqrt(steep / power) if power > 0.0 and steep > 0.0 else math.inf
+    rise = 1.0 / (max(frequency, 2.0 * math.pi * _LOW) * picks.signal_to_noise)
+    return picks._replace(time=picks.time - rise, error=np.hypot(picks.error, rise))
 
 
 def _evident(picks: Picks, odds: Array) -> Picks:
