@@ -68,7 +68,8 @@ _LOW = 120.0
 _LATE, _ROUNDED = 0.5, 12.0**-0.5
 # A touch begins within this time [s] of its place; powers of its courses over the largest one, and decay times [s].
 _REACH = 0.006
-_COURSES = np.array(list(itertools.product((0.1, 0.25, 0.5), (0.001, 0.003, 0.008))))
+_TYPICAL = 0.25
+_COURSES = np.array(list(itertools.product((0.1, _TYPICAL, 0.5), (0.001, 0.003, 0.008))))
 _TAIL = 1e-3
 # Logarithm of the odds against chance that the first and the last touch need.
 _EVIDENT = 5.0
@@ -520,7 +521,8 @@ def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Pi
 def _risen(white: _Filtered, picks: Picks) -> Picks:
     """Return picks before the rise of their sounds above the noise, which is an error too.
 
-    Tones of the mean square frequency w rise as w t times their peak, and are as loud as the noise after 1/(w S/N).
+    Tones of the mean square frequency w rise as w t times their peak. Under a course of power q at once, a sample is
+    more likely than as noise where its square is above ln(1 + q).
     """
     samples, rate, _ = white
     inside = np.add.outer(np.ceil(picks.time * rate).astype(np.intp), np.arange(round(_TOUCH * rate)))
@@ -528,7 +530,8 @@ def _risen(white: _Filtered, picks: Picks) -> Picks:
     slopes = _Filtered(np.diff(samples), rate)
     power, steep = (np.mean(each.samples[inside] ** 2) - each.noise**2 for each in (white, slopes))
     frequency = rate * math.sqrt(steep / power) if power > 0.0 and steep > 0.0 else math.inf
-    rise = 1.0 / (max(frequency, 2.0 * math.pi * _LOW) * picks.signal_to_noise)
+    loud = picks.signal_to_noise
+    rise = np.sqrt(np.log1p(_TYPICAL * loud**2)) / (max(frequency, 2.0 * math.pi * _LOW) * loud)
     return picks._replace(time=picks.time - rise, error=np.hypot(picks.error, rise))
 
 
