@@ -424,6 +424,9 @@ def test_intervals_without_profiles_hold_the_truth(stiffness, seed):
             assert low < truth[name] < high, name
     low, high = result.parameters["work"].interval
     assert high < 2.5 * low
+    # Of the record of seed 8 on one processor; rounding decides.
+    if result.parameters["stress"].interval == (0.0, math.inf):
+        assert any("hardly show stress" in line for line in result.warnings)
 
 
 def test_lines_of_a_noisy_depth():
