@@ -440,7 +440,7 @@ def estimate(data: Sequence[Observations], space: Parameters, loss: Loss = "line
 
 
 def _first_fits(problem: EstimationProblem, points: Array, loss: Loss) -> list[Fit]:
-    """Return fits from starts, of which the last one is far from the effective moduli."""
+    """Return fits from starts; the last start is far from the effective moduli."""
     if problem.jumps:
         return _near(problem, _held(problem, points, loss) or _minima(problem, points, loss, _COARSE), _BROAD)
     *fits, other = _minima(problem, points, loss, _COARSE)

@@ -438,9 +438,7 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
         score = np.concatenate([begin[before, b], old_score])[:, None] - log_rates[b, after] - _ODDS
         score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
         change = np.abs(ratio[before.size :] - old_ratio[:, None])
-        # The restitution coefficient changes a little, sometimes more, and the instants are not exact.
-        width = _SMOOTH + _BLUR / gap[b, after]
-        density = width / (math.pi * (width**2 + change**2))
+        density = _density(change, gap[b, after])
         score[before.size :] += np.where(change < _CHANGE, np.log(density), -np.inf) - log_gap[b, after]
         score[(ratio <= math.log(_RATIOS[0])) | (ratio >= math.log(_RATIOS[1]))] = -np.inf
         kept = np.argsort(-score, axis=0)[:_STATES]
@@ -457,6 +455,15 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
         state = int(parents.flat[state])
     # The odds that each touch had to have are no odds of the series.
     return chain[::-1], float(scores.flat[best]) + _ODDS * (len(chain) - 3)
+
+
+def _density(change: Array, flight: Array) -> Array:
+    """Return how frequent a change of the logarithm of the ratio of two flights is before a flight [s].
+
+    The restitution coefficient changes a little, sometimes more, and the instants are not exact.
+    """
+    width = _SMOOTH + _BLUR / flight
+    return width / (math.pi * (width**2 + change**2))
 
 
 def _refined(sound: _Filtered, places: NDArray[np.intp], echo: Array) -> tuple[Picks, Array]:
@@ -522,7 +529,7 @@ def _risen(white: _Filtered, picks: Picks) -> Picks:
     """Return picks before the rise of their sounds above the noise, which is an error too.
 
     Tones of the mean square frequency w rise as w t times their peak. Under a course of power q at once, a sample is
-    more likely than as noise where its square is above ln(1 + q).
+    more likely than as noise where its square is above ln(1 + q). Picks stay where noise hides the slopes.
     """
     samples, rate, _ = white
     inside = np.add.outer(np.ceil(picks.time * rate).astype(np.intp), np.arange(round(_TOUCH * rate)))
@@ -538,16 +545,13 @@ def _risen(white: _Filtered, picks: Picks) -> Picks:
 def _evident(picks: Picks, odds: Array) -> Picks:
     """Return the touches from the first to the last one that are no chance, by their sounds and by their instants.
 
-    The instant of a touch is uniform within its window by chance, and else as in `_best_chain`.
+    The instant of a touch is uniform within its window by chance, and else as its series foretells.
     """
     begin, end = 0, odds.size
     while end - begin >= _FEWEST:
         flight = np.maximum(np.diff(picks.time[begin:end]), 0.1 * _SHORTEST)
-        change = np.diff(np.log(flight), 2)[[0, -1]]
-        flight = flight[[0, -1]]
-        width = _SMOOTH + _BLUR / flight
-        density = width / (math.pi * (width**2 + change**2)) / flight
-        ends = odds[[begin, end - 1]] + np.log(2.0 * _REACH * density)
+        change, flight = np.diff(np.log(flight), 2)[[0, -1]], flight[[0, -1]]
+        ends = odds[[begin, end - 1]] + np.log(2.0 * _REACH * _density(change, flight) / flight)
         if min(ends) >= _EVIDENT:
             break
         begin, end = (begin + 1, end) if ends[0] < ends[1] else (begin, end - 1)

@@ -1,4 +1,4 @@
-"""Machine code of entry points on disk, and bitcode of LLVM from which a wheel for one Python makes it in a second."""
+"""Machine code of entry points on disk, and bitcode of LLVM in a wheel, which becomes machine code in seconds."""
 
 import os
 from collections.abc import Callable
