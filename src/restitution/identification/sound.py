@@ -29,30 +29,23 @@ from scipy.special import expit, logsumexp
 from restitution import checks
 from restitution.checks import Array
 from restitution.errors import InputError
+from restitution.identification.touch_series import (
+    ECHO,
+    FEWEST,
+    SERIES_ODDS,
+    SHORTEST,
+    best_series,
+    density_of_change,
+    louder_before,
+)
 
-# Shortest and longest flight [s]; the longest is one of 7.6 m.
-_SHORTEST, _LONGEST = 0.012, 2.5
 # Windows [s] in which a touch is loud, and before it.
 _WINDOWS, _BEFORE = (0.001, 0.003, 0.01), 0.01
 _HOP = 0.00025
 # Least strength of a sudden sound, in standard deviations of the noise, and the most of them that are looked at.
 _WEAKEST, _MANY = 3.0, 200
-# A strength counts as one of Gaussian noise only up to here.
-_STRONGEST = 8.0
-# Ratios of a flight to the one before, the change of their logarithm from one touch to the next at most and typically,
-# and the time [s] by which the instants add to it, over the flight.
-_RATIOS, _CHANGE, _SMOOTH, _BLUR = (0.2, 1.01), 0.15, 0.01, 0.0015
-# Logarithm of the odds against chance that each touch needs, and those that a series needs that is the only choice.
-_ODDS, _SERIES_ODDS = 5.0, 5.0
-# Scatter of the logarithm of the loudness.
-_LOUDNESS = 0.6
-# Neighbourhood [s] in which sounds are counted.
-_NEAR = 1.0
-# Echoes come within this time [s], but not before a touch has died away.
-_ECHO, _OWN = 0.12, 0.008
-_CLEAR = 5.0
-# States that are kept for each two last sounds.
-_STATES = 8
+# A touch has died away, and its echoes begin, after this time [s].
+_OWN = 0.008
 # Times that the spectrum and the echoes of a series are those with which the next one is found.
 _PASSES = 3
 # Steps to the likeliest echoes, the most that one instant counts there, and their power over the likeliest one.
@@ -61,7 +54,6 @@ _STEPS, _FEW, _CARE = 60, 2.0, 1.2
 _CARRIED = 0.006
 # The delay of a filter follows from instants with a smaller standard error [s].
 _SURE = 0.0005
-_FEWEST = 4
 # Frequencies [Hz] below this are weakened.
 _LOW = 120.0
 # Mean delay of the first loud sample, and its scatter, in samples: a touch is anywhere between two of them.
@@ -77,8 +69,6 @@ _EVIDENT = 5.0
 _VAGUE = 0.001
 # A series of flights whose typical ratio is larger comes from a clock.
 _STEADY = 0.997
-# Share of a sound in its loudest echoes, when it is clipped.
-_SHARE = 0.6
 # Echoes may come earlier or later by this time [s].
 _ASIDE = 0.001
 # Time [s] in which a touch sounds as it begins.
@@ -175,7 +165,7 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
         series.append((odds, shaped, places))
     # What is learned of the touches shows which of the first sounds are none, but may hide all of them.
     series = [*sorted(series, key=lambda one: -one[0]), proposal]
-    likely = [one for one in series if one[0] >= _SERIES_ODDS]
+    likely = [one for one in series if one[0] >= SERIES_ODDS]
     for _, shaped, places in likely:
         # Echoes are known best where the touches are.
         first, _ = _refined(white, places, _echoes(white, places, clipped))
@@ -187,9 +177,9 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
         )
         picks = _evident(*_joined(*both))
         sure = np.flatnonzero(picks.error <= _VAGUE)
-        if sure.size >= _FEWEST:
+        if sure.size >= FEWEST:
             return _risen(white, Picks(*(column[sure[0] : sure[-1] + 1] for column in picks)))
-    rule = f"must have a series of at least {_FEWEST} bounces{' that are clear above the noise' if likely else ''}"
+    rule = f"must have a series of at least {FEWEST} bounces{' that are clear above the noise' if likely else ''}"
     raise InputError("", rule=f"{rule}, each flight shorter than the one before; none was found")
 
 
@@ -213,24 +203,18 @@ def _proposed(white: _Filtered) -> tuple[NDArray[np.intp], float]:
     places, strengths, loudness = _sudden(white, np.zeros(white.samples.size))
     time, seconds = places / white.rate, white.samples.size / white.rate
     # A sound that may be an echo counts if there is no series without it.
-    alone = np.flatnonzero(~_louder_before(time, loudness).any(axis=0))
-    chain, odds = _series(time[alone], strengths[alone], loudness[alone], seconds)
-    if odds >= _SERIES_ODDS:
+    alone = np.flatnonzero(~louder_before(time, loudness).any(axis=0))
+    chain, odds = best_series(time[alone], strengths[alone], loudness[alone], seconds)
+    if odds >= SERIES_ODDS:
         return places[alone[chain]], odds
-    chain, odds = _series(time, strengths, loudness, seconds)
+    chain, odds = best_series(time, strengths, loudness, seconds)
     return places[chain], odds
-
-
-def _louder_before(time: Array, loudness: Array, share: float = 1.0) -> NDArray[np.bool_]:
-    """Return of each two sounds whether the second may be an echo of the first: soon after, and below a share."""
-    later = time - time[:, None]
-    return (later > 0.0) & (later < _ECHO) & (loudness < share * loudness[:, None])
 
 
 def _chosen(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], float]:
     """Return the samples near which the touches begin, none if there is no series, and the logarithm of its odds."""
     places, strengths, loudness = _sudden(sound, echo)
-    chain, odds = _series(places / sound.rate, strengths, loudness, sound.samples.size / sound.rate)
+    chain, odds = best_series(places / sound.rate, strengths, loudness, sound.samples.size / sound.rate)
     return places[chain], odds
 
 
@@ -242,7 +226,7 @@ def _echoes(sound: _Filtered, places: NDArray[np.intp], clipped: NDArray[np.bool
     """
     samples, rate, _ = sound
     hop = max(1, round(_HOP * rate))
-    cells = np.add.outer(places // hop, np.arange(round(_ECHO * rate / hop)))
+    cells = np.add.outer(places // hop, np.arange(round(ECHO * rate / hop)))
     whole, noise = math.ceil(samples.size / hop), sound.noise
     # All after the end of the recording is in one cell, which is not heard.
     cells = np.minimum(cells, whole)
@@ -338,7 +322,7 @@ def _sudden(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], Array, Arr
         past = np.cbrt(np.maximum(earlier, mean**3 + _mean(echoed, at, at + size)))
         strengths.append((level - past) / (spread * past / mean))
     strength = np.where(at < filtered.size - _WINDOWS[-1] * rate, np.max(strengths, axis=0), -np.inf)
-    reach = max(3, 2 * round(0.6 * _SHORTEST * rate / hop) + 1)
+    reach = max(3, 2 * round(0.6 * SHORTEST * rate / hop) + 1)
     peaks = (strength >= maximum_filter1d(strength, reach)) & (strength > _WEAKEST)
     onsets = np.flatnonzero(peaks)
     onsets = onsets[np.concatenate([[True], np.diff(onsets) > 1])] if onsets.size else onsets
@@ -356,114 +340,6 @@ def _sudden(sound: _Filtered, echo: Array) -> tuple[NDArray[np.intp], Array, Arr
 def _mean(total: Array, start: Any, end: Any) -> Array:
     start, end = (np.clip(edge, 0, total.size - 1) for edge in (start, end))
     return np.maximum(total[end] - total[start], 0.0) / np.maximum(end - start, 1)
-
-
-def _series(time: Array, strength: Array, loudness: Array, seconds: float) -> tuple[list[int], float]:
-    """Return the places of the likeliest series of touches among sudden sounds, and the logarithm of its odds.
-
-    The logarithm of the odds of a series is the sum over its sounds of ``-ln(w r)``: w is the time in which the sound
-    had to come, and r the rate of sounds that are as strong.
-    """
-    if time.size < _FEWEST:
-        return [], -math.inf
-    follows = _louder_before(time, loudness).any(axis=0)
-    results: list[tuple[float, list[int]]] = []
-    for counted in (False, True):  # of the other sounds, at first none or all count as chance
-        others = np.full(time.size, counted)
-        chain: list[int] = []
-        odds = -math.inf
-        for _ in range(4):
-            former = chain
-            rates = _rates(time, strength, others & ~follows, seconds)
-            chain, odds = _best_chain(time, rates, loudness, seconds)
-            others = np.ones(time.size, dtype=bool)
-            others[chain] = False
-            if chain == former:
-                break
-        results.append((odds, chain))
-    odds, chain = max(results)
-    # It is the best of the series that begin with any two of the sounds.
-    return chain, odds - 2.0 * math.log1p(time.size - len(chain))
-
-
-def _rates(time: Array, strength: Array, others: NDArray[np.bool_], seconds: float) -> Array:
-    """Return how many sounds a second are as strong by chance, from the other sounds near each one.
-
-    The quieter side counts, as speech may end just before a ball falls, or begin just after. A weaker sound counts in
-    part, as the distribution of strengths has a long tail.
-    """
-    share = np.minimum(1.0, strength / strength[:, None]) ** 2
-    share *= (strength > _CLEAR) | (strength >= strength[:, None])
-    later = time - time[:, None]
-    before, after = (
-        ((share * (others & (way > 0.0) & (way < _NEAR))).sum(axis=1) + 0.05) / np.clip(heard, 1e-3, _NEAR)
-        for way, heard in ((-later, time), (later, seconds - time))
-    )
-    noise = 1e3 * np.exp(-0.5 * np.minimum(strength, _STRONGEST) ** 2)
-    return np.maximum(np.minimum(before, after), noise)
-
-
-def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tuple[list[int], float]:
-    """Return the series of the highest odds and their logarithm.
-
-    A state is a series by its last three sounds a, b, c. Those that end in b, c are continued from those in a, b.
-    """
-    log_rate, log_loudness = np.log(rate), np.log(loudness)
-    # After a louder sound that is no touch of the series, echoes are frequent.
-    places = np.arange(time.size)
-    louder_one = np.where(_louder_before(time, loudness, _SHARE), places[:, None], -1).max(axis=0, initial=-1)
-    after_another = louder_one > places[:, None]
-    log_rates = np.where(after_another, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
-    log_first = np.where(louder_one >= 0, np.maximum(log_rate, -math.log(_ECHO)), log_rate)
-    gap = time - time[:, None]
-    allowed = (gap > _SHORTEST) & (gap < _LONGEST)
-    log_gap = np.log(np.where(allowed, gap, 1.0))
-    louder = log_loudness - log_loudness[:, None]
-    # The first sounds of a series may come at any time.
-    begin = -math.log(seconds * _LONGEST * 0.8) - log_first[:, None] - log_rates - log_gap
-    begin -= 0.5 * ((louder + 0.25) / (1.2 * _LOUDNESS)) ** 2
-    # Of each state that ends in b, c: its score, the ratio of its last flights, its first sound, and the state before.
-    shape = (time.size, time.size, _STATES)
-    scores, ratios = np.full(shape, -np.inf), np.zeros(shape)
-    firsts, parents = np.zeros(shape, dtype=np.intp), np.full(shape, -1)
-    for b in range(time.size):
-        before, after = np.flatnonzero(allowed[:, b]), np.flatnonzero(allowed[b])
-        if not (before.size and after.size):
-            continue
-        old, place = np.nonzero(scores[:, b] > -np.inf)
-        old_score, old_ratio = scores[old, b, place], ratios[old, b, place]
-        first = np.concatenate([before, old])
-        parent = np.concatenate([np.full(before.size, -1), np.ravel_multi_index((old, b, place), shape)])
-        ratio = log_gap[b, after] - log_gap[first, b][:, None]
-        score = np.concatenate([begin[before, b], old_score])[:, None] - log_rates[b, after] - _ODDS
-        score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
-        change = np.abs(ratio[before.size :] - old_ratio[:, None])
-        density = _density(change, gap[b, after])
-        score[before.size :] += np.where(change < _CHANGE, np.log(density), -np.inf) - log_gap[b, after]
-        score[(ratio <= math.log(_RATIOS[0])) | (ratio >= math.log(_RATIOS[1]))] = -np.inf
-        kept = np.argsort(-score, axis=0)[:_STATES]
-        here = b, after, slice(len(kept))
-        scores[here], ratios[here] = (np.take_along_axis(part, kept, axis=0).T for part in (score, ratio))
-        firsts[here], parents[here] = first[kept].T, parent[kept].T
-    best = int(scores.argmax()) if scores.size else 0
-    if scores.flat[best] == -np.inf:
-        return [], -math.inf
-    second, third, _ = np.unravel_index(best, shape)
-    chain, state = [int(third), int(second)], best
-    while state >= 0:
-        chain.append(int(firsts.flat[state]))
-        state = int(parents.flat[state])
-    # The odds that each touch had to have are no odds of the series.
-    return chain[::-1], float(scores.flat[best]) + _ODDS * (len(chain) - 3)
-
-
-def _density(change: Array, flight: Array) -> Array:
-    """Return how frequent a change of the logarithm of the ratio of two flights is before a flight [s].
-
-    The restitution coefficient changes a little, sometimes more, and the instants are not exact.
-    """
-    width = _SMOOTH + _BLUR / flight
-    return width / (math.pi * (width**2 + change**2))
 
 
 def _refined(sound: _Filtered, places: NDArray[np.intp], echo: Array) -> tuple[Picks, Array]:
@@ -548,10 +424,10 @@ def _evident(picks: Picks, odds: Array) -> Picks:
     The instant of a touch is uniform within its window by chance, and else as its series foretells.
     """
     begin, end = 0, odds.size
-    while end - begin >= _FEWEST:
-        flight = np.maximum(np.diff(picks.time[begin:end]), 0.1 * _SHORTEST)
+    while end - begin >= FEWEST:
+        flight = np.maximum(np.diff(picks.time[begin:end]), 0.1 * SHORTEST)
         change, flight = np.diff(np.log(flight), 2)[[0, -1]], flight[[0, -1]]
-        ends = odds[[begin, end - 1]] + np.log(2.0 * _REACH * _density(change, flight) / flight)
+        ends = odds[[begin, end - 1]] + np.log(2.0 * _REACH * density_of_change(change, flight) / flight)
         if min(ends) >= _EVIDENT:
             break
         begin, end = (begin + 1, end) if ends[0] < ends[1] else (begin, end - 1)
