@@ -19,7 +19,9 @@ from restitution.kernel.driver import (
     FORCE,
     FREE_PANELS,
     NO_ROOM,
+    RATE,
     RECORDS,
+    TIME,
     TOUCHES,
     WORK,
     Driver,
@@ -30,7 +32,7 @@ from restitution.kernel.driver import (
 )
 from restitution.kernel.panels import larger, leave, scheme, touch
 from restitution.kernel.path import Path, power_path
-from restitution.kernel.program import run, touch_surface
+from restitution.kernel.program import run
 
 STANDARD = PronySeries(1.0, [4.0], [1.0])
 PARABOLA = power_path(1.0)
@@ -209,8 +211,8 @@ def test_four_impacts_on_one_spot():
         )
         problem = Problem(solid, PARABOLA, driver, scheme(), Scales(1.0, 1.2, 2.0, 1e-10), 2)
         first = int(state.places[RECORDS])
-        touch_surface(problem, state, time, 1.0)
-        assert run(problem, state, np.array([0.0, 0.0, math.inf]), MOST_STEPS) == DONE
+        state.state[TIME], state.state[RATE] = time, 1.0
+        assert run(problem, state, np.array([1.0, 0.0, math.inf]), MOST_STEPS) == DONE
         records = state.records
         last = first + int(np.argmax(records.event[first : state.places[RECORDS]] == ENDS))
         end = float(records.start[last] + records.length[last])

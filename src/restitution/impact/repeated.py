@@ -10,43 +10,54 @@ import numpy as np
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
-from restitution.impact.solution import PanelMotion, solve_scaled
+from restitution.impact.solution import PanelMotion
 from restitution.impact.status import Status
 from restitution.indentation.history import History
 from restitution.indentation.panels import Drive, PanelSolution
 from restitution.indentation.surface import Surface, check_surface
-from restitution.kernel.outcome import MAX_DEPTH, STATUS
 from restitution.kernel.plain import single_problem
 
 # Contact times of the first run, its factor, and the longest.
 _FIRST, _FACTOR, _MOST = 8.0, 2.0, 1e7
+# Rounds in which a modulus and the duration of an impact follow from each other.
+_ROUNDS = 4
 # Share of the impact velocity below which a body in a liquid is at rest.
 _REST = 1e-6
 # Force on a body that stays, over what holds it, less 1, in the second half of a run; and times that are looked at.
 _UNSTEADY, _SAMPLES = 0.1, 201
 # First step over the time to the largest depth.
-_FIRST_STEP = 0.25
+_FIRST_STEP = 0.15
 
 
-def fresh_depth(impact: Impact, rtol: float) -> float | None:
-    """Return the largest depth [m] of an impact on a fresh surface, without its other outputs.
+def fresh_depth(impact: Impact) -> float | None:
+    """Return about the largest depth [m] of an impact on a fresh surface: that of an elastic body.
 
-    None where it does not follow from the turning point: with an external force, or without a rebound.
+    Its modulus is that of the material at the duration of the impact. None with an external force, for a liquid, which
+    may not rebound, and for profiles without a power law.
     """
-    if np.any(impact.external_force):
+    profile, series = impact.contact.profile, impact.reduced_modulus
+    exponent, coefficient = profile.path_exponent, profile.path_coefficient
+    if np.any(impact.external_force) or series.is_liquid or exponent is None or coefficient is None:
         return None
-    block, outcomes = Batch.from_impact(impact).solved(lambda block: solve_scaled(block, rtol), rtol)
-    if outcomes[0, STATUS] != Status.SEPARATED:
-        return None
-    return float(outcomes[0, MAX_DEPTH] * block.length[0])
+    mass, velocity, p = float(impact.mass), float(impact.velocity), float(exponent)
+    # 2 E c d^(2 + p/2) = (p + 2)(p + 4)/8 m v^2 with a = c d^(p/2).
+    energy = (p + 2.0) * (p + 4.0) / 16.0 * mass * velocity**2 / float(coefficient)
+    equilibrium, viscosity = float(series.equilibrium_modulus), float(series.parallel_viscosity)
+    moduli, times = series.branch_moduli, series.relaxation_times
+    modulus, depth = equilibrium + float(moduli.sum()), 0.0
+    for _ in range(_ROUNDS):
+        depth = (energy / modulus) ** (1.0 / (2.0 + 0.5 * p))
+        duration = 1.5 * depth / velocity
+        modulus = equilibrium + float(moduli @ (times / (times + duration))) + viscosity / duration
+    return depth
 
 
 @single_problem()
 def panels_of_impact(impact: Impact, surface: Surface | None, deepest: float, rtol: float) -> PanelSolution:
     """Return the motion of an impact from the touch to separation, or to rest, by panels.
 
-    `deepest` is the largest depth [m] of the same impact on a fresh surface, from which the scales follow; without its
-    force where that presses the body into a liquid for ever.
+    `deepest` is about the largest depth [m] of the same impact on a fresh surface, from which the scales follow;
+    without its force where that presses the body into a liquid for ever.
     """
     if math.isfinite(float(impact.impedance)):
         rule = "must be infinite for an imprint, which the theory of moving targets does not have"

@@ -276,7 +276,7 @@ def solve_exact(
 def _result(
     impact: Impact | list[Impact], method: str, rtol: float | None, fields: dict[str, Any],
     solution: Solution | Sampled | PanelMotion | None, shape: tuple[int, ...] = (), notes: tuple[str, ...] = (),
-    sliding: Sliding | None = None,
+    sliding: Sliding | None = None, began_on: Surface | None = None,
 ) -> ImpactResult:  # fmt: skip
     numbers: dict[str, Any] = {
         name: shaped(values, shape) if shape else float(np.asarray(values).item()) for name, values in fields.items()
@@ -293,7 +293,7 @@ def _result(
     }  # fmt: skip
     if sliding is not None:
         return ObliqueResult(**numbers, **options, notes=sliding.notes, _motion=sliding.motion)
-    return ImpactResult(**numbers, **options, notes=notes)
+    return ImpactResult(**numbers, **options, notes=notes, began_on=began_on)
 
 
 def _solve_on(
@@ -307,7 +307,7 @@ def _solve_on(
     one_of("method", method, ("exact",), "an imprint takes the exact method")
     within("rtol", rtol, 1e-11, 1e-2)
     # Only scales follow from this depth.
-    deepest = fresh_depth(impact, max(rtol, 1e-6))
+    deepest = fresh_depth(impact)
     if deepest is None:
         fresh = solve_exact(impact, max(rtol, 1e-6), errors)
         if fresh.status is Status.SINKS_IN and impact.external_force:
@@ -317,7 +317,7 @@ def _solve_on(
     motion = fields.pop("motion")
     if progress is not None:
         progress(1, 1)
-    return replace(_result(impact, "panels", rtol, fields, motion), began_on=surface)
+    return _result(impact, "panels", rtol, fields, motion, began_on=surface)
 
 
 def _solve_adhesive(

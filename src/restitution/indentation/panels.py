@@ -54,7 +54,7 @@ from restitution.kernel.driver import (
 from restitution.kernel.indentation import LARGEST, SMALLEST
 from restitution.kernel.panels import NODES, Solid, Stack, scheme
 from restitution.kernel.path import Path, power_path, table_path
-from restitution.kernel.program import run, touch_surface
+from restitution.kernel.program import run
 from restitution.material.prony import PronySeries
 from restitution.numerics.quadrature import PLACES, WEIGHTS
 
@@ -80,6 +80,8 @@ _GRID = np.linspace(0.0, 1.0, 65)
 _POLYNOMIALS = chebyshev.chebvander(2.0 * _GRID - 1.0, NODES - 1)
 # Distance of these places, as x = 2 z - 1, and steps of Newton's method from one of them to the largest value.
 _CELL, _MOST_TOPS = 2.0 / 64.0, 8
+# Rise by a step of Newton's method, over the largest value, that is the last one.
+_LAST_GAIN = 1e-9
 # Difference of two times over the duration, below which they are one: the turning point of a fitted function is known
 # to about 1e-14.
 _SAME_TIME = 1e-12
@@ -232,9 +234,8 @@ class PanelSolution:
             work.swing[:] = drive.swing / self.units.length * np.array([1.0, self.units.time])
             if grip is not None:
                 _write_grip(self._problem, work, grip)
-            if drive.touches:
-                touch_surface(self._problem, work, 0.0, float(work.state[RATE]))
-            outcome = int(run(self._problem, work, np.array([0.0, 0.0, drive.first / self.units.time]), most))
+            start = np.array([float(drive.touches), 0.0, drive.first / self.units.time])
+            outcome = int(run(self._problem, work, start, most))
             if outcome != NO_ROOM or steps == most:
                 return outcome, work
             panels, steps = 4 * panels, min(4 * steps, most)
@@ -349,12 +350,12 @@ class PanelSolution:
         rows = self._room.records.columns[self._records[3], column]
         values = rows @ _POLYNOMIALS.T
         step, place = divmod(int(np.argmax(values)), _GRID.size)
-        best = _top(rows[step], 2.0 * _GRID[place] - 1.0)
+        best = _top(rows[step], values[step], place)
         # The largest value near an end of a step may be in the step beside it.
         if place == _GRID.size - 1 and step + 1 < rows.shape[0]:
-            best = max(best, _top(rows[step + 1], -1.0))
+            best = max(best, _top(rows[step + 1], values[step + 1], 0))
         if place == 0 and step > 0:
-            best = max(best, _top(rows[step - 1], 1.0))
+            best = max(best, _top(rows[step - 1], values[step - 1], _GRID.size - 1))
         return best * (self.units.length if column == 0 else self.units.force)
 
     def times(self, n_points: int) -> Array:
@@ -505,21 +506,34 @@ class PanelSolution:
         return self
 
 
-def _top(row: Array, x: float) -> float:
-    """Return the largest value, next to x, of a polynomial with these Chebyshev coefficients, by Newton's method."""
-    coefficients, start, best = row.tolist(), x, -math.inf
+def _top(row: Array, values: Array, place: int) -> float:
+    """Return the largest value next to a place of the grid of a polynomial, of Chebyshev coefficients, by Newton."""
+    coefficients, best = row.tolist(), float(values[place])
+    low, high = max(place - 1, 0), min(place + 1, _GRID.size - 1)
+    before, here, behind = (float(values[n]) for n in (low, place, high))
+    # Of a parabola through three values.
+    bend = before - 2.0 * here + behind
+    x = 2.0 * float(_GRID[place]) - 1.0
+    low, high = max(x - _CELL, -1.0), min(x + _CELL, 1.0)
+    if low < x - 0.5 * _CELL and x + 0.5 * _CELL < high and bend < 0.0:
+        x += 0.5 * _CELL * (before - behind) / bend
     for _ in range(_MOST_TOPS):
-        values, slopes, bends = (1.0, x), (0.0, 1.0), (0.0, 0.0)
+        T, slopes, bends = (1.0, x), (0.0, 1.0), (0.0, 0.0)
         value, slope, bend = coefficients[0] + coefficients[1] * x, coefficients[1], 0.0
         for c in coefficients[2:]:
             bends = bends[1], 2.0 * x * bends[1] - bends[0] + 4.0 * slopes[1]
-            slopes = slopes[1], 2.0 * x * slopes[1] - slopes[0] + 2.0 * values[1]
-            values = values[1], 2.0 * x * values[1] - values[0]
-            value, slope, bend = value + c * values[1], slope + c * slopes[1], bend + c * bends[1]
+            slopes = slopes[1], 2.0 * x * slopes[1] - slopes[0] + 2.0 * T[1]
+            T = T[1], 2.0 * x * T[1] - T[0]
+            value, slope, bend = value + c * T[1], slope + c * slopes[1], bend + c * bends[1]
         best = max(best, value)
-        if not bend < 0.0 or value + 0.5 * slope * slope / -bend <= best:
+        gain = -0.5 * slope * slope / bend if bend < 0.0 else 0.0
+        target = x - slope / bend if bend < 0.0 else x
+        if gain <= _LAST_GAIN * abs(value):
+            # What a further step would leave is smaller by the same factor.
+            return max(best, value + gain) if low <= target <= high else best
+        if value + gain <= best:
             break
-        x = min(max(x - slope / bend, start - _CELL, -1.0), start + _CELL, 1.0)
+        x = min(max(target, low), high)
     return best
 
 

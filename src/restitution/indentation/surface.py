@@ -212,7 +212,13 @@ class Imprint(NamedTuple):
 
     def axis_depth(self, recoveries: Array) -> float:
         """Return the displacement [m] of the innermost element now; `recoveries` are the rates r_j [1/s]."""
-        return float(self._inner_ends(recoveries)[1][-1]) if self.end.size else 0.0
+        if not self.end.size:
+            return 0.0
+        end, kind, degrees = float(self.end[-1]), int(self.kind[-1]), np.arange(self.coefficients.shape[2])
+        basis = np.cos(math.acos(2.0 * end - 1.0) * degrees)
+        share = 0.0 if kind == FROZEN else end**kind if kind > 0 else 1.0 - (1.0 - end) ** -kind
+        passed = float(self.start[-1]) + float(self.length[-1]) * share
+        return float(np.exp(passed * recoveries) @ (self.coefficients[-1, 1:] @ basis))
 
     def gap(self, recoveries: Array) -> float:
         """Return the least gap between the surface now and a tip that meets it at the axis, over y^2 [m].
@@ -345,5 +351,6 @@ def check_surface(surface: Surface, contact: Contact) -> None:
     if not isinstance(surface, Surface):
         raise InputTypeError("surface", surface, "must be a Surface, such as surface() of a result")
     for name in ("material", "counter_material", "profile"):
-        if getattr(surface.contact, name) != getattr(contact, name):
+        mine, theirs = getattr(surface.contact, name), getattr(contact, name)
+        if mine is not theirs and mine != theirs:
             raise InputError("surface", rule=f"has another {name}; an imprint serves the body that made it")

@@ -23,9 +23,10 @@ from restitution.kernel.driver import (
     rounding_of_front,
     rounding_of_load,
 )
+from restitution.kernel.fronts import shared_load
 from restitution.kernel.jumps import smooth_front_at
 from restitution.kernel.panels import NODES, gap, larger, load, tail
-from restitution.kernel.stepper import shared_load, surface_at_axis
+from restitution.kernel.stepper import surface_at_axis
 
 # Weight of the error of the front: the force feels its square, as load and gap vanish there, and a panel that has been
 # accepted leaves its error to the fronts that pass it.

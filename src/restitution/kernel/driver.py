@@ -11,11 +11,14 @@ Phases: FREE (no contact), GROWS (the gap closes at the front) and SHRINKS (the 
 """
 
 import math
+from threading import local
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from restitution.checks import Array
 from restitution.kernel.compile import inlined
+from restitution.kernel.lanes import WIDTH
 from restitution.kernel.panels import NODES, STAGES, Scheme, Solid, Stack, stack
 from restitution.kernel.path import Path, radius_and_integral
 from restitution.kernel.references import by_reference
@@ -34,6 +37,12 @@ PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET, CROWD = range(6)
 D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL, BELOW, RISE = range(13)
 
 NEVER = np.zeros(0, dtype=np.bool_)
+# Columns of a matrix for the nodes of a step, in two vectors of the processor.
+WIDE = 2 * WIDTH
+# Panels of the scratch space are a multiple of this number, so that it serves runs of several sizes.
+_PANELS = 32
+# Sizes of scratch space that a thread keeps.
+_MOST_SPACES = 4
 # Halvings of a number of panels.
 HALVINGS = 64
 
@@ -122,20 +131,25 @@ class Room(NamedTuple):
     places: Any  # Integers, see PHASE
     memory: Any  # (K,): h_k now
     sums: Any  # (K,): L_k now
-    times: Any  # (N,)
+    swing: Any  # (M, 2): depths and velocities of the higher modes now
+    times: Any  # (W,), padded as all rows of W numbers, so that those of the nodes are two vectors of the processor
     weights: Any  # (N,): slope of the time over z
-    nodes: Any  # (13, N), see D; PACE: rate of GIVEN; RISE: its increase; SLOPE: that of load or gap over y at the
+    nodes: Any  # (13, W), see D; PACE: rate of GIVEN; RISE: its increase; SLOPE: that of load or gap over y at the
     # front; BELOW: of D, the part below the surface at the axis, which lies at EVENT, where a contact begins, or that
     # since the start of the step where rates are the unknowns
-    h: Any  # (K, N)
-    L: Any  # (K, N)
-    loads: Any  # (K, N): l_k at the front
-    displacements: Any  # (J, N): w_j at the front
+    h: Any  # (K, W)
+    L: Any  # (K, W)
+    loads: Any  # (K, W): l_k at the front
+    displacements: Any  # (J, W): w_j at the front
     swept: Any  # (J, N): int w_j da at the front since the start of the step
-    at: Any  # (N,): panel of the front
-    z: Any  # (N,)
-    inverse: Any  # (K, S, S): of I + rho_k A diag(weights)
-    jacobian: Any  # (S, S)
+    z: Any  # (W,)
+    eight: Any  # (2, N, 8): polynomials and their slopes at eight nodes
+    decays: Any  # (max(K, J), 8)
+    radii: Any  # (2, 8)
+    integral: Any  # (S, W - 1): A diag(weights)
+    inverse: Any  # (K, S, W - 1): of I + rho_k A diag(weights)
+    stiffness: Any  # (S, W - 1): slopes of the forces by the depths
+    jacobian: Any  # (S, W - 1), and its factors
     matrix: Any  # (S, S + 1)
     vectors: Any  # (8, N)
     basis: Any  # (2, N)
@@ -144,19 +158,58 @@ class Room(NamedTuple):
     mobility: Any  # (S, S): loss of velocity by forces at the nodes
     unloaded: Any  # (S,): velocities without a force
     mobilities: Any  # (M, S, S): of the higher modes
-    swing: Any  # (M, 2): depths and velocities of the higher modes now
     swings: Any  # (M, 2, N)
+    spare_values: Any  # (1 + max(2 K, J), N)
+    spare_parts: Any  # (max(2 K, J),)
+    at: Any  # (N,): panel of the front
+    pivots: Any  # (S,): rows of the factors that are exchanged
+    pending: Any  # (64, 2): panels that are still to be merged
     spare_following: Any  # (2, P, 1 + 2 K, N): panels that are merged
     spare_free: Any  # (2, P, 1 + J, N)
     firsts: Any  # (P,): first of the panels that one replaces
-    pending: Any  # (64, 2): panels that are still to be merged
-    spare_values: Any  # (max(1 + 2 K, 1 + J), N)
-    spare_parts: Any  # (max(2 K, J),)
+
+
+class _Kept(local):
+    """Scratch spaces by their sizes, which a thread keeps: new memory costs as much as ten steps."""
+
+    def __init__(self) -> None:
+        self.spaces: dict[tuple[int, ...], tuple[Array, tuple[Any, ...]]] = {}
+
+
+_kept = _Kept()
+
+
+def _scratch(*size: int) -> tuple[Any, ...]:
+    """Return scratch space for numbers of branches, rates of recovery, higher modes and panels; its floats are 0."""
+    if size not in _kept.spaces:
+        (K, J, M, panels), whole = size, np.int64
+        N, W, S, more = NODES, 1 + WIDE, STAGES, max(K, J)
+        shapes = (
+            (W,), (N,), (13, W), (K, W), (K, W), (K, W), (J, W), (J, N), (W,), (2, N, WIDTH), (more, WIDTH),
+            (2, WIDTH), (S, WIDE), (K, S, WIDE), (S, WIDE), (S, WIDE), (S, S + 1), (8, N), (2, N), (more,),
+            (S, 2 * S + 1), (S, S), (S,), (M, S, S), (M, 2, N), (1 + max(2 * K, J), N), (max(2 * K, J),),
+        )  # fmt: skip
+        sizes = [math.prod(shape) for shape in shapes]
+        numbers = np.zeros(sum(sizes))
+        rows = np.split(numbers, np.cumsum(sizes[:-1]))
+        if len(_kept.spaces) == _MOST_SPACES:
+            _kept.spaces.clear()
+        _kept.spaces[size] = numbers, (
+            *(row.reshape(shape) for row, shape in zip(rows, shapes, strict=True)),
+            np.zeros(N, dtype=whole), np.zeros(S, dtype=whole), np.zeros((HALVINGS, 2), dtype=whole),
+            np.zeros((2, panels, 1 + 2 * K, N)), np.zeros((2, panels, 1 + J, N)), np.zeros(panels, dtype=whole),
+        )  # fmt: skip
+    numbers, scratch = _kept.spaces[size]
+    numbers[:] = 0.0
+    return scratch
 
 
 def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
-    """Return a body above virgin surface, with room for a number of panels and steps."""
-    K, J, M, N, S = solid.rates.size, solid.recoveries.size, modes, NODES, STAGES
+    """Return a body above virgin surface, with room for a number of panels and steps.
+
+    Its scratch space serves the next room of this thread as well.
+    """
+    K, J, M, N = solid.rates.size, solid.recoveries.size, modes, NODES
     whole = np.int64
     kept = Records(
         np.zeros(records), np.zeros(records), np.zeros(records, dtype=whole), np.zeros(records, dtype=whole),
@@ -164,13 +217,7 @@ def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
     )  # fmt: skip
     return Room(
         stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(6, dtype=whole), np.zeros(K),
-        np.zeros(K), np.zeros(N), np.zeros(N), np.zeros((13, N)), np.zeros((K, N)), np.zeros((K, N)), np.zeros((K, N)),
-        np.zeros((J, N)), np.zeros((J, N)), np.zeros(N, dtype=whole), np.zeros(N), np.zeros((K, S, S)),
-        np.zeros((S, S)), np.zeros((S, S + 1)), np.zeros((8, N)), np.zeros((2, N)), np.zeros(max(K, J)),
-        np.zeros((S, 2 * S + 1)), np.zeros((S, S)), np.zeros(S), np.zeros((M, S, S)), np.zeros((M, 2)),
-        np.zeros((M, 2, N)), np.zeros((2, panels, 1 + 2 * K, N)), np.zeros((2, panels, 1 + J, N)),
-        np.zeros(panels, dtype=whole), np.zeros((HALVINGS, 2), dtype=whole), np.zeros((1 + max(2 * K, J), N)),
-        np.zeros(max(2 * K, J)),
+        np.zeros(K), np.zeros((M, 2)), *_scratch(K, J, M, -(-panels // _PANELS) * _PANELS),
     )  # fmt: skip
 
 

@@ -33,6 +33,7 @@ from restitution.kernel.driver import (
     is_force,
     is_light,
 )
+from restitution.kernel.fronts import shared_load
 from restitution.kernel.growth import differentiate
 from restitution.kernel.lever import acceleration
 from restitution.kernel.panels import (
@@ -49,7 +50,7 @@ from restitution.kernel.panels import (
     value_of,
 )
 from restitution.kernel.path import Path
-from restitution.kernel.stepper import shared_load, surface_at_axis
+from restitution.kernel.stepper import surface_at_axis
 
 # Depth up to which an element, over the depth of the run, lies at the axis.
 AT_AXIS = 1e-10

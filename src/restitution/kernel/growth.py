@@ -13,13 +13,11 @@ from numpy.polynomial.legendre import leggauss
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.driver import FREE_PANELS, PI, A, D, Driver, F, Room, Y
-from restitution.kernel.panels import NODES, STAGES, Scheme, Solid, polynomials, share, value_of
+from restitution.kernel.panels import FORGOTTEN, NODES, STAGES, Scheme, Solid, polynomials, share, value_of
 from restitution.kernel.path import Path, radius_and_integral
 
 # Gauss quadrature over the elements that the front touches between two nodes.
 _PLACES, _WEIGHTS = 0.5 + 0.5 * leggauss(6)[0], 0.5 * leggauss(6)[1]
-# exp of less is zero.
-_FORGOTTEN = -700.0
 
 
 @inlined
@@ -55,7 +53,7 @@ def add_swept(solid: Solid, path: Path, room: Room, i: int, p: int, top: float, 
         radius = sign * radius_and_integral(path, max(value_of(rows[0], basis), 0.0))[0]
         for j in range(solid.recoveries.shape[0]):
             r = solid.recoveries[j]
-            decay, w = math.exp(max(-r * elapsed, _FORGOTTEN)), value_of(rows[1 + j], basis)
+            decay, w = math.exp(max(-r * elapsed, FORGOTTEN)), value_of(rows[1 + j], basis)
             if n < 0:
                 swept[j, i] += (-radius if n == -2 else radius) * decay * w
             else:

@@ -39,6 +39,7 @@ from restitution.kernel.driver import (
     is_light,
     prescribed_at,
 )
+from restitution.kernel.fronts import shared_load
 from restitution.kernel.growth import at_nodes, differentiate
 from restitution.kernel.lever import acceleration
 from restitution.kernel.merging import move_panel
@@ -62,7 +63,7 @@ from restitution.kernel.panels import (
     write_loads,
 )
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.stepper import shared_load, surface_at_axis, write_start
+from restitution.kernel.stepper import surface_at_axis, write_start
 
 _MOST_HALVINGS = 30
 # Changes that are not felt, over the tolerance.

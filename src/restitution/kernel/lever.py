@@ -16,7 +16,8 @@ from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.driver import GIVEN, PULL, D, Driver, F, Room, V
-from restitution.kernel.panels import NODES, STAGES, Scheme
+from restitution.kernel.lanes import WIDTH, from_lane, read8, write8
+from restitution.kernel.panels import NODES, STAGES
 
 
 @compiled
@@ -47,15 +48,59 @@ def solve_linear(matrix: Any) -> bool:
 
 
 @compiled
+def factorise(matrix: Any, pivots: Any) -> bool:
+    """Put the factors of a padded matrix in its place, by elimination with pivots."""
+    S = STAGES
+    for c in range(S):
+        row = c
+        for r in range(c + 1, S):
+            if abs(matrix[r, c]) > abs(matrix[row, c]):
+                row = r
+        if not abs(matrix[row, c]) > 0.0:
+            return False
+        pivots[c] = row
+        low, high = read8(matrix, row, 0), read8(matrix, row, WIDTH)
+        if row != c:
+            write8(matrix, row, 0, read8(matrix, c, 0))
+            write8(matrix, row, WIDTH, read8(matrix, c, WIDTH))
+            write8(matrix, c, 0, low)
+            write8(matrix, c, WIDTH, high)
+        pivot = 1.0 / low[c] if c < WIDTH else 1.0 / high[c - WIDTH]
+        for r in range(c + 1, S):
+            factor = matrix[r, c] * pivot
+            first, second = read8(matrix, r, 0), read8(matrix, r, WIDTH)
+            write8(matrix, r, 0, from_lane(c + 1, first - factor * low, first))
+            write8(matrix, r, WIDTH, from_lane(c + 1 - WIDTH, second - factor * high, second))
+            matrix[r, c] = factor
+    return True
+
+
+@compiled
+def solve_factorised(factors: Any, pivots: Any, matrix: Any) -> None:
+    """Solve with the factors of a matrix; the right-hand side, the last column of another one, is replaced."""
+    S = STAGES
+    for c in range(S):
+        row = pivots[c]
+        matrix[c, S], matrix[row, S] = matrix[row, S], matrix[c, S]
+    for r in range(1, S):
+        for n in range(r):
+            matrix[r, S] -= factors[r, n] * matrix[n, S]
+    for r in range(S - 1, -1, -1):
+        for n in range(r + 1, S):
+            matrix[r, S] -= factors[r, n] * matrix[n, S]
+        matrix[r, S] /= factors[r, r]
+
+
+@compiled
 def solve_oscillator(
-    rule: Scheme, room: Room, mass: float, damping: float, stiffness: float, depth: float, rate: float, driven: bool
+    room: Room, mass: float, damping: float, stiffness: float, depth: float, rate: float, driven: bool
 ) -> bool:  # fmt: skip
     """Write R_n and u_n of an oscillator into the last columns of the room of a response."""
     S, M = STAGES, room.response
     for i in range(S):
         push = 0.0
         for j in range(S):
-            weight = rule.A[i, j] * room.weights[j + 1]
+            weight = room.integral[i, j]
             M[i, S + j] = weight
             push += weight * ((room.nodes[GIVEN, j + 1] if driven else 0.0) - stiffness * depth)
         M[i, 2 * S] = mass * rate + push
@@ -75,7 +120,7 @@ def solve_oscillator(
 
 
 @compiled
-def write_response(driver: Driver, rule: Scheme, room: Room) -> bool:
+def write_response(driver: Driver, room: Room) -> bool:
     """Write velocities of the body without a force, and how far a force at a node changes them."""
     S, response, modes = STAGES, room.response, driver.modes
     depth, rate = room.nodes[D, 0], room.nodes[V, 0]
@@ -83,7 +128,7 @@ def write_response(driver: Driver, rule: Scheme, room: Room) -> bool:
         room.swings[m, 0, 0], room.swings[m, 1, 0] = room.swing[m, 0], room.swing[m, 1]
         depth -= room.swing[m, 0]
         rate -= room.swing[m, 1]
-    if not solve_oscillator(rule, room, driver.mass, driver.damping, driver.stiffness, depth, rate, True):
+    if not solve_oscillator(room, driver.mass, driver.damping, driver.stiffness, depth, rate, True):
         return False
     for i in range(S):
         room.unloaded[i] = response[i, 2 * S]
@@ -91,7 +136,7 @@ def write_response(driver: Driver, rule: Scheme, room: Room) -> bool:
             room.mobility[i, j] = response[i, S + j]
     for m in range(modes.shape[0]):
         swing = room.swing[m]
-        if not solve_oscillator(rule, room, modes[m, 0], modes[m, 1], modes[m, 2], swing[0], swing[1], False):
+        if not solve_oscillator(room, modes[m, 0], modes[m, 1], modes[m, 2], swing[0], swing[1], False):
             return False
         for i in range(S):
             # Until the force is known.
@@ -114,7 +159,7 @@ def excess_velocity(room: Room, i: int) -> float:
 
 
 @compiled
-def write_swings(driver: Driver, rule: Scheme, room: Room) -> None:
+def write_swings(driver: Driver, room: Room) -> None:
     """Write depths and velocities of the higher modes at the nodes of a solved step."""
     S, nodes = STAGES, room.nodes
     for m in range(driver.modes.shape[0]):
@@ -125,7 +170,7 @@ def write_swings(driver: Driver, rule: Scheme, room: Room) -> None:
         for i in range(S):
             swings[0, i + 1] = swings[0, 0]
             for j in range(S):
-                swings[0, i + 1] += rule.A[i, j] * room.weights[j + 1] * swings[1, j + 1]
+                swings[0, i + 1] += room.integral[i, j] * swings[1, j + 1]
 
 
 @inlined

@@ -5,7 +5,17 @@ from typing import Any
 
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import FOLLOWING, FREE_PANELS, FRONT, TIME, Problem, Room
-from restitution.kernel.panels import FROZEN, NODES, Scheme, Stack, polynomials, share, to_coefficients, value_of
+from restitution.kernel.panels import (
+    FORGOTTEN,
+    FROZEN,
+    NODES,
+    Scheme,
+    Stack,
+    polynomials,
+    share,
+    to_coefficients,
+    value_of,
+)
 
 # Places between the nodes at which a merged panel is compared.
 _CHECKS = 25
@@ -14,8 +24,6 @@ _ITERATIONS = 60
 _NEAR, _APART = 4, 0.002
 # Tolerances over that of a step, one after the other.
 _SHARES = (0.1, 0.3, 1.0, 3.0)
-# exp of less is zero.
-_FORGOTTEN = -700.0
 
 
 @compiled
@@ -132,7 +140,7 @@ def write_now(
         elapsed = now - panels.start[p] - panels.length[p] * share(panels.kind[p], z)[0]
         values[0, i] = sign * value_of(panels.coefficients[p, 0], basis)
         for q in range(1, row.shape[0]):
-            decay = math.exp(max(-rates[(q - 1) % rates.shape[0]] * elapsed, _FORGOTTEN))
+            decay = math.exp(max(-rates[(q - 1) % rates.shape[0]] * elapsed, FORGOTTEN))
             values[q, i] = decay * value_of(panels.coefficients[p, q], basis)
     for q in range(row.shape[0]):
         to_coefficients(rule, values[q], row[q])

@@ -39,7 +39,7 @@ SMOOTH, KINK, FLAT, CORNER = range(4)
 # Maps from z to the share of a step: z^n for n > 0, nothing passes for 0, 1 - (1 - z)^-n for n < 0.
 FROZEN, BACKWARD = 0, -2
 # exp of less is zero.
-_FORGOTTEN = -700.0
+FORGOTTEN = -700.0
 
 
 @by_reference
@@ -152,7 +152,7 @@ def load(
     q, slope = drive - solid.equilibrium * y * y, -2.0 * solid.equilibrium * y * rise
     for k in range(solid.rates.shape[0]):
         rho = solid.rates[k]
-        if -rho * elapsed < _FORGOTTEN:
+        if -rho * elapsed < FORGOTTEN:
             continue
         decay = math.exp(-rho * elapsed)
         g = value_of(row[1 + k], basis)
@@ -174,7 +174,7 @@ def gap(
     value, slope = y * y - depth, 2.0 * y * rise
     for j in range(solid.recoveries.shape[0]):
         r = solid.recoveries[j]
-        if -r * elapsed < _FORGOTTEN:
+        if -r * elapsed < FORGOTTEN:
             continue
         decay = math.exp(-r * elapsed)
         w = value_of(row[1 + j], basis)
@@ -192,7 +192,7 @@ def write_loads(solid: Solid, panels: Stack, p: int, z: float, t: float, h: Any,
     elapsed = t - panels.start[p] - panels.length[p] * share(panels.kind[p], z)[0]
     K = solid.rates.shape[0]
     for k in range(K):
-        decay = math.exp(max(-solid.rates[k] * elapsed, _FORGOTTEN))
+        decay = math.exp(max(-solid.rates[k] * elapsed, FORGOTTEN))
         common = solid.moduli[k] * h[k]
         parts[k] = decay * value_of(row[1 + k], basis) + common
         sums[k] = decay * value_of(row[1 + K + k], basis) + common * radius
@@ -207,7 +207,7 @@ def write_displacements(
     row = panels.coefficients[p]
     elapsed = t - panels.start[p] - panels.length[p] * share(panels.kind[p], z)[0]
     for j in range(solid.recoveries.shape[0]):
-        parts[j] = math.exp(max(-solid.recoveries[j] * elapsed, _FORGOTTEN)) * value_of(row[1 + j], basis)
+        parts[j] = math.exp(max(-solid.recoveries[j] * elapsed, FORGOTTEN)) * value_of(row[1 + j], basis)
 
 
 @compiled

@@ -23,12 +23,10 @@ from typing import Any, NamedTuple
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import Room
 from restitution.kernel.growth import at_nodes
-from restitution.kernel.panels import NODES, Scheme, Solid, polynomials, share, to_coefficients, value_of
+from restitution.kernel.panels import FORGOTTEN, NODES, Scheme, Solid, polynomials, share, to_coefficients, value_of
 from restitution.kernel.references import by_reference
-from restitution.kernel.stepper import write_inverses
+from restitution.kernel.stepper import write_integral, write_inverses
 
-# exp of less is zero.
-_FORGOTTEN = -700.0
 _MOST_ITERATIONS = 40
 _MOST_HALVINGS = 30
 
@@ -65,7 +63,8 @@ def write_memory(solid: Solid, rule: Scheme, room: Room, motion: Motion, depths:
     for m in range(motion.start.shape[0]):
         for i in range(NODES):
             room.weights[i] = motion.length[m] * share(motion.kind[m], rule.c[i])[1]
-        write_inverses(solid, rule, room)
+        write_integral(rule, room)
+        write_inverses(solid, room)
         for k in range(solid.rates.shape[0]):
             values[0] = room.memory[k]
             for i in range(1, NODES):
@@ -91,7 +90,7 @@ def gap_at(solid: Solid, motion: Motion, m: int, z: float, s: float, w: Any, bas
     t, pace = motion.start[m] + motion.length[m] * passed, motion.length[m] * pace
     value, slope = value_of(motion.depth[m], basis[0]) - s, value_of(motion.depth[m], basis[1])
     for j in range(w.shape[0]):
-        part = w[j] * math.exp(max(-solid.recoveries[j] * t, _FORGOTTEN))
+        part = w[j] * math.exp(max(-solid.recoveries[j] * t, FORGOTTEN))
         value -= part
         slope += solid.recoveries[j] * pace * part
     return value, slope
@@ -109,7 +108,7 @@ def load_at(
     value = solid.equilibrium * (value_of(motion.depth[m], basis[0]) - s)
     slope = solid.equilibrium * value_of(motion.depth[m], basis[1])
     for k in range(solid.rates.shape[0]):
-        part = bench.loads[k] * math.exp(max(-solid.rates[k] * (t - touch), _FORGOTTEN))
+        part = bench.loads[k] * math.exp(max(-solid.rates[k] * (t - touch), FORGOTTEN))
         value += part + solid.moduli[k] * value_of(motion.memory[m, k], basis[0])
         slope += solid.moduli[k] * value_of(motion.memory[m, k], basis[1]) - solid.rates[k] * pace * part
     return -value, -slope
@@ -179,7 +178,7 @@ def pass_period(solid: Solid, motion: Motion, s: float, w: Any, bench: Bench) ->
     for k in range(K):
         bench.loads[k] = -solid.moduli[k] * value_of(motion.memory[m, k], basis[0])
         for j in range(J):
-            part = w[j] * math.exp(max(-solid.recoveries[j] * touch, _FORGOTTEN))
+            part = w[j] * math.exp(max(-solid.recoveries[j] * touch, FORGOTTEN))
             bench.loads[k] += solid.moduli_of[k, j] * part
     m, z = find(solid, motion, s, w, touch, bench)
     if m < 0:
@@ -194,13 +193,13 @@ def pass_period(solid: Solid, motion: Motion, s: float, w: Any, bench: Bench) ->
         held += value_of(motion.sum[m, k], basis[0])
         # What the branch relaxes in contact.
         relaxed = solid.moduli[k] * solid.rates[k] * held
-        relaxed -= bench.loads[k] * math.expm1(max(-solid.rates[k] * (end - touch), _FORGOTTEN))
+        relaxed -= bench.loads[k] * math.expm1(max(-solid.rates[k] * (end - touch), FORGOTTEN))
         for j in range(J):
             bench.change[j] -= solid.loads[j, k] * relaxed
     for j in range(J):
-        bench.change[j] *= math.exp(max(-solid.recoveries[j] * (motion.period - end), _FORGOTTEN))
+        bench.change[j] *= math.exp(max(-solid.recoveries[j] * (motion.period - end), FORGOTTEN))
         free = motion.period - (end - touch)
-        bench.change[j] += w[j] * math.expm1(max(-solid.recoveries[j] * free, _FORGOTTEN))
+        bench.change[j] += w[j] * math.expm1(max(-solid.recoveries[j] * free, FORGOTTEN))
     return touch, end
 
 
@@ -229,13 +228,13 @@ def write_correction(solid: Solid, motion: Motion, touch: float, end: float, ben
     """Write the correction of the parts by Newton's method into the last column of the matrix."""
     J, K, M = solid.recoveries.shape[0], solid.rates.shape[0], bench.matrix
     for j in range(J):
-        late = math.exp(max(-solid.recoveries[j] * (motion.period - end), _FORGOTTEN))
+        late = math.exp(max(-solid.recoveries[j] * (motion.period - end), FORGOTTEN))
         for n in range(J):
             total = 0.0
             for k in range(K):
-                decay = math.exp(max(-solid.rates[k] * (end - touch), _FORGOTTEN))
+                decay = math.exp(max(-solid.rates[k] * (end - touch), FORGOTTEN))
                 total += solid.loads[j, k] * decay * (solid.moduli_of[k, n] - solid.moduli[k])
-            early = math.exp(max(-solid.recoveries[n] * touch, _FORGOTTEN))
+            early = math.exp(max(-solid.recoveries[n] * touch, FORGOTTEN))
             M[j, n] = (1.0 if j == n else 0.0) - late * total * early
         M[j, J] = bench.change[j]
     solve_square(M)

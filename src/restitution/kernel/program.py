@@ -101,6 +101,8 @@ from restitution.kernel.stepper import solve_step, surface_at_axis, write_start
 
 # Error up to which the events of a step are looked for.
 _COARSE = 0.05
+# Change of the length of a step to an event, over the length, that is not felt; a tenth where the front is fast.
+_SAME_TIME = 1e-12
 # Loads that change within a moment, over the tolerance.
 _MOMENT = 0.05
 # Difference of two lengths of a step, over the length, that a secant has when only rounding is left between them.
@@ -109,7 +111,11 @@ _MOST_TRIES = 200
 # Breaks without a step between them.
 _MOST_SWITCHES = 60
 _MOST_JUMPS = 20
-_MOST_CHASES = 8
+# Error of a step to the end of the front's way, over the tolerance, and over that of the try before, from which on
+# the next try may be good enough.
+_CHASED, _CLEARER = 1e5, 0.25
+# Error of such a step, over the tolerance, from which on the end of the front's way is known.
+_KNOWN = 1e5
 # Largest power of the map of a touch that is p + 2 of a profile, and so may be divided.
 _MOST_DIVIDED = 5
 # Steps of one start that are lengthened to an event behind them: not again and again, if none is smooth enough.
@@ -272,6 +278,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
     phase, done, switches, fades = room.places[PHASE], 0.0, 0, fades_out(problem)
     first_kind, joint, guess, reach = int(start[0]), int(start[1]), min(start[2], span), math.inf
     aim, old_length, old_error = 0.0, math.inf, 0.0
+    stride, goal, goal_kind = guess, NOTHING, 1
     while done < span:
         size = room.places[FOLLOWING] + room.places[FREE_PANELS]
         if size > max(room.places[CROWD], _CROWDED) and problem.path.kinks.shape[0] == 0:
@@ -288,7 +295,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
         instant, jumps = grain, 0
         speed = max(abs(room.state[RATE]), scales.depth / duration)
         moment = max(grain, _MOMENT * tolerance * scales.stress / (problem.solid.glass * speed))
-        kind, hunted, tries, chases, aims, aimed = first_kind, NOTHING, 0, 0, 0, math.inf
+        kind, hunted, tries, chased, aims, aimed = first_kind, NOTHING, 0, math.inf, 0, math.inf
+        plain = length
         if falls and phase == SHRINKS:
             if is_unfelt(problem, room, left):
                 room.state[TIME], first_kind, joint = driver.knots[piece + 1], 1, KINK
@@ -301,7 +309,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if first_kind == 1 and left <= min(reach, 4.0 * guess) and end_of_way(room, phase)[1] == 0:
                 # The end of a force is known.
                 kind, hunted, length, aim = -problem.power, ENDS, left, span
-        last_length, last_value, error = 0.0, -math.inf, math.inf
+        if goal != NOTHING and first_kind == 1 and aim - done <= min(reach, left):
+            # Where the front's way ends is known from a longer step.
+            kind, hunted, length, instant = goal_kind, goal, aim - done, max(grain, 1e-13 * (aim - done))
+        goal, last_length, last_value, error = NOTHING if hunted != NOTHING else goal, 0.0, -math.inf, math.inf
         while True:
             tries += 1
             if tries > _MOST_TRIES:
@@ -364,6 +375,7 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     length *= 0.5 * passed
                     continue
                 hunted, instant = event, max(grain, 1e-13 * length)
+                plain = length * factor_of(tolerance, error, kind, 0.1, 0.7)
                 last_length, last_value = 0.0, -math.inf
                 length *= passed
                 if backward:
@@ -373,26 +385,36 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     break
                 continue
             if not error <= tolerance:
-                if passing == TIME_PASSES and error < _COARSE and kind < 0 and chases < _MOST_CHASES:
+                clearer = error < min(_CLEARER * chased, _CHASED * tolerance)
+                if passing == TIME_PASSES and error < _COARSE and kind < 0 and clearer:
                     # The front is not smooth while its way ends elsewhere, but where it ends becomes clearer.
-                    chases += 1
+                    chased = error
                     last, before = NODES - 1, NODES - (3 if kind < BACKWARD else 5)
                     value = write_event(problem, room, phase, hunted)
                     slope = (value - room.nodes[EVENT, before]) / (room.times[last] - room.times[before])
                     change = -value / slope if slope > 0.0 else 0.0
-                    if 1e-4 * length < abs(change) < 0.3 * length and length + change <= left:
+                    if 1e-7 * length < abs(change) < 0.3 * length and length + change <= left:
                         length += change
                         continue
                 if kind < 0 and error < math.inf:
                     # The end of the front's way is aimed at again from where this step would do.
                     reach = min(reach, 1.2 * length * factor_of(tolerance, error, kind, 0.0, 1.0))
-                    length *= factor_of(tolerance, error, 1, 0.1, 0.5)
+                    if error < _KNOWN * tolerance:
+                        goal, goal_kind, aim = hunted, kind, done + length
+                    length = min(max(plain, length * factor_of(tolerance, error, 1, 0.1, 0.5)), 0.5 * length)
+                    aimed = length
                 else:
                     length *= factor_of(tolerance, error, kind, 0.1, 0.7) if error < math.inf else 0.25
                 hunted, kind = NOTHING, first_kind
                 continue
             if falls and hunted == ENDS:
                 break
+            if kind < 0 and last_value == -math.inf:
+                event, z = first_event(problem, room, phase, passing, length, error, switches > 4)
+                if event == TURNS and z < 1.0:
+                    length *= share(kind, z)[0]
+                    hunted, kind, instant = TURNS, first_kind, max(grain, 1e-13 * length)
+                    continue
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
             apart = min(value, last_value) < 0.0 < max(value, last_value)
@@ -409,7 +431,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 # The event was one of the error of the longer step.
                 hunted = NOTHING
                 break
-            if abs(change) <= grain or tries > 40 or last_value == math.inf:
+            close = max(grain, (0.1 if kind < 0 else 1.0) * _SAME_TIME * length)
+            if abs(change) <= close or tries > 40 or last_value == math.inf:
                 break
             last_length, last_value = length, value
             length = min(max(length + change, 0.5 * length), min(1.5 * length, left))
@@ -438,14 +461,18 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if passing == TIME_PASSES:
                 stop = driver.knots[piece + 1] if done == span else driver.knots[piece] + done
             accept(problem, room, step, hunted, joint, stop)
-            guess = max(length, 0.5 * guess)
+            guess = max(length, 0.5 * stride)
             if hunted == NOTHING:
                 # The error of the step before tells how fast the solution becomes smoother.
                 trend = length / old_length * (old_error / max(error, 1e-30)) ** (1.0 / STAGES)
+                trend = min(max(trend, 0.7), 2.0) if old_length < math.inf else 1.0
                 old_length, old_error = length, error
-                guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * min(max(trend, 1.0), 2.0)
+                guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * trend
+                stride = max(stride, guess) if reach < math.inf else guess
                 if aim - done > reach:
                     guess = min(guess, 0.5 * (aim - done))
+            else:
+                stride = guess
             over = fades and phase == SHRINKS and hunted in (NOTHING, JOINT) and is_nearly_over(problem, room, length)
             if over and not sweep(problem, room, -1, 0.0):
                 return NO_ROOM
@@ -458,7 +485,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             # Without a force.
             room.state[DEPTH] = prescribed_at(driver, piece, done / span, room.state[TIME])[0] / driver.stiffness
         began, joint, first_kind = first_kind, SMOOTH, 1
-        reach = reach if hunted == NOTHING else math.inf
+        if hunted != NOTHING:
+            reach, goal = math.inf, NOTHING
         if hunted == TURNS:
             phase, joint = (SHRINKS if phase == GROWS else GROWS), FLAT
             if phase == SHRINKS and problem.solid.viscosity > 0.0:
@@ -501,15 +529,6 @@ def kind_of_touch(problem: Problem, piece: int) -> int:
     return problem.power
 
 
-@entry_point
-def touch_surface(problem: Problem, room: Room, time: float, rate: float) -> None:
-    """Let a body with this rate of the depth touch the surface, as it then is, at the axis."""
-    state = room.state
-    state[TIME], state[RATE], room.places[PHASE] = time, rate, GROWS
-    state[DEPTH] = surface_at_axis(problem.solid, room, time)
-    begin_contact(problem, room)
-
-
 @compiled
 def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any) -> int:
     """Let a body in contact pass a knot of what is prescribed, at which its rate may jump; return the outcome."""
@@ -537,9 +556,13 @@ def pass_kink(problem: Problem, room: Room, piece: int, span: float, start: Any)
 def run(problem: Problem, room: Room, start: Any, most: int) -> int:
     """Follow the body through all that is prescribed; return the outcome.
 
-    `start` are three numbers of room; the last is the length of the first step to try.
+    `start` are three numbers of room: whether the body touches the surface, as it then is, at the axis, with the rate
+    of its state; a number for the run; and the length of the first step to try.
     """
     driver, state, places = problem.driver, room.state, room.places
+    if start[0] > 0.0:
+        state[DEPTH], places[PHASE] = surface_at_axis(problem.solid, room, state[TIME]), GROWS
+        begin_contact(problem, room)
     begins = places[PHASE] == GROWS and places[FOLLOWING] == 0
     start[0], start[1] = (problem.power if begins else 1), KINK
     for piece in range(driver.knots.shape[0] - 1):

@@ -31,7 +31,6 @@ from restitution.kernel.driver import (
     RATE,
     RISE,
     SHRINKS,
-    SLOPE,
     TIME,
     TIME_PASSES,
     A,
@@ -53,8 +52,17 @@ from restitution.kernel.driver import (
     rise_of_given,
     rounding_of_load,
 )
+from restitution.kernel.fronts import shared_load, write_fronts
 from restitution.kernel.growth import at_nodes, differentiate, write_growing_sums
-from restitution.kernel.lever import excess_velocity, solve_linear, write_response, write_swings
+from restitution.kernel.lanes import WIDTH, broadcast, read8, write8
+from restitution.kernel.lever import (
+    excess_velocity,
+    factorise,
+    solve_factorised,
+    solve_linear,
+    write_response,
+    write_swings,
+)
 from restitution.kernel.panels import (
     NODES,
     STAGES,
@@ -79,6 +87,8 @@ _MOST_GUESSES = 40
 _SMALL = 0.1
 # Where a load vanishes, so does the slope of the force: the error is only halved then.
 _MOST_ITERATIONS = 60
+# Change by an iteration below which the next one has the same matrix.
+_SMALL_CHANGE = 5e-3
 # Change by an iteration that does not converge further, over the tolerance.
 _SETTLED = 0.05
 # Difference of the forces of a panel and of the step before, over the error of a step.
@@ -88,34 +98,47 @@ _DEPTH_ROUNDING = 1e-15
 
 
 @compiled
-def write_inverses(solid: Solid, rule: Scheme, room: Room) -> None:
+def write_integral(rule: Scheme, room: Room) -> None:
+    """Write A diag(weights), which integrates over the time of a step."""
+    for i in range(STAGES):
+        for j in range(STAGES):
+            room.integral[i, j] = rule.A[i, j] * room.weights[j + 1]
+
+
+@compiled
+def write_inverses(solid: Solid, room: Room) -> None:
     """Write the inverses of I + rho_k A diag(weights), which are well conditioned, by elimination without pivots."""
-    S = STAGES
+    S, integral = STAGES, room.integral
     for k in range(solid.rates.shape[0]):
         X = room.inverse[k]
         for i in range(S):
-            for j in range(S):
-                X[i, j] = solid.rates[k] * rule.A[i, j] * room.weights[j + 1] + (1.0 if i == j else 0.0)
+            write8(X, i, 0, solid.rates[k] * read8(integral, i, 0))
+            write8(X, i, WIDTH, solid.rates[k] * read8(integral, i, WIDTH))
+            X[i, i] += 1.0
         for c in range(S):
             pivot = 1.0 / X[c, c]
-            X[c, c] = 1.0
-            for j in range(S):
-                X[c, j] *= pivot
+            low, high = pivot * read8(X, c, 0), pivot * read8(X, c, WIDTH)
             for r in range(S):
                 if r != c:
                     factor = X[r, c]
-                    X[r, c] = 0.0
-                    for j in range(S):
-                        X[r, j] -= factor * X[c, j]
+                    write8(X, r, 0, read8(X, r, 0) - factor * low)
+                    write8(X, r, WIDTH, read8(X, r, WIDTH) - factor * high)
+                    X[r, c] = -factor * pivot
+            write8(X, c, 0, low)
+            write8(X, c, WIDTH, high)
+            X[c, c] = pivot
 
 
 @inlined
-def shared_load(solid: Solid, room: Room, i: int) -> float:
-    """Load that all following elements share at a node: Einf d + eta d' + sum E_k h_k."""
-    drive = solid.equilibrium * room.nodes[D, i] + solid.viscosity * room.nodes[V, i]
-    for k in range(solid.rates.shape[0]):
-        drive += solid.moduli[k] * room.h[k, i]
-    return drive
+def write_product(first: Any, second: Any, result: Any) -> None:
+    """Write the product of two matrices with a row for each node."""
+    for i in range(STAGES):
+        low, high = broadcast(0.0), broadcast(0.0)
+        for n in range(STAGES):
+            low = low + first[i, n] * read8(second, n, 0)
+            high = high + first[i, n] * read8(second, n, WIDTH)
+        write8(result, i, 0, low)
+        write8(result, i, WIDTH, high)
 
 
 @inlined
@@ -123,69 +146,6 @@ def axis_load(solid: Solid, room: Room, i: int) -> float:
     """Return the load of the following element next to the axis at a node."""
     drive = shared_load(solid, room, i)
     return load(solid, room.following, 0, 0.0, room.times[i], drive, room.basis[0], room.basis[1])[0]
-
-
-@inlined
-def guess_next(room: Room, i: int) -> None:
-    """Let the first search for the front at the next node start where the last two nodes lead."""
-    if room.places[NO_FRONT_YET] == 1 and i < NODES - 1:
-        p, z = room.at[i], room.z[i]
-        room.at[i + 1], room.z[i + 1] = p, z
-        if room.at[i - 1] == p and room.times[i] > room.times[i - 1]:
-            pace = (z - room.z[i - 1]) / (room.times[i] - room.times[i - 1])
-            room.z[i + 1] = min(max(z + pace * (room.times[i + 1] - room.times[i]), 0.0), 1.0)
-
-
-@compiled
-def write_shrinking_front(solid: Solid, driver: Driver, room: Room, path: Path, i: int) -> None:
-    """Write the front of the shrinking contact at a node, its loads, and the part of the force by the memory."""
-    nodes, basis, slopes = room.nodes, room.basis[0], room.basis[1]
-    p, z, y, nodes[SLOPE, i] = locate(
-        solid, room.following, room.places[FOLLOWING], True, room.times[i], shared_load(solid, room, i),
-        max(room.at[i], 0), room.z[i], basis, slopes,
-    )  # fmt: skip
-    room.at[i], room.z[i] = max(p, 0), z
-    # Behind the end of the contact no load is left.
-    nodes[Y, i] = max(y, 0.0) if p >= 0 else 0.0
-    nodes[A, i], nodes[PI, i] = radius_and_integral(path, nodes[Y, i])
-    write_loads(
-        solid, room.following, max(p, 0), z, room.times[i], room.h[:, i], nodes[A, i], room.loads[:, i], room.L[:, i],
-        basis, slopes,
-    )  # fmt: skip
-    if p < 0 and solid.viscosity > 0.0 and not driver.by_depth and driver.mass == 0.0:
-        # Behind the end the rate would jump: the elements at the axis pull, so that the depth goes on smoothly.
-        nodes[A, i] = nodes[A, 0]
-        for k in range(solid.rates.shape[0]):
-            room.L[k, i] = nodes[A, i] * room.loads[k, i]
-    nodes[F, i] = 0.0
-    for k in range(solid.rates.shape[0]):
-        nodes[F, i] += room.L[k, i]
-    guess_next(room, i)
-
-
-@compiled
-def write_growing_front(solid: Solid, room: Room, path: Path, i: int) -> None:
-    """Write the front of the growing contact at a node, and displacement and loads of the element there."""
-    nodes, basis, slopes = room.nodes, room.basis[0], room.basis[1]
-    p, y = -1, 0.0
-    nodes[F, i], nodes[SLOPE, i] = 0.0, 0.0
-    if room.places[FREE_PANELS] > 0 and room.at[i] >= 0:
-        p, room.z[i], y, nodes[SLOPE, i] = locate(
-            solid, room.free, room.places[FREE_PANELS], False, room.times[i], nodes[D, i], room.at[i], room.z[i],
-            basis, slopes,
-        )  # fmt: skip
-    room.at[i] = p
-    if p < 0:
-        # Virgin surface.
-        y = math.sqrt(max(nodes[D, i], 0.0))
-        nodes[SLOPE, i] = 2.0 * y
-        room.displacements[:, i] = 0.0
-    else:
-        write_displacements(solid, room.free, p, room.z[i], room.times[i], room.displacements[:, i], basis, slopes)
-    touch(solid, room.displacements[:, i], room.loads[:, i])
-    nodes[Y, i] = max(y, 0.0)
-    nodes[A, i], nodes[PI, i] = radius_and_integral(path, nodes[Y, i])
-    guess_next(room, i)
 
 
 @compiled
@@ -231,12 +191,7 @@ def write_forces(solid: Solid, driver: Driver, path: Path, rule: Scheme, room: R
         for i in range(1, NODES):
             source[i] = room.h[k, 0] + nodes[D, i] - nodes[D, 0]
         at_nodes(room.inverse[k], source, room.h[k])
-    for i in range(1, NODES):
-        if phase == SHRINKS:
-            write_shrinking_front(solid, driver, room, path, i)
-        else:
-            write_growing_front(solid, room, path, i)
-    room.places[NO_FRONT_YET] = 0
+    write_fronts(solid, driver, room, path, phase)
     if phase == GROWS:
         write_growing_sums(solid, driver, path, rule, room)
     for i in range(1, NODES):
@@ -244,65 +199,78 @@ def write_forces(solid: Solid, driver: Driver, path: Path, rule: Scheme, room: R
 
 
 @compiled
-def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase: int, moving: bool) -> None:
-    """Write the slope of the residual by the depths at the nodes, or by the velocities.
+def write_stiffness(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase: int) -> None:
+    """Write the slopes of the forces at the nodes by the depths there, without a dashpot at given rates.
 
-    dF = a (Einf + sum E_k B_k^-1) dd + eta a dd', as the load vanishes at a shrinking front; at a growing one over
-    virgin surface a stands behind the memory, and the load there is eta (d' - W'), so that eta a' is added to Einf a.
+    dF = a (Einf + sum E_k B_k^-1) dd, as the load vanishes at a shrinking front; at a growing one over virgin surface
+    a stands behind the memory, and the load there is eta (d' - W'), so that eta a' is added to Einf a.
     """
-    S, nodes, M, row, growth = STAGES, room.nodes, room.jacobian, room.vectors[5], room.vectors[6]
-    product = room.matrix
+    S, nodes, M, growth = STAGES, room.nodes, room.stiffness, room.vectors[6]
     grows = phase == GROWS and solid.viscosity > 0.0
     if grows:
         differentiate(rule, nodes[A], growth)
     for i in range(S):
-        for j in range(S):
-            value = 0.0
-            if phase != FREE:
-                for k in range(solid.rates.shape[0]):
-                    value += solid.moduli[k] * room.inverse[k, i, j]
-                value += solid.equilibrium if i == j else 0.0
-                radius = nodes[A, j + 1] if phase == GROWS else nodes[A, i + 1]
-                # Where the contact is lost the load at the axis is looked for.
-                value *= radius if radius > 0.0 or phase == GROWS or not is_force(driver) else 1.0
-                if grows and i == j and room.weights[i + 1] > 0.0:
-                    value += solid.viscosity * growth[i + 1] / room.weights[i + 1]
-            M[i, j] = value + (driver.stiffness if i == j and driver.mass == 0.0 else 0.0)
-    if not moving:
-        if phase != FREE and solid.viscosity > 0.0:
-            for i in range(S):
-                if room.weights[i + 1] > 0.0:
-                    for j in range(S):
-                        rate = rule.derivative[i + 1, j + 1] / room.weights[i + 1]
-                        M[i, j] += solid.viscosity * nodes[A, i + 1] * rate
-        return
-    if driver.attraction > 0.0 and phase == FREE:
+        low, high = broadcast(0.0), broadcast(0.0)
+        for k in range(solid.rates.shape[0]):
+            low = low + solid.moduli[k] * read8(room.inverse, k, i, 0)
+            high = high + solid.moduli[k] * read8(room.inverse, k, i, WIDTH)
+        if phase == GROWS:
+            low, high = low * read8(nodes, A, 1), high * read8(nodes, A, 1 + WIDTH)
+            radius = nodes[A, i + 1]
+        else:
+            # Where the contact is lost the load at the axis is looked for.
+            radius = nodes[A, i + 1] if nodes[A, i + 1] > 0.0 or not is_force(driver) else 1.0
+            low, high = radius * low, radius * high
+        write8(M, i, 0, low)
+        write8(M, i, WIDTH, high)
+        M[i, i] += solid.equilibrium * radius
+        if grows and room.weights[i + 1] > 0.0:
+            M[i, i] += solid.viscosity * growth[i + 1] / room.weights[i + 1]
+
+
+@compiled
+def write_jacobian(solid: Solid, driver: Driver, rule: Scheme, room: Room, phase: int, moving: bool) -> None:
+    """Write the slope of the residual by the depths at the nodes, or by the velocities.
+
+    A dashpot adds eta a dd' to the slopes of the forces.
+    """
+    S, nodes, M, slopes = STAGES, room.nodes, room.jacobian, room.stiffness
+    if phase != FREE:
+        write_stiffness(solid, driver, rule, room, phase)
+    else:
         for i in range(S):
+            write8(slopes, i, 0, broadcast(0.0))
+            write8(slopes, i, WIDTH, broadcast(0.0))
+    if not moving:
+        for i in range(S):
+            for j in range(S):
+                M[i, j] = slopes[i, j]
+            M[i, i] += driver.stiffness
+            if phase != FREE and solid.viscosity > 0.0 and room.weights[i + 1] > 0.0:
+                for j in range(S):
+                    M[i, j] += solid.viscosity * nodes[A, i + 1] * rule.derivative[i + 1, j + 1] / room.weights[i + 1]
+        return
+    for i in range(S):
+        if driver.mass == 0.0:
+            slopes[i, i] += driver.stiffness
+        elif driver.attraction > 0.0 and phase == FREE:
             # 2 C/(gap + cutoff)^3
             pull = min(nodes[PULL, i + 1], driver.attraction / driver.cutoff**2)
-            M[i, i] -= 2.0 * pull * math.sqrt(pull / driver.attraction)
+            slopes[i, i] -= 2.0 * pull * math.sqrt(pull / driver.attraction)
     # F with d = d0 + A w v: eta a + dF/dd A w.
-    for i in range(S):
-        for j in range(S):
-            row[j] = 0.0
-        for n in range(S):
-            for j in range(S):
-                row[j] += M[i, n] * rule.A[n, j]
-        for j in range(S):
-            M[i, j] = row[j] * room.weights[j + 1]
-        M[i, i] += solid.viscosity * nodes[A, i + 1] if phase != FREE else 0.0
+    write_product(slopes, room.integral, M)
+    if phase != FREE and solid.viscosity > 0.0:
+        for i in range(S):
+            M[i, i] += solid.viscosity * nodes[A, i + 1]
     if driver.mass == 0.0:
         return
     # v - u + R F = 0.
     for i in range(S):
-        for j in range(S):
-            product[i, j] = 1.0 if i == j else 0.0
-        for n in range(S):
-            for j in range(S):
-                product[i, j] += room.mobility[i, n] * M[n, j]
+        write8(slopes, i, 0, read8(M, i, 0))
+        write8(slopes, i, WIDTH, read8(M, i, WIDTH))
+    write_product(room.mobility, slopes, M)
     for i in range(S):
-        for j in range(S):
-            M[i, j] = product[i, j]
+        M[i, i] += 1.0
 
 
 @compiled
@@ -325,11 +293,9 @@ def missing_load(solid: Solid, room: Room, i: int, force: float) -> float:
 
 @compiled
 def write_residuals(solid: Solid, driver: Driver, room: Room, shrinks: bool, moving: bool) -> None:
-    """Write the Jacobian and what the equations of motion lack at the nodes."""
+    """Write what the equations of motion lack at the nodes into the last column of the matrix."""
     S, nodes, M = STAGES, room.nodes, room.matrix
     for i in range(S):
-        for j in range(S):
-            M[i, j] = room.jacobian[i, j]
         n = i + 1
         if driver.mass == 0.0:
             M[i, S] = nodes[GIVEN, n] - nodes[F, n] - driver.stiffness * nodes[D, n]
@@ -361,7 +327,7 @@ def apply_correction(rule: Scheme, room: Room, moving: bool, amount: float) -> N
         for i in range(S):
             total = 0.0
             for j in range(S):
-                total += rule.A[i, j] * room.weights[j + 1] * nodes[V, j + 1]
+                total += room.integral[i, j] * nodes[V, j + 1]
             nodes[D, i + 1], nodes[BELOW, i + 1] = nodes[D, 0] + total, total
         return
     write_rates(rule, room, nodes[D])
@@ -411,7 +377,7 @@ def newton_step_of_touch(room: Room) -> tuple[bool, float]:
     nodes, M, most = room.nodes, room.matrix, 0.0
     for i in range(STAGES):
         for j in range(STAGES):
-            M[i, j] *= nodes[BELOW, j + 1]
+            M[i, j] = room.jacobian[i, j] * nodes[BELOW, j + 1]
     if not solve_linear(M):
         return False, 0.0
     for i in range(STAGES):
@@ -423,7 +389,7 @@ def newton_step_of_touch(room: Room) -> tuple[bool, float]:
 
 
 @compiled
-def part_above_surface(rule: Scheme, room: Room, moving: bool) -> float:
+def part_above_surface(room: Room, moving: bool) -> float:
     """Return the part of a correction that leaves a tenth of how far the body is below the surface at the axis.
 
     Without contact there is no stiffness. The surface at the axis is where an event is written later.
@@ -434,7 +400,7 @@ def part_above_surface(rule: Scheme, room: Room, moving: bool) -> float:
         if moving:
             change = 0.0
             for j in range(STAGES):
-                change += rule.A[i, j] * room.weights[j + 1] * room.matrix[j, STAGES]
+                change += room.integral[i, j] * room.matrix[j, STAGES]
         below = nodes[D, i + 1] - nodes[EVENT, i + 1]
         if below > 0.0 and change < -0.9 * below:
             part = min(part, -0.9 * below / change)
@@ -611,10 +577,11 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
         return False
     write_start(solid, path, room, phase)
     write_given(problem, room, step)
+    write_integral(rule, room)
     if phase == SHRINKS:
         adopt_panel(problem, room)
     if phase != FREE:
-        write_inverses(solid, rule, room)
+        write_inverses(solid, room)
     if driver.by_depth:
         write_forces(solid, driver, path, rule, room, phase)
         return True
@@ -625,7 +592,7 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
         write_forces(solid, driver, path, rule, room, phase)
         return True
     moving = by_rate(solid, driver, phase) and not is_by_logarithm(solid, driver, room, phase)
-    if driver.mass > 0.0 and not write_response(driver, rule, room):
+    if driver.mass > 0.0 and not write_response(driver, room):
         return False
     predict(problem, room, phase)
     if is_by_logarithm(solid, driver, room, phase):
@@ -639,7 +606,7 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     if not (is_alone or converges(problem, room, step, moving)):
         return False
     if driver.mass > 0.0:
-        write_swings(driver, rule, room)
+        write_swings(driver, room)
     return True
 
 
@@ -650,19 +617,27 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
     nodes, phase = room.nodes, step.phase
     touches = phase == GROWS and driver.mass == 0.0 and not nodes[A, 0] > 0.0
     by_logarithm = is_by_logarithm(solid, driver, room, phase)
-    last, ratio = math.inf, 1.0
+    last, change, ratio = math.inf, math.inf, 1.0
     reach = (step.length if moving else 1.0) / scales.depth
     light = moving and driver.mass == 0.0
     if light:
         reach = max(reach, solid.viscosity / scales.stress)
     for iteration in range(_MOST_ITERATIONS):
-        # A new matrix costs less than the search for the fronts.
-        write_jacobian(solid, driver, rule, room, phase, moving)
         write_residuals(solid, driver, room, phase == SHRINKS, moving)
-        solved, amount = newton_step_of_touch(room) if by_logarithm else (solve_linear(room.matrix), 1.0)
+        amount = 1.0
+        if by_logarithm:
+            write_jacobian(solid, driver, rule, room, phase, moving)
+            solved, amount = newton_step_of_touch(room)
+        else:
+            # What is left by old factors is about the square of the last change.
+            solved = driver.mass > 0.0 and change < _SMALL_CHANGE
+            if not solved:
+                write_jacobian(solid, driver, rule, room, phase, moving)
+                solved = factorise(room.jacobian, room.pivots)
+            solve_factorised(room.jacobian, room.pivots, room.matrix)
         if not solved:
             return False
-        change, size = 0.0, 1.0
+        last, change, size = change, 0.0, 1.0
         for i in range(STAGES):
             part = abs(room.matrix[i, STAGES]) * reach
             felt = abs(room.matrix[i, STAGES]) > _DEPTH_ROUNDING * abs(nodes[D, i + 1])
@@ -678,7 +653,7 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
         if not change < math.inf or (iteration > 8 and ratio > 2.0):
             return False
         if touches and moving:
-            amount = part_above_surface(rule, room, moving)
+            amount = part_above_surface(room, moving)
         if by_logarithm:
             correct_touch(solid, rule, room, 1.0)
         else:
@@ -690,5 +665,4 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
         settles = ratio >= 0.5 and change <= max(1e-12, _SETTLED * scales.tolerance)
         if amount == 1.0 and (settles or left <= max(1e-3 * scales.tolerance, 2e-15 * size)):
             return True
-        last = change
     return False
