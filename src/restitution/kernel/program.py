@@ -309,10 +309,12 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if first_kind == 1 and left <= min(reach, 4.0 * guess) and end_of_way(room, phase)[1] == 0:
                 # The end of a force is known.
                 kind, hunted, length, aim = -problem.power, ENDS, left, span
-        if goal != NOTHING and first_kind == 1 and aim - done <= min(reach, left):
+        is_known = goal != NOTHING and first_kind == 1 and aim - done <= min(reach, left)
+        if is_known:
             # Where the front's way ends is known from a longer step.
             kind, hunted, length, instant = goal_kind, goal, aim - done, max(grain, 1e-13 * (aim - done))
-        goal, last_length, last_value, error = NOTHING if hunted != NOTHING else goal, 0.0, -math.inf, math.inf
+            goal = NOTHING
+        last_length, last_value, error = 0.0, -math.inf, math.inf
         while True:
             tries += 1
             if tries > _MOST_TRIES:
@@ -427,6 +429,10 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             if last_value > -math.inf and last_value < math.inf:
                 slope = (value - last_value) / (length - last_length)
             change = -value / slope if slope > 0.0 else 0.0
+            if is_known and kind < 0 and (not slope > 0.0 or abs(change) > 0.1 * length or length + change > left):
+                # The front's way ends elsewhere.
+                hunted, kind, length, is_known = NOTHING, first_kind, plain, False
+                continue
             if hunted == TURNS and value < 0.0 and slope <= 0.0 and last_value == -math.inf:
                 # The event was one of the error of the longer step.
                 hunted = NOTHING
