@@ -4,6 +4,7 @@ Turnings (the front stands), joints of panels, corners of the profile, the touch
 """
 
 import math
+from typing import Any
 
 from restitution.kernel.compile import compiled, inlined
 from restitution.kernel.driver import (
@@ -155,14 +156,32 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
     return E[NODES - 1]
 
 
+@inlined
+def peak_between(rule: Scheme, values: Any, i: int) -> tuple[float, float]:
+    """Return the place and the value of the vertex of a parabola through a node and those beside it."""
+    before, behind = rule.c[i] - rule.c[i - 1], rule.c[i + 1] - rule.c[i]
+    rise, fall = (values[i] - values[i - 1]) / before, (values[i + 1] - values[i]) / behind
+    slope, bend = (rise * behind + fall * before) / (before + behind), (fall - rise) / (before + behind)
+    return rule.c[i] - 0.5 * slope / bend, values[i] - 0.25 * slope * slope / bend
+
+
 @compiled
 def crossing(rule: Scheme, room: Room, deadband: float) -> float:
-    """Return the smallest z in (0, 1] at which the event passes zero upwards; 2 if it does not."""
+    """Return the smallest z in (0, 1] at which the event passes zero upwards; 2 if it does not.
+
+    Also where it passes zero twice between two nodes: a surface that rises may graze the body.
+    """
     values, row = room.nodes[EVENT], room.vectors[6]
     first = 0
     for i in range(NODES - 1, 0, -1):
         if values[i] > deadband:
             first = i
+    peak, behind = 0.0, first if first > 0 else NODES - 1
+    for i in range(behind - 1, 1, -1):
+        if values[i] > values[i - 1] and values[i] > values[i + 1]:
+            z, top = peak_between(rule, values, i)
+            if top > deadband:
+                first, peak = i, z
     if first == 0:
         return 2.0
     # At the start the last event has its zero: the value there follows from the other nodes.
@@ -176,6 +195,11 @@ def crossing(rule: Scheme, room: Room, deadband: float) -> float:
         values[0] += above / below * values[i]
     to_coefficients(rule, values, row)
     low, high = rule.c[first - 1], rule.c[first]
+    if peak > 0.0:
+        polynomials(peak, room.basis[0], room.basis[1])
+        if not value_of(row, room.basis[0]) > deadband:
+            return 2.0
+        high = peak
     z = 0.5 * (low + high)
     for _ in range(60):
         polynomials(z, room.basis[0], room.basis[1])

@@ -437,7 +437,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                 # The event was one of the error of the longer step.
                 hunted = NOTHING
                 break
-            close = max(grain, (0.1 if kind < 0 else 1.0) * _SAME_TIME * length)
+            # A force or a spring follows rounding of the front, others do not.
+            felt = 0.0 if is_light(problem) else 0.1 if kind < 0 else 1.0
+            close = max(grain, felt * _SAME_TIME * length)
             if abs(change) <= close or tries > 40 or last_value == math.inf:
                 break
             last_length, last_value = length, value
