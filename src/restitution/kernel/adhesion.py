@@ -26,6 +26,7 @@ from restitution.kernel.zone import (
     ASTRAY_,
     AT_,
     BASE_,
+    BEFORE_,
     BUMP_,
     C_,
     D_,
@@ -38,6 +39,7 @@ from restitution.kernel.zone import (
     ENERGY_,
     F_,
     FALL_,
+    FALLS_,
     G_,
     H1_,
     H_,
@@ -74,6 +76,8 @@ from restitution.kernel.zone import (
     SHAPE_,
     SHARE_,
     SOUGHT_,
+    SPEED0_,
+    SPEED_,
     STEPS_,
     STUCK,
     T_,
@@ -97,6 +101,8 @@ from restitution.kernel.zone import (
     write_element,
 )
 
+# G over range and depth at a root; trials from a guess.
+_ROOT, _SOON = 1e-13, 5
 _MOST_ROOTS, _MOST_FOLDS, _SECTIONS = 80, 16, 20
 # Share of the way to the next element within which the edge is at a fold; error of a parabola over its height.
 _AT_FOLD, _PARABOLIC = 1e-3, 0.1
@@ -104,7 +110,7 @@ _AT_FOLD, _PARABOLIC = 1e-3, 0.1
 _TORN = 1e-6
 # G over range and depth, without attraction, that is rounding of its root.
 _BEGINS = 1e-12
-# Length of a step over the last one below which a fold may be near; share of a step of the edge for a slope.
+# Speed of the edge in the last step over that of the next one below which a fold may be near; share of a step of the edge for a slope.
 _SHORTER, _ASIDE = 0.75, 0.02
 # Rate times step below which the rate of a mode is linear over a step.
 _LINEAR = 1e-3
@@ -126,7 +132,7 @@ def _root(
     The bounds are the lower one and G there, the upper one and G there. The method is that of Anderson and Bjorck.
     """
     low, f_low, high, f_high = bounds
-    small = 1e-13 * (bodies.reach + abs(room.now[D_]))
+    small = _ROOT * (bodies.reach + abs(room.now[D_]))
     x, side = low, 0
     for n in range(_MOST_ROOTS):
         x = (low * f_high - high * f_low) / (f_high - f_low)
@@ -148,6 +154,84 @@ def _root(
                 f_high *= share if share > 0.0 else 0.5
             low, f_low, side = x, f, -1
     return x
+
+
+@inlined
+def _arrival(way: int, after: float, room: Room) -> float:
+    """Return when the edge reaches an element, by its speeds in the last two steps; infinite if it does not."""
+    ends = room.ends
+    if not ends[BEFORE_] > 0.0:
+        return math.inf
+    gain = 2.0 * way * (ends[SPEED_] - ends[SPEED0_]) / (ends[LAST_] + ends[BEFORE_])
+    speed, distance = way * ends[SPEED_] + 0.5 * gain * ends[LAST_], way * (after - room.now[C_])
+    square = speed * speed + 2.0 * gain * distance
+    if square < 0.0 or speed <= 0.0:
+        return math.inf
+    return 2.0 * distance / (speed + math.sqrt(square))
+
+
+@inlined
+def _hurries(dt: float, after: float, room: Room) -> bool:
+    """Return whether the edge would be much faster than in the last step, as it is before a fold."""
+    return _SHORTER * abs(after - room.now[C_]) >= abs(room.ends[SPEED_]) * dt
+
+
+@compiled
+def _arrive(solid: Solid, bodies: Bodies, way: int, after: float, guess: float, room: Room) -> float:
+    """Return the length of a step to an edge from a guess; NaN where that does not find it soon.
+
+    Before a fold G must have the sign of the way for a step of no time. The method is inverse interpolation.
+    """
+    small = _ROOT * (bodies.reach + abs(room.now[D_]))
+    x, x1, f0, f1, slope = guess, 0.0, 0.0, 0.0, room.ends[FALLS_]
+    slope = way / slope if slope != 0.0 else 0.0
+    if slope >= 0.0 or _hurries(x, after, room):
+        f1 = way * excess(solid, bodies, 0.0, after, room)
+        if not f1 > 0.0:
+            return math.nan
+        slope = 0.0
+    f = way * excess(solid, bodies, x, after, room)
+    if slope == 0.0:
+        slope = x / (f - f1)
+    step = -f * slope
+    for n in range(_SOON):
+        if abs(f) <= small:
+            room.ends[FALLS_] = way / slope
+            return x
+        # Beyond the longest step, or backwards, as G grows.
+        if not 0.0 < x + step < bodies.longest or not slope < 0.0:
+            break
+        f0, x1, f1, x = f1, x, f, x + step
+        f = way * excess(solid, bodies, x, after, room)
+        before, slope = slope, (x - x1) / (f - f1)
+        step = -f * slope
+        if f0 != 0.0:
+            step += f * f1 * (slope - before) / (f - f0)
+    return math.nan
+
+
+@compiled
+def _move(solid: Solid, bodies: Bodies, way: int, after: float, room: Room) -> float:
+    """Return the edge after the longest step, before it reaches an element, by its speeds; NaN if not found soon."""
+    ends, edge, dt = room.ends, room.now[C_], bodies.longest
+    small = _ROOT * (bodies.reach + abs(room.now[D_]))
+    if not ends[BEFORE_] > 0.0 or not way * ends[FALLS_] < 0.0:
+        return math.nan
+    gain = 2.0 * (ends[SPEED_] - ends[SPEED0_]) / (ends[LAST_] + ends[BEFORE_])
+    x = edge + dt * (ends[SPEED_] + 0.5 * gain * (ends[LAST_] + dt))
+    # Along the way of the edge G stays zero.
+    slope = -(ends[SPEED_] + gain * (0.5 * ends[LAST_] + dt)) / ends[FALLS_]
+    x1, f1 = x, 0.0
+    for n in range(_SOON):
+        if not 0.0 < way * (x - edge) < way * (after - edge) or not slope > 0.0:
+            break
+        f = excess(solid, bodies, dt, x, room)
+        if abs(f) <= small:
+            return x
+        if n > 0:
+            slope = (x - x1) / (f - f1)
+        x1, f1, x = x, f, x - f * slope
+    return math.nan
 
 
 @inlined
@@ -328,12 +412,14 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
         now[V_] += dt * (bodies.load - 0.5 * (now[F_] + force)) / bodies.mass
     elif dt > 0.0:
         now[V_] = (depth - now[D_]) / dt
+    if dt > 0.0:
+        ends = room.ends
+        ends[BEFORE_], ends[LAST_] = ends[LAST_] if ends[BEFORE_] >= 0.0 else 0.0, dt
+        ends[SPEED0_], ends[SPEED_] = ends[SPEED_], (edge - now[C_]) / dt
     now[T_] += dt
     now[D_], now[F_], now[C_], now[A_] = depth, force, edge, min(radius, edge)
     counts[IN_] = count
     room.ends[MADE_] = math.nan
-    if dt > 0.0:
-        room.ends[LAST_] = dt
     if counts[WAITS_] > 0:
         rest(solid, bodies, room)
 
@@ -404,7 +490,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         if away:
             row[EDGE1_], row[RADIUS1_], row[ENERGY_], row[DEPTH1_] = 0.0, 0.0, math.nan, -math.inf
     room.counts[JUMPED_] = n + 1
-    room.counts[SOUGHT_] = 0
+    room.counts[SOUGHT_], room.ends[BEFORE_] = 0, -1.0
     return SEPARATED if away else -1
 
 
@@ -464,7 +550,7 @@ def _is_lost(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, ro
     if bodies.sprung and bodies.stiffness == 0.0:
         if abs(excess(solid, bodies, dt, after, room)) > _TORN * bodies.reach:
             return True
-    elif not bodies.sprung and dt > _SHORTER * room.ends[LAST_]:
+    elif not bodies.sprung and not _hurries(dt, after, room):
         return False
     return way * excess(solid, bodies, dt, after + _ASIDE * (room.now[C_] - after), room) > 0.0
 
@@ -477,40 +563,56 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
     if edge == 0.0:
         return _apart(solid, bodies, room)
     way = 1 if counts[WAY_] >= 0 else -1
-    stay, after, ahead = math.nan, edge, 0.0
-    for attempt in range(2):
-        after = _neighbour(edge, way, places)
-        if after > places[places.shape[0] - 3]:
-            return NO_ROOM
-        ahead = excess(solid, bodies, longest, after, room)
-        if way * ahead < 0.0:
-            break
-        if attempt == 0:
-            stay = excess(solid, bodies, longest, edge, room)
-            if way * stay > 0.0:
-                way = -way
-                continue
+    after = _neighbour(edge, way, places)
+    if after > places[places.shape[0] - 3]:
+        return NO_ROOM
+    dt, stay, ahead = math.nan, math.nan, 0.0
+    if not bodies.sprung:
+        dt = _arrival(way, after, room)
+        if dt < longest:
+            dt = _arrive(solid, bodies, way, after, dt, room)
+        else:
+            dt, ahead = math.nan, _move(solid, bodies, way, after, room)
+            if not math.isnan(ahead):
+                _accept(solid, bodies, longest, ahead, room)
+                counts[SOUGHT_] = 0
+                return -1
+    if math.isnan(dt):
+        for attempt in range(2):
+            after = _neighbour(edge, way, places)
+            if after > places[places.shape[0] - 3]:
+                return NO_ROOM
+            ahead = excess(solid, bodies, longest, after, room)
+            if way * ahead < 0.0:
+                break
+            if attempt == 0:
+                stay = excess(solid, bodies, longest, edge, room)
+                if way * stay > 0.0:
+                    way = -way
+                    continue
+            counts[WAY_] = way
+            after = _root(solid, bodies, False, longest, (edge, stay, after, ahead), room) if stay != 0.0 else edge
+            _accept(solid, bodies, longest, after, room)
+            counts[SOUGHT_] = 0
+            return -1
         counts[WAY_] = way
-        after = _root(solid, bodies, False, longest, (edge, stay, after, ahead), room) if stay != 0.0 else edge
-        _accept(solid, bodies, longest, after, room)
-        counts[SOUGHT_] = 0
-        return -1
-    counts[WAY_] = way
-    start = excess(solid, bodies, 0.0, after, room)
-    if way * start <= 0.0:
-        if counts[SOUGHT_] >= _MOST_FOLDS:
-            return _jump(solid, bodies, way, room)
-        after = _fold(solid, bodies, way, after, room)
-        if after == edge:
-            return _jump(solid, bodies, way, room)
         start = excess(solid, bodies, 0.0, after, room)
-        ahead = excess(solid, bodies, longest, after, room)
-        counts[SOUGHT_] += 1
-        if not (way * start > 0.0 > way * ahead):
-            return _jump(solid, bodies, way, room)
+        if way * start <= 0.0:
+            if counts[SOUGHT_] >= _MOST_FOLDS:
+                return _jump(solid, bodies, way, room)
+            after = _fold(solid, bodies, way, after, room)
+            if after == edge:
+                return _jump(solid, bodies, way, room)
+            start = excess(solid, bodies, 0.0, after, room)
+            ahead = excess(solid, bodies, longest, after, room)
+            counts[SOUGHT_] += 1
+            if not (way * start > 0.0 > way * ahead):
+                return _jump(solid, bodies, way, room)
+        else:
+            counts[SOUGHT_] = 0
+        dt = _root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
     else:
         counts[SOUGHT_] = 0
-    dt = _root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
     tries = 0
     while _is_lost(solid, bodies, way, dt, after, room):
         # The edge was let go on its way.
@@ -598,7 +700,7 @@ def _record(room: Room) -> bool:
 @inlined
 def _begin(bodies: Bodies, room: Room) -> None:
     """Write the state at the first attraction."""
-    room.now[D_], room.ends[MADE_] = -bodies.reach, math.nan
+    room.now[D_], room.ends[MADE_], room.ends[SPEED_] = -bodies.reach, math.nan, math.inf
     room.counts[WEIGHED_] = room.nodes.shape[1]
     for i in range(room.nodes.shape[1]):
         room.nodes[H_, i] = room.nodes[G_, i] + bodies.reach

@@ -45,11 +45,12 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
 # which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
 # equilibrium modulus; over the tail, sums of the weight, and of the weight with undeformed gap, cohesive load at the
-# start, impulse beyond a linear one, cohesive load at the end.
+# start, impulse beyond a linear one, cohesive load at the end; step before the last one, 0 if there is none, and -1
+# behind a jump; speeds of the edge in the last step and before; slope of G over the time.
 (
     S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, FIRM_, ALL_, ALL_G_, ALL_Q_, ALL_SHAPE_,
-    ALL_Q1_, N_ENDS
-) = range(15)  # fmt: skip
+    ALL_Q1_, BEFORE_, SPEED_, SPEED0_, FALLS_, N_ENDS
+) = range(19)  # fmt: skip
 SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC, PAUSED = range(7)
 
 # Rate times step below which factors are series.
