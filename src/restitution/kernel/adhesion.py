@@ -103,6 +103,8 @@ from restitution.kernel.zone import (
 
 # G over range and depth at a root; trials from a guess.
 _ROOT, _SOON = 1e-13, 5
+# Elements from which on a jump passes one more of them at once, and so on.
+_FINE = 1024
 _MOST_ROOTS, _MOST_FOLDS, _SECTIONS = 80, 16, 20
 # Share of the way to the next element within which the edge is at a fold; error of a parabola over its height.
 _AT_FOLD, _PARABOLIC = 1e-3, 0.1
@@ -276,10 +278,12 @@ def _spent_in_parts(solid: Solid, dt: float, i: int, before: float, after: float
 @compiled
 def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
     """Take the memory of elements over a step; return what they dissipate."""
-    nodes, per, size = room.nodes[:, low:top], 1.0 / dt, top - low
-    load, press, load1, press1 = nodes[Q_], nodes[P_], nodes[Q1_], nodes[P1_]
+    nodes, per, size = room.nodes, 1.0 / dt, top - low
+    load, press = nodes[Q_, low:top], nodes[P_, low:top]
+    load1, press1 = nodes[Q1_, low:top], nodes[P1_, low:top]
     # Two rows that the next step writes anew.
-    before, after, bump, lost = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[LOST_]
+    before, after = nodes[BASE_, low:top], nodes[REST_, low:top]
+    bump, lost = nodes[BUMP_, low:top], nodes[LOST_, low:top]
     for i in range(size):
         before[i] = load[i] + press[i]
     for i in range(size):
@@ -291,7 +295,7 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
     # The ring passes an element within the step that has no cohesive load at one end of it.
     for i in range(first, last):
         if load[i] == 0.0 or load1[i] == 0.0:
-            nodes[KINK_, i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
+            nodes[KINK_, low + i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
     for k in range(solid.rates.shape[0]):
         factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
         decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_] * per
@@ -312,16 +316,17 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
                 lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
     for i in range(first, last):
         if load[i] == 0.0 or load1[i] == 0.0:
-            lost[i] = nodes[KINK_, i]
-    return dot(nodes[SHARE_], lost)
+            lost[i] = nodes[KINK_, low + i]
+    return dot(nodes[SHARE_, low:top], lost)
 
 
 @compiled
 def _beside_contact(solid: Solid, bodies: Bodies, dt: float, depth: float, low: int, top: int, room: Room) -> int:
     """Write loads and gaps in and beside the contact at the end of a step; return how many elements are astray."""
-    nodes, counts, soft = room.nodes[:, low:top], room.counts, solid.compliance + room.ends[S_RISE_]
-    press, gap, pull = nodes[P1_], nodes[H1_], nodes[Q1_]
-    base, rest, bump, shape = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[SHAPE_]
+    nodes, counts, soft = room.nodes, room.counts, solid.compliance + room.ends[S_RISE_]
+    press, gap, pull = nodes[P1_, low:top], nodes[H1_, low:top], nodes[Q1_, low:top]
+    base, rest = nodes[BASE_, low:top], nodes[REST_, low:top]
+    bump, shape = nodes[BUMP_, low:top], nodes[SHAPE_, low:top]
     size, count = top - low, counts[IN1_] - low
     inner, outer = min(counts[IN_] - low, count), min(max(counts[IN_] - low, count), size)
     mean = room.ends[S_MEAN_]
@@ -355,9 +360,9 @@ def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: 
 
     Their gap is ``g - d + J0 q + sum c_j M_j``.
     """
-    nodes, per, size = room.nodes[:, low:top], 1.0 / dt if dt > 0.0 else 0.0, max(top - low, 0)
-    before, after, shape, gap, lost = nodes[Q_], nodes[Q1_], nodes[SHAPE_], nodes[H_], nodes[LOST_]
-    undeformed = nodes[G_]
+    nodes, per, size = room.nodes, 1.0 / dt if dt > 0.0 else 0.0, max(top - low, 0)
+    before, after, shape = nodes[Q_, low:top], nodes[Q1_, low:top], nodes[SHAPE_, low:top]
+    gap, lost, undeformed = nodes[H_, low:top], nodes[LOST_, low:top], nodes[G_, low:top]
     for i in range(size):
         gap[i], lost[i] = undeformed[i] - depth + solid.compliance * after[i], 0.0
     for k in range(solid.rates.shape[0]):
@@ -385,7 +390,7 @@ def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: 
         before[i] = after[i]
         astray += 0 if gap[i] >= 0.0 else 1
     room.counts[ASTRAY_] += astray
-    return dot(nodes[SHARE_], lost)
+    return dot(nodes[SHARE_, low:top], lost)
 
 
 @compiled
@@ -447,12 +452,13 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
     free = bodies.sprung and bodies.stiffness == 0.0
     if free:
         before = _surface_energy(solid, bodies, room)
-    limit = places[places.shape[0] - 3]
+    limit, spare = places[places.shape[0] - 3], places.shape[0] // _FINE
     after = edge
     while True:
         after = _neighbour(edge, way, places)
         if after > limit:
             return NO_ROOM
+        after = places[min(max(count_below(places, after) + way * spare, 0), places.shape[0] - 3)]
         if edge == start_edge:
             above = excess(solid, bodies, 0.0, edge, room)
         middle = 0.5 * (edge + after)

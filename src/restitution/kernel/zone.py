@@ -366,10 +366,9 @@ def tail(solid: Solid, dt: float, depth: float, room: Room) -> float:
 def write_bases(solid: Solid, dt: float, low: int, high: int, room: Room) -> None:
     """Write gaps without the displacement J0 q, and without the depth, of elements that do not change their state."""
     # Loops from 0 on over views are those that compilers make of several elements at once.
-    ends, nodes = room.ends, room.nodes[:, low:high]
-    base, gap, load, press, after, shape = (
-        nodes[BASE_], nodes[G_], nodes[Q_], nodes[P_], nodes[Q1_], nodes[SHAPE_]
-    )  # fmt: skip
+    ends, nodes = room.ends, room.nodes
+    base, gap, load = nodes[BASE_, low:high], nodes[G_, low:high], nodes[Q_, low:high]
+    press, after, shape = nodes[P_, low:high], nodes[Q1_, low:high], nodes[SHAPE_, low:high]
     fall, rise, mean = ends[S_FALL_], ends[S_RISE_], ends[S_MEAN_] * dt
     count = max(high - low, 0)
     for i in range(count):
