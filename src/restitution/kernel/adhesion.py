@@ -46,6 +46,7 @@ from restitution.kernel.zone import (
     HELD,
     IN1_,
     IN_,
+    INSIDE_,
     JUMPED_,
     JUMPS_,
     KINK_,
@@ -94,7 +95,7 @@ from restitution.kernel.zone import (
     Room,
     Solid,
     contact_radius,
-    count_below,
+    count_near,
     dot,
     normal_force,
     write_bases,
@@ -430,9 +431,9 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
 
 
 @compiled
-def _neighbour(edge: float, way: int, places: Any) -> float:
-    """Return the next element from an edge in a direction."""
-    n = count_below(places, edge)
+def _neighbour(edge: float, way: int, near: int, places: Any) -> float:
+    """Return the next element from an edge in a direction; about so many elements lie below it."""
+    n = count_near(places, edge, near)
     if way > 0:
         return places[n + 1] if places[n] - edge <= 1e-9 * (places[n + 1] - places[n]) else places[n]
     if n > 1 and edge - places[n - 1] <= 1e-9 * (places[n - 1] - places[n - 2]):
@@ -455,10 +456,10 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
     limit, spare = places[places.shape[0] - 3], places.shape[0] // _FINE
     after = edge
     while True:
-        after = _neighbour(edge, way, places)
+        after = _neighbour(edge, way, room.counts[INSIDE_], places)
         if after > limit:
             return NO_ROOM
-        after = places[min(max(count_below(places, after) + way * spare, 0), places.shape[0] - 3)]
+        after = places[min(max(count_near(places, after, room.counts[INSIDE_]) + way * spare, 0), places.shape[0] - 3)]
         if edge == start_edge:
             above = excess(solid, bodies, 0.0, edge, room)
         middle = 0.5 * (edge + after)
@@ -569,7 +570,7 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
     if edge == 0.0:
         return _apart(solid, bodies, room)
     way = 1 if counts[WAY_] >= 0 else -1
-    after = _neighbour(edge, way, places)
+    after = _neighbour(edge, way, counts[INSIDE_], places)
     if after > places[places.shape[0] - 3]:
         return NO_ROOM
     dt, stay, ahead = math.nan, math.nan, 0.0
@@ -585,7 +586,7 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
                 return -1
     if math.isnan(dt):
         for attempt in range(2):
-            after = _neighbour(edge, way, places)
+            after = _neighbour(edge, way, counts[INSIDE_], places)
             if after > places[places.shape[0] - 3]:
                 return NO_ROOM
             ahead = excess(solid, bodies, longest, after, room)

@@ -16,6 +16,7 @@ from restitution.kernel.zone import (
     F_,
     IN1_,
     IN_,
+    INSIDE_,
     LOW_,
     MADE_,
     NEAR_,
@@ -35,7 +36,6 @@ from restitution.kernel.zone import (
     cell_weights,
     cohesive_load,
     contact_radius,
-    count_below,
     dot,
     normal_force,
     set_factors,
@@ -63,7 +63,7 @@ def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     counts, nodes, ends = room.counts, room.nodes, room.ends
     size = nodes.shape[1]
     load, stiffness = bodies.load + dt * bodies.pace, bodies.stiffness
-    done = min(max(count_below(nodes[PLACE_], edge), counts[IN_]) + 2, size)
+    done = min(max(counts[INSIDE_], counts[IN_]) + 2, size)
     wake(solid, bodies, 0, done + 1, room)
     write_bases(solid, dt, 0, done, room)
     touch = nodes[BASE_, 0] + solid.compliance * nodes[Q1_, 0]
@@ -108,7 +108,7 @@ def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, r
     nodes, count = room.nodes, room.counts[IN_]
     size = nodes.shape[1]
     low, high = max(count - 1, 0), count + 1
-    wake(solid, bodies, low, min(max(count_below(nodes[PLACE_], edge), count) + 2, size) + 1, room)
+    wake(solid, bodies, low, min(max(room.counts[INSIDE_], count) + 2, size) + 1, room)
     write_bases(solid, dt, low, high, room)
     write_element(solid, bodies, dt, depth, count, room)
     if nodes[P1_, count] > 0.0:
@@ -159,7 +159,7 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     radius = contact_radius(solid, bodies, edge, room)
     if radius >= edge:
         return -target
-    end = count_below(nodes[PLACE_], edge)
+    end = counts[INSIDE_]
     if end + 1 >= size:
         return math.nan
     total = -2.0 * bodies.stress * solid.compliance * (edge - radius) - target

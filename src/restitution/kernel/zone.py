@@ -37,11 +37,11 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # and the first one behind it that waits, elements that may have memory, 1 if elements may wait, 1 if gaps have the
 # form of `_bend`, rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold,
 # elements astray from the disc, first cell with weights, first cell of the tail, line of the program, turns of the
-# body towards the surface.
+# body towards the surface, elements below the edge that was asked last.
 (
     IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, BENDS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_,
-    TURNED_, N_COUNTS
-) = range(17)  # fmt: skip
+    TURNED_, INSIDE_, N_COUNTS
+) = range(18)  # fmt: skip
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
 # which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
 # equilibrium modulus; over the tail, sums of the weight, and of the weight with undeformed gap, cohesive load at the
@@ -152,6 +152,16 @@ def count_below(places: Any, x: float) -> int:
 
 
 @inlined
+def count_near(places: Any, x: float, near: int) -> int:
+    """Return how many elements lie below a place, where it is near a number."""
+    while near < places.shape[0] and places[near] < x:
+        near += 1
+    while near > 0 and places[near - 1] >= x:
+        near -= 1
+    return near
+
+
+@inlined
 def cohesive_load(stress: float, edge: float, x: float) -> float:
     """Return the cohesive load of an element."""
     inside = (edge - x) * (edge + x)
@@ -218,8 +228,11 @@ def cell_weights(edge: float, low: float, high: float) -> tuple[float, float]:
 def write_pulls(bodies: Bodies, edge: float, low: int, high: int, room: Room) -> None:
     """Write the cohesive loads of elements over a step to an edge."""
     nodes, edge0 = room.nodes, room.now[C_]
-    both = max(min(count_below(nodes[PLACE_], min(edge, edge0)), high), low)
-    any_ = max(min(count_below(nodes[PLACE_], max(edge, edge0)), high), both)
+    inside = count_near(nodes[PLACE_], edge, room.counts[INSIDE_])
+    inside0 = count_near(nodes[PLACE_], edge0, inside)
+    room.counts[INSIDE_] = inside
+    both = max(min(inside, inside0, high), low)
+    any_ = max(min(max(inside, inside0), high), both)
     stress, place = bodies.stress, nodes[PLACE_, low:both]
     before, after, shape = nodes[Q_, low:both], nodes[Q1_, low:both], nodes[SHAPE_, low:both]
     for k in range(both - low):
@@ -245,7 +258,7 @@ def weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     near, beyond, place = room.nodes[NEAR_], room.nodes[NEXT_], room.nodes[PLACE_]
     # Cells whose angles are small for sure, all of them within the zone.
     square, apart = edge * edge, bodies.cell / _SMALL_ANGLE
-    inner = count_below(place, math.sqrt(max((edge - apart) * (edge + apart), 0.0))) - 2
+    inner = count_near(place, math.sqrt(max((edge - apart) * (edge + apart), 0.0)), counts[INSIDE_]) - 2
     inner = min(max(inner, low), end)
     low_of, high_of, first, second = place[low:inner], place[low + 1 : inner + 1], near[low:inner], beyond[low:inner]
     # The root of c^2 - x^2 is known from the cohesive load.
