@@ -104,7 +104,7 @@ from restitution.kernel.zone import (
 
 # G over range and depth at a root; trials from a guess.
 _ROOT, _SOON = 1e-13, 5
-# Elements from which on a jump passes one more of them at once, and so on.
+# Number of elements for each further one that a long jump passes at once.
 _FINE = 1024
 _MOST_ROOTS, _MOST_FOLDS, _SECTIONS = 80, 16, 20
 # Share of the way to the next element within which the edge is at a fold; error of a parabola over its height.
@@ -453,7 +453,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
     free = bodies.sprung and bodies.stiffness == 0.0
     if free:
         before = _surface_energy(solid, bodies, room)
-    limit, spare = places[places.shape[0] - 3], places.shape[0] // _FINE
+    limit, spare = places[places.shape[0] - 3], 0
     after = edge
     while True:
         after = _neighbour(edge, way, room.counts[INSIDE_], places)
@@ -478,7 +478,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         if not bodies.sprung:
             # Elements have no memory of the way: those that it has passed need not be asked again.
             _accept(solid, bodies, 0.0, after, room)
-        edge, above = after, f
+        edge, above, spare = after, f, min(2 * spare + 1, places.shape[0] // _FINE)
         if edge == 0.0:
             break
     energy *= 4.0 * bodies.stress
