@@ -104,8 +104,6 @@ from restitution.kernel.zone import (
 
 # G over range and depth at a root; trials from a guess.
 _ROOT, _SOON = 1e-13, 5
-# Number of elements for each further one that a long jump passes at once.
-_FINE = 1024
 _MOST_ROOTS, _MOST_FOLDS, _SECTIONS = 80, 16, 20
 # Share of the way to the next element within which the edge is at a fold; error of a parabola over its height.
 _AT_FOLD, _PARABOLIC = 1e-3, 0.1
@@ -453,13 +451,12 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
     free = bodies.sprung and bodies.stiffness == 0.0
     if free:
         before = _surface_energy(solid, bodies, room)
-    limit, spare = places[places.shape[0] - 3], 0
+    limit = places[places.shape[0] - 3]
     after = edge
     while True:
         after = _neighbour(edge, way, room.counts[INSIDE_], places)
         if after > limit:
             return NO_ROOM
-        after = places[min(max(count_near(places, after, room.counts[INSIDE_]) + way * spare, 0), places.shape[0] - 3)]
         if edge == start_edge:
             above = excess(solid, bodies, 0.0, edge, room)
         middle = 0.5 * (edge + after)
@@ -478,7 +475,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         if not bodies.sprung:
             # Elements have no memory of the way: those that it has passed need not be asked again.
             _accept(solid, bodies, 0.0, after, room)
-        edge, above, spare = after, f, min(2 * spare + 1, places.shape[0] // _FINE)
+        edge, above = after, f
         if edge == 0.0:
             break
     energy *= 4.0 * bodies.stress

@@ -42,16 +42,6 @@ class _Part(codegen.JITCodeLibrary):
         return _NoEnvironment
 
 
-class _Whole(codegen.JITCodeLibrary):
-    """Code of an entry point, whose parts nobody else calls."""
-
-    def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
-                function.linkage = "internal"
-        super()._optimize_final_module()
-
-
 class _NoEnvironment:
     """Place for the Python objects of a function, which a function without machine code does not need."""
 
@@ -64,6 +54,27 @@ class _NoEnvironment:
 _NEEDLESS = (untyped_passes.InlineClosureLikes, typed_passes.InlineOverloads, typed_passes.NopythonRewrites)
 
 
+class _Whole(codegen.JITCodeLibrary):
+    """Code of an entry point. Nobody else calls its parts, so that LLVM may change what they are handed.
+
+    Numba passes a named tuple as some hundred numbers, in each call. LLVM leaves out what a part does not use.
+    """
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+class _WholeCompiler(compiler.Compiler):
+    def __init__(self, typingctx: Any, targetctx: Any, library: Any, *arguments: Any) -> None:
+        if library is None:
+            library = _Whole(targetctx.codegen(), "entry point")
+            library.enable_object_caching()
+        super().__init__(typingctx, targetctx, library, *arguments)
+
+
 class _PartCompiler(compiler.Compiler):
     def __init__(self, typingctx: Any, targetctx: Any, library: Any, *arguments: Any) -> None:
         part = _Part(targetctx.codegen(), "part") if library is None else library
@@ -74,14 +85,6 @@ class _PartCompiler(compiler.Compiler):
         for steps in pipelines:
             steps.passes = [step for step in steps.passes if step[0] not in _NEEDLESS]
         return pipelines
-
-
-class _WholeCompiler(_PartCompiler):
-    def __init__(self, typingctx: Any, targetctx: Any, library: Any, *arguments: Any) -> None:
-        whole = _Whole(targetctx.codegen(), "whole") if library is None else library
-        if library is None:
-            whole.enable_object_caching()
-        super().__init__(typingctx, targetctx, whole, *arguments)
 
 
 # Versions of numba with which parts were tried. Others make machine code of each function.

@@ -231,7 +231,7 @@ def write_pulls(bodies: Bodies, edge: float, low: int, high: int, room: Room) ->
     inside = count_near(nodes[PLACE_], edge, room.counts[INSIDE_])
     inside0 = count_near(nodes[PLACE_], edge0, inside)
     room.counts[INSIDE_] = inside
-    both = max(min(inside, inside0, high), low)
+    both = max(min(min(inside, inside0), high), low)
     any_ = max(min(max(inside, inside0), high), both)
     stress, place = bodies.stress, nodes[PLACE_, low:both]
     before, after, shape = nodes[Q_, low:both], nodes[Q1_, low:both], nodes[SHAPE_, low:both]
