@@ -123,7 +123,7 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
             error = max(error, _CREEP * share * problem.body.transit(width, time, count))
             reached = max(error, lost)
             if energy > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(energy)) and lost <= rtol:
-                return Solved(Status.SEPARATED, _extrapolated(problem, before, march), march, error)
+                return Solved(Status.SEPARATED, _extrapolated(problem, before or march, march), march, error)
         before = march
         count *= 2
     return _failed(Status.NOT_ACCURATE, error=reached)

@@ -19,6 +19,7 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.course import arrival, arrive, hurries, move, root
 from restitution.kernel.edge import excess
 from restitution.kernel.waiting import carry, rest, waiting_energy
 from restitution.kernel.zone import (
@@ -39,7 +40,6 @@ from restitution.kernel.zone import (
     ENERGY_,
     F_,
     FALL_,
-    FALLS_,
     G_,
     H1_,
     H_,
@@ -102,17 +102,15 @@ from restitution.kernel.zone import (
     write_element,
 )
 
-# G over range and depth at a root; trials from a guess.
-_ROOT, _SOON = 1e-13, 5
-_MOST_ROOTS, _MOST_FOLDS, _SECTIONS = 80, 16, 20
+_MOST_FOLDS, _SECTIONS = 16, 20
 # Share of the way to the next element within which the edge is at a fold; error of a parabola over its height.
 _AT_FOLD, _PARABOLIC = 1e-3, 0.1
 # G over the range that is no root, where a force leaves no contact.
 _TORN = 1e-6
 # G over range and depth, without attraction, that is rounding of its root.
 _BEGINS = 1e-12
-# Speed of the edge in the last step over that of the next one below which a fold may be near; share of a step of the edge for a slope.
-_SHORTER, _ASIDE = 0.75, 0.02
+# Share of a step of the edge for a slope.
+_ASIDE = 0.02
 # Rate times step below which the rate of a mode is linear over a step.
 _LINEAR = 1e-3
 # Share of a history that is rounding of its times.
@@ -122,117 +120,6 @@ _OFTEN, _SURE = 16, 1e-3
 # Turns towards the surface that show a body to be held. Under a force it is also where it creeps: what it lacks to
 # balance, over the force, and its kinetic energy over the work of the force.
 _TURNS, _UNBALANCED, _CREEPING = 2, 1e-2, 1e-3
-
-
-@compiled
-def _root(
-    solid: Solid, bodies: Bodies, in_time: bool, fixed: float, bounds: tuple[float, float, float, float], room: Room
-) -> float:
-    """Return the length of a step, or the edge at its end, at which G vanishes between bounds of other sign.
-
-    The bounds are the lower one and G there, the upper one and G there. The method is that of Anderson and Bjorck.
-    """
-    low, f_low, high, f_high = bounds
-    small = _ROOT * (bodies.reach + abs(room.now[D_]))
-    x, side = low, 0
-    for n in range(_MOST_ROOTS):
-        x = (low * f_high - high * f_low) / (f_high - f_low)
-        if n == 0 and in_time and low < room.ends[LAST_] < high:
-            x = room.ends[LAST_]
-        if not min(low, high) < x < max(low, high) or n % 16 == 15:
-            x = 0.5 * (low + high)
-        f = excess(solid, bodies, x, fixed, room) if in_time else excess(solid, bodies, fixed, x, room)
-        if abs(f) <= small or abs(high - low) <= 1e-15 * abs(x):
-            break
-        if (f > 0.0) == (f_high > 0.0):
-            if side == 1:
-                share = 1.0 - f / f_high
-                f_low *= share if share > 0.0 else 0.5
-            high, f_high, side = x, f, 1
-        else:
-            if side == -1:
-                share = 1.0 - f / f_low
-                f_high *= share if share > 0.0 else 0.5
-            low, f_low, side = x, f, -1
-    return x
-
-
-@inlined
-def _arrival(way: int, after: float, room: Room) -> float:
-    """Return when the edge reaches an element, by its speeds in the last two steps; infinite if it does not."""
-    ends = room.ends
-    if not ends[BEFORE_] > 0.0:
-        return math.inf
-    gain = 2.0 * way * (ends[SPEED_] - ends[SPEED0_]) / (ends[LAST_] + ends[BEFORE_])
-    speed, distance = way * ends[SPEED_] + 0.5 * gain * ends[LAST_], way * (after - room.now[C_])
-    square = speed * speed + 2.0 * gain * distance
-    if square < 0.0 or speed <= 0.0:
-        return math.inf
-    return 2.0 * distance / (speed + math.sqrt(square))
-
-
-@inlined
-def _hurries(dt: float, after: float, room: Room) -> bool:
-    """Return whether the edge would be much faster than in the last step, as it is before a fold."""
-    return _SHORTER * abs(after - room.now[C_]) >= abs(room.ends[SPEED_]) * dt
-
-
-@compiled
-def _arrive(solid: Solid, bodies: Bodies, way: int, after: float, guess: float, room: Room) -> float:
-    """Return the length of a step to an edge from a guess; NaN where that does not find it soon.
-
-    Before a fold G must have the sign of the way for a step of no time. The method is inverse interpolation.
-    """
-    small = _ROOT * (bodies.reach + abs(room.now[D_]))
-    x, x1, f0, f1, slope = guess, 0.0, 0.0, 0.0, room.ends[FALLS_]
-    slope = way / slope if slope != 0.0 else 0.0
-    if slope >= 0.0 or _hurries(x, after, room):
-        f1 = way * excess(solid, bodies, 0.0, after, room)
-        if not f1 > 0.0:
-            return math.nan
-        slope = 0.0
-    f = way * excess(solid, bodies, x, after, room)
-    if slope == 0.0:
-        slope = x / (f - f1)
-    step = -f * slope
-    for n in range(_SOON):
-        if abs(f) <= small:
-            room.ends[FALLS_] = way / slope
-            return x
-        # Beyond the longest step, or backwards, as G grows.
-        if not 0.0 < x + step < bodies.longest or not slope < 0.0:
-            break
-        f0, x1, f1, x = f1, x, f, x + step
-        f = way * excess(solid, bodies, x, after, room)
-        before, slope = slope, (x - x1) / (f - f1)
-        step = -f * slope
-        if f0 != 0.0:
-            step += f * f1 * (slope - before) / (f - f0)
-    return math.nan
-
-
-@compiled
-def _move(solid: Solid, bodies: Bodies, way: int, after: float, room: Room) -> float:
-    """Return the edge after the longest step, before it reaches an element, by its speeds; NaN if not found soon."""
-    ends, edge, dt = room.ends, room.now[C_], bodies.longest
-    small = _ROOT * (bodies.reach + abs(room.now[D_]))
-    if not ends[BEFORE_] > 0.0 or not way * ends[FALLS_] < 0.0:
-        return math.nan
-    gain = 2.0 * (ends[SPEED_] - ends[SPEED0_]) / (ends[LAST_] + ends[BEFORE_])
-    x = edge + dt * (ends[SPEED_] + 0.5 * gain * (ends[LAST_] + dt))
-    # Along the way of the edge G stays zero.
-    slope = -(ends[SPEED_] + gain * (0.5 * ends[LAST_] + dt)) / ends[FALLS_]
-    x1, f1 = x, 0.0
-    for n in range(_SOON):
-        if not 0.0 < way * (x - edge) < way * (after - edge) or not slope > 0.0:
-            break
-        f = excess(solid, bodies, dt, x, room)
-        if abs(f) <= small:
-            return x
-        if n > 0:
-            slope = (x - x1) / (f - f1)
-        x1, f1, x = x, f, x - f * slope
-    return math.nan
 
 
 @inlined
@@ -464,7 +351,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         f = excess(solid, bodies, 0.0, after, room)
         there = way * f >= 0.0
         if there and way * above < 0.0:
-            after = _root(solid, bodies, False, 0.0, (edge, above, after, f), room)
+            after = root(solid, bodies, False, 0.0, (edge, above, after, f), room)
             f, middle = 0.0, 0.5 * (edge + after)
             inside = excess(solid, bodies, 0.0, middle, room)
         elif there:
@@ -539,7 +426,7 @@ def _apart(solid: Solid, bodies: Bodies, room: Room) -> int:
         start = excess(solid, bodies, 0.0, 0.0, room)
         if start <= _BEGINS * (bodies.reach + abs(room.now[D_])):
             return _jump(solid, bodies, 1, room)
-        dt = _root(solid, bodies, True, 0.0, (0.0, start, dt, above), room)
+        dt = root(solid, bodies, True, 0.0, (0.0, start, dt, above), room)
     _accept(solid, bodies, dt, 0.0, room)
     return -1
 
@@ -554,70 +441,15 @@ def _is_lost(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, ro
     if bodies.sprung and bodies.stiffness == 0.0:
         if abs(excess(solid, bodies, dt, after, room)) > _TORN * bodies.reach:
             return True
-    elif not bodies.sprung and not _hurries(dt, after, room):
+    elif not bodies.sprung and not hurries(dt, after, room):
         return False
     return way * excess(solid, bodies, dt, after + _ASIDE * (room.now[C_] - after), room) > 0.0
 
 
 @compiled
-def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
-    """Take one step, or a jump; return -1, or the reason of an end."""
-    now, counts, places = room.now, room.counts, room.nodes[PLACE_]
-    edge, longest = now[C_], bodies.longest
-    if edge == 0.0:
-        return _apart(solid, bodies, room)
-    way = 1 if counts[WAY_] >= 0 else -1
-    after = _neighbour(edge, way, counts[INSIDE_], places)
-    if after > places[places.shape[0] - 3]:
-        return NO_ROOM
-    dt, stay, ahead = math.nan, math.nan, 0.0
-    if not bodies.sprung:
-        dt = _arrival(way, after, room)
-        if dt < longest:
-            dt = _arrive(solid, bodies, way, after, dt, room)
-        else:
-            dt, ahead = math.nan, _move(solid, bodies, way, after, room)
-            if not math.isnan(ahead):
-                _accept(solid, bodies, longest, ahead, room)
-                counts[SOUGHT_] = 0
-                return -1
-    if math.isnan(dt):
-        for attempt in range(2):
-            after = _neighbour(edge, way, counts[INSIDE_], places)
-            if after > places[places.shape[0] - 3]:
-                return NO_ROOM
-            ahead = excess(solid, bodies, longest, after, room)
-            if way * ahead < 0.0:
-                break
-            if attempt == 0:
-                stay = excess(solid, bodies, longest, edge, room)
-                if way * stay > 0.0:
-                    way = -way
-                    continue
-            counts[WAY_] = way
-            after = _root(solid, bodies, False, longest, (edge, stay, after, ahead), room) if stay != 0.0 else edge
-            _accept(solid, bodies, longest, after, room)
-            counts[SOUGHT_] = 0
-            return -1
-        counts[WAY_] = way
-        start = excess(solid, bodies, 0.0, after, room)
-        if way * start <= 0.0:
-            if counts[SOUGHT_] >= _MOST_FOLDS:
-                return _jump(solid, bodies, way, room)
-            after = _fold(solid, bodies, way, after, room)
-            if after == edge:
-                return _jump(solid, bodies, way, room)
-            start = excess(solid, bodies, 0.0, after, room)
-            ahead = excess(solid, bodies, longest, after, room)
-            counts[SOUGHT_] += 1
-            if not (way * start > 0.0 > way * ahead):
-                return _jump(solid, bodies, way, room)
-        else:
-            counts[SOUGHT_] = 0
-        dt = _root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
-    else:
-        counts[SOUGHT_] = 0
-    tries = 0
+def _end(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, room: Room) -> int:
+    """End a step where the edge reaches an element after a time, or at a fold before it, or jump; return -1."""
+    edge, longest, tries = room.now[C_], bodies.longest, 0
     while _is_lost(solid, bodies, way, dt, after, room):
         # The edge was let go on its way.
         after = 0.5 * (edge + after) if tries > 0 else _fold(solid, bodies, way, after, room)
@@ -625,10 +457,77 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
         ahead = excess(solid, bodies, longest, after, room)
         if not (way * start > 0.0 > way * ahead) or abs(after - edge) < _AT_FOLD * bodies.cell:
             return _jump(solid, bodies, way, room)
-        dt = _root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
+        dt = root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
         tries += 1
     _accept(solid, bodies, dt, after, room)
     return -1
+
+
+@compiled
+def _search(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
+    """Take one step to either side, or a jump; return -1, or the reason of an end."""
+    counts, places, edge, longest = room.counts, room.nodes[PLACE_], room.now[C_], bodies.longest
+    stay, after, ahead = math.nan, edge, 0.0
+    for attempt in range(2):
+        after = _neighbour(edge, way, counts[INSIDE_], places)
+        if after > places[places.shape[0] - 3]:
+            return NO_ROOM
+        ahead = excess(solid, bodies, longest, after, room)
+        if way * ahead < 0.0:
+            break
+        if attempt == 0:
+            stay = excess(solid, bodies, longest, edge, room)
+            if way * stay > 0.0:
+                way = -way
+                continue
+        counts[WAY_] = way
+        after = root(solid, bodies, False, longest, (edge, stay, after, ahead), room) if stay != 0.0 else edge
+        _accept(solid, bodies, longest, after, room)
+        counts[SOUGHT_] = 0
+        return -1
+    counts[WAY_] = way
+    start = excess(solid, bodies, 0.0, after, room)
+    if way * start <= 0.0:
+        if counts[SOUGHT_] >= _MOST_FOLDS:
+            return _jump(solid, bodies, way, room)
+        after = _fold(solid, bodies, way, after, room)
+        if after == edge:
+            return _jump(solid, bodies, way, room)
+        start = excess(solid, bodies, 0.0, after, room)
+        ahead = excess(solid, bodies, longest, after, room)
+        counts[SOUGHT_] += 1
+        if not (way * start > 0.0 > way * ahead):
+            return _jump(solid, bodies, way, room)
+    else:
+        counts[SOUGHT_] = 0
+    dt = root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
+    return _end(solid, bodies, way, dt, after, room)
+
+
+@compiled
+def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
+    """Take one step, or a jump; return -1, or the reason of an end."""
+    edge, counts, places = room.now[C_], room.counts, room.nodes[PLACE_]
+    if edge == 0.0:
+        return _apart(solid, bodies, room)
+    way = 1 if counts[WAY_] >= 0 else -1
+    after = _neighbour(edge, way, counts[INSIDE_], places)
+    if after > places[places.shape[0] - 3]:
+        return NO_ROOM
+    if not bodies.sprung:
+        dt = arrival(way, after, room)
+        if dt < bodies.longest:
+            dt = arrive(solid, bodies, way, after, dt, room)
+            if not math.isnan(dt):
+                counts[SOUGHT_] = 0
+                return _end(solid, bodies, way, dt, after, room)
+        else:
+            after = move(solid, bodies, way, after, room)
+            if not math.isnan(after):
+                counts[SOUGHT_] = 0
+                _accept(solid, bodies, bodies.longest, after, room)
+                return -1
+    return _search(solid, bodies, way, room)
 
 
 @compiled
