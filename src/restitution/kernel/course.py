@@ -87,8 +87,9 @@ def arrive(solid: Solid, bodies: Bodies, way: int, after: float, guess: float, r
     Before a fold G must have the sign of the way for a step of no time. The method is inverse interpolation.
     """
     small = _ROOT * (bodies.reach + abs(room.now[D_]))
-    x, x1, f0, f1, slope = guess, 0.0, 0.0, 0.0, room.ends[FALLS_]
-    slope = way / slope if slope != 0.0 else 0.0
+    x, f0, f1, slope = guess, 0.0, 0.0, 0.0
+    if room.ends[FALLS_] != 0.0:
+        slope = way / room.ends[FALLS_]
     if slope >= 0.0 or hurries(x, after, room):
         f1 = way * excess(solid, bodies, 0.0, after, room)
         if not f1 > 0.0:
