@@ -113,6 +113,8 @@ _BEGINS = 1e-12
 _ASIDE = 0.02
 # Rate times step below which the rate of a mode is linear over a step.
 _LINEAR = 1e-3
+# Load or gap that is rounding, of an element that is judged twice.
+_ROUNDED = 1e-14
 # Share of a history that is rounding of its times.
 _ROUNDING = 1e-12
 # Steps between looks at the energy, and its share of the kinetic one by which it is below its bound for sure.
@@ -234,9 +236,9 @@ def _beside_contact(solid: Solid, bodies: Bodies, dt: float, depth: float, low: 
         write_element(solid, bodies, dt, depth, low + i, room)
     astray = 0
     for i in range(count):
-        astray += 0 if press[i] > 0.0 else 1
+        astray += 0 if press[i] > -_ROUNDED else 1
     for i in range(count, size):
-        astray += 0 if press[i] == 0.0 and gap[i] >= 0.0 else 1
+        astray += 0 if press[i] == 0.0 and gap[i] >= -_ROUNDED else 1
     return astray
 
 
@@ -274,7 +276,7 @@ def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: 
     astray = 0
     for i in range(size):
         before[i] = after[i]
-        astray += 0 if gap[i] >= 0.0 else 1
+        astray += 0 if gap[i] >= -_ROUNDED else 1
     room.counts[ASTRAY_] += astray
     return dot(nodes[SHARE_, low:top], lost)
 

@@ -50,6 +50,8 @@ from restitution.kernel.zone import (
 _MOST_DEPTHS = 200
 # Cells between the contact and the tail, so that it stays while the contact grows a little.
 _SPARE = 1
+# Elements inside the contact that no longer wait where its front comes near: a small one may vanish in a step.
+_AHEAD = 4
 # Cells of the ring below which each is asked anew for each length of a step.
 _SHORT = 16
 
@@ -108,7 +110,7 @@ def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, r
     nodes, count = room.nodes, room.counts[IN_]
     size = nodes.shape[1]
     low, high = max(count - 1, 0), count + 1
-    wake(solid, bodies, low, min(max(room.counts[INSIDE_], count) + 2, size) + 1, room)
+    wake(solid, bodies, max(low - _AHEAD, 0), min(max(room.counts[INSIDE_], count) + 2, size) + 1, room)
     write_bases(solid, dt, low, high, room)
     write_element(solid, bodies, dt, depth, count, room)
     if nodes[P1_, count] > 0.0:
@@ -122,7 +124,7 @@ def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, r
     while count > 0:
         if count - 1 < low:
             low = count - 1
-            wake(solid, bodies, low, 0, room)
+            wake(solid, bodies, max(low - _AHEAD, 0), 0, room)
             write_bases(solid, dt, low, low + 1, room)
         write_element(solid, bodies, dt, depth, count - 1, room)
         if nodes[P1_, count - 1] > 0.0:
