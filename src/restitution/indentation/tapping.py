@@ -168,15 +168,15 @@ class Tapping(Result):
         return Summary(title or "Tapping", Table(heads, rows), (note,), warnings=self.warnings)
 
     @property
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self) -> list[str]:
         """What keeps numbers from being those of a steady motion, each with its distances."""
         doubtful = [status for status in TappingStatus if status > TappingStatus.FREE]
         places = {status: self.distance[self.status == status] for status in doubtful}
-        return tuple(
+        return [
             f"at {in_words(some[0], LENGTH.unit)}{f' and {some.size - 1} other distances' * (some.size > 1)}: "
             f"{status.message}"
             for status, some in places.items() if some.size
-        )  # fmt: skip
+        ]  # fmt: skip
 
     @property
     def _short(self) -> str:
