@@ -116,7 +116,7 @@ def test_taps_that_cannot_be_solved_or_do_not_become_periodic_have_a_warning() -
     for option, words in (('resonance_frequency = "1 mHz"', "could not be solved"), ("max_taps = 4", "not become")):
         indenter("tap.toml", tapping=TAP.replace("[8]", "[8, 7]") + option)
         (line,) = done("tap", "tap.toml").stderr.splitlines()
-        assert line.startswith("warning: at 8 nm and 1 other")
+        assert line.startswith("warning: at 8 nm and 1 more: ")
         assert words in line
 
 

@@ -173,7 +173,7 @@ class Tapping(Result):
         doubtful = [status for status in TappingStatus if status > TappingStatus.FREE]
         places = {status: self.distance[self.status == status] for status in doubtful}
         return [
-            f"at {in_words(some[0], LENGTH.unit)}{f' and {some.size - 1} other distances' * (some.size > 1)}: "
+            f"at {in_words(some[0], LENGTH.unit)}{f' and {some.size - 1} more' * (some.size > 1)}: "
             f"{status.message}"
             for status, some in places.items() if some.size
         ]  # fmt: skip
