@@ -1,21 +1,38 @@
 """Commands of the command line, run in this process."""
 
+import io
+from contextlib import redirect_stderr, redirect_stdout
 from functools import cache
+from typing import Any, NamedTuple
 
-from typer import testing
-from typer.testing import CliRunner, Result
+from typer.main import get_command
 
 from restitution.cli.main import app
 
-# Typer would build all commands anew for each call, which takes longer than most commands.
-testing._get_command = cache(testing._get_command)
+
+class Answer(NamedTuple):
+    exit_code: Any
+    stdout: str
+    stderr: str
 
 
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(app, arguments, catch_exceptions=False)
+@cache
+def _commands() -> Any:
+    """All commands; typer takes longer to build them than most of them take to run."""
+    return get_command(app)
 
 
-def done(*arguments: str) -> Result:
+def run(*arguments: str) -> Answer:
+    exit_code = None
+    with redirect_stdout(io.StringIO()) as stdout, redirect_stderr(io.StringIO()) as stderr:
+        try:
+            _commands().main(list(arguments), prog_name="restitution")
+        except SystemExit as end:
+            exit_code = end.code
+    return Answer(exit_code, stdout.getvalue(), stderr.getvalue())
+
+
+def done(*arguments: str) -> Answer:
     """The answer to a command that succeeds."""
     answer = run(*arguments)
     assert answer.exit_code == 0, answer.stderr

@@ -48,9 +48,10 @@ PULLS_TEXT = """\
 Made by `validation/real_curves.py --adhesion` from the same files: all {count} curves that are refused as a whole
 because of a pull on the way out or a jump, read with `adhesion=True` and fitted with work and stress of adhesion as
 further unknowns, `profiles=False`. {fitted} have a fit. The tips are guesses as above, so that the numbers mean
-nothing. The measured force of the largest pull is a number of the sample, and the work times the radius, which a fit
-gives, is far below it in many rows. Nearly all misfits are beyond the noise: a standard solid on a half-space is not
-the sample, the drag of a cantilever in liquid differs on both ways, and the tip is no sphere.
+nothing. The measured force of the largest pull is a number of the sample. The pull of a sphere with the work of the
+fit, 1.5 to 2 pi R times it, is below half of it in {below} fits, and above three times it in {above}. Nearly all
+misfits are beyond the noise: a standard solid on a half-space is not the sample, the drag of a cantilever in liquid
+differs on both ways, and the tip is no sphere.
 
 {rows}
 """
@@ -198,7 +199,7 @@ def curves_of_instruments(folder: Path) -> str:
 
 def pull_offs(folder: Path) -> str:
     """Table of the whole records that show adhesion."""
-    rows, count, fitted = list[tuple[str, ...]](), 0, 0
+    rows, count, shares = list[tuple[str, ...]](), 0, list[float]()
     for file in files_in(folder):
         for reader in rs.read_curves(file, profile=CELL if "cell" in file.name else TIP, **arguments(file.name)):
             try:
@@ -214,11 +215,16 @@ def pull_offs(folder: Path) -> str:
                 result, cells = adhering(reader(adhesion=True))
             except rs.InputError as error:
                 result, cells = False, ("", "", "", f"refused: {line_of(error)}", "")
-            fitted += result
+            if result:
+                measured, of_work = (float(cell.split()[0]) for cell in cells[:2])
+                shares.append(of_work / measured)
             rows.append((*numbered(reader.label), *cells))
             print("   ", *cells, sep=" | ", flush=True)
     head = ("file", "curve", "largest pull", "work of the fit times 1.75 pi R", "misfit", "determined", "doubts")
-    return PULLS_TEXT.format(heading=PULLS, count=count, fitted=fitted, rows=table(head, merged(rows)))
+    below, above = sum(share < 0.5 for share in shares), sum(share > 3.0 for share in shares)
+    return PULLS_TEXT.format(
+        heading=PULLS, count=count, fitted=len(shares), below=below, above=above, rows=table(head, merged(rows))
+    )
 
 
 def main() -> None:

@@ -10,10 +10,12 @@ out. Takes a minute.
 from __future__ import annotations
 
 import math
+import re
 import sys
 import tempfile
 import warnings
 import zipfile
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -116,9 +118,11 @@ The largest relative difference is {difference:.0e}. The published figure shows 
 
 The two times are no properties of the cell. The residuals of two terms change sign far too seldom (p < {runs:.0e} in
 the runs test), so the stated errors are too small. A third term reduces chi2 by factors of {least:.0f} to {most:.0f},
-and the longest time becomes {slow_low:.0f} to {slow_high:.0f} s. `rs.read_curves` refuses the whole records: the depth
-"{refusal}".
-The tip lies on the cell from the first point, so there is no baseline either.
+and the longest time becomes {slow_low:.0f} to {slow_high:.0f} s.
+
+`rs.read_curves` takes {taken} of the whole records and refuses the others in one line:
+
+{refusals}
 """
 
 
@@ -286,7 +290,7 @@ def cells(file: Path) -> str:
     import afmformats  # pyright: ignore[reportMissingImports]
 
     rows: list[tuple[str, ...]] = []
-    differences, gains, slowest, chances, refusals = [], [], [], [], set[str]()
+    differences, gains, slowest, chances, refusals = [], [], [], [], Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         zipfile.ZipFile(file).extractall(folder)
         for path in sorted(Path(folder).glob("*.jpk-force")):
@@ -310,12 +314,14 @@ def cells(file: Path) -> str:
             try:
                 rs.read_curves(path, profile=rs.Parabola(40e-6))[0]()
             except rs.InputError as error:
-                refusals.add(str(error).partition(": ")[2].partition(", near")[0])
+                # The force of a pull is another one in each record.
+                refusals[re.sub(r"^.*\]: |(?<=force) = \S+ N(?=:)", "", str(error))] += 1
     head = ("record", "t1 [s], identify", "t2 [s], identify", "t1 [s], example", "t2 [s], example")
     return CELL_TEXT.format(
         count=len(rows), times=table(head, rows), difference=max(differences), runs=max(*chances, 1e-300),
         least=min(gains), most=max(gains), slow_low=min(slowest), slow_high=max(slowest),
-        refusal="; ".join(sorted(refusals)).removeprefix("depth: "),
+        taken=len(rows) - refusals.total(),
+        refusals="\n".join(f"* {count}: `{line}`" for line, count in sorted(refusals.items())),
     )  # fmt: skip
 
 

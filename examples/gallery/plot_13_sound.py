@@ -21,7 +21,7 @@ impact = rs.drop(ball, rs.Body(None), height=0.1)
 heard = rs.bounces(impact, max_bounces=11)
 
 # %%
-# The instants have a noise of 20 us. The simulated ball falls without air; for a real ball, give ``air_density=1.2``.
+# The instants have a noise of 20 µs. The simulated ball falls without air; for a real ball, give ``air_density=1.2``.
 
 random = np.random.default_rng(1)
 time = heard.touch_time + 2e-5 * random.standard_normal(heard.n_bounces)
@@ -32,7 +32,7 @@ print(fit)
 # %%
 # The ratio of successive intervals is often used as e. It is too large if the contacts are not short against the
 # flights. The ratio without the contact times is too small, because the ball leaves while it is still compressed. The
-# fit contains both effects.
+# fit contains both effects. Outside the window of the contact times no data support the moduli.
 
 intervals = np.diff(time)
 flights = intervals - heard.contact_time[:-1]
@@ -46,12 +46,9 @@ left.plot(velocity, flights[1:] / flights[:-1], "^", markersize=4, label="less t
 left.plot(velocity[:-1], prediction["restitution_coefficient"], "-", label="fit")
 left.plot(velocity, e, "k.", label="true")
 left.set_xscale("log")
-left.set_xlabel("impact velocity $v_0$ in m/s")
+left.set_xlabel("impact velocity $v_0$ [m/s]")
 left.set_ylabel("restitution coefficient $e$")
 left.legend()
-
-# %%
-# Outside the window of the contact times no data support the moduli.
 
 
 def reduced_modulus(omega):
@@ -69,8 +66,12 @@ for name, true in (("storage_modulus", reduced_modulus(omega).real), ("loss_modu
     right.fill_between(omega, low, high, color=line.get_color(), alpha=0.2)
     right.loglog(omega, true / 1e6, "k:", label="true" if name == "loss_modulus" else None)
 right.axvspan(*fit.window, color="0.9", zorder=0)
-right.set_xlabel(r"angular frequency $\omega$ in rad/s")
-right.set_ylabel(r"reduced modulus $E^*$ in MPa")
+right.set(xticks=[200, 500, 1000, 2000], yticks=[0.3, 1.0, 3.0])
+for axis in (right.xaxis, right.yaxis):
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter("")
+right.set_xlabel(r"angular frequency $\omega$ [rad/s]")
+right.set_ylabel(r"reduced modulus $E^*$ [MPa]")
 right.legend()
 
 # %%

@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import restitution as rs
+from restitution.plot.oblique import forces
 
 rubber = rs.standard_solid(2e6, 20e6, 1e3, poisson_ratio=0.5, density=1100.0)
 impact = rs.collision(rs.Body(rubber, radius=0.015), rs.Body(None), velocity=1.0)
@@ -42,4 +43,11 @@ assert last.stick_time[-1] == 0.0
 # One of these impacts in detail: where the tangential force reaches the limits of friction all of the contact slides;
 # between them a disc in the middle sticks.
 
-fig = rs.solve(rs.vary(impact, {"friction": 0.3, "angle": np.radians(40.0)})).plot()
+result = rs.solve(rs.vary(impact, {"friction": 0.3, "angle": np.radians(40.0)}))
+motion = result.history
+fig, (left, right) = plt.subplots(1, 2, figsize=(7.0, 3.2), layout="constrained")
+forces(left, result)
+right.plot(1e3 * motion.time, 1e3 * motion.contact_radius, label="in contact")
+right.plot(1e3 * motion.time, 1e3 * motion.stick_radius, label="sticks")
+right.set(xlabel="time since first touch [ms]", ylabel="radius [mm]")
+right.legend()

@@ -2,7 +2,7 @@
 A bead that sticks or bounces
 =============================
 
-A polymer bead of 10 um falls onto a hard wall with and without adhesion. Slow beads stick: the energy that the
+A polymer bead of 10 µm falls onto a hard wall with and without adhesion. Slow beads stick: the energy that the
 material dissipates and that the jumps lose is more than they bring.
 """
 
@@ -16,7 +16,7 @@ import restitution as rs
 from restitution.plot.adhesion import loop
 
 # %%
-# A standard solid with a relaxation time of 10 ns, about the duration of contact. The work of adhesion of polymers on
+# A standard solid with a relaxation time of 10 ns, a sixth of the contact. The work of adhesion of polymers on
 # glass or silicon is some 50 mJ/m2, and the range of the attraction 0.4 nm.
 polymer = rs.standard_solid(1e9, 1e9, 10.0, poisson_ratio=0.35, density=1200.0)
 radius = 5e-6

@@ -40,13 +40,13 @@ slow, fast = (max(-static_contact(tip, modulus, sticky, a).force for a in radii)
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained")
 for n in (5, 9, 15):
-    left.plot(1e9 * results[n].indentation_depth, 1e9 * results[n].force, label=f"{1e6 * speeds[n]:.3g} um/s")
+    left.plot(1e9 * results[n].indentation_depth, 1e9 * results[n].force, label=f"{1e6 * speeds[n]:.3g} µm/s")
 left.set(xlabel="depth [nm]", ylabel="force [nN]", xlim=(-300.0, 220.0))
 left.legend()
 right.plot(1e6 * speeds, pulls, ".-")
 for limit in (slow, fast):
     right.axhline(limit, color="0.5", linestyle=":")
-right.set(xscale="log", xlabel="speed [um/s]", ylabel="largest pull over pi w R")
+right.set(xscale="log", xlabel="speed [µm/s]", ylabel="largest pull over pi w R")
 
 print(f"slow {slow:.3f}, largest {pulls.max():.3f}, fast {fast:.3f}")
 assert abs(pulls[-1] / fast - 1.0) < 0.03

@@ -71,7 +71,7 @@ for (name, numbers), color in zip(GRAINS.items(), ("C0", "C1"), strict=True):
         assert abs(sticks[0] / hard_velocity(several[0]) - 1.0) < 0.01
     ax.plot(1e6 * radii, sticks, "o-", color=color, markersize=3, label=name)
     ax.plot(1e6 * radii, [jkr_velocity(impact) for impact in several], "--", color=color, label=f"{name}, JKR")
-ax.set(xscale="log", yscale="log", xlabel="radius [um]", ylabel="sticking velocity of elastic grains [m/s]")
+ax.set(xscale="log", yscale="log", xlabel="radius [µm]", ylabel="sticking velocity of elastic grains [m/s]")
 ax.legend(fontsize=7.5)
 
 # %%

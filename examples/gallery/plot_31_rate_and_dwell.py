@@ -75,7 +75,7 @@ opened = frozen() / unit
 figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained", sharey=True)
 left.plot(1e6 * speeds, by_rate, "o-", markersize=3)
 right.plot(rests, by_rest, "o-", markersize=3)
-for ax, label in ((left, "speed of the retraction [um/s]"), (right, "time of rest [s]")):
+for ax, label in ((left, "speed of the retraction [µm/s]"), (right, "time of rest [s]")):
     for limit, words in ((soft, "soft, glass"), (glass, ""), (opened, "frozen"), (punch, "frozen punch, thin zone")):
         ax.axhline(limit, color="0.5", linestyle=":")
         ax.text(0.02, limit, words, transform=ax.get_yaxis_transform(), va="bottom", fontsize=7)

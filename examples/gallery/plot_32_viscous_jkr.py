@@ -8,6 +8,7 @@ in the attracted ring at its edge, the more the narrower the ring is.
 """
 
 import math
+import warnings
 from dataclasses import replace
 
 import matplotlib.pyplot as plt
@@ -22,6 +23,9 @@ from restitution.contact.adhesion import maugis_number
 # A unit ball of unit mass on E* = 1, with a work of adhesion of 0.01. The viscosity eta is the integral of the modulus
 # above its equilibrium value.
 WORK, ETA = 0.01, 0.01
+
+# Without units there is no size or mass whose strain or density could be judged.
+warnings.simplefilter("ignore", rs.RestitutionWarning)
 
 
 def viscous_jkr(velocity, viscosity):

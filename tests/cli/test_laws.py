@@ -3,13 +3,16 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import restitution as rs
 from cases import BALL, FAST, case_file
+from checkout import ROOT
 from commands import done, refused, run
+from restitution.surrogates import build
 
 CASE = case_file(material='name = "rubber"\n' + FAST)
 STEEL = """
@@ -62,6 +65,17 @@ def test_exports_a_table_over_the_velocity() -> None:
     exact = rs.solve(BALL)
     expected = exact.restitution_coefficient, exact.contact_time, exact.max_force
     np.testing.assert_allclose(outcome, list(map(float, expected)), rtol=1e-6)
+
+
+@pytest.mark.parametrize("case", ["sticking_bead", "thrown_ball"])
+def test_a_table_with_adhesion_or_friction_has_their_own_tolerance(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was refused for a tolerance that no option states. The solves, of minutes, are left out here."""
+
+    def begun(*_: Any) -> None:
+        raise rs.InputError("begun", rule="")
+
+    monkeypatch.setattr(build, "_normal", begun)
+    assert refused("export", str(ROOT / "examples" / f"{case}.toml"), "--to", "e.csv", *RANGE).startswith("begun")
 
 
 def test_exports_the_contact_law_with_memory() -> None:

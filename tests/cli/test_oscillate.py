@@ -111,6 +111,15 @@ def test_taps() -> None:
     assert "PERIODIC" in done("tap", "tap.toml").stdout
 
 
+def test_taps_that_cannot_be_solved_or_do_not_become_periodic_have_a_warning() -> None:
+    """Far above its resonance a cantilever has no swing that a tap could begin with; few taps are not periodic."""
+    for option, words in (('resonance_frequency = "1 mHz"', "could not be solved"), ("max_taps = 4", "not become")):
+        indenter("tap.toml", tapping=TAP.replace("[8]", "[8, 7]") + option)
+        (line,) = done("tap", "tap.toml").stderr.splitlines()
+        assert line.startswith("warning: at 8 nm and 1 more: ")
+        assert words in line
+
+
 def test_taps_of_several_modes() -> None:
     """A beam, and its second mode by numbers: 6.2669 times the frequency, 39.27 times the stiffness."""
     mode = "{ spring_constant = 0.39273, frequency = 997368, quality_factor = 30 }"
@@ -132,6 +141,7 @@ def test_taps_of_several_modes() -> None:
         (WAVE.replace('frequency = "159.15494309189535 kHz"', ""), "oscillation.frequency"),
         (WAVE.replace("kHz", "nm"), "oscillation.frequency"),
         (WAVE + "cycles = 0", "oscillation.cycles"),
+        (WAVE + "cycles = 10001", "oscillation.cycles"),
         (WAVE + 'force = "1 nN"', "oscillation"),
     ],
 )
@@ -145,6 +155,7 @@ def test_mistakes_of_an_oscillation(change: str, field: str) -> None:
     ("change", "field"),
     [
         (TAP.replace("[8] nm", "8 nm"), "tapping.distance"),
+        (TAP.replace("[8] nm", "[] nm"), "tapping.distance"),
         (TAP + 'drive = "1 nN"', "tapping"),
         (TAP.replace("= 10", "= 0.2"), "tapping.quality_factor"),
         (TAP.replace("N/m", "N"), "tapping.spring_constant"),

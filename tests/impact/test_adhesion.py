@@ -175,6 +175,16 @@ def test_the_loss_in_jumps_is_that_of_the_static_contact_and_tends_to_that_of_jk
     assert static.extrapolated_loss() == pytest.approx(JKR_LOSS, rel=1e-7)
 
 
+@pytest.mark.parametrize("number", [705, 2417])
+def test_a_body_is_held_where_its_contact_vanishes_within_a_step(number, monkeypatch):
+    """Of two random impacts; the contact is attracted without touch, or has a gap that is zero but for rounding."""
+    monkeypatch.syspath_prepend(str(ROOT / "validation"))
+    impact = script("validation/adhesion.py").random_impact(np.random.default_rng([23, number]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert rs.solve(impact, rtol=1e-4).status == Status.CAPTURED
+
+
 @pytest.mark.parametrize("lam", [20.0, 100.0])
 def test_a_thin_ring_on_a_slow_material_is_that_of_its_glass(lam, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "validation"))

@@ -74,7 +74,9 @@ def test_weights_of_unequal_elements_are_those_of_lines_in_the_square():
     middle = loads[:-1] + (loads[1:] - loads[:-1]) * ((0.5 * (low + high)) ** 2 - low**2) / (high**2 - low**2)
     exact = ((high - low) * (loads[:-1] + 4.0 * middle + loads[1:]) / 6.0).sum()
     assert room.nodes[zone.SHARE_] @ loads == pytest.approx(exact, rel=1e-12)
-    assert [plain(zone.count_below)(places, x) for x in (0.0, places[3], places[3] + 1e-12, 3.0)] == [0, 3, 4, 10]
+    for x, below in ((0.0, 0), (places[3], 3), (places[3] + 1e-12, 4), (3.0, 10)):
+        assert plain(zone.count_below)(places, x) == below
+        assert [plain(zone.count_near)(places, x, near) for near in (0, 3, 6, 10)] == [below] * 4
 
 
 def test_what_an_element_dissipates_on_two_lines_is_an_integral(monkeypatch):
@@ -237,7 +239,7 @@ def test_an_element_that_waits_has_the_memory_of_one_that_follows(monkeypatch):
 
 def test_elements_beyond_the_attraction_relax_by_themselves(monkeypatch):
     """Their modes decay, and c r M^2/2 of each is stored and dissipated, whether they wait or not."""
-    for name in ("_wake_beyond", "write_pulls", "count_below"):
+    for name in ("_wake_beyond", "write_pulls"):
         monkeypatch.setattr(waiting, name, plain(getattr(waiting, name)))
     rng = np.random.default_rng(3)
     solid = zone.Solid(0.5, rng.uniform(0.1, 1.0, 2), rng.uniform(0.1, 2.0, 2))
@@ -344,7 +346,7 @@ def test_a_gap_that_bends_at_the_edge_is_integrated_exactly(place, monkeypatch):
     """With ``u = c^2 - x^2`` the integral of ``u^(n/2)/sqrt(u)`` over x from x0 to c is that of ``u^((n - 1)/2)``."""
     for name in (
         "cohesive_load", "_bump", "cell_weights", "_small_angle", "dot", "_dot_of_cubes", "_moment", "_bend",
-        "count_below",
+        "count_near",
     ):  # fmt: skip
         monkeypatch.setattr(zone, name, plain(getattr(zone, name)))
     cells, first = 40, 12

@@ -3,11 +3,19 @@ import numpy as np
 import pytest
 
 from restitution.kernel import lanes
-from restitution.kernel.collocation import combine, invert_modes, lagrange, lagrange_lanes, matvec, radau
+from restitution.kernel.collocation import (
+    combine,
+    interpolate_lanes,
+    invert_modes,
+    lagrange,
+    lagrange_lanes,
+    matvec,
+    radau,
+)
 from restitution.kernel.compile import entry_point
 from restitution.kernel.lanes import read8, write8
 from restitution.kernel.path import power_path, radii_and_integrals, radius_and_integral, radius_slope
-from restitution.kernel.workspace import aligned
+from restitution.kernel.workspace import LENGTH, START, aligned, allocate
 
 
 def _plain(function):
@@ -29,6 +37,11 @@ def _product(columns, x, result):
 def _interpolated(nodes, weights, points, x, basis, values, result):
     lagrange_lanes(nodes, weights, points, read8(x, 0), basis)
     write8(result, 0, combine(basis, points, values))
+
+
+@entry_point
+def _stored(scheme, work, sigma, rows):
+    interpolate_lanes(scheme, work, work.approach, read8(sigma, 0), 1, rows)
 
 
 @entry_point
@@ -129,6 +142,23 @@ def test_interpolation_at_eight_points(points):
     weights = scheme.weights if points == 9 else scheme.extrapolation
     _interpolated(nodes, weights, points, x, np.zeros((9, 8)), nodes ** (points - 1), result)
     assert result == pytest.approx(x ** (points - 1), rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("short", [0.2, 1e-40, 1e-200])
+def test_stored_elements_may_differ_in_length_by_many_decades(short):
+    """The first element of a blunt tip may be this short; warnings are errors in plain Python too."""
+    scheme, work = radau(8), allocate(0, 2)
+    work.places[START, :2], work.places[LENGTH, :2] = [0.0, short], [short, 1.0 - short]
+    polynomials = np.random.default_rng().uniform(-1.0, 1.0, (2, 4, 9))
+    for n in range(2):
+        work.approach[n] = np.polynomial.polynomial.polyval(scheme.c, polynomials[n].T)
+    places = np.array([0.99, 0.7, 0.31, 0.25])
+    sigma, rows = np.concatenate([places, np.array([0.9, 0.6, 0.1, 0.0]) * short]), np.zeros((4, 8))
+    _stored(scheme, work, sigma, rows)
+    upper = np.polynomial.polynomial.polyval((places - short) / (1.0 - short), polynomials[1].T)
+    lower = np.polynomial.polynomial.polyval(sigma[4:] / short, polynomials[0].T)
+    assert rows == pytest.approx(np.concatenate([upper, lower], axis=1), rel=1e-11, abs=1e-12)
 
 
 @pytest.mark.plain

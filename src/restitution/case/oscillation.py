@@ -17,6 +17,7 @@ from restitution.case.section import Section, in_file, read_sections, read_toml,
 from restitution.impact.problem import Impact
 from restitution.impact.window import window_around
 from restitution.indentation.cantilever import MOST_MODES, CantileverMode, beam_modes
+from restitution.indentation.history import MOST_CYCLES
 from restitution.quantities import FORCE, LENGTH, NUMBER, TIME
 from restitution.units import ENERGY, FREQUENCY, STIFFNESS
 from restitution.variation import vary
@@ -39,7 +40,7 @@ class OscillationSection(Section):
     frequency: Frequency
     cycles: Annotated[
         StrictInt | None,
-        Field(ge=1, description="number of cycles; the last one counts; by default the steady state"),
+        Field(ge=1, le=MOST_CYCLES, description="number of cycles; the last one counts; by default the steady state"),
     ] = None
     rise_time: (
         Annotated[float, positive(TIME, "duration of the ramp before the cycles; a period by default")] | None
@@ -73,7 +74,8 @@ class TappingSection(Section):
     """The cantilever, its drive and the distances."""
 
     distance: Annotated[
-        list[Annotated[float, within(LENGTH, *_ANY, "distances of the resting tip from the surface")]], LIST
+        list[Annotated[float, within(LENGTH, *_ANY, "distances of the resting tip from the surface")]],
+        LIST,
     ]
     spring_constant: Annotated[float, positive(STIFFNESS, "spring constant of the cantilever")]
     quality_factor: Annotated[float, within(NUMBER, 0.5, 1e12, "quality factor of the cantilever")]
@@ -105,6 +107,8 @@ class TappingSection(Section):
     @model_validator(mode="after")
     def _check(self) -> TappingSection:
         self.one_of("free_amplitude", "drive")
+        if not self.distance:
+            refuse("must have at least one distance", "distance")
         if self.modes is not None:
             self.refuse_present("belongs to a beam; leave it or modes out", "beam_quality_factors")
         if self.beam_quality_factors is not None and not 1 <= len(self.beam_quality_factors) <= MOST_MODES:

@@ -18,7 +18,6 @@ from restitution.units import ANGLE, LENGTH, VELOCITY
 _LAWS = (".h", ".json")
 # Ends of the names of cards, with the time at which their elastic constants hold.
 _CARDS = {".inp": "after a long time", ".txt": "at the first instant", ".mac": "at the first instant"}
-_RTOL = 1e-6
 # Velocities to which terms of a law are fitted.
 _POINTS = 9
 
@@ -138,7 +137,7 @@ def _range(velocity: tuple[str, str]) -> tuple[float, float]:
 
 def _write_outcomes(case: Path, to: Path, velocity: tuple[float, float], extrapolate: bool) -> _Export:
     """Write e, contact time and largest force over the velocity."""
-    surrogate, notes = build_surrogate(case, velocity, _RTOL, extrapolate=extrapolate)
+    surrogate, notes = build_surrogate(case, velocity, extrapolate=extrapolate)
     write_table(surrogate.sample(), to)
     errors = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in surrogate.error.items())
     low, high = surrogate.velocity

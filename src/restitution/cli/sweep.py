@@ -302,7 +302,7 @@ def surrogate(
 
 
 def build_surrogate(
-    path: Path, velocity: tuple[float, float], rtol: float | None, workers: int | None = None, *,
+    path: Path, velocity: tuple[float, float], rtol: float | None = None, workers: int | None = None, *,
     extrapolate: bool = False,
 ) -> tuple[rs.Surrogate, list[str]]:  # fmt: skip
     """Return the surrogate of a case, and notes on its materials."""

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 def warm_up() -> None:
     """Compile the whole kernel, so that no later command and no Python process waits for it.
 
-    This takes about a minute after an installation or an update, half of it on two processors, and a few seconds if
-    all is compiled or a wheel has bitcode for this Python.
+    A minute after an installation or an update, half of it on two processors; seconds if it is compiled.
     Example: restitution warm-up
     """
     from restitution.kernel.cache import cache_folder

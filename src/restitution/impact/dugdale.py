@@ -38,7 +38,6 @@ NUMBERS: tuple[str, ...] = (
     "dissipated_energy", "radiated_energy", "stored_energy", "pull_off_force", "touching_time",
 )  # fmt: skip
 """Numbers of a march: rebound over impact energy, then those of `restitution.quantities` in SI."""
-_JUMPS = NUMBERS.index("radiated_energy")
 
 
 class Problem(NamedTuple):
@@ -99,7 +98,7 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
         count //= 2
     bends = problem.body.resolves(width, count)
     held, endless, done, series, reached = 0, 0, 0, Richardson(), math.nan
-    kinetic = 0.5 * problem.mass * problem.velocity**2
+    kinetic, before = 0.5 * problem.mass * problem.velocity**2, None
     while count <= most:
         march = problem.march(width, time, count, bends=bends, graded=True)
         endless = endless + 1 if march.end == TOO_LONG else 0
@@ -113,21 +112,27 @@ def _refined(problem: Problem, width: float, time: float, rtol: float) -> Solved
                 return Solved(Status.CAPTURED, numbers, march, 0.0)
         else:
             held, done = 0, done + 1
-            values, errors = series.add([*_numbers(problem, march).values()])
+            (energy, radiated), errors = (each.tolist() for each in series.add(_energies(problem, march)))
             if rtol < _STRICT:
-                errors = errors * (_OF_LATER if done > 3 else _OF_FIRST)
-            numbers = dict(zip(NUMBERS, values.tolist(), strict=True))
-            energy, error = numbers["energy"], _error_of_e(numbers["energy"], float(errors[0]))
+                errors = [part * (_OF_LATER if done > 3 else _OF_FIRST) for part in errors]
+            error = _error_of_e(energy, errors[0])
             # The loss in jumps has an error of its own, which that of e does not show.
-            lost = float(errors[_JUMPS]) / kinetic
+            lost = errors[1] / kinetic
             # Creep of an unresolved ring acts as another work of adhesion, and jumps have the scale of its effect.
-            share = numbers["radiated_energy"] / (2.0 * kinetic * math.sqrt(max(energy, _SLOW**2)))
+            share = radiated / (2.0 * kinetic * math.sqrt(max(energy, _SLOW**2)))
             error = max(error, _CREEP * share * problem.body.transit(width, time, count))
             reached = max(error, lost)
             if energy > 0.0 and error <= rtol * max(1.0, _SLOW / math.sqrt(energy)) and lost <= rtol:
-                return Solved(Status.SEPARATED, numbers, march, error)
+                return Solved(Status.SEPARATED, _extrapolated(problem, before or march, march), march, error)
+        before = march
         count *= 2
     return _failed(Status.NOT_ACCURATE, error=reached)
+
+
+def _extrapolated(problem: Problem, rough: March, fine: March) -> dict[str, float]:
+    """Return `NUMBERS` extrapolated from two marches, the second with twice as many elements."""
+    first, second = _numbers(problem, rough), _numbers(problem, fine)
+    return {name: (4.0 * second[name] - first[name]) / 3.0 for name in NUMBERS}
 
 
 def _widest(problem: Problem) -> float:
@@ -188,6 +193,11 @@ def first_width(problem: Problem) -> float:
     while holds(width):
         width *= WIDER
     return width
+
+
+def _energies(problem: Problem, march: March) -> tuple[float, float]:
+    """Return rebound over impact energy of a march, and its loss in jumps."""
+    return float(march.motion[-1, 2] / problem.velocity) ** 2, float(march.motion[-1, 7])
 
 
 def _numbers(problem: Problem, march: March) -> dict[str, float]:

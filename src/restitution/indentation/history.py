@@ -36,6 +36,9 @@ _JUMP_ADVICE = "a step is two points at the same time, in arrays"
 _NODES = 0.5 - 0.5 * np.cos(math.pi * np.arange(_DEGREE + 1) / _DEGREE)
 _BETWEEN = 0.5 * (_NODES[:-1] + _NODES[1:])
 
+MOST_CYCLES = 10_000
+"""Largest number of cycles of an oscillation: they take some seconds, and times are known to 1e-12 of a period."""
+
 
 @dataclass(frozen=True, eq=False)
 class History:

@@ -22,7 +22,7 @@ from restitution.checks import (
 )
 from restitution.contact.geometry import Contact, Geometry, of_type
 from restitution.errors import InputError
-from restitution.indentation.history import History
+from restitution.indentation.history import MOST_CYCLES, History
 from restitution.indentation.panels import PanelSolution, solve_by_panels
 from restitution.indentation.rim import steady_states
 from restitution.indentation.solve import contact_of
@@ -53,7 +53,7 @@ _COLUMNS: dict[str, Quantity] = {
 }
 """Numbers of arrays of oscillations."""
 # Points of a period whose harmonics are taken; the force has a weak kink at both turnings of the front.
-_SAMPLES = 1024
+_SAMPLES = 8192
 _MOST_CYCLES = 512
 
 
@@ -364,7 +364,7 @@ def oscillate(
     frequency : float, array or DataArray
         Frequency f [Hz], > 0.
     cycles : int, optional
-        Number of cycles; the last one counts. By default the steady state.
+        Number of cycles, at most 10 000; the last one counts. By default the steady state.
     rise_time, hold_time : float
         Duration [s] of the ramp to the mean, a period by default, and of the hold before the first of the `cycles`.
     counter_material : Material, optional
@@ -481,7 +481,7 @@ def _single(
         return _steady(contact, series, mean, swing, rate)
     status = OscillationStatus.LAST_CYCLE
     if cycles is not None:
-        count = whole("cycles", cycles)
+        count = whole("cycles", cycles, 1, MOST_CYCLES)
         solution = _cycles(contact, series, name, (mean, swing, rate), (rise, rest), count, rtol)
     else:
         solution, count, status = _until_steady(contact, series, name, (mean, swing, rate), (rise, rest), rtol)
@@ -534,14 +534,14 @@ def _cycles(
 ) -> PanelSolution:  # fmt: skip
     """Return the solution over a ramp, a hold and a number of cycles."""
     (mean, swing, rate), (rise, rest) = wave, before
-    start = rise + rest
-
-    def program(t: Array) -> Array:
-        waves = mean + swing * np.sin(2.0 * math.pi * rate * np.maximum(t - start, 0.0))
-        return np.where(t < rise, mean * t / rise, waves)
-
-    knots = np.unique([0.0, rise, start, *(start + np.arange(1, 4 * count + 1) / (4.0 * rate))])
-    history = History.from_function(program, knots, name=name)
+    # One cycle for all: fits of late ones would have the rounding of their times.
+    quarters = np.arange(5) / (4.0 * rate)
+    cycle = History.from_function(lambda t: mean + swing * np.sin(2.0 * math.pi * rate * t), quarters, name=name)
+    lead = np.zeros((1 + (rest > 0.0), cycle.coefficients.shape[1]))
+    lead[0, 1], lead[1:, 0] = mean, mean
+    starts = rise + rest + np.arange(count + 1)[:, None] / rate + cycle.knots[:-1]
+    knots = np.concatenate([[0.0, rise][: len(lead)], starts.ravel()[: starts.size - cycle.knots.size + 2]])
+    history = History(knots, np.concatenate([lead, np.tile(cycle.coefficients, (count, 1))]))
     return solve_by_panels(contact.profile, series, history, name, rtol)
 
 

@@ -38,6 +38,7 @@ def solid_of(series: PronySeries) -> Solid:
     )  # fmt: skip
 
 
+@lru_cache(maxsize=32)
 def compliance_of(series: PronySeries) -> tuple[float, Array, Array]:
     """Return J0 and c_j, r_j of ``1/E*(p) = J0 + sum c_j/(p + r_j)`` of a solid without a parallel dashpot."""
     series = series.simplified()
@@ -52,6 +53,7 @@ def compliance_of(series: PronySeries) -> tuple[float, Array, Array]:
     return 1.0 / (equilibrium + float(moduli.sum())), np.ascontiguousarray(weights), np.ascontiguousarray(rates)
 
 
+@lru_cache(maxsize=32)
 def branches_of(series: PronySeries) -> tuple[tuple[Array, Array, Array], Array]:
     """Return E_k, s_k of the branches and sum_k E_k/(s_k - r_j), and 1/(s_k - r_j), with r_j of `compliance_of`."""
     series = series.simplified()

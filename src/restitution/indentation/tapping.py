@@ -165,7 +165,18 @@ class Tapping(Result):
         ]  # fmt: skip
         heads = ("distance", "amplitude", "phase [deg]", "in contact", "largest force", "loss per tap", "status")
         note = f"free amplitude {in_words(self.free_amplitude, 'm')}"
-        return Summary(title or "Tapping", Table(heads, rows), (note,))
+        return Summary(title or "Tapping", Table(heads, rows), (note,), warnings=self.warnings)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What keeps numbers from being those of a steady motion, each with its distances."""
+        doubtful = [status for status in TappingStatus if status > TappingStatus.FREE]
+        places = {status: self.distance[self.status == status] for status in doubtful}
+        return [
+            f"at {in_words(some[0], LENGTH.unit)}{f' and {some.size - 1} more' * (some.size > 1)}: "
+            f"{status.message}"
+            for status, some in places.items() if some.size
+        ]  # fmt: skip
 
     @property
     def _short(self) -> str:
@@ -469,6 +480,8 @@ def tap(
     places = np.atleast_1d(np.asarray(finite("distance", distance, "m"), dtype=np.float64)).ravel()
     if (free_amplitude is None) == (drive is None):
         raise InputError("free_amplitude, drive", rule="exactly one of the two must be given")
+    if not places.size:
+        raise InputError("distance", rule="must have at least one distance")
     within("rtol", rtol, 1e-11, 1e-2)
     most = whole("max_taps", max_taps, 4)
     if progress is not None:

@@ -19,6 +19,7 @@ import math
 from typing import Any
 
 from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.course import arrival, arrive, hurries, move, root
 from restitution.kernel.edge import excess
 from restitution.kernel.waiting import carry, rest, waiting_energy
 from restitution.kernel.zone import (
@@ -26,6 +27,7 @@ from restitution.kernel.zone import (
     ASTRAY_,
     AT_,
     BASE_,
+    BEFORE_,
     BUMP_,
     C_,
     D_,
@@ -44,6 +46,7 @@ from restitution.kernel.zone import (
     HELD,
     IN1_,
     IN_,
+    INSIDE_,
     JUMPED_,
     JUMPS_,
     KINK_,
@@ -74,6 +77,8 @@ from restitution.kernel.zone import (
     SHAPE_,
     SHARE_,
     SOUGHT_,
+    SPEED0_,
+    SPEED_,
     STEPS_,
     STUCK,
     T_,
@@ -90,24 +95,26 @@ from restitution.kernel.zone import (
     Room,
     Solid,
     contact_radius,
-    count_below,
+    count_near,
     dot,
     normal_force,
     write_bases,
     write_element,
 )
 
-_MOST_ROOTS, _MOST_FOLDS, _SECTIONS = 80, 16, 20
+_MOST_FOLDS, _SECTIONS = 16, 20
 # Share of the way to the next element within which the edge is at a fold; error of a parabola over its height.
 _AT_FOLD, _PARABOLIC = 1e-3, 0.1
 # G over the range that is no root, where a force leaves no contact.
 _TORN = 1e-6
 # G over range and depth, without attraction, that is rounding of its root.
 _BEGINS = 1e-12
-# Length of a step over the last one below which a fold may be near; share of a step of the edge for a slope.
-_SHORTER, _ASIDE = 0.75, 0.02
+# Share of a step of the edge for a slope.
+_ASIDE = 0.02
 # Rate times step below which the rate of a mode is linear over a step.
 _LINEAR = 1e-3
+# Load or gap that is rounding, of an element that is judged twice.
+_ROUNDED = 1e-14
 # Share of a history that is rounding of its times.
 _ROUNDING = 1e-12
 # Steps between looks at the energy, and its share of the kinetic one by which it is below its bound for sure.
@@ -115,39 +122,6 @@ _OFTEN, _SURE = 16, 1e-3
 # Turns towards the surface that show a body to be held. Under a force it is also where it creeps: what it lacks to
 # balance, over the force, and its kinetic energy over the work of the force.
 _TURNS, _UNBALANCED, _CREEPING = 2, 1e-2, 1e-3
-
-
-@compiled
-def _root(
-    solid: Solid, bodies: Bodies, in_time: bool, fixed: float, bounds: tuple[float, float, float, float], room: Room
-) -> float:
-    """Return the length of a step, or the edge at its end, at which G vanishes between bounds of other sign.
-
-    The bounds are the lower one and G there, the upper one and G there. The method is that of Anderson and Bjorck.
-    """
-    low, f_low, high, f_high = bounds
-    small = 1e-13 * (bodies.reach + abs(room.now[D_]))
-    x, side = low, 0
-    for n in range(_MOST_ROOTS):
-        x = (low * f_high - high * f_low) / (f_high - f_low)
-        if n == 0 and in_time and low < room.ends[LAST_] < high:
-            x = room.ends[LAST_]
-        if not min(low, high) < x < max(low, high) or n % 16 == 15:
-            x = 0.5 * (low + high)
-        f = excess(solid, bodies, x, fixed, room) if in_time else excess(solid, bodies, fixed, x, room)
-        if abs(f) <= small or abs(high - low) <= 1e-15 * abs(x):
-            break
-        if (f > 0.0) == (f_high > 0.0):
-            if side == 1:
-                share = 1.0 - f / f_high
-                f_low *= share if share > 0.0 else 0.5
-            high, f_high, side = x, f, 1
-        else:
-            if side == -1:
-                share = 1.0 - f / f_low
-                f_high *= share if share > 0.0 else 0.5
-            low, f_low, side = x, f, -1
-    return x
 
 
 @inlined
@@ -192,10 +166,12 @@ def _spent_in_parts(solid: Solid, dt: float, i: int, before: float, after: float
 @compiled
 def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
     """Take the memory of elements over a step; return what they dissipate."""
-    nodes, per, size = room.nodes[:, low:top], 1.0 / dt, top - low
-    load, press, load1, press1 = nodes[Q_], nodes[P_], nodes[Q1_], nodes[P1_]
+    nodes, per, size = room.nodes, 1.0 / dt, top - low
+    load, press = nodes[Q_, low:top], nodes[P_, low:top]
+    load1, press1 = nodes[Q1_, low:top], nodes[P1_, low:top]
     # Two rows that the next step writes anew.
-    before, after, bump, lost = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[LOST_]
+    before, after = nodes[BASE_, low:top], nodes[REST_, low:top]
+    bump, lost = nodes[BUMP_, low:top], nodes[LOST_, low:top]
     for i in range(size):
         before[i] = load[i] + press[i]
     for i in range(size):
@@ -207,7 +183,7 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
     # The ring passes an element within the step that has no cohesive load at one end of it.
     for i in range(first, last):
         if load[i] == 0.0 or load1[i] == 0.0:
-            nodes[KINK_, i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
+            nodes[KINK_, low + i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
     for k in range(solid.rates.shape[0]):
         factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
         decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_] * per
@@ -228,16 +204,17 @@ def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
                 lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
     for i in range(first, last):
         if load[i] == 0.0 or load1[i] == 0.0:
-            lost[i] = nodes[KINK_, i]
-    return dot(nodes[SHARE_], lost)
+            lost[i] = nodes[KINK_, low + i]
+    return dot(nodes[SHARE_, low:top], lost)
 
 
 @compiled
 def _beside_contact(solid: Solid, bodies: Bodies, dt: float, depth: float, low: int, top: int, room: Room) -> int:
     """Write loads and gaps in and beside the contact at the end of a step; return how many elements are astray."""
-    nodes, counts, soft = room.nodes[:, low:top], room.counts, solid.compliance + room.ends[S_RISE_]
-    press, gap, pull = nodes[P1_], nodes[H1_], nodes[Q1_]
-    base, rest, bump, shape = nodes[BASE_], nodes[REST_], nodes[BUMP_], nodes[SHAPE_]
+    nodes, counts, soft = room.nodes, room.counts, solid.compliance + room.ends[S_RISE_]
+    press, gap, pull = nodes[P1_, low:top], nodes[H1_, low:top], nodes[Q1_, low:top]
+    base, rest = nodes[BASE_, low:top], nodes[REST_, low:top]
+    bump, shape = nodes[BUMP_, low:top], nodes[SHAPE_, low:top]
     size, count = top - low, counts[IN1_] - low
     inner, outer = min(counts[IN_] - low, count), min(max(counts[IN_] - low, count), size)
     mean = room.ends[S_MEAN_]
@@ -259,9 +236,9 @@ def _beside_contact(solid: Solid, bodies: Bodies, dt: float, depth: float, low: 
         write_element(solid, bodies, dt, depth, low + i, room)
     astray = 0
     for i in range(count):
-        astray += 0 if press[i] > 0.0 else 1
+        astray += 0 if press[i] > -_ROUNDED else 1
     for i in range(count, size):
-        astray += 0 if press[i] == 0.0 and gap[i] >= 0.0 else 1
+        astray += 0 if press[i] == 0.0 and gap[i] >= -_ROUNDED else 1
     return astray
 
 
@@ -271,9 +248,9 @@ def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: 
 
     Their gap is ``g - d + J0 q + sum c_j M_j``.
     """
-    nodes, per, size = room.nodes[:, low:top], 1.0 / dt if dt > 0.0 else 0.0, max(top - low, 0)
-    before, after, shape, gap, lost = nodes[Q_], nodes[Q1_], nodes[SHAPE_], nodes[H_], nodes[LOST_]
-    undeformed = nodes[G_]
+    nodes, per, size = room.nodes, 1.0 / dt if dt > 0.0 else 0.0, max(top - low, 0)
+    before, after, shape = nodes[Q_, low:top], nodes[Q1_, low:top], nodes[SHAPE_, low:top]
+    gap, lost, undeformed = nodes[H_, low:top], nodes[LOST_, low:top], nodes[G_, low:top]
     for i in range(size):
         gap[i], lost[i] = undeformed[i] - depth + solid.compliance * after[i], 0.0
     for k in range(solid.rates.shape[0]):
@@ -299,9 +276,9 @@ def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: 
     astray = 0
     for i in range(size):
         before[i] = after[i]
-        astray += 0 if gap[i] >= 0.0 else 1
+        astray += 0 if gap[i] >= -_ROUNDED else 1
     room.counts[ASTRAY_] += astray
-    return dot(nodes[SHARE_], lost)
+    return dot(nodes[SHARE_, low:top], lost)
 
 
 @compiled
@@ -328,20 +305,22 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
         now[V_] += dt * (bodies.load - 0.5 * (now[F_] + force)) / bodies.mass
     elif dt > 0.0:
         now[V_] = (depth - now[D_]) / dt
+    if dt > 0.0:
+        ends = room.ends
+        ends[BEFORE_], ends[LAST_] = ends[LAST_] if ends[BEFORE_] >= 0.0 else 0.0, dt
+        ends[SPEED0_], ends[SPEED_] = ends[SPEED_], (edge - now[C_]) / dt
     now[T_] += dt
     now[D_], now[F_], now[C_], now[A_] = depth, force, edge, min(radius, edge)
     counts[IN_] = count
     room.ends[MADE_] = math.nan
-    if dt > 0.0:
-        room.ends[LAST_] = dt
     if counts[WAITS_] > 0:
         rest(solid, bodies, room)
 
 
 @compiled
-def _neighbour(edge: float, way: int, places: Any) -> float:
-    """Return the next element from an edge in a direction."""
-    n = count_below(places, edge)
+def _neighbour(edge: float, way: int, near: int, places: Any) -> float:
+    """Return the next element from an edge in a direction; about so many elements lie below it."""
+    n = count_near(places, edge, near)
     if way > 0:
         return places[n + 1] if places[n] - edge <= 1e-9 * (places[n + 1] - places[n]) else places[n]
     if n > 1 and edge - places[n - 1] <= 1e-9 * (places[n - 1] - places[n - 2]):
@@ -364,7 +343,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
     limit = places[places.shape[0] - 3]
     after = edge
     while True:
-        after = _neighbour(edge, way, places)
+        after = _neighbour(edge, way, room.counts[INSIDE_], places)
         if after > limit:
             return NO_ROOM
         if edge == start_edge:
@@ -374,7 +353,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         f = excess(solid, bodies, 0.0, after, room)
         there = way * f >= 0.0
         if there and way * above < 0.0:
-            after = _root(solid, bodies, False, 0.0, (edge, above, after, f), room)
+            after = root(solid, bodies, False, 0.0, (edge, above, after, f), room)
             f, middle = 0.0, 0.5 * (edge + after)
             inside = excess(solid, bodies, 0.0, middle, room)
         elif there:
@@ -404,7 +383,7 @@ def _jump(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
         if away:
             row[EDGE1_], row[RADIUS1_], row[ENERGY_], row[DEPTH1_] = 0.0, 0.0, math.nan, -math.inf
     room.counts[JUMPED_] = n + 1
-    room.counts[SOUGHT_] = 0
+    room.counts[SOUGHT_], room.ends[BEFORE_] = 0, -1.0
     return SEPARATED if away else -1
 
 
@@ -449,7 +428,7 @@ def _apart(solid: Solid, bodies: Bodies, room: Room) -> int:
         start = excess(solid, bodies, 0.0, 0.0, room)
         if start <= _BEGINS * (bodies.reach + abs(room.now[D_])):
             return _jump(solid, bodies, 1, room)
-        dt = _root(solid, bodies, True, 0.0, (0.0, start, dt, above), room)
+        dt = root(solid, bodies, True, 0.0, (0.0, start, dt, above), room)
     _accept(solid, bodies, dt, 0.0, room)
     return -1
 
@@ -464,22 +443,35 @@ def _is_lost(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, ro
     if bodies.sprung and bodies.stiffness == 0.0:
         if abs(excess(solid, bodies, dt, after, room)) > _TORN * bodies.reach:
             return True
-    elif not bodies.sprung and dt > _SHORTER * room.ends[LAST_]:
+    elif not bodies.sprung and not hurries(dt, after, room):
         return False
     return way * excess(solid, bodies, dt, after + _ASIDE * (room.now[C_] - after), room) > 0.0
 
 
 @compiled
-def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
-    """Take one step, or a jump; return -1, or the reason of an end."""
-    now, counts, places = room.now, room.counts, room.nodes[PLACE_]
-    edge, longest = now[C_], bodies.longest
-    if edge == 0.0:
-        return _apart(solid, bodies, room)
-    way = 1 if counts[WAY_] >= 0 else -1
+def _end(solid: Solid, bodies: Bodies, way: int, dt: float, after: float, room: Room) -> int:
+    """End a step where the edge reaches an element after a time, or at a fold before it, or jump; return -1."""
+    edge, longest, tries = room.now[C_], bodies.longest, 0
+    while _is_lost(solid, bodies, way, dt, after, room):
+        # The edge was let go on its way.
+        after = 0.5 * (edge + after) if tries > 0 else _fold(solid, bodies, way, after, room)
+        start = excess(solid, bodies, 0.0, after, room)
+        ahead = excess(solid, bodies, longest, after, room)
+        if not (way * start > 0.0 > way * ahead) or abs(after - edge) < _AT_FOLD * bodies.cell:
+            return _jump(solid, bodies, way, room)
+        dt = root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
+        tries += 1
+    _accept(solid, bodies, dt, after, room)
+    return -1
+
+
+@compiled
+def _search(solid: Solid, bodies: Bodies, way: int, room: Room) -> int:
+    """Take one step to either side, or a jump; return -1, or the reason of an end."""
+    counts, places, edge, longest = room.counts, room.nodes[PLACE_], room.now[C_], bodies.longest
     stay, after, ahead = math.nan, edge, 0.0
     for attempt in range(2):
-        after = _neighbour(edge, way, places)
+        after = _neighbour(edge, way, counts[INSIDE_], places)
         if after > places[places.shape[0] - 3]:
             return NO_ROOM
         ahead = excess(solid, bodies, longest, after, room)
@@ -491,7 +483,7 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
                 way = -way
                 continue
         counts[WAY_] = way
-        after = _root(solid, bodies, False, longest, (edge, stay, after, ahead), room) if stay != 0.0 else edge
+        after = root(solid, bodies, False, longest, (edge, stay, after, ahead), room) if stay != 0.0 else edge
         _accept(solid, bodies, longest, after, room)
         counts[SOUGHT_] = 0
         return -1
@@ -510,19 +502,34 @@ def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
             return _jump(solid, bodies, way, room)
     else:
         counts[SOUGHT_] = 0
-    dt = _root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
-    tries = 0
-    while _is_lost(solid, bodies, way, dt, after, room):
-        # The edge was let go on its way.
-        after = 0.5 * (edge + after) if tries > 0 else _fold(solid, bodies, way, after, room)
-        start = excess(solid, bodies, 0.0, after, room)
-        ahead = excess(solid, bodies, longest, after, room)
-        if not (way * start > 0.0 > way * ahead) or abs(after - edge) < _AT_FOLD * bodies.cell:
-            return _jump(solid, bodies, way, room)
-        dt = _root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
-        tries += 1
-    _accept(solid, bodies, dt, after, room)
-    return -1
+    dt = root(solid, bodies, True, after, (0.0, start, longest, ahead), room)
+    return _end(solid, bodies, way, dt, after, room)
+
+
+@compiled
+def step_zone(solid: Solid, bodies: Bodies, room: Room) -> int:
+    """Take one step, or a jump; return -1, or the reason of an end."""
+    edge, counts, places = room.now[C_], room.counts, room.nodes[PLACE_]
+    if edge == 0.0:
+        return _apart(solid, bodies, room)
+    way = 1 if counts[WAY_] >= 0 else -1
+    after = _neighbour(edge, way, counts[INSIDE_], places)
+    if after > places[places.shape[0] - 3]:
+        return NO_ROOM
+    if not bodies.sprung:
+        dt = arrival(way, after, room)
+        if dt < bodies.longest:
+            dt = arrive(solid, bodies, way, after, dt, room)
+            if not math.isnan(dt):
+                counts[SOUGHT_] = 0
+                return _end(solid, bodies, way, dt, after, room)
+        else:
+            after = move(solid, bodies, way, after, room)
+            if not math.isnan(after):
+                counts[SOUGHT_] = 0
+                _accept(solid, bodies, bodies.longest, after, room)
+                return -1
+    return _search(solid, bodies, way, room)
 
 
 @compiled
@@ -598,7 +605,7 @@ def _record(room: Room) -> bool:
 @inlined
 def _begin(bodies: Bodies, room: Room) -> None:
     """Write the state at the first attraction."""
-    room.now[D_], room.ends[MADE_] = -bodies.reach, math.nan
+    room.now[D_], room.ends[MADE_], room.ends[SPEED_] = -bodies.reach, math.nan, math.inf
     room.counts[WEIGHED_] = room.nodes.shape[1]
     for i in range(room.nodes.shape[1]):
         room.nodes[H_, i] = room.nodes[G_, i] + bodies.reach

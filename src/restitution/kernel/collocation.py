@@ -24,6 +24,7 @@ from restitution.kernel.lanes import (
     shuffled,
     total,
     unit,
+    within_range,
     write,
     write8,
 )
@@ -310,7 +311,9 @@ def interpolate_lanes(scheme: Scheme, work: Work, tables: Any, sigma: Any, hint:
     while lane < WIDTH:
         place = seek(work.places, place, sigma[lane])
         start, length = work.places[START, place], work.places[LENGTH, place]
-        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, (sigma - start) / length, work.basis)
+        # Lanes of other elements are far outside a short one.
+        x = within_range((sigma - start) / length)
+        lagrange_lanes(scheme.c, scheme.weights, WIDTH + 1, x, work.basis)
         table = tables[place]
         for n in range(rows.shape[0]):
             value = combine(work.basis, WIDTH + 1, table[n])

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from threading import current_thread, main_thread
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
 from numba.core import codegen, compiler, config, event, targetconfig, typed_passes, types, untyped_passes
 from numba.core.compiler_lock import global_compiler_lock
@@ -53,6 +54,27 @@ class _NoEnvironment:
 _NEEDLESS = (untyped_passes.InlineClosureLikes, typed_passes.InlineOverloads, typed_passes.NopythonRewrites)
 
 
+class _Whole(codegen.JITCodeLibrary):
+    """Code of an entry point. Nobody else calls its parts, so that LLVM may change what they are handed.
+
+    Numba passes a named tuple as some hundred numbers, in each call. LLVM leaves out what a part does not use.
+    """
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.linkonce_odr:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+class _WholeCompiler(compiler.Compiler):
+    def __init__(self, typingctx: Any, targetctx: Any, library: Any, *arguments: Any) -> None:
+        if library is None:
+            library = _Whole(targetctx.codegen(), "entry point")
+            library.enable_object_caching()
+        super().__init__(typingctx, targetctx, library, *arguments)
+
+
 class _PartCompiler(compiler.Compiler):
     def __init__(self, typingctx: Any, targetctx: Any, library: Any, *arguments: Any) -> None:
         part = _Part(targetctx.codegen(), "part") if library is None else library
@@ -68,6 +90,7 @@ class _PartCompiler(compiler.Compiler):
 # Versions of numba with which parts were tried. Others make machine code of each function.
 _FIRST, _BEYOND = (0, 61), (0, 69)
 _PARTS: dict[str, Any] = {"pipeline_class": _PartCompiler} if _FIRST <= numba.version_info.short < _BEYOND else {}
+_WHOLE: dict[str, Any] = {"pipeline_class": _WholeCompiler} if _PARTS else {}
 _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True} | _PARTS
 
 
@@ -190,7 +213,7 @@ def _interruptible() -> Generator[None]:
 
 def entry_point(function: Callable[..., Any]) -> Any:
     """Compile an entry point of the kernel on its first call, and cache its machine code if possible."""
-    dispatcher: Any = cached(numba.njit(**_FLAGS)(function), function)
+    dispatcher: Any = cached(numba.njit(**_WHOLE, **_FLAGS)(function), function)
     if not config.DISABLE_JIT:
         # Numba calls this for new types of arguments.
         compile_for = _with_room(_interruptible()(_announced(dispatcher._compile_for_args)))

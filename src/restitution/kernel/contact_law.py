@@ -16,14 +16,17 @@ from restitution.kernel.compile import cached, compiled, entry_point
 from restitution.kernel.zone import (
     A_,
     ASTRAY_,
+    BEFORE_,
     BENDS_,
     C_,
     D_,
     F_,
+    FALLS_,
     G_,
     H_,
     IN1_,
     IN_,
+    INSIDE_,
     JUMPED_,
     JUMPS_,
     LAST_,
@@ -45,6 +48,8 @@ from restitution.kernel.zone import (
     REACHED_,
     SHARE_,
     SOUGHT_,
+    SPEED0_,
+    SPEED_,
     STEPS_,
     STUCK,
     T_,
@@ -59,6 +64,7 @@ from restitution.kernel.zone import (
     Bodies,
     Room,
     Solid,
+    count_below,
 )
 
 # Constants of the law. Weights and rates of the modes follow, then the undeformed gaps of the elements.
@@ -124,7 +130,9 @@ def unpack(law: NDArray, state: NDArray, room: Room) -> None:
     counts[WAY_], counts[SOUGHT_], counts[STEPS_] = int(state[WAY]), int(state[SOUGHT]), 0
     counts[JUMPED_], counts[ASTRAY_], counts[LINE_] = 0, 0, 0
     counts[LOW_], counts[REACHED_], counts[WAITS_], counts[BENDS_], counts[WEIGHED_] = 0, 0, 0, 0, size
-    ends[MADE_], ends[TRIED_], ends[LAST_] = math.nan, math.nan, state[LAST]
+    counts[INSIDE_] = count_below(place, state[EDGE])
+    ends[MADE_], ends[TRIED_], ends[LAST_], ends[BEFORE_] = math.nan, math.nan, state[LAST], 0.0
+    ends[SPEED_], ends[SPEED0_], ends[FALLS_] = cell / state[LAST] if state[LAST] > 0.0 else math.inf, 0.0, 0.0
     now[D_], now[F_], now[C_], now[A_] = state[DEPTH], state[LOAD], state[EDGE], state[RADIUS]
     now[VISCOUS_], now[JUMPS_] = state[SPENT], state[RADIATED]
 

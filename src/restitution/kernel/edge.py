@@ -16,6 +16,7 @@ from restitution.kernel.zone import (
     F_,
     IN1_,
     IN_,
+    INSIDE_,
     LOW_,
     MADE_,
     NEAR_,
@@ -35,7 +36,6 @@ from restitution.kernel.zone import (
     cell_weights,
     cohesive_load,
     contact_radius,
-    count_below,
     dot,
     normal_force,
     set_factors,
@@ -50,6 +50,8 @@ from restitution.kernel.zone import (
 _MOST_DEPTHS = 200
 # Cells between the contact and the tail, so that it stays while the contact grows a little.
 _SPARE = 1
+# Elements inside the contact that no longer wait where its front comes near: a small one may vanish in a step.
+_AHEAD = 4
 # Cells of the ring below which each is asked anew for each length of a step.
 _SHORT = 16
 
@@ -63,7 +65,7 @@ def _sprung(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     counts, nodes, ends = room.counts, room.nodes, room.ends
     size = nodes.shape[1]
     load, stiffness = bodies.load + dt * bodies.pace, bodies.stiffness
-    done = min(max(count_below(nodes[PLACE_], edge), counts[IN_]) + 2, size)
+    done = min(max(counts[INSIDE_], counts[IN_]) + 2, size)
     wake(solid, bodies, 0, done + 1, room)
     write_bases(solid, dt, 0, done, room)
     touch = nodes[BASE_, 0] + solid.compliance * nodes[Q1_, 0]
@@ -108,7 +110,7 @@ def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, r
     nodes, count = room.nodes, room.counts[IN_]
     size = nodes.shape[1]
     low, high = max(count - 1, 0), count + 1
-    wake(solid, bodies, low, min(max(count_below(nodes[PLACE_], edge), count) + 2, size) + 1, room)
+    wake(solid, bodies, max(low - _AHEAD, 0), min(max(room.counts[INSIDE_], count) + 2, size) + 1, room)
     write_bases(solid, dt, low, high, room)
     write_element(solid, bodies, dt, depth, count, room)
     if nodes[P1_, count] > 0.0:
@@ -122,7 +124,7 @@ def _front(solid: Solid, bodies: Bodies, dt: float, edge: float, depth: float, r
     while count > 0:
         if count - 1 < low:
             low = count - 1
-            wake(solid, bodies, low, 0, room)
+            wake(solid, bodies, max(low - _AHEAD, 0), 0, room)
             write_bases(solid, dt, low, low + 1, room)
         write_element(solid, bodies, dt, depth, count - 1, room)
         if nodes[P1_, count - 1] > 0.0:
@@ -159,7 +161,7 @@ def excess(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) -> 
     radius = contact_radius(solid, bodies, edge, room)
     if radius >= edge:
         return -target
-    end = count_below(nodes[PLACE_], edge)
+    end = counts[INSIDE_]
     if end + 1 >= size:
         return math.nan
     total = -2.0 * bodies.stress * solid.compliance * (edge - radius) - target

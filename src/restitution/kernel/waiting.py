@@ -28,6 +28,7 @@ from restitution.kernel.zone import (
     G_,
     H_,
     IN_,
+    INSIDE_,
     KEPT_,
     LOW_,
     MADE_,
@@ -50,7 +51,6 @@ from restitution.kernel.zone import (
     Room,
     Solid,
     cohesive_load,
-    count_below,
     write_pulls,
 )
 
@@ -144,7 +144,7 @@ def _let_follow(solid: Solid, i: int, room: Room) -> None:
 def rest(solid: Solid, bodies: Bodies, room: Room) -> None:
     """Let elements wait that are far enough from both fronts."""
     counts, nodes = room.counts, room.nodes
-    inside, beyond = counts[IN_] - _NEAR, count_below(nodes[PLACE_], room.now[C_]) + 3
+    inside, beyond = counts[IN_] - _NEAR, counts[INSIDE_] + 3
     if inside >= counts[LOW_] + _MANY:
         for i in range(counts[LOW_], inside):
             _let_follow(solid, i, room)

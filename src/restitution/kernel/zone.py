@@ -37,19 +37,20 @@ T_, D_, V_, F_, C_, A_, VISCOUS_, JUMPS_, N_NOW = range(9)
 # and the first one behind it that waits, elements that may have memory, 1 if elements may wait, 1 if gaps have the
 # form of `_bend`, rows of `motion`, jumps, direction of the last step of c, steps in a row that sought a fold,
 # elements astray from the disc, first cell with weights, first cell of the tail, line of the program, turns of the
-# body towards the surface.
+# body towards the surface, elements below the edge that was asked last.
 (
     IN_, IN1_, LOW_, TOP_, REACHED_, WAITS_, BENDS_, STEPS_, JUMPED_, WAY_, SOUGHT_, ASTRAY_, WEIGHED_, CUT_, LINE_,
-    TURNED_, N_COUNTS
-) = range(17)  # fmt: skip
+    TURNED_, INSIDE_, N_COUNTS
+) = range(18)  # fmt: skip
 # Members of `ends`: sums over the modes of c_j FALL, c_j RISE, and c_j MEAN over the step; energy at the end; edge to
 # which cohesive loads and weights belong; depth at the end and length of the step that was tried last; last step;
 # equilibrium modulus; over the tail, sums of the weight, and of the weight with undeformed gap, cohesive load at the
-# start, impulse beyond a linear one, cohesive load at the end.
+# start, impulse beyond a linear one, cohesive load at the end; step before the last one, 0 if there is none, and -1
+# behind a jump; speeds of the edge in the last step and before; slope of G over the time.
 (
     S_FALL_, S_RISE_, S_MEAN_, LEFT_, MADE_, DEPTH_NOW_, TRIED_, LAST_, FIRM_, ALL_, ALL_G_, ALL_Q_, ALL_SHAPE_,
-    ALL_Q1_, N_ENDS
-) = range(15)  # fmt: skip
+    ALL_Q1_, BEFORE_, SPEED_, SPEED0_, FALLS_, N_ENDS
+) = range(19)  # fmt: skip
 SEPARATED, HELD, NO_ROOM, TOO_LONG, STUCK, NOT_DISC, PAUSED = range(7)
 
 # Rate times step below which factors are series.
@@ -151,6 +152,16 @@ def count_below(places: Any, x: float) -> int:
 
 
 @inlined
+def count_near(places: Any, x: float, near: int) -> int:
+    """Return how many elements lie below a place, where it is near a number."""
+    while near < places.shape[0] and places[near] < x:
+        near += 1
+    while near > 0 and places[near - 1] >= x:
+        near -= 1
+    return near
+
+
+@inlined
 def cohesive_load(stress: float, edge: float, x: float) -> float:
     """Return the cohesive load of an element."""
     inside = (edge - x) * (edge + x)
@@ -217,8 +228,11 @@ def cell_weights(edge: float, low: float, high: float) -> tuple[float, float]:
 def write_pulls(bodies: Bodies, edge: float, low: int, high: int, room: Room) -> None:
     """Write the cohesive loads of elements over a step to an edge."""
     nodes, edge0 = room.nodes, room.now[C_]
-    both = max(min(count_below(nodes[PLACE_], min(edge, edge0)), high), low)
-    any_ = max(min(count_below(nodes[PLACE_], max(edge, edge0)), high), both)
+    inside = count_near(nodes[PLACE_], edge, room.counts[INSIDE_])
+    inside0 = count_near(nodes[PLACE_], edge0, inside)
+    room.counts[INSIDE_] = inside
+    both = max(min(min(inside, inside0), high), low)
+    any_ = max(min(max(inside, inside0), high), both)
     stress, place = bodies.stress, nodes[PLACE_, low:both]
     before, after, shape = nodes[Q_, low:both], nodes[Q1_, low:both], nodes[SHAPE_, low:both]
     for k in range(both - low):
@@ -244,7 +258,7 @@ def weigh(bodies: Bodies, edge: float, low: int, room: Room) -> None:
     near, beyond, place = room.nodes[NEAR_], room.nodes[NEXT_], room.nodes[PLACE_]
     # Cells whose angles are small for sure, all of them within the zone.
     square, apart = edge * edge, bodies.cell / _SMALL_ANGLE
-    inner = count_below(place, math.sqrt(max((edge - apart) * (edge + apart), 0.0))) - 2
+    inner = count_near(place, math.sqrt(max((edge - apart) * (edge + apart), 0.0)), counts[INSIDE_]) - 2
     inner = min(max(inner, low), end)
     low_of, high_of, first, second = place[low:inner], place[low + 1 : inner + 1], near[low:inner], beyond[low:inner]
     # The root of c^2 - x^2 is known from the cohesive load.
@@ -365,10 +379,9 @@ def tail(solid: Solid, dt: float, depth: float, room: Room) -> float:
 def write_bases(solid: Solid, dt: float, low: int, high: int, room: Room) -> None:
     """Write gaps without the displacement J0 q, and without the depth, of elements that do not change their state."""
     # Loops from 0 on over views are those that compilers make of several elements at once.
-    ends, nodes = room.ends, room.nodes[:, low:high]
-    base, gap, load, press, after, shape = (
-        nodes[BASE_], nodes[G_], nodes[Q_], nodes[P_], nodes[Q1_], nodes[SHAPE_]
-    )  # fmt: skip
+    ends, nodes = room.ends, room.nodes
+    base, gap, load = nodes[BASE_, low:high], nodes[G_, low:high], nodes[Q_, low:high]
+    press, after, shape = nodes[P_, low:high], nodes[Q1_, low:high], nodes[SHAPE_, low:high]
     fall, rise, mean = ends[S_FALL_], ends[S_RISE_], ends[S_MEAN_] * dt
     count = max(high - low, 0)
     for i in range(count):

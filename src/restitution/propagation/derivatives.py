@@ -137,6 +137,7 @@ class Derivatives(Result):
             for name, column in zip(self.inputs, relative.T, strict=True)
         ]
         words = "change of an output in per cent for one per cent of an input"
+        words += "; of several impacts the largest" if self.matrix.ndim > 2 else ""
         return Summary(title or f"Derivatives: {words}", Table(head, rows), (self._accuracy,), warnings=self.warnings)
 
     @property
