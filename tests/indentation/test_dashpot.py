@@ -141,3 +141,27 @@ def test_a_force_that_falls_behind_a_jump(profile):
         assert expected.min() > 0.0
         assert jumps.sample(moments).indentation_depth.values == pytest.approx(expected, rel=1e-5)
         assert jumps.dissipated > 0.0
+
+
+@pytest.mark.parametrize("rtol", [1e-7, 1e-9])
+def test_a_surface_that_grazes_the_body_is_found(rtol):
+    """A surface that recovers overtakes the receding body for a fiftieth of a second, within one step of free flight.
+
+    The body is never below the free surface: its depth then is that of the surface which the contact before has left.
+    """
+    series = PronySeries(1e6, [255251.75580527520], [2.2324780996953835], parallel_viscosity=199955.54434669978)
+    time = np.array([0.0, 0.5494856, 0.87799026, 1.33668096, 2.30987804, 2.68838297])
+    depth = 1e-6 * np.array([-6.32720208, 69.19571557, 66.21713646, 12.89683387, -16.93855571, 38.73582751])
+    body, tip = Material(series.scaled(0.25), math.inf), Parabola(1e-2)
+    result = indent(body, tip, time=time, depth=depth, rtol=rtol)
+    end = float(result.contact_intervals[0, 1])
+    before = np.append(time[time < end], end)
+    surface = indent(body, tip, time=before, depth=np.interp(before, time, depth), rtol=rtol).surface()
+    free = np.linspace(end, 2.3, 2001)[1:]
+    below = np.interp(free, time, depth) - np.array([surface.depth_after(float(t - end)) for t in free])
+    grazes = free[below > 1e-6 * depth.max()]
+    begin, stop = result.contact_intervals[1]
+    # The contact ends earlier than a surface without one would be below the body.
+    assert 1.44 < grazes[0] < grazes[-1] < 1.5
+    assert grazes[0] == pytest.approx(begin, abs=free[1] - free[0])
+    assert begin < stop < grazes[-1]
