@@ -8,8 +8,9 @@ The loud sounds propose a series. All touches of a ball sound alike, so the prop
 follows them: their echoes. A filter of this spectrum shows fainter touches, and levels are compared with those of the
 echoes too. A series is accepted only if chance would hardly make one from sounds as frequent as those outside it.
 
-A touch begins where a course of decaying power is likeliest, less the time in which its sound rises above the noise.
-Its standard error is the width of this likelihood, and that time. The series ends where a last touch is no longer
+A touch begins where a course of decaying power is likeliest and the other touches foretell it, less the time in which
+its sound rises above the noise. Its standard error is the width of this posterior, that time, and the distance to the
+place that the other filter finds, as far as this is likelier. The series ends where the last touches are no longer
 evident above noise and echoes.
 """
 
@@ -30,12 +31,14 @@ from restitution import checks
 from restitution.checks import Array
 from restitution.errors import InputError
 from restitution.identification.touch_series import (
+    BLUR,
     ECHO,
     FEWEST,
     SERIES_ODDS,
     SHORTEST,
     best_series,
     density_of_change,
+    foretold,
     louder_before,
 )
 
@@ -63,8 +66,8 @@ _REACH = 0.006
 _TYPICAL = 0.25
 _COURSES = np.array(list(itertools.product((0.1, _TYPICAL, 0.5), (0.001, 0.003, 0.008))))
 _TAIL = 1e-3
-# Logarithm of the odds against chance that the first and the last touch need.
-_EVIDENT = 5.0
+# Logarithm of the odds against chance that a touch at the beginning or the end needs.
+_EVIDENT = 6.0
 # Instants with a larger standard error [s] do not begin or end the series.
 _VAGUE = 0.001
 # A series of flights whose typical ratio is larger comes from a clock.
@@ -352,19 +355,25 @@ def _refined(sound: _Filtered, places: NDArray[np.intp], echo: Array) -> tuple[P
         each = np.exp(evidence + np.log(weight) - logsumexp(evidence + np.log(weight), axis=1, keepdims=True))
         weight = (each.sum(axis=0) + 1.0 / len(_COURSES)) / (len(each) + 1.0)
     odds = logsumexp(evidence + np.log(weight), axis=1)
-    time, spread = np.empty((2, len(places)))
-    for n, one in enumerate(likelihoods):
-        posterior = np.exp(one - one.max()).T @ weight
-        posterior /= posterior.sum()
-        at = np.arange(posterior.size)
-        time[n] = posterior @ at
-        spread[n] = math.sqrt(float(posterior @ (at - time[n]) ** 2))
+    likelihood = [weight @ np.exp(one - one.max()) for one in likelihoods]
     # The first sample comes after the touch.
-    time += np.maximum(places - round(_REACH * sound.rate), 0) - _LATE
-    error = np.hypot(spread, _ROUNDED) / sound.rate
+    early = np.maximum(places - round(_REACH * sound.rate), 0) - _LATE
+    at = [(first + np.arange(one.size)) / sound.rate for first, one in zip(early, likelihood, strict=True)]
     # What is found may be noise, and the touch elsewhere.
-    error = np.hypot(error, 2.0 * _REACH / math.sqrt(12.0) * np.sqrt(expit(-odds)))
-    return Picks(time / sound.rate, error, np.array(peaks)), odds
+    least = np.hypot(_ROUNDED / sound.rate, 2.0 * _REACH / math.sqrt(12.0) * np.sqrt(expit(-odds)))
+    time, spread = _moments(at, likelihood)
+    series = time, np.hypot(spread, least)
+    time, spread = _moments(
+        at, [one * np.exp(foretold(*series, n, t)) for n, (t, one) in enumerate(zip(at, likelihood, strict=True))]
+    )
+    return Picks(time, np.hypot(spread, least), np.array(peaks)), odds
+
+
+def _moments(at: list[Array], weight: list[Array]) -> tuple[Array, Array]:
+    """Return the mean and the standard deviation of each of some distributions."""
+    mean = np.array([np.average(t, weights=w) for t, w in zip(at, weight, strict=True)])
+    variance = [np.average((t - m) ** 2, weights=w) for t, m, w in zip(at, mean, weight, strict=True)]
+    return mean, np.sqrt(variance)
 
 
 def _onsets(sound: _Filtered, place: int, echo: Array) -> tuple[Array, float]:
@@ -389,16 +398,21 @@ def _onsets(sound: _Filtered, place: int, echo: Array) -> tuple[Array, float]:
 
 
 def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Picks, Array]:
-    """Return the first picks, but faint ones where these are better, less their delay; and the odds."""
+    """Return the first picks, but faint ones where these are better, less their delay; and the odds.
+
+    The other of two picks may be right, as is likely by their odds: their difference adds to the error.
+    """
     (first, odds), (faint, other) = clear, shaped
-    odds = np.logaddexp(odds, other) - math.log(2.0)
+    joint = np.logaddexp(odds, other) - math.log(2.0)
     late = (faint.time - first.time)[(first.error < _SURE) & (faint.error < _SURE)]
     if late.size < 3:
-        return first, odds
+        return first, joint
     delay = np.median(late)
     error = np.hypot(faint.error, 1.48 * np.median(np.abs(late - delay)))
-    time, error = np.where(error < first.error, [faint.time - delay, error], [first.time, first.error])
-    return Picks(time, error, first.signal_to_noise), odds
+    gap, better = faint.time - delay - first.time, error < first.error
+    doubt = expit(np.where(better, odds - other, other - odds))
+    error = np.hypot(np.minimum(error, first.error), gap * np.sqrt(doubt))
+    return Picks(first.time + np.where(better, gap, 0.0), error, first.signal_to_noise), joint
 
 
 def _risen(white: _Filtered, picks: Picks) -> Picks:
@@ -421,16 +435,13 @@ def _risen(white: _Filtered, picks: Picks) -> Picks:
 def _evident(picks: Picks, odds: Array) -> Picks:
     """Return the touches from the first to the last one that are no chance, by their sounds and by their instants.
 
-    The instant of a touch is uniform within its window by chance, and else as its series foretells.
+    The instant of a touch is uniform within its window by chance, and else as those before it foretell, or those after
+    it. The series ends where the sum of what its odds have beyond their need is largest, and begins likewise: the
+    touches from any one to the end are evident together.
     """
-    begin, end = 0, odds.size
-    while end - begin >= FEWEST:
-        flight = np.maximum(np.diff(picks.time[begin:end]), 0.1 * SHORTEST)
-        change, flight = np.diff(np.log(flight), 2)[[0, -1]], flight[[0, -1]]
-        ends = odds[[begin, end - 1]] + np.log(2.0 * _REACH * density_of_change(change, flight) / flight)
-        if min(ends) >= _EVIDENT:
-            break
-        begin, end = (begin + 1, end) if ends[0] < ends[1] else (begin, end - 1)
-    else:
-        end = begin
+    flight = np.maximum(np.diff(picks.time), 0.1 * SHORTEST)
+    change, beyond = np.diff(np.log(flight), 2), odds - _EVIDENT
+    later, sooner = (np.log(2.0 * _REACH * density_of_change(change, BLUR / f) / f) for f in (flight[2:], flight[:-2]))
+    end = odds.size - int(np.argmax(np.cumsum(beyond + np.pad(later, (3, 0)))[::-1]))
+    begin = end - 1 - int(np.argmax(np.cumsum((beyond + np.pad(sooner, (0, 3)))[:end][::-1])))
     return Picks(*(column[begin:end] for column in picks))

@@ -18,6 +18,9 @@ FEWEST = 4
 SERIES_ODDS = 5.0
 """Logarithm of the odds against chance that a series needs that is the only choice."""
 
+BLUR = 0.0015
+"""Time [s] that the instants of sudden sounds add to the change of the ratio of two flights, over the flight."""
+
 ECHO = 0.12
 """Time [s] within which echoes come."""
 
@@ -25,9 +28,9 @@ ECHO = 0.12
 _LONGEST = 2.5
 # A strength counts as one of Gaussian noise only up to here.
 _STRONGEST = 8.0
-# Ratios of a flight to the one before, the change of their logarithm from one touch to the next at most and typically,
-# and the time [s] by which the instants add to it, over the flight.
-_RATIOS, _CHANGE, _SMOOTH, _BLUR = (0.2, 1.01), 0.15, 0.01, 0.0015
+# Ratios of a flight to the one before, and the change of their logarithm from one touch to the next at most and
+# typically.
+_RATIOS, _CHANGE, _SMOOTH = (0.2, 1.01), 0.15, 0.01
 # Logarithm of the odds against chance that each touch needs.
 _ODDS = 5.0
 # Scatter of the logarithm of the loudness.
@@ -128,7 +131,7 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
         score = np.concatenate([begin[before, b], old_score])[:, None] - log_rates[b, after] - _ODDS
         score = score - 0.5 * ((louder[b, after] - ratio) / _LOUDNESS) ** 2
         change = np.abs(ratio[before.size :] - old_ratio[:, None])
-        density = density_of_change(change, gap[b, after])
+        density = density_of_change(change, BLUR / gap[b, after])
         score[before.size :] += np.where(change < _CHANGE, np.log(density), -np.inf) - log_gap[b, after]
         score[(ratio <= math.log(_RATIOS[0])) | (ratio >= math.log(_RATIOS[1]))] = -np.inf
         kept = np.argsort(-score, axis=0)[:_STATES]
@@ -147,10 +150,27 @@ def _best_chain(time: Array, rate: Array, loudness: Array, seconds: float) -> tu
     return chain[::-1], float(scores.flat[best]) + _ODDS * (len(chain) - 3)
 
 
-def density_of_change(change: Array, flight: Array) -> Array:
-    """Return how frequent a change of the logarithm of the ratio of two flights is before a flight [s].
+def density_of_change(change: Array, blur: Array) -> Array:
+    """Return how frequent a change of the logarithm of the ratio of two flights is.
 
-    The restitution coefficient changes a little, sometimes more, and the instants are not exact.
+    The restitution coefficient changes a little, sometimes more, and the instants are not exact: they add the blur.
     """
-    width = _SMOOTH + _BLUR / flight
+    width = _SMOOTH + blur
     return width / (math.pi * (width**2 + change**2))
+
+
+def foretold(time: Array, error: Array, n: int, at: Array) -> Array:
+    """Return the logarithm of how frequent instants of the touch n are by those of the three before and after it.
+
+    It is that of all changes with this touch, up to a constant. The errors of the others are the blur.
+    """
+    result, others = np.zeros(at.size), error.copy()
+    others[n] = 0.0
+    for first in range(max(n - 3, 0), min(n, time.size - 4) + 1):
+        four = np.repeat(time[first : first + 4, None], at.size, axis=1)
+        four[n - first] = at
+        flight = np.maximum(np.diff(four, axis=0), 0.1 * SHORTEST)
+        slope = np.diff(np.array([[1.0], [-2.0], [1.0]]) / flight, axis=0, prepend=0.0, append=0.0)
+        blur = np.linalg.norm(slope * others[first : first + 4, None], axis=0)
+        result += np.log(density_of_change(np.diff(np.log(flight), 2, axis=0)[0], blur))
+    return result
