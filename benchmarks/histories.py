@@ -16,6 +16,9 @@ from typing import Any
 import numpy as np
 
 import restitution as rs
+from restitution.indentation.cantilever import cantilever, pull_of
+from restitution.indentation.solve import contact_of
+from restitution.indentation.tapping import Tapper
 
 GEL = rs.standard_solid(1e3, 2e3, 2e2, poisson_ratio=0.5)
 TIP = rs.Parabola(2.5e-6)
@@ -88,7 +91,19 @@ def tapping() -> list[tuple[str, float]]:
     assert curve.taps.min() >= 0
     spent = seconds(lambda: rs.tap(solid, tip, distances, quality_factor=100.0, **options), 2)
     taps = int(curve.taps.sum())
-    return [("tapping at Q = 100, 50 distances", spent), (f"one of its {taps} taps", spent / taps)]
+    rows = [("one tap", one_tap(solid, tip)), ("tapping at Q = 100, 50 distances", spent)]
+    return [*rows, (f"one of its {taps} taps, and the search for the steady motion", spent / taps)]
+
+
+def one_tap(solid: rs.Material, tip: rs.Parabola) -> float:
+    """Time of the fifth tap at one distance, on the surface that the others have left."""
+    contact = contact_of(solid, tip, None)
+    lever = cantilever(1.0, 100.0, 0.5 / math.pi, None, 1.0, None, ())
+    tapper = Tapper(contact, lever, pull_of(None, 1.65e-10, contact.profile), 1e-8)
+    start = tapper.free(0.8)
+    for _ in range(4):
+        start = tapper.end(tapper.run(0.8, start))
+    return seconds(lambda: tapper.run(0.8, start), 100)
 
 
 def main() -> None:
