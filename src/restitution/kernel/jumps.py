@@ -66,6 +66,8 @@ from restitution.kernel.path import radius_and_integral
 from restitution.kernel.stepper import surface_at_axis, write_start
 
 _MOST_HALVINGS = 30
+# Time since the last elements left, over that in which a panel left, below which they have just left.
+_FRESH = 1e-6
 # Changes that are not felt, over the tolerance.
 _UNFELT = 0.05
 # Load that is none, over that of the run.
@@ -186,6 +188,10 @@ def level_edge(problem: Problem, room: Room) -> None:
     """
     p, n = room.places[FREE_PANELS] - 1, NODES - 1
     if p < 0 or room.free.end[p] != 1.0 or problem.solid.recoveries.shape[0] == 0:
+        return
+    length = room.free.length[p]
+    if not abs(room.state[TIME] - room.free.start[p] - length) <= _FRESH * length:
+        # They left a while ago, since when the edge has stood still.
         return
     slope = gap(
         problem.solid, room.free, p, 1.0, room.state[TIME], room.state[DEPTH], room.basis[0], room.basis[1]
