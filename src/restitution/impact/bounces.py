@@ -434,8 +434,9 @@ def _ending(touch: _Touch, floor: float, is_last: bool, is_stopped: bool) -> End
         Ending.CAPTURED: touch.result.status == Status.CAPTURED,
         Ending.SUNK: touch.result.status == Status.SINKS_IN,
         Ending.BELOW_SURFACE: touch.height <= 0.0 and not touch.in_imprint,
-        Ending.LIFTED: touch.is_lifted,
+        # Of a low rise rounding may decide whether the surface meets the body before it falls.
         Ending.LOW: touch.height + max(depth, 0.0) * touch.in_imprint < floor,
+        Ending.LIFTED: touch.is_lifted,
         Ending.MAX_BOUNCES: is_last,
         Ending.STOPPED: is_stopped,
     }
