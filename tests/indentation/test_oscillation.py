@@ -69,7 +69,7 @@ def test_late_cycles_are_those_of_the_steady_state():
 
     The rim forgets its start within at most thirteen periods. Forces may be off by ten times rtol.
     """
-    rng = np.random.default_rng()
+    rng = np.random.default_rng(4)
     cases = [(30.368208334268015, 0.0867, 0.28626, 3.88742, 0.88221, 2.345)]
     cases += [
         (10.0 ** rng.uniform(-4.0, 3.0), 10.0 ** rng.uniform(-2.0, -0.5), *rng.uniform([0.1, 0.2, 0.05], [1.0, 4.0, 0.9]),
