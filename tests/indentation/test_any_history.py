@@ -524,3 +524,24 @@ def test_a_depth_that_jumps_down_in_a_contact_that_shrinks_and_then_grows():
     steep = indent(half_space(series), TIP, time=[0.0, 0.8, 1.5, 1.5 + brief, 2.0], depth=depths)
     expected = followed_force(steep, series, 1.55)
     assert float(result.sample([1.55]).force[0]) == pytest.approx(expected, abs=1e-6 * result.max_force)
+
+
+def test_a_way_that_ends_elsewhere():
+    """A step to the end of the contact, where a longer step had expected it, ends while the body still goes deeper.
+
+    Taken as the end, the contact would end with a radius; the stricter solution is at other steps.
+    """
+    series = PronySeries(
+        0.0,
+        [8090058.593, 6175668.955, 3006678.010, 132269.895, 738450.407, 6784917.446, 2852812.696, 348290.189, 648197.728,
+         296938.696, 6561707.310],
+        [0.10011, 0.12049, 0.13945, 0.14485, 0.45831, 0.51226, 1.1549, 2.5778, 4.9036, 8.3495, 10.002],
+    )  # fmt: skip
+    time = [0.0, 0.0874207, 0.7632063, 1.2082355, 1.6308208, 2.4321606, 3.1858906, 3.2819367, 4.0071564]
+    depth = 1e-6 * np.array([-42.794, 66.479, 64.658, 64.658, 64.658, 39.612, 91.167, 93.519, 12.734])
+    material, moments = Material(series.scaled(0.25), math.inf), np.linspace(0.05, 4.0, 200)
+    strict, force = (
+        indent(material, Parabola(1e-2), depth=depth, time=time, rtol=rtol).sample(moments).force.values
+        for rtol in (1e-10, 1e-8)
+    )
+    assert force == pytest.approx(strict, abs=1e-8 * strict.max())

@@ -106,7 +106,7 @@ def shares(kind: int, z: Any) -> Any:
 
 
 @inlined
-def write_parts(rates: Any, panels: Stack, p: int, z: Any, t: Any, basis: Any, decays: Any) -> None:
+def write_decays(rates: Any, panels: Stack, p: int, z: Any, t: Any, basis: Any, decays: Any) -> None:
     """Write polynomials at eight z of a panel, and what is left of each of its parts at eight times."""
     write_polynomials(z, basis)
     elapsed = t - panels.start[p] - panels.length[p] * shares(panels.kind[p], z)[0]
@@ -124,7 +124,7 @@ def locate_together(solid: Solid, panels: Stack, p: int, follows: bool, t: Any, 
     rates = solid.rates if follows else solid.recoveries
     y, steepness, inside = z, z, 0.0 * z
     for _ in range(_MOST_TOGETHER):
-        write_parts(rates, panels, p, z, t, basis, decays)
+        write_decays(rates, panels, p, z, t, basis, decays)
         y, rise = values_at(panels.coefficients, p, 0, basis, 0), values_at(panels.coefficients, p, 0, basis, 1)
         pace = panels.length[p] * shares(panels.kind[p], z)[1]
         sign, stiffness = (-1.0, solid.equilibrium) if follows else (1.0, 1.0)
@@ -175,7 +175,7 @@ def write_fronts_together(solid: Solid, room: Room, path: Path, phase: int, firs
     y = at_least(y, 0.0)
     radius, integral = radii_and_integrals(path, y, room.radii)
     force, terms = broadcast(0.0), solid.recoveries.shape[0]
-    write_parts(solid.rates if follows else solid.recoveries, panels, p, z, t, basis, decays)
+    write_decays(solid.rates if follows else solid.recoveries, panels, p, z, t, basis, decays)
     for j in range(0 if follows else terms):
         part = read8(decays, j, 0) * values_at(panels.coefficients, p, 1 + j, basis, 0)
         write8(room.displacements, j, first, part)
