@@ -603,6 +603,16 @@ def _record(room: Room) -> bool:
 
 
 @inlined
+def _record_or_fail(room: Room) -> int:
+    """Record a step; return the status of a march that cannot go on from it, or -1."""
+    if not _record(room):
+        return TOO_LONG
+    if not math.isfinite(room.now[F_]):
+        return STUCK
+    return NOT_DISC if room.counts[ASTRAY_] > 0 else -1
+
+
+@inlined
 def _begin(bodies: Bodies, room: Room) -> None:
     """Write the state at the first attraction."""
     room.now[D_], room.ends[MADE_], room.ends[SPEED_] = -bodies.reach, math.nan, math.inf
@@ -640,14 +650,10 @@ def march(solid: Solid, bodies: Bodies, velocity: float, floor: float, most: int
     while status < 0:
         if counts[STEPS_] >= stop:
             return PAUSED
-        if not _record(room):
-            status = TOO_LONG
+        status = _record_or_fail(room)
+        if status >= 0:
             break
-        if not math.isfinite(now[F_]):
-            status = STUCK
-        elif counts[ASTRAY_] > 0:
-            status = NOT_DISC
-        elif _is_apart(solid, room):
+        if _is_apart(solid, room):
             status = SEPARATED
         elif _is_held(solid, bodies, kinetic, least, room):
             status = HELD
@@ -690,12 +696,7 @@ def follow(solid: Solid, bodies: Bodies, knots: Any, values: Any, most: int, roo
         status = step_zone(solid, _with_line(bodies, knots, values, now[T_], k), room)
         if status >= 0:
             break
-        if not _record(room):
-            status = TOO_LONG
-        elif not math.isfinite(now[F_]):
-            status = STUCK
-        elif counts[ASTRAY_] > 0:
-            status = NOT_DISC
+        status = _record_or_fail(room)
     ends[LEFT_] = _surface_energy(solid, bodies, room)
     if status >= 0:
         return status
