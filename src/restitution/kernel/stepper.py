@@ -595,6 +595,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     if driver.mass > 0.0 and not write_response(driver, room):
         return False
     predict(problem, room, phase)
+    # A step that failed may have left no numbers.
+    room.matrix[:, STAGES] = 0.0
     if is_by_logarithm(solid, driver, room, phase):
         correct_touch(solid, rule, room, 0.0)
     else:
@@ -634,7 +636,8 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
             if not solved:
                 write_jacobian(solid, driver, rule, room, phase, moving)
                 solved = factorise(room.jacobian, room.pivots)
-            solve_factorised(room.jacobian, room.pivots, room.matrix)
+            if solved:
+                solve_factorised(room.jacobian, room.pivots, room.matrix)
         if not solved:
             return False
         last, change, size = change, 0.0, 1.0
