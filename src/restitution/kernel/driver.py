@@ -316,11 +316,15 @@ def by_increase(solid: Solid, driver: Driver, room: Room) -> bool:
 
 @inlined
 def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
-    """Return the rounding of the force at a node by that of the front, which is known no better than the depth."""
+    """Return the rounding of the force at a node by that of the front, which is known no better than the depth.
+
+    The force is about a power of the radius; of a flat face only a part of it depends on the front.
+    """
     nodes = room.nodes
     if not nodes[SLOPE, i] > 0.0:
         return 0.0
-    return 4e-16 * abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
+    part = 1.0 - radius_and_integral(problem.path, 0.0)[0] / max(nodes[A, i], 1e-300)
+    return 4e-16 * part * abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
 
 
 @inlined
