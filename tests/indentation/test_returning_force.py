@@ -244,7 +244,11 @@ def test_without_a_force_the_tip_lies_on_the_recovering_surface():
 @pytest.mark.parametrize("rtol", [1e-6, 1e-7, 1e-8, 1e-9, 1e-10])
 def test_a_liquid_that_lies_in_its_own_imprint_is_solved_or_refused(rtol):
     """After a long time without a load the tip fits the imprint, and the front is there by rounding."""
-    liquid, time, force = PronySeries(0.0, [4.0], [0.02]), np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, 0.0, 1.0])
+    liquid, time, force = (
+        PronySeries(0.0, [4.0], [0.02]),
+        np.array([0.0, 1.0, 2.0, 3.0]),
+        np.array([0.0, 1.0, 0.0, 1.0]),
+    )
     try:
         result = indent(half_space(liquid), TIP, time=time, force=force, rtol=rtol)
     except InputError as refused:

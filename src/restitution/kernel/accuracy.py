@@ -76,16 +76,15 @@ def _front_error(problem: Problem, room: Room, y: float) -> float:
 @compiled
 def _front_scatters(problem: Problem, room: Room, phase: int, touches: bool) -> bool:
     """Return whether loads do not feel how far the front is from a smooth one."""
-    scales, nodes, steepest, scatter = problem.scales, room.nodes, 0.0, 0.0
+    scales, nodes, steepest, worst = problem.scales, room.nodes, 0.0, 0.0
     for i in range(1, NODES):
         steepest = max(steepest, nodes[SLOPE, i])
-        scatter = max(scatter, abs(smooth_front_at(problem.rule, room, i) - nodes[Y, i]))
+        worst = max(worst, nodes[SLOPE, i] * abs(smooth_front_at(problem.rule, room, i) - nodes[Y, i]))
     if touches:
-        scatter = tail(problem.rule, nodes[Y])
+        worst = steepest * tail(problem.rule, nodes[Y])
     if phase == GROWS:
-        steepest *= problem.solid.glass
-    felt = max(_BLUR * problem.solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
-    return steepest * scatter <= felt
+        worst *= problem.solid.glass
+    return worst <= max(_BLUR * problem.solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
 
 
 @compiled

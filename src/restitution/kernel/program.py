@@ -131,7 +131,6 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     """Move the state to the end of a step, at time `stop`."""
     rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
     records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
-    scatters = leaves_scatter(problem, room, step.phase)
     phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
     records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
     records.phase[n], records.event[n] = phase, event
@@ -172,7 +171,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         falls_short = room.at[last] >= 0 and not is_light(problem) and after > _ROUGHER * before and error > 1.0
         if falls_short:
             nodes[Y, last] = y
-    if scatters:
+    if leaves_scatter(problem, room, phase):
         smooth_front(problem, room, phase)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)

@@ -50,6 +50,7 @@ from restitution.kernel.driver import (
     is_light,
     prescribed_at,
     rise_of_given,
+    rounding_of_force,
     rounding_of_load,
 )
 from restitution.kernel.fronts import shared_load, write_fronts
@@ -93,6 +94,8 @@ _SMALL_CHANGE = 5e-3
 _SETTLED = 0.05
 # Difference of the forces of a panel and of the step before, over the error of a step.
 _SAME_FORCE = 100.0
+# Roundings by which forces may differ from those prescribed.
+_FEW_ROUNDINGS = 10.0
 # Rounding of a depth, over the depth.
 _DEPTH_ROUNDING = 1e-15
 
@@ -613,6 +616,21 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
 
 
 @compiled
+def is_balanced(problem: Problem, room: Room, phase: int) -> bool:
+    """Return whether forces against a dashpot are those prescribed, within the tolerance of loads or rounding.
+
+    A node without elements has no stiffness, and so no correction.
+    """
+    solid, scales = problem.solid, problem.scales
+    write_residuals(solid, problem.driver, room, phase == SHRINKS, True)
+    for i in range(STAGES):
+        felt = scales.tolerance * scales.stress * room.nodes[A, i + 1]
+        if abs(room.matrix[i, STAGES]) > felt + _FEW_ROUNDINGS * rounding_of_force(problem, room, i + 1):
+            return False
+    return True
+
+
+@compiled
 def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
     """Correct a first guess of depths or velocities by Newton's method; whether it converges."""
     solid, path, driver, rule, scales = problem.solid, problem.path, problem.driver, problem.rule, problem.scales
@@ -667,5 +685,5 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
         # Panels meet within the tolerance, so that a front next to a joint may not settle.
         settles = ratio >= 0.5 and change <= max(1e-12, _SETTLED * scales.tolerance)
         if amount == 1.0 and (settles or left <= max(1e-3 * scales.tolerance, 2e-15 * size)):
-            return True
+            return not light or is_balanced(problem, room, phase)
     return False
