@@ -249,10 +249,13 @@ def test_a_liquid_that_lies_in_its_own_imprint_is_solved_or_refused(rtol):
         np.array([0.0, 1.0, 2.0, 3.0]),
         np.array([0.0, 1.0, 0.0, 1.0]),
     )
+    refusal = ""
     try:
         result = indent(half_space(liquid), TIP, time=time, force=force, rtol=rtol)
-    except InputError as refused:
-        assert refused.field in ("time", "force")
-        assert "\n" not in str(refused)
-        return
-    compare_with_elements(result, liquid, TIP, time, lambda moments: np.interp(moments, time, force), 150)
+    except InputError as error:
+        refusal = str(error)
+    if refusal:
+        assert refusal.startswith("time")
+        assert "\n" not in refusal
+    else:
+        compare_with_elements(result, liquid, TIP, time, lambda moments: np.interp(moments, time, force), 150)
