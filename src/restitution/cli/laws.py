@@ -163,7 +163,7 @@ def _write_materials(case: Path, to: Path) -> _Export:
 
 _TARGETS = (
     "lammps-viscoelastic, lammps-tsuji, lammps-coeff-restitution, mercury-bshp, yade-mindlin, liggghts, kratos-dem, "
-    "mujoco-solref, drake, drake-sap, rebound, acusolve, solfec, box2d, bullet or physx; with the section [adhesion] "
+    "mujoco-solref, drake, drake-sap, rebound, acusolve, solfec, box2d, bullet or physx; of a case with adhesion "
     "lammps-jkr-viscoelastic, lammps-jkr-mass-velocity, lammps-dmt-viscoelastic, lammps-dmt-mass-velocity, "
     "liggghts-sjkr, mercury-adhesive, yade-dmt or mfix"
 )
