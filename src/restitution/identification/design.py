@@ -102,9 +102,11 @@ class Design(Result):
                 f"{per_cent(error)} with R = {in_words(radius, LENGTH.unit)} ({self.gains[radius]:.2g} times as large)"
                 for radius, error in self.one_radius.items()
             )
-            lines.append(f"The largest standard error is {per_cent(self.largest_error)}; with one ball alone: {alone}.")
+            largest = per_cent(self.largest_error)
+            lines.append(f"The largest standard error is {largest}; with one ball alone: {alone}.")
             if min(self.gains.values()) < 1.0:
-                lines.append(f"One ball alone may do better here, as the impacts are chosen for {_AIMS[self.criterion]}.")
+                aim = _AIMS[self.criterion]
+                lines.append(f"One ball alone may do better here, as the impacts are chosen for {aim}.")
         return tuple(lines)
 
     def to_dataset(self) -> xr.Dataset:
