@@ -264,7 +264,7 @@ def _restitution(text: str, ball: rs.Body | None) -> Any:
         with suppress(rs.InputError):
             names = open_columns(Path(text))[1]
     body = {name: 1.0 if ball is None else getattr(ball, name) for name in ("radius", "mass")}
-    absent = {name: value for name, value in body.items() if name not in names}
+    absent: dict[str, Any] = {name: value for name, value in body.items() if name not in names}
     table: Any = rs.read_observations(text, kind="rebounds", **absent)
     for name, value in body.items():
         other = [each for each in getattr(table, name).tolist() if abs(each - value) > _SAME * value]
