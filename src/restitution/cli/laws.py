@@ -13,8 +13,7 @@ from restitution.cli import terminal as cli
 from restitution.cli.sweep import build_surrogate
 from restitution.cli.terminal import completed, ends, option
 from restitution.files import TABLES, write_table, write_text
-from restitution.quantities import INPUTS
-from restitution.units import ANGLE, LENGTH, VELOCITY
+from restitution.units import ANGLE, LENGTH, MASS, VELOCITY
 
 # Ends of the names of contact laws.
 _LAWS = (".h", ".json")
@@ -266,10 +265,9 @@ def _restitution(text: str, ball: rs.Body | None) -> Any:
     body = {name: 1.0 if ball is None else getattr(ball, name) for name in ("radius", "mass")}
     absent: dict[str, Any] = {name: value for name, value in body.items() if name not in names}
     table: Any = rs.read_observations(text, kind="rebounds", **absent)
-    for name, value in body.items():
+    for (name, value), unit in zip(body.items(), (LENGTH.unit, MASS.unit), strict=True):
         other = [each for each in getattr(table, name).tolist() if abs(each - value) > _SAME * value]
         if other and ball is not None:
-            unit = INPUTS[name].unit
             rule = f"must be that of the ball of the case, {value:.6g} {unit}; a law is fitted to one ball"
             raise rs.InputError(name, other[0], rule, unit, where=text)
     return table.velocity, table.restitution_coefficient
