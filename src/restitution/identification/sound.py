@@ -67,7 +67,7 @@ _TYPICAL = 0.25
 _COURSES = np.array(list(itertools.product((0.1, _TYPICAL, 0.5), (0.001, 0.003, 0.008))))
 _TAIL = 1e-3
 # Logarithm of the odds against chance that a touch at the beginning or the end needs, and each one more of several.
-_EVIDENT, _FURTHER = 6.0, 3.0
+_EVIDENT, _FURTHER = 7.0, 2.0
 # Instants with a larger standard error [s] do not begin or end the series.
 _VAGUE = 0.0015
 # Instants of one touch by the two filters are of two sounds if they differ by more than this time [s].
