@@ -8,15 +8,12 @@ some minutes.
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Any
 
-import restitution as rs
+from lammps_engine import started, version
 
-FOLDER = Path(__file__).resolve().parent
-sys.path.append(str(FOLDER))
-from codes import lammps  # noqa: E402
+import restitution as rs
 
 RADIUS, DENSITY, WORK = 10e-6, 1200.0, 0.05
 # Equilibrium modulus, branch modulus [Pa], viscosity [Pa s], stress of the attraction [Pa].
@@ -75,7 +72,7 @@ w = 2 gamma, and not the 7.09 of the theory: the same gamma sticks below 0.70 of
 
 def pair(model: str, velocity: float, step: float) -> Any:
     """LAMMPS with two balls that are about to touch."""
-    engine, span, mass = lammps()(cmdargs=["-screen", "none", "-log", "none"]), 4.0 * RADIUS, ball_mass()
+    engine, span, mass = started(), 4.0 * RADIUS, ball_mass()
     engine.commands_string(f"""
         units si
         atom_style sphere
@@ -191,9 +188,6 @@ def runs(laws: dict[tuple[str, str], Any]) -> str:
 
 def main() -> None:
     """Write `adhesive_codes.md`."""
-    engine = lammps()(cmdargs=["-screen", "none", "-log", "none"])
-    version = engine.version()
-    engine.close()
     laws = calibrations()
 
     def errors(law: Any) -> str:
@@ -205,7 +199,7 @@ def main() -> None:
         return f"{law.pull_off_force / (shape * math.pi * WORK * 0.5 * RADIUS):.2f}"
 
     text = TEXT.format(
-        version=version, errors=table(laws, errors), energies=table(laws, energy), runs=runs(laws),
+        version=version(), errors=table(laws, errors), energies=table(laws, energy), runs=runs(laws),
         refusals=refusals(), steps=STEPS, twice=2 * STEPS,
     )  # fmt: skip
     Path(__file__).with_suffix(".md").write_text(text, encoding="utf-8")
