@@ -49,9 +49,14 @@ FIRST_CHANGE_, FADING_, N_FADING = N_FACTORS, N_FACTORS + 1, N_FACTORS + 2
 # the body. Columns of `lump`: sum over the core of weights times loads, load of that point.
 WEIGHTS_, WAYS_, ALONG_, N_CORE = range(4)
 LOADS_, ALONE_, N_LUMP = range(3)
+# Members of `crease`: the last element that sticks and 1 if what the rule misses of the cell beyond it is known, the
+# same of the cell in which the front turned; displacement missed in each.
+FRONT_, KNOWN_, TURNED_, FRONT_WAY_, TURNED_WAY_, N_CREASE = range(6)
+# Columns of `missed` of a mode: load missed in the cell of the front, and in that in which it turned.
+FRONT_LOAD_, TURNED_LOAD_, N_MISSED = range(3)
 
 # Rows of the normal solution: s, v, t, force, depth and memory of the modes.
-NORMAL_V_, NORMAL_T_, NORMAL_D_, NORMAL_H_ = 1, 2, 4, 5
+NORMAL_V_, NORMAL_T_, NORMAL_F_, NORMAL_D_, NORMAL_H_ = 1, 2, 3, 4, 5
 
 # Least argument of the exponential of eight numbers.
 _SMALLEST = -700.0
@@ -109,6 +114,8 @@ class Room(NamedTuple):
     fading: Any  # (modes, N_FADING, WIDTH)
     core: Any  # (N_CORE,)
     lump: Any  # (modes, N_LUMP)
+    crease: Any  # (N_CREASE,)
+    missed: Any  # (modes, N_MISSED)
     motion: Any  # (2N + 1, N_MOTION)
     sums: Any  # (N_SUMS,)
 
@@ -125,7 +132,8 @@ def allocate_room(steps: int, tangential: int, normal: int, elements: int) -> Ro
         np.zeros((N_PART, normal)), np.zeros(tangential), np.zeros((tangential, N_LOSSES)),
         np.zeros((normal, N_LOSSES)), factors[0], factors[1], np.zeros(N_TOUCH),
         np.zeros((N_LEAVING, WIDTH)), np.zeros((tangential, N_FADING, WIDTH)), np.zeros(N_CORE),
-        np.zeros((tangential, N_LUMP)), np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
+        np.zeros((tangential, N_LUMP)), np.zeros(N_CREASE), np.zeros((tangential, N_MISSED)),
+        np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
     )  # fmt: skip
 
 

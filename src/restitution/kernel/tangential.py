@@ -45,7 +45,11 @@ from restitution.kernel.sliding import (
     FIRST_,
     FIRST_CHANGE_,
     FRICTION_,
+    FRONT_,
+    FRONT_LOAD_,
+    FRONT_WAY_,
     GAPS_,
+    KNOWN_,
     LAST_LIMIT_,
     LAST_LOAD_,
     LAST_RATE_,
@@ -57,10 +61,12 @@ from restitution.kernel.sliding import (
     LONGEST_PART,
     MEAN_,
     N_CORE,
+    N_CREASE,
     N_LEAVING,
     N_MOTION,
     N_SUMS,
     NORMAL_D_,
+    NORMAL_F_,
     NORMAL_H_,
     NORMAL_T_,
     NORMAL_V_,
@@ -83,6 +89,9 @@ from restitution.kernel.sliding import (
     T_,
     TOUCHED_,
     TRIAL_,
+    TURNED_,
+    TURNED_LOAD_,
+    TURNED_WAY_,
     U_,
     V_,
     VISCOUS_,
@@ -357,8 +366,8 @@ def _set_loads(
 
 
 @compiled
-def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> float:
-    """Return what the trapezoidal rule misses of the cell in which the stick radius lies.
+def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> tuple[float, int]:
+    """Return what the trapezoidal rule misses of the cell in which the stick radius lies, and the element before it.
 
     There the load has a kink, and what is left up to the limit falls to zero along a line.
     """
@@ -371,15 +380,101 @@ def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> float:
     while j > core and not is_stuck(nodes, j, slope, way):
         j -= 1
     if j < core + 1 or j >= count - 1:
-        return 0.0
+        return 0.0, j
     sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
     left = nodes[LIMIT_, j] - sign * (nodes[TRIAL_, j] + slope * way)
     before = nodes[LIMIT_, j - 1] - sign * (nodes[TRIAL_, j - 1] + slope * way)
     cell = nodes[RADIUS_, j + 1] - nodes[RADIUS_, j]
     if not before > left > 0.0:
-        return 0.0
+        return 0.0, j
     reach = left * (nodes[RADIUS_, j] - nodes[RADIUS_, j - 1]) / (before - left)
-    return sign * 0.5 * left * max(cell - reach, 0.0)
+    return sign * 0.5 * left * max(cell - reach, 0.0), j
+
+
+@compiled
+def _crease_force(tangential: Modes, front: int, room: Room) -> float:
+    """Return what the trapezoidal rule misses of the cell in which the front turned, at the end of a step.
+
+    The kink of the load that a front leaves where it turns stays, as all elements follow the body, and only decays.
+    `front` is the last element that sticks now.
+    """
+    crease, missed = room.crease, room.missed
+    if front <= crease[TURNED_]:
+        crease[TURNED_], crease[TURNED_WAY_] = -1.0, 0.0
+        for k in range(missed.shape[0]):
+            missed[k, TURNED_LOAD_] = 0.0
+    force, other = tangential.equilibrium * crease[TURNED_WAY_], tangential.equilibrium * crease[FRONT_WAY_]
+    for k in range(missed.shape[0]):
+        missed[k, TURNED_LOAD_] *= room.factors[k, DECAY_]
+        missed[k, FRONT_LOAD_] *= room.factors[k, DECAY_]
+        force += missed[k, TURNED_LOAD_]
+        other += missed[k, FRONT_LOAD_]
+    # A front that goes outwards leaves no further kinks.
+    if crease[KNOWN_] > 0.0 and front > crease[FRONT_] and abs(other) > abs(force):
+        force, crease[TURNED_], crease[TURNED_WAY_] = other, crease[FRONT_], crease[FRONT_WAY_]
+        for k in range(missed.shape[0]):
+            missed[k, TURNED_LOAD_] = missed[k, FRONT_LOAD_]
+    crease[KNOWN_] = 0.0
+    return force
+
+
+@inlined
+def _missed(row: Any, j: int, cells: tuple[float, float, float], share: float) -> float:
+    """Return what the trapezoidal rule misses of a number with a kink in the middle one of three cells."""
+    inner, cell, outer = cells
+    return 0.5 * share * ((row[j] - row[j - 1]) / inner - (row[j + 2] - row[j + 1]) / outer)
+
+
+@compiled
+def _note_front(core: int, last: int, whole: int, room: Room) -> None:
+    """Write what the trapezoidal rule misses of the displacement and of the modes in the cell with the front."""
+    nodes, crease = room.nodes, room.crease
+    crease[FRONT_], crease[KNOWN_] = last, 0.0
+    if last < core + 1 or last + 3 >= whole:
+        return
+    sign = 1.0 if nodes[LOAD_, last + 1] > 0.0 else -1.0
+    left = nodes[LIMIT_, last] - sign * nodes[LOAD_, last]
+    before = nodes[LIMIT_, last - 1] - sign * nodes[LOAD_, last - 1]
+    if not before > left > 0.0:
+        return
+    radius = nodes[RADIUS_]
+    cells = radius[last] - radius[last - 1], radius[last + 1] - radius[last], radius[last + 2] - radius[last + 1]
+    reach = min(left * cells[0] / (before - left), cells[1])
+    share = reach * (cells[1] - reach)
+    crease[KNOWN_], crease[FRONT_WAY_] = 1.0, _missed(nodes[U_], last, cells, share)
+    for k in range(room.missed.shape[0]):
+        room.missed[k, FRONT_LOAD_] = _missed(room.tangential[k], last, cells, share)
+
+
+@inlined
+def _zeta(x: float) -> float:
+    """Return Hurwitz's zeta(-3/2, x)."""
+    value = 0.0
+    for k in range(4):
+        value += (x + k) * math.sqrt(x + k)
+    a = x + 4.0
+    r = math.sqrt(a)
+    return value + a * r * (0.5 - 0.4 * a) - 0.125 * r - (1.0 / 1920.0) / (a * r)
+
+
+@inlined
+def _vanishing(friction: float, n: int, room: Room) -> float:
+    """Return what the trapezoidal rule over times adds to the impulse as the disc that sticks vanishes within step n.
+
+    What is left of the force up to that of full sliding falls as (t_e - t)^(3/2), which the last two steps give.
+    """
+    motion, samples = room.motion, room.samples
+    sign = 1.0 if motion[n + 1, F_] > 0.0 else -1.0
+    rest = friction * samples[NORMAL_F_, n + 1] - sign * motion[n + 1, F_]
+    last = friction * samples[NORMAL_F_, n] - sign * motion[n, F_] - rest
+    first = friction * samples[NORMAL_F_, n - 1] - sign * motion[n - 1, F_] - rest
+    if not first > last > 0.0:
+        return 0.0
+    dt, before = samples[NORMAL_T_, n + 1] - samples[NORMAL_T_, n], samples[NORMAL_T_, n] - samples[NORMAL_T_, n - 1]
+    root = (last / first) ** (2.0 / 3.0)
+    reach = min(root / (1.0 - root) * before, dt)
+    whole = reach + before
+    return -sign * first * (dt / whole) * math.sqrt(dt / whole) * dt * _zeta(reach / dt)
 
 
 @inlined
@@ -581,6 +676,10 @@ def _clear(path: Any, steps: int, velocity: float, room: Room) -> None:
         write8(room.leaving, m, 0, broadcast(0.0 if m == SHARE_ else 1.0))
     for m in range(N_CORE):
         room.core[m] = 0.0
+    for m in range(N_CREASE):
+        room.crease[m] = -1.0 if m == TURNED_ else 0.0
+    for k in range(room.missed.shape[0]):
+        room.missed[k, TURNED_LOAD_] = 0.0
     for k in range(room.lump.shape[0]):
         room.lump[k, LOADS_], room.lump[k, ALONE_] = 0.0, 0.0
         write8(room.fading, k, FADING_, 0, broadcast(0.0))
@@ -606,7 +705,8 @@ def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int,
     nodes, slope = room.nodes, step.slope
     while core > 0 and not (is_stuck(nodes, core, slope, step.guess) and is_stuck(nodes, core + 1, slope, step.guess)):
         core = _shrink_core(solids, friction, step, core, room)
-    kink = _kink(nodes, core, step.count, slope, step.guess)
+    kink, front = _kink(nodes, core, step.count, slope, step.guess)
+    kink += _crease_force(solids[0], front, room)
     fixed, way = fixed + kink, step.guess
     while True:
         held = core_load(solids[0], step.ended, room)
@@ -669,6 +769,12 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
         motion = room.motion[n + 1]
         motion[T_], motion[V_], motion[F_], motion[SLIP_] = room.samples[NORMAL_T_, n + 1], v, force, slip
         motion[STICK_] = room.nodes[RADIUS_, last] if last >= 0 else 0.0
+        _note_front(core, last, whole, room)
+        if last < 0 and n > 1 and n < 2 * N - 1 and room.motion[n, STICK_] > 0.0:
+            extra = _vanishing(friction, n, room)
+            v += mobility * extra
+            motion[V_] = v
+            sums[VISCOUS_] -= extra * pace
     _last_steps(tangential, room)
 
 
