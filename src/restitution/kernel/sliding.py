@@ -21,8 +21,9 @@ from restitution.kernel.workspace import S_
 # this step, 1 where the element slips and less the longer it sticks, time at which it joined the core, radius, depth
 # of its touch.
 (
-    U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, RADIUS_, TOUCHED_, N_NODES,
-) = range(13)  # fmt: skip
+    U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, RADIUS_, TOUCHED_, SLIPPED_,
+    N_NODES,
+) = range(14)  # fmt: skip
 # Columns of `factors` of a mode: decay over the step, load of a constant rate and of a change of the rate.
 DECAY_, STEADY_, CHANGE_, N_FACTORS = range(4)
 # Columns of `losses` of a mode: 1 - decay over the longest part of a step, over the step, and over another part.
@@ -51,7 +52,7 @@ WEIGHTS_, WAYS_, ALONG_, N_CORE = range(4)
 LOADS_, ALONE_, N_LUMP = range(3)
 # Members of `crease`: the last element that sticks and 1 if what the rule misses of the cell beyond it is known, the
 # same of the cell in which the front turned; displacement missed in each.
-FRONT_, KNOWN_, TURNED_, FRONT_WAY_, TURNED_WAY_, N_CREASE = range(6)
+FRONT_, KNOWN_, TURNED_, FRONT_WAY_, TURNED_WAY_, IMPULSE_, N_CREASE = range(7)
 # Columns of `missed` of a mode: load missed in the cell of the front, and in that in which it turned.
 FRONT_LOAD_, TURNED_LOAD_, N_MISSED = range(3)
 

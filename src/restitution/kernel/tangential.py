@@ -49,6 +49,7 @@ from restitution.kernel.sliding import (
     FRONT_LOAD_,
     FRONT_WAY_,
     GAPS_,
+    IMPULSE_,
     KNOWN_,
     LAST_LIMIT_,
     LAST_LOAD_,
@@ -82,6 +83,7 @@ from restitution.kernel.sliding import (
     SHARE_,
     SLIDES_,
     SLIP_,
+    SLIPPED_,
     START_,
     STEADY_,
     STICK_,
@@ -121,6 +123,7 @@ _FIRST_PART, _LEAST_PART, _GROWTH = 0.25, 2e-6, 1.3
 _LAST_PARTS = 16
 # Parts over a relaxation time below which a mode is slow.
 _SLOW = 1e-3
+_SLOW_REST = 0.05
 _MAX_ITERATIONS = 60
 # Stuck elements outside of the core, which has whole lanes, and steps of sticking from which they join it: a power of
 # two, so that their count is exact.
@@ -140,6 +143,7 @@ class Step(NamedTuple):
     n: int
     dt: float
     before: float
+    earliest: float
     count: int
     whole: int
     slope: float  # of the load over the way
@@ -516,9 +520,35 @@ def _way(
     return way, force
 
 
+@inlined
+def _rest(tangential: Modes, factors: Any, dt: float, x: float, slip: float, fall: float, earlier: float) -> float:
+    """Return what a march adds to the impulse of an element that has come to rest, at x after the start of a step.
+
+    The trapezoidal rule over times misses how its load leaves the line of slip, and modes that are faster than a few
+    steps have the slip of the whole step. `earlier` is the rate of slip in the last step, `fall` its change.
+    """
+    y = 1.0 - x / dt
+    second, third = y * (y - 1.0) + 1.0 / 6.0, y * (y - 0.5) * (y - 1.0)
+    sum_ = -fall * dt * dt * (tangential.equilibrium * third * dt / 6.0 + 0.5 * tangential.viscosity * second)
+    for k in range(tangential.times.shape[0]):
+        tau, modulus, z = tangential.times[k], tangential.moduli[k], dt / tangential.times[k]
+        if z < _SLOW_REST:
+            sum_ -= fall * modulus * dt * dt * dt * third / 6.0
+        else:
+            decay, rest, whole = factors[k, DECAY_], math.exp(-y * z), 1.0 - factors[k, DECAY_]
+            sum_ -= fall * modulus * tau * dt * dt * (
+                0.5 * second + (0.5 - y) / z + 1.0 / (z * z) - rest / (whole * z)
+            )
+            error = factors[k, STEADY_] * slip + factors[k, CHANGE_] * (slip - dt * earlier)
+            error += modulus * fall * tau * tau * (rest - (1.0 + x / tau) * decay)
+            sum_ -= dt * error / whole
+    return sum_
+
+
 @compiled
 def _end_slips(
-    nodes: Any, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float], pace: float
+    tangential: Modes, factors: Any, nodes: Any, span: tuple[int, int], slope: float, way: float,
+    steps: tuple[float, float, float], pace: float, crease: Any,
 ) -> bool:
     """Write the slip of elements that come to rest in this step, or did so in the last one; return whether any do.
 
@@ -526,7 +556,7 @@ def _end_slips(
     whole steps would be off by a number of second order that jumps with their places. Loads without a displacement
     then are those after the slip.
     """
-    (first, end), (before, dt) = span, steps
+    (first, end), (earliest, before, dt) = span, steps
     some, stops = False, broadcast(0.0)
     for i in range(first, end, WIDTH):
         inside = read8(nodes, LIMIT_, i) - absolute(read8(nodes, TRIAL_, i) + slope * way)
@@ -540,9 +570,19 @@ def _end_slips(
         if nodes[SLIDES_, i] == 1.0 and abs(load) < limit and sign * earlier > 0.0:
             later = (load - sign * limit) / (slope * dt)
             change = (later - earlier) * 2.0 / (dt + before)
-            start = earlier + 0.5 * before * change
-            nodes[ENDED_SLIP_, i] = -0.5 * start * start / change
-            nodes[TRIAL_, i] -= slope * nodes[ENDED_SLIP_, i]
+            start, bend = earlier + 0.5 * before * change, 0.0
+            if sign * nodes[SLIPPED_, i] > 0.0 and earliest > 0.0:
+                bend = (0.5 * change - (earlier - nodes[SLIPPED_, i]) / (before + earliest)) / (dt + before + earliest)
+            # The slip since the start of the step is a cubic; its rate vanishes at x.
+            x = min(max(-start / change, -before), dt)
+            for _ in range(2):
+                rate = start + change * x + bend * (3.0 * x * x + 2.0 * x * (before - dt) - before * dt)
+                x = min(max(x - rate / (change + bend * (6.0 * x + 2.0 * (before - dt))), -before), dt)
+            slip = x * (start + 0.5 * change * x + bend * (x + before) * (x - dt))
+            nodes[ENDED_SLIP_, i] = slip
+            nodes[TRIAL_, i] -= slope * slip
+            fall = change + bend * (6.0 * x + 2.0 * (before - dt))
+            crease[IMPULSE_] += nodes[WEIGHT_, i] * _rest(tangential, factors, dt, x, slip, fall, earlier)
             some = True
     return some
 
@@ -576,6 +616,7 @@ def _advance(
         write8(nodes, LOAD_, i, bounded)
         write8(nodes, U_, i, read8(nodes, U_, i) + moved)
         change = moved - dt * read8(nodes, RATE_, i)
+        write8(nodes, SLIPPED_, i, pace - read8(nodes, RATE_, i))
         for k in range(tangential.times.shape[0]):
             mode = factors[k, DECAY_] * read8(room.tangential, k, i) + factors[k, STEADY_] * moved
             write8(room.tangential, k, i, mode + factors[k, CHANGE_] * change)
@@ -716,7 +757,8 @@ def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int,
         if core == 0 or is_stuck(nodes, core, slope, way):
             break
         core = _shrink_core(solids, friction, step, core, room)
-    if step.n > 1 and _end_slips(nodes, span, slope, way, (step.before, step.dt), step.pace):
+    steps = step.earliest, step.before, step.dt
+    if step.n > 1 and _end_slips(solids[0], room.factors, nodes, span, slope, way, steps, step.pace, room.crease):
         way, force = _way(nodes, span, slope, fixed + inner, stiff, step.free, step.pull, way)
     return core, way, force, kink, held + inner + stiff * way
 
@@ -726,7 +768,7 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
     """Follow the contact point from first touch to separation."""
     tangential, pressing = solids
     nodes, sums = room.nodes, room.sums
-    v, force, before, paces, core, missed, lane = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0, 0
+    v, force, before, earliest, paces, core, missed, lane = velocity, 0.0, 0.0, 0.0, (0.0, 0.0), 0, 0.0, 0
     for n in range(2 * N):
         dt, grows = room.samples[NORMAL_T_, n + 1] - room.samples[NORMAL_T_, n], n < N
         # In the rebound the last of the elements leaves at the end of the step.
@@ -747,7 +789,7 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
         _set_loads(solids, friction, n, (core, count), lag, room)
         if not grows:
             nodes[LIMIT_, count - 1], nodes[ACTIVE_, count - 1] = 0.0, 0.0
-        step = Step(n, dt, before, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
+        step = Step(n, dt, before, earliest, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
         core, way, after, kink, inside = _settle(solids, friction, step, core, fixed + layer, room)
         if not grows:
             lane = _leave(count - 1, limit, (v, 2.0 * way / dt - v), (before, dt), lane, room)
@@ -762,9 +804,12 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
             sticks = _take_in(pressing, n, friction, pace, room)
             # The youngest element counts where all others stick, as the stuck region is a disc.
             last = n if last == n - 1 and sticks else last
-        v -= 0.5 * mobility * dt * (force + after)
+        v -= 0.5 * mobility * dt * (force + after) - mobility * room.crease[IMPULSE_]
+        sums[VISCOUS_] -= room.crease[IMPULSE_] * pace
+        room.crease[IMPULSE_] = 0.0
         share = dt / (dt + before) if before > 0.0 else 0.0
-        paces, force, before, missed = (pace, pace + share * (pace - paces[0])), after, dt, layer + kink
+        paces, force, missed = (pace, pace + share * (pace - paces[0])), after, layer + kink
+        earliest, before = before, dt
         core = join(core, min(last, whole) - _RIM, room.samples[NORMAL_T_, n + 1], pace, room)
         motion = room.motion[n + 1]
         motion[T_], motion[V_], motion[F_], motion[SLIP_] = room.samples[NORMAL_T_, n + 1], v, force, slip
