@@ -369,6 +369,12 @@ def _set_loads(
         write8(nodes, LIMIT_, i, friction * at_least(limit, 0.0))
 
 
+@inlined
+def _left(nodes: Any, i: int, sign: float, slope: float, way: float) -> float:
+    """Return what is left up to the limit of an element, over its cell."""
+    return nodes[WEIGHT_, i] * (nodes[LIMIT_, i] - sign * (nodes[TRIAL_, i] + slope * way))
+
+
 @compiled
 def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> tuple[float, int]:
     """Return what the trapezoidal rule misses of the cell in which the stick radius lies, and the element before it.
@@ -386,13 +392,20 @@ def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> tuple[
     if j < core + 1 or j >= count - 1:
         return 0.0, j
     sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
-    left = nodes[LIMIT_, j] - sign * (nodes[TRIAL_, j] + slope * way)
-    before = nodes[LIMIT_, j - 1] - sign * (nodes[TRIAL_, j - 1] + slope * way)
-    cell = nodes[RADIUS_, j + 1] - nodes[RADIUS_, j]
+    left, before, first = _left(nodes, j, sign, slope, way), _left(nodes, j - 1, sign, slope, way), 0.0
     if not before > left > 0.0:
         return 0.0, j
-    reach = left * (nodes[RADIUS_, j] - nodes[RADIUS_, j - 1]) / (before - left)
-    return sign * 0.5 * left * max(cell - reach, 0.0), j
+    bend = 0.0
+    if j > core + 1:
+        first = _left(nodes, j - 2, sign, slope, way)
+        bend = 0.5 * (first - 2.0 * before + left)
+    # What is left is a parabola from the kink on, with the slope `fall` there.
+    slope_here = before - left - bend
+    root = slope_here * slope_here - 4.0 * bend * left
+    fall = math.sqrt(max(root, 0.0))
+    y = 2.0 * left / (slope_here + fall) if slope_here + fall > 0.0 else 1.0
+    y = min(y, 1.0)
+    return sign * y * (1.0 - y) * (0.5 * fall + bend * (y - 0.5) / 3.0), j
 
 
 @compiled
