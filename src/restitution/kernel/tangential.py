@@ -694,12 +694,13 @@ def _take_in(pressing: Modes, n: int, friction: float, pace: float, room: Room) 
         room.normal[k, n] = room.part[PRESS_GAIN_, k]
     for k in range(room.young.shape[0]):
         room.tangential[k, n] = room.young[k]
-    nodes[ACTIVE_, n], nodes[SLIDES_, n] = nodes[WEIGHT_, n], 1.0 - 1.0 / _AGE
+    nodes[ACTIVE_, n], nodes[SLIPPED_, n] = nodes[WEIGHT_, n], 0.0
     sums[FRICTION_] += nodes[WEIGHT_, n] * touch[RUBBED_]
     sums[VISCOUS_] += nodes[WEIGHT_, n] * touch[WORK_]
     # An element that slipped before it stuck follows the body since.
     sticks = abs(touch[FIRST_]) < _STUCK * nodes[LIMIT_, n]
     nodes[RATE_, n] = pace if sticks else touch[WAY_] / dt
+    nodes[SLIDES_, n] = 1.0 - 1.0 / _AGE if sticks else 1.0
     return sticks
 
 
