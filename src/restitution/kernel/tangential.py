@@ -370,6 +370,22 @@ def _set_loads(
 
 
 @inlined
+def _beyond_last(last: float, before: float, first: float) -> float:
+    """Return by how much the sum over a number that falls to zero is too large, from its last three values.
+
+    The number is a parabola up to its zero, which lies less than a step beyond the last value, and zero from there.
+    What the trapezoidal rule adds at a zero at once, a twelfth of the slope, is left out.
+    """
+    if not before > last > 0.0:
+        return 0.0
+    bend = 0.5 * (first - 2.0 * before + last)
+    slope = before - last - bend
+    fall = math.sqrt(max(slope * slope - 4.0 * bend * last, 0.0))
+    y = min(2.0 * last / (slope + fall), 1.0) if slope + fall > 0.0 else 1.0
+    return y * (1.0 - y) * (0.5 * fall + bend * (y - 0.5) / 3.0)
+
+
+@inlined
 def _left(nodes: Any, i: int, sign: float, slope: float, way: float) -> float:
     """Return what is left up to the limit of an element, over its cell."""
     return nodes[WEIGHT_, i] * (nodes[LIMIT_, i] - sign * (nodes[TRIAL_, i] + slope * way))
@@ -392,20 +408,9 @@ def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> tuple[
     if j < core + 1 or j >= count - 1:
         return 0.0, j
     sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
-    left, before, first = _left(nodes, j, sign, slope, way), _left(nodes, j - 1, sign, slope, way), 0.0
-    if not before > left > 0.0:
-        return 0.0, j
-    bend = 0.0
-    if j > core + 1:
-        first = _left(nodes, j - 2, sign, slope, way)
-        bend = 0.5 * (first - 2.0 * before + left)
-    # What is left is a parabola from the kink on, with the slope `fall` there.
-    slope_here = before - left - bend
-    root = slope_here * slope_here - 4.0 * bend * left
-    fall = math.sqrt(max(root, 0.0))
-    y = 2.0 * left / (slope_here + fall) if slope_here + fall > 0.0 else 1.0
-    y = min(y, 1.0)
-    return sign * y * (1.0 - y) * (0.5 * fall + bend * (y - 0.5) / 3.0), j
+    left, before = _left(nodes, j, sign, slope, way), _left(nodes, j - 1, sign, slope, way)
+    first = _left(nodes, j - 2, sign, slope, way) if j > core + 1 else 2.0 * before - left
+    return sign * _beyond_last(left, before, first), j
 
 
 @compiled
@@ -475,7 +480,7 @@ def _zeta(x: float) -> float:
 
 
 @inlined
-def _vanishing(friction: float, n: int, room: Room) -> float:
+def _vanishing(friction: float, N: int, n: int, room: Room) -> float:
     """Return what the trapezoidal rule over times adds to the impulse as the disc that sticks vanishes within step n.
 
     What is left of the force up to that of full sliding falls as (t_e - t)^(3/2), which the last two steps give.
@@ -487,11 +492,19 @@ def _vanishing(friction: float, n: int, room: Room) -> float:
     first = friction * samples[NORMAL_F_, n - 1] - sign * motion[n - 1, F_] - rest
     if not first > last > 0.0:
         return 0.0
-    dt, before = samples[NORMAL_T_, n + 1] - samples[NORMAL_T_, n], samples[NORMAL_T_, n] - samples[NORMAL_T_, n - 1]
+    time = samples[NORMAL_T_]
+    dt, before = time[n + 1] - time[n], time[n] - time[n - 1]
+    # As a power of 3/2, and as a line.
     root = (last / first) ** (2.0 / 3.0)
     reach = min(root / (1.0 - root) * before, dt)
     whole = reach + before
-    return -sign * first * (dt / whole) * math.sqrt(dt / whole) * dt * _zeta(reach / dt)
+    power = first * (dt / whole) * math.sqrt(dt / whole) * dt * _zeta(reach / dt)
+    slope = (first - last) / before
+    y = min(last / (slope * dt), 1.0)
+    line = slope * dt * dt * (0.5 * y * (1.0 - y) - 1.0 / 12.0)
+    edge = room.nodes[RADIUS_, n if n < N else 2 * N - n]
+    share = min(max((1.0 - motion[n, STICK_] / edge) / 0.1 - 0.2, 0.0), 1.0)
+    return -sign * (line + share * (power - line))
 
 
 @inlined
@@ -830,7 +843,7 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
         motion[STICK_] = room.nodes[RADIUS_, last] if last >= 0 else 0.0
         _note_front(core, last, whole, room)
         if last < 0 and n > 1 and n < 2 * N - 1 and room.motion[n, STICK_] > 0.0:
-            extra = _vanishing(friction, n, room)
+            extra = _vanishing(friction, N, n, room)
             v += mobility * extra
             motion[V_] = v
             sums[VISCOUS_] -= extra * pace
