@@ -48,10 +48,8 @@ class Richardson:
 
 # Orders of the terms of the error that are extrapolated away.
 _ORDERS = ((2,), (2, 3), (2, 3, 4))
-# The error is twice the largest of the last three changes, where each counts half of the next one: by comparison of
-# 380 random oblique impacts with finer marches.
-_SHARES, _MARGIN = np.array([1.0, 0.5, 0.25])[:, None, None], 2.0
-_KEPT = _SHARES.size
+# Changes are at least of this order, and as many count: one may be small by chance.
+_FALL, _KEPT = 3.0, 2
 
 
 class Extrapolation:
@@ -59,6 +57,14 @@ class Extrapolation:
 
     One, two or three terms are taken away, whichever has the smallest error of the first number. Terms beyond the
     first help where the numbers are smooth, and harm where switches within an element make their errors jump.
+
+    A change of extrapolated numbers is the error of those before it, which falls with the third power of the number of
+    elements. The error is `margin` times what is left of the last two changes, the larger one.
+
+    Parameters
+    ----------
+    margin : float
+        Factor of the errors.
 
     Examples
     --------
@@ -69,10 +75,11 @@ class Extrapolation:
     2.0 True
     """
 
-    def __init__(self) -> None:
+    def __init__(self, margin: float = 3.0) -> None:
+        self._margin = margin
         self._counts: list[int] = []
         self._values: list[Array] = []
-        # Of each order the last numbers, and their last three changes, the latest first.
+        # Of each order the last numbers, and their last changes, the latest first.
         self._last = np.empty(0)
         self._changes = np.empty(0)
 
@@ -93,7 +100,9 @@ class Extrapolation:
         self._changes[1:] = self._changes[:-1]
         np.abs(limits[:changed] - self._last[:changed], out=self._changes[0, :changed])
         self._last[:known] = limits
-        errors = (_MARGIN * (_SHARES * self._changes).max(axis=0)).tolist()
+        before = np.array(self._counts[-2 : -2 - _KEPT : -1], dtype=np.float64)
+        shares = (before / count) ** _FALL
+        errors = (self._margin * (shares[:, None, None] * self._changes[: before.size]).max(axis=0)).tolist()
         best, least = known - 1, [math.inf] * fine.size
         for n in range(min(many - 3, len(_ORDERS))):
             if errors[n][0] <= least[0]:
