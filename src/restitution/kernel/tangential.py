@@ -34,6 +34,7 @@ from restitution.kernel.lanes import (
 from restitution.kernel.path import radius_and_integral
 from restitution.kernel.sliding import (
     ACTIVE_,
+    AGE,
     ALONE_,
     BEFORE_,
     CHANGE_,
@@ -45,12 +46,7 @@ from restitution.kernel.sliding import (
     FIRST_,
     FIRST_CHANGE_,
     FRICTION_,
-    FRONT_,
-    FRONT_LOAD_,
-    FRONT_WAY_,
     GAPS_,
-    IMPULSE_,
-    KNOWN_,
     LAST_LIMIT_,
     LAST_LOAD_,
     LAST_RATE_,
@@ -67,7 +63,6 @@ from restitution.kernel.sliding import (
     N_MOTION,
     N_SUMS,
     NORMAL_D_,
-    NORMAL_F_,
     NORMAL_H_,
     NORMAL_T_,
     NORMAL_V_,
@@ -93,7 +88,6 @@ from restitution.kernel.sliding import (
     TRIAL_,
     TURNED_,
     TURNED_LOAD_,
-    TURNED_WAY_,
     U_,
     V_,
     VISCOUS_,
@@ -115,6 +109,7 @@ from restitution.kernel.sliding import (
     set_losses,
     whole_lanes,
 )
+from restitution.kernel.switching import added_impulse, end_slips, kink, note_front, turned
 from restitution.kernel.workspace import S_
 
 # Parts of the first step of an element: the first over the shortest time, its least size over the step, and growth.
@@ -123,11 +118,9 @@ _FIRST_PART, _LEAST_PART, _GROWTH = 0.25, 2e-6, 1.3
 _LAST_PARTS = 16
 # Parts over a relaxation time below which a mode is slow.
 _SLOW = 1e-3
-_SLOW_REST = 0.05
 _MAX_ITERATIONS = 60
-# Stuck elements outside of the core, which has whole lanes, and steps of sticking from which they join it: a power of
-# two, so that their count is exact.
-_RIM, _AGE = 4, 8
+# Stuck elements outside of the core, which has whole lanes.
+_RIM = 4
 _ROUNDING = 1e-14
 # Load over its limit up to which the youngest element counts as stuck.
 _STUCK = 0.999
@@ -370,144 +363,6 @@ def _set_loads(
 
 
 @inlined
-def _beyond_last(last: float, before: float, first: float) -> float:
-    """Return by how much the sum over a number that falls to zero is too large, from its last three values.
-
-    The number is a parabola up to its zero, which lies less than a step beyond the last value, and zero from there.
-    What the trapezoidal rule adds at a zero at once, a twelfth of the slope, is left out.
-    """
-    if not before > last > 0.0:
-        return 0.0
-    bend = 0.5 * (first - 2.0 * before + last)
-    slope = before - last - bend
-    fall = math.sqrt(max(slope * slope - 4.0 * bend * last, 0.0))
-    y = min(2.0 * last / (slope + fall), 1.0) if slope + fall > 0.0 else 1.0
-    return y * (1.0 - y) * (0.5 * fall + bend * (y - 0.5) / 3.0)
-
-
-@inlined
-def _left(nodes: Any, i: int, sign: float, slope: float, way: float) -> float:
-    """Return what is left up to the limit of an element, over its cell."""
-    return nodes[WEIGHT_, i] * (nodes[LIMIT_, i] - sign * (nodes[TRIAL_, i] + slope * way))
-
-
-@compiled
-def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> tuple[float, int]:
-    """Return what the trapezoidal rule misses of the cell in which the stick radius lies, and the element before it.
-
-    There the load has a kink, and what is left up to the limit falls to zero along a line.
-    """
-    j = count - 1
-    while j - WIDTH > core:
-        start = j + 1 - WIDTH
-        if largest(read8(nodes, LIMIT_, start) - absolute(read8(nodes, TRIAL_, start) + slope * way)) >= 0.0:
-            break
-        j -= WIDTH
-    while j > core and not is_stuck(nodes, j, slope, way):
-        j -= 1
-    if j < core + 1 or j >= count - 1:
-        return 0.0, j
-    sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
-    left, before = _left(nodes, j, sign, slope, way), _left(nodes, j - 1, sign, slope, way)
-    first = _left(nodes, j - 2, sign, slope, way) if j > core + 1 else 2.0 * before - left
-    return sign * _beyond_last(left, before, first), j
-
-
-@compiled
-def _crease_force(tangential: Modes, front: int, room: Room) -> float:
-    """Return what the trapezoidal rule misses of the cell in which the front turned, at the end of a step.
-
-    The kink of the load that a front leaves where it turns stays, as all elements follow the body, and only decays.
-    `front` is the last element that sticks now.
-    """
-    crease, missed = room.crease, room.missed
-    if front <= crease[TURNED_]:
-        crease[TURNED_], crease[TURNED_WAY_] = -1.0, 0.0
-        for k in range(missed.shape[0]):
-            missed[k, TURNED_LOAD_] = 0.0
-    force, other = tangential.equilibrium * crease[TURNED_WAY_], tangential.equilibrium * crease[FRONT_WAY_]
-    for k in range(missed.shape[0]):
-        missed[k, TURNED_LOAD_] *= room.factors[k, DECAY_]
-        missed[k, FRONT_LOAD_] *= room.factors[k, DECAY_]
-        force += missed[k, TURNED_LOAD_]
-        other += missed[k, FRONT_LOAD_]
-    # A front that goes outwards leaves no further kinks.
-    if crease[KNOWN_] > 0.0 and front > crease[FRONT_] and abs(other) > abs(force):
-        force, crease[TURNED_], crease[TURNED_WAY_] = other, crease[FRONT_], crease[FRONT_WAY_]
-        for k in range(missed.shape[0]):
-            missed[k, TURNED_LOAD_] = missed[k, FRONT_LOAD_]
-    crease[KNOWN_] = 0.0
-    return force
-
-
-@inlined
-def _missed(row: Any, j: int, cells: tuple[float, float, float], share: float) -> float:
-    """Return what the trapezoidal rule misses of a number with a kink in the middle one of three cells."""
-    inner, cell, outer = cells
-    return 0.5 * share * ((row[j] - row[j - 1]) / inner - (row[j + 2] - row[j + 1]) / outer)
-
-
-@compiled
-def _note_front(core: int, last: int, whole: int, room: Room) -> None:
-    """Write what the trapezoidal rule misses of the displacement and of the modes in the cell with the front."""
-    nodes, crease = room.nodes, room.crease
-    crease[FRONT_], crease[KNOWN_] = last, 0.0
-    if last < core + 1 or last + 3 >= whole:
-        return
-    sign = 1.0 if nodes[LOAD_, last + 1] > 0.0 else -1.0
-    left = nodes[LIMIT_, last] - sign * nodes[LOAD_, last]
-    before = nodes[LIMIT_, last - 1] - sign * nodes[LOAD_, last - 1]
-    if not before > left > 0.0:
-        return
-    radius = nodes[RADIUS_]
-    cells = radius[last] - radius[last - 1], radius[last + 1] - radius[last], radius[last + 2] - radius[last + 1]
-    reach = min(left * cells[0] / (before - left), cells[1])
-    share = reach * (cells[1] - reach)
-    crease[KNOWN_], crease[FRONT_WAY_] = 1.0, _missed(nodes[U_], last, cells, share)
-    for k in range(room.missed.shape[0]):
-        room.missed[k, FRONT_LOAD_] = _missed(room.tangential[k], last, cells, share)
-
-
-@inlined
-def _zeta(x: float) -> float:
-    """Return Hurwitz's zeta(-3/2, x)."""
-    value = 0.0
-    for k in range(4):
-        value += (x + k) * math.sqrt(x + k)
-    a = x + 4.0
-    r = math.sqrt(a)
-    return value + a * r * (0.5 - 0.4 * a) - 0.125 * r - (1.0 / 1920.0) / (a * r)
-
-
-@inlined
-def _vanishing(friction: float, N: int, n: int, room: Room) -> float:
-    """Return what the trapezoidal rule over times adds to the impulse as the disc that sticks vanishes within step n.
-
-    What is left of the force up to that of full sliding falls as (t_e - t)^(3/2), which the last two steps give.
-    """
-    motion, samples = room.motion, room.samples
-    sign = 1.0 if motion[n + 1, F_] > 0.0 else -1.0
-    rest = friction * samples[NORMAL_F_, n + 1] - sign * motion[n + 1, F_]
-    last = friction * samples[NORMAL_F_, n] - sign * motion[n, F_] - rest
-    first = friction * samples[NORMAL_F_, n - 1] - sign * motion[n - 1, F_] - rest
-    if not first > last > 0.0:
-        return 0.0
-    time = samples[NORMAL_T_]
-    dt, before = time[n + 1] - time[n], time[n] - time[n - 1]
-    # As a power of 3/2, and as a line.
-    root = (last / first) ** (2.0 / 3.0)
-    reach = min(root / (1.0 - root) * before, dt)
-    whole = reach + before
-    power = first * (dt / whole) * math.sqrt(dt / whole) * dt * _zeta(reach / dt)
-    slope = (first - last) / before
-    y = min(last / (slope * dt), 1.0)
-    line = slope * dt * dt * (0.5 * y * (1.0 - y) - 1.0 / 12.0)
-    edge = room.nodes[RADIUS_, n if n < N else 2 * N - n]
-    share = min(max((1.0 - motion[n, STICK_] / edge) / 0.1 - 0.2, 0.0), 1.0)
-    return -sign * (line + share * (power - line))
-
-
-@inlined
 def _beyond(load: Any, limit: Any) -> tuple[Any, Any]:
     """Return by how much loads are above their limits, and below them on the other side."""
     above, below = load - limit, -1.0 * limit - load
@@ -546,73 +401,6 @@ def _way(
     return way, force
 
 
-@inlined
-def _rest(tangential: Modes, factors: Any, dt: float, x: float, slip: float, fall: float, earlier: float) -> float:
-    """Return what a march adds to the impulse of an element that has come to rest, at x after the start of a step.
-
-    The trapezoidal rule over times misses how its load leaves the line of slip, and modes that are faster than a few
-    steps have the slip of the whole step. `earlier` is the rate of slip in the last step, `fall` its change.
-    """
-    y = 1.0 - x / dt
-    second, third = y * (y - 1.0) + 1.0 / 6.0, y * (y - 0.5) * (y - 1.0)
-    sum_ = -fall * dt * dt * (tangential.equilibrium * third * dt / 6.0 + 0.5 * tangential.viscosity * second)
-    for k in range(tangential.times.shape[0]):
-        tau, modulus, z = tangential.times[k], tangential.moduli[k], dt / tangential.times[k]
-        if z < _SLOW_REST:
-            sum_ -= fall * modulus * dt * dt * dt * third / 6.0
-        else:
-            decay, rest, whole = factors[k, DECAY_], math.exp(-y * z), 1.0 - factors[k, DECAY_]
-            sum_ -= fall * modulus * tau * dt * dt * (
-                0.5 * second + (0.5 - y) / z + 1.0 / (z * z) - rest / (whole * z)
-            )
-            error = factors[k, STEADY_] * slip + factors[k, CHANGE_] * (slip - dt * earlier)
-            error += modulus * fall * tau * tau * (rest - (1.0 + x / tau) * decay)
-            sum_ -= dt * error / whole
-    return sum_
-
-
-@compiled
-def _end_slips(
-    tangential: Modes, factors: Any, nodes: Any, span: tuple[int, int], slope: float, way: float,
-    steps: tuple[float, float, float], pace: float, crease: Any,
-) -> bool:
-    """Write the slip of elements that come to rest in this step, or did so in the last one; return whether any do.
-
-    Their rate of slip falls along a line, which the rates of the two steps give, and ends within a step. The sum over
-    whole steps would be off by a number of second order that jumps with their places. Loads without a displacement
-    then are those after the slip.
-    """
-    (first, end), (earliest, before, dt) = span, steps
-    some, stops = False, broadcast(0.0)
-    for i in range(first, end, WIDTH):
-        inside = read8(nodes, LIMIT_, i) - absolute(read8(nodes, TRIAL_, i) + slope * way)
-        stops = stops + where_positive(read8(nodes, SLIDES_, i) - (1.0 - 0.5 / _AGE), where_positive(inside, inside))
-        write8(nodes, ENDED_SLIP_, i, broadcast(0.0))
-    if total(stops) == 0.0:
-        return False
-    for i in range(first, end):
-        load, limit, earlier = nodes[TRIAL_, i] + slope * way, nodes[LIMIT_, i], pace - nodes[RATE_, i]
-        sign = 1.0 if nodes[LOAD_, i] > 0.0 else -1.0
-        if nodes[SLIDES_, i] == 1.0 and abs(load) < limit and sign * earlier > 0.0:
-            later = (load - sign * limit) / (slope * dt)
-            change = (later - earlier) * 2.0 / (dt + before)
-            start, bend = earlier + 0.5 * before * change, 0.0
-            if sign * nodes[SLIPPED_, i] > 0.0 and earliest > 0.0:
-                bend = (0.5 * change - (earlier - nodes[SLIPPED_, i]) / (before + earliest)) / (dt + before + earliest)
-            # The slip since the start of the step is a cubic; its rate vanishes at x.
-            x = min(max(-start / change, -before), dt)
-            for _ in range(2):
-                rate = start + change * x + bend * (3.0 * x * x + 2.0 * x * (before - dt) - before * dt)
-                x = min(max(x - rate / (change + bend * (6.0 * x + 2.0 * (before - dt))), -before), dt)
-            slip = x * (start + 0.5 * change * x + bend * (x + before) * (x - dt))
-            nodes[ENDED_SLIP_, i] = slip
-            nodes[TRIAL_, i] -= slope * slip
-            fall = change + bend * (6.0 * x + 2.0 * (before - dt))
-            crease[IMPULSE_] += nodes[WEIGHT_, i] * _rest(tangential, factors, dt, x, slip, fall, earlier)
-            some = True
-    return some
-
-
 @compiled
 def _advance(
     tangential: Modes, N: int, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float],
@@ -630,7 +418,7 @@ def _advance(
         trial, weight, ended = read8(nodes, TRIAL_, i), read8(nodes, ACTIVE_, i), read8(nodes, ENDED_SLIP_, i)
         load = trial + slope * way
         above, below = _beyond(load, read8(nodes, LIMIT_, i))
-        over, bounded, age = above + below, load - above + below, read8(nodes, SLIDES_, i) - 1.0 / _AGE
+        over, bounded, age = above + below, load - above + below, read8(nodes, SLIDES_, i) - 1.0 / AGE
         slip = where_positive(over, way - inverse * (bounded - trial))
         moved = way - (slip + ended)
         write8(nodes, SLIDES_, i, age + where_positive(over, 1.0 - age))
@@ -713,7 +501,7 @@ def _take_in(pressing: Modes, n: int, friction: float, pace: float, room: Room) 
     # An element that slipped before it stuck follows the body since.
     sticks = abs(touch[FIRST_]) < _STUCK * nodes[LIMIT_, n]
     nodes[RATE_, n] = pace if sticks else touch[WAY_] / dt
-    nodes[SLIDES_, n] = 1.0 - 1.0 / _AGE if sticks else 1.0
+    nodes[SLIDES_, n] = 1.0 - 1.0 / AGE if sticks else 1.0
     return sticks
 
 
@@ -773,9 +561,9 @@ def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int,
     nodes, slope = room.nodes, step.slope
     while core > 0 and not (is_stuck(nodes, core, slope, step.guess) and is_stuck(nodes, core + 1, slope, step.guess)):
         core = _shrink_core(solids, friction, step, core, room)
-    kink, front = _kink(nodes, core, step.count, slope, step.guess)
-    kink += _crease_force(solids[0], front, room)
-    fixed, way = fixed + kink, step.guess
+    missed, front = kink(nodes, core, step.count, slope, step.guess)
+    missed += turned(solids[0], front, room)
+    fixed, way = fixed + missed, step.guess
     while True:
         held = core_load(solids[0], step.ended, room)
         inner, stiff = core_force(solids[0], step.lag * step.pace, slope, room)
@@ -785,9 +573,9 @@ def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int,
             break
         core = _shrink_core(solids, friction, step, core, room)
     steps = step.earliest, step.before, step.dt
-    if step.n > 1 and _end_slips(solids[0], room.factors, nodes, span, slope, way, steps, step.pace, room.crease):
+    if step.n > 1 and end_slips(solids[0], span, slope, way, steps, step.pace, room):
         way, force = _way(nodes, span, slope, fixed + inner, stiff, step.free, step.pull, way)
-    return core, way, force, kink, held + inner + stiff * way
+    return core, way, force, missed, held + inner + stiff * way
 
 
 @compiled
@@ -817,36 +605,32 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
         if not grows:
             nodes[LIMIT_, count - 1], nodes[ACTIVE_, count - 1] = 0.0, 0.0
         step = Step(n, dt, before, earliest, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
-        core, way, after, kink, inside = _settle(solids, friction, step, core, fixed + layer, room)
+        core, way, after, bent, inside = _settle(solids, friction, step, core, fixed + layer, room)
         if not grows:
             lane = _leave(count - 1, limit, (v, 2.0 * way / dt - v), (before, dt), lane, room)
             if lane == WIDTH:
                 _last_steps(tangential, room)
                 lane = 0
         # What the quadrature over places misses of the loads, that over times misses of their work.
-        sums[VISCOUS_] += 0.5 * way * (missed + layer + kink + inside)
+        sums[VISCOUS_] += 0.5 * way * (missed + layer + bent + inside)
         last, slip = _advance(tangential, N, (core, whole), slope, way, (before, dt), paces[0], room)
         pace = way * (1.0 / dt)
         if grows:
             sticks = _take_in(pressing, n, friction, pace, room)
             # The youngest element counts where all others stick, as the stuck region is a disc.
             last = n if last == n - 1 and sticks else last
-        v -= 0.5 * mobility * dt * (force + after) - mobility * room.crease[IMPULSE_]
-        sums[VISCOUS_] -= room.crease[IMPULSE_] * pace
-        room.crease[IMPULSE_] = 0.0
+        motion = room.motion[n + 1]
+        motion[T_], motion[F_], motion[SLIP_] = room.samples[NORMAL_T_, n + 1], after, slip
+        motion[STICK_] = room.nodes[RADIUS_, last] if last >= 0 else 0.0
+        added = added_impulse(friction, N, n, room)
+        v -= mobility * (0.5 * dt * (force + after) - added)
+        motion[V_] = v
+        sums[VISCOUS_] -= added * pace
         share = dt / (dt + before) if before > 0.0 else 0.0
-        paces, force, missed = (pace, pace + share * (pace - paces[0])), after, layer + kink
+        paces, force, missed = (pace, pace + share * (pace - paces[0])), after, layer + bent
         earliest, before = before, dt
         core = join(core, min(last, whole) - _RIM, room.samples[NORMAL_T_, n + 1], pace, room)
-        motion = room.motion[n + 1]
-        motion[T_], motion[V_], motion[F_], motion[SLIP_] = room.samples[NORMAL_T_, n + 1], v, force, slip
-        motion[STICK_] = room.nodes[RADIUS_, last] if last >= 0 else 0.0
-        _note_front(core, last, whole, room)
-        if last < 0 and n > 1 and n < 2 * N - 1 and room.motion[n, STICK_] > 0.0:
-            extra = _vanishing(friction, N, n, room)
-            v += mobility * extra
-            motion[V_] = v
-            sums[VISCOUS_] -= extra * pace
+        note_front(core, last, whole, room)
     _last_steps(tangential, room)
 
 
