@@ -24,6 +24,7 @@ from restitution import (
 )
 from restitution.impact.batch import Batch
 from restitution.impact.tangential import Slider
+from restitution.kernel.switching import _zeta
 from restitution.kernel.tangential import _end_weight
 from sliding_elements import tangential_restitution
 
@@ -91,10 +92,10 @@ def test_elastic_baseline_of_one_and_of_two_bodies(bodies):
 
 
 def test_the_cell_with_the_radius_of_sticking_is_integrated_with_its_kink():
-    """From 50 and 100 steps; the trapezoidal rule alone would miss the row by 1e-5."""
+    """From 70 and 140 steps; the trapezoidal rule alone would miss the row by 7e-6."""
     body = slider(rigid_on(elastic(shear_modulus=1.0, poisson_ratio=0.3)))
-    coarse, fine = (body._step(0.5 * 1.7 / 1.4, SPHERE, count).restitution for count in (50, 100))
-    assert -0.5 * (4.0 * fine - coarse) / 3.0 == pytest.approx(PSI[0.5], abs=3e-6)
+    coarse, fine = (body._step(0.5 * 1.7 / 1.4, SPHERE, count).restitution for count in (70, 140))
+    assert -0.5 * (4.0 * fine - coarse) / 3.0 == pytest.approx(PSI[0.5], abs=2e-6)
 
 
 def closed_form(chi):
@@ -291,6 +292,38 @@ def test_second_order_also_where_errors_could_jump(case):
     assert ratios == pytest.approx(4.0, abs=0.7)
 
 
+# The largest jumps are 0.87, 8.1, 0.44, 0.60 and 0.44 in 1e-7; without corrections of steps 6.3, 186, 20, 2.3 and 8.6.
+@pytest.mark.parametrize(
+    ("case", "jump"),
+    [
+        pytest.param((0.132, 0.0395, 6.37, 0.699), 2e-7, id="the disc that sticks vanishes"),
+        pytest.param((-0.828, 0.157, 46.4, 0.787), 2e-6, id="all begin to slip at once"),
+        pytest.param((0.0971, 0.873, 4.02, 2.43), 1e-7, id="all come to rest"),
+        pytest.param((0.169, 0.026, 0.217, 1.52), 1.2e-7, id="the youngest come to rest last"),
+        pytest.param((0.265, 0.0179, 0.148, 2.63), 1e-7, id="rest with fast modes"),
+    ],
+)
+def test_errors_do_not_jump_with_the_places_of_events_in_the_steps(case, jump):
+    """Errors of marches with one more step each are a sum of powers, whatever happens within a step or cell."""
+    body, counts = slider(solid(*case[:3])), np.arange(170, 210)
+    values = body._march_all(case[3], SPHERE, tuple(counts.tolist()))[1][:, 0]
+    powers = np.column_stack([(170.0 / counts) ** order for order in (0, 2, 3, 4)])
+    rest = values - powers @ np.linalg.lstsq(powers, values, rcond=None)[0]
+    assert np.abs(rest).max() < jump
+
+
+def test_a_front_that_turns_leaves_its_kink_behind():
+    """Slip creeps inwards, stops and begins again; the place of its kink in a cell counts until it comes back.
+
+    Where it is not followed, errors jump by 7e-7, else by 2e-8.
+    """
+    body, counts = slider(solid(0.0938, 0.0229, 9.49)), np.arange(300, 340)
+    values = body._march_all(0.786, SPHERE, tuple(counts.tolist()))[1][:, 0]
+    powers = np.column_stack([(300.0 / counts) ** order for order in (0, 2, 3, 4)])
+    rest = values - powers @ np.linalg.lstsq(powers, values, rcond=None)[0]
+    assert np.abs(rest).max() < 1e-7
+
+
 def test_marches_of_one_call_do_not_feel_each_other():
     """Each number of steps has the same results alone and after smaller ones in the same room, to the bit."""
     rng, counts = np.random.default_rng(), (13, 24, 41)
@@ -333,6 +366,13 @@ def test_random_impacts_gain_no_energy():
         assert abs(shares(result)[1]) <= 1e-3
         assert result.residual == pytest.approx(shares(result)[1], abs=1e-14)
         assert result.gaps < 0.01
+
+
+@pytest.mark.parametrize("y", [0.0, 1e-9, 0.02, 0.3, 0.77, 1.0])
+def test_what_the_trapezoidal_rule_adds_to_a_power_of_three_halves(y):
+    """Hurwitz's zeta function of -3/2; the neglected term of the formula is 2e-7."""
+    zeta = getattr(_zeta, "py_func", _zeta)
+    assert zeta(y) == pytest.approx(float(mp.zeta(-1.5, y) if y > 0.0 else mp.zeta(-1.5)), abs=5e-7)
 
 
 @pytest.mark.parametrize("ratio", [1e-5, 3e-3, 9.9e-3, 1.01e-2, 0.3, 4.0, 60.0])

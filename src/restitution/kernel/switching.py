@@ -186,7 +186,10 @@ def _vanish(friction: float, N: int, n: int, room: Room) -> float:
     slope = (first - last) / before
     y = min(last / (slope * dt), 1.0)
     line = slope * dt * dt * (0.5 * y * (1.0 - y) - 1.0 / 12.0)
-    sticks = motion[n, STICK_] / room.nodes[RADIUS_, n if n < N else 2 * N - n]
+    # The radius one step before the disc vanishes.
+    edges = room.nodes[RADIUS_, n if n < N else 2 * N - n], room.nodes[RADIUS_, n - 1 if n <= N else 2 * N - n + 1]
+    here = min(5.0 * y, 1.0)
+    sticks = here * motion[n, STICK_] / edges[0] + (1.0 - here) * motion[n - 1, STICK_] / edges[1]
     share = min(max((_LINE - sticks) / (_LINE - _POWER), 0.0), 1.0)
     return -sign * (line + share * (power - line))
 
