@@ -25,13 +25,13 @@ _SURE, _LEAST = 192, 96
 # Largest residual of the balance of energy over the tolerance.
 _RESIDUAL = 10.0
 # Error of the parts of the energy over the changes of their extrapolations, whose order suits e_t. It comes from a
-# comparison of 400 random impacts with finer marches.
-_SPLIT = 3.0
+# comparison of 1131 random impacts with finer marches.
+_SPLIT = 9.0
 # Marches in the first call of the kernel: the least for an error.
 _FIRST = 4
 # Factor of the estimates of errors, and the same where the shortest relaxation time is below this share of the contact
-# time: then errors are no powers of the step. By comparison of 570 random impacts with finer marches.
-_MARGIN, _FAST_MARGIN, _FAST = 3.0, 8.0, 3e-3
+# time: then errors are no powers of the step. By comparison of 1131 random impacts with finer marches.
+_MARGIN, _FAST_MARGIN, _FAST = 3.0, 12.0, 3e-3
 # Slopes below the first have a slipping rim so thin that e_t is linear; it is interpolated from the second on.
 _THIN, _NEAR = 0.01, 0.02
 # Search of the slope of full sliding: steps of the marches, relative width at its end, and how near they are.
@@ -228,8 +228,7 @@ class Slider:
         while not known and done < len(COUNTS):
             counts = COUNTS[done : done + 1] if done else COUNTS[:_FIRST]
             room, rows = self._march_all(slope, mobility, counts)
-            answers = [series.add(count, values) for count, values in zip(counts, rows[:, :-1], strict=True)]
-            (e_t, *parts), (error, *errors) = answers[-1]
+            (e_t, *parts), (error, *errors) = series.extend(counts, rows[:, :-1])
             if not rows[-1, -1]:
                 e_t, error = closed, 0.0 if slides or counts[-1] >= _SURE else math.inf
             # No part is negative, but a small one may be so within its error.

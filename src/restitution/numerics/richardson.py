@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
@@ -77,34 +78,25 @@ class Extrapolation:
 
     def __init__(self, margin: float = 3.0) -> None:
         self._margin = margin
-        self._counts: list[int] = []
-        self._values: list[Array] = []
-        # Of each order the last numbers, and their last changes, the latest first.
-        self._last = np.empty(0)
-        self._changes = np.empty(0)
+        self._counts: tuple[int, ...] = ()
+        self._values: list[ArrayLike] = []
 
     def add(self, count: int, values: ArrayLike) -> tuple[list[float], list[float]]:
         """Take the numbers from `count` elements; return the extrapolated ones and their errors, infinite at first."""
-        fine = np.asarray(values, dtype=np.float64)
-        self._counts.append(count)
-        self._values.append(fine)
-        many = len(self._values)
-        if many == 1:
-            shape = len(_ORDERS), fine.size
-            self._last, self._changes = np.empty(shape), np.zeros((_KEPT, *shape))
-            return fine.tolist(), [math.inf] * fine.size
-        known = min(many - 1, len(_ORDERS))
-        limits = _weights(tuple(self._counts[-known - 1 :])) @ np.array(self._values[-known - 1 :])
-        # An order has a change from its second number on, and an error from two changes on.
-        changed = min(many - 2, len(_ORDERS))
-        self._changes[1:] = self._changes[:-1]
-        np.abs(limits[:changed] - self._last[:changed], out=self._changes[0, :changed])
-        self._last[:known] = limits
-        before = np.array(self._counts[-2 : -2 - _KEPT : -1], dtype=np.float64)
-        shares = (before / count) ** _FALL
-        errors = (self._margin * (shares[:, None, None] * self._changes[: before.size]).max(axis=0)).tolist()
-        best, least = known - 1, [math.inf] * fine.size
-        for n in range(min(many - 3, len(_ORDERS))):
+        return self.extend((count,), [values])
+
+    def extend(self, counts: tuple[int, ...], values: Iterable[ArrayLike]) -> tuple[list[float], list[float]]:
+        """Take the numbers from several counts of elements, as if one by one; return the last answer."""
+        self._counts += counts
+        self._values.extend(values)
+        used = self._counts[-len(_ORDERS) - _KEPT - 1 :]
+        found = _weights(used) @ np.array(self._values[-len(used) :], dtype=np.float64)
+        many = len(found) // (1 + _KEPT)
+        limits, errors = found[:many], np.abs(found[many:])
+        errors = (self._margin * np.maximum(errors[:many], errors[many:])).tolist()
+        # An order has a number from its second count on, and an error from two changes on.
+        best, least = many - 1, [math.inf] * found.shape[1]
+        for n in range(min(len(used) - 1 - _KEPT, len(_ORDERS))):
             if errors[n][0] <= least[0]:
                 best, least = n, errors[n]
         return limits[best].tolist(), least
@@ -112,10 +104,29 @@ class Extrapolation:
 
 @cache
 def _weights(counts: tuple[int, ...]) -> Array:
-    """Return the weights of numbers in those without the terms of each order, which use the last of them."""
-    rows = np.zeros((len(counts) - 1, len(counts)))
-    steps = counts[-1] / np.array(counts, dtype=np.float64)
-    for row, orders in zip(rows, _ORDERS, strict=False):
-        used = steps[-len(orders) - 1 :]
-        row[-used.size :] = np.linalg.inv(np.column_stack([used**order for order in (0, *orders)]))[0]
+    """Return the weights of numbers in those without the terms of each order, and in what is left of their changes.
+
+    The first rows belong to the numbers, one for each order that is known, the next ones to the last change, then to
+    the one before it. A single number stands for itself.
+    """
+    many = len(counts)
+    known = max(min(many - 1, len(_ORDERS)), 1)
+    limits = [_limits(counts[: many - back], (known, many)) for back in range(_KEPT + 1)]
+    rows = [limits[0]]
+    for back in range(1, _KEPT + 1):
+        # Of orders that have both numbers.
+        both = np.arange(known)[:, None] < many - back - 1
+        fall = (counts[-1 - back] / counts[-1]) ** _FALL if many > back else 0.0
+        rows.append(np.where(both, fall * (limits[back - 1] - limits[back]), 0.0))
+    return np.vstack(rows)
+
+
+def _limits(counts: tuple[int, ...], shape: tuple[int, int]) -> Array:
+    """Return the weights of numbers in those without the terms of each order, which use the last of the counts."""
+    rows, many = np.zeros(shape), len(counts)
+    if many == 1:
+        rows[0, 0] = 1.0
+    for row, orders in zip(rows[: max(many - 1, 0)], _ORDERS, strict=False):
+        used = counts[-1] / np.array(counts[many - len(orders) - 1 :], dtype=np.float64)
+        row[many - used.size : many] = np.linalg.inv(np.column_stack([used**order for order in (0, *orders)]))[0]
     return rows
