@@ -76,16 +76,15 @@ def _front_error(problem: Problem, room: Room, y: float) -> float:
 @compiled
 def _front_scatters(problem: Problem, room: Room, phase: int, touches: bool) -> bool:
     """Return whether loads do not feel how far the front is from a smooth one."""
-    scales, nodes, steepest, scatter = problem.scales, room.nodes, 0.0, 0.0
+    scales, nodes, steepest, worst = problem.scales, room.nodes, 0.0, 0.0
     for i in range(1, NODES):
         steepest = max(steepest, nodes[SLOPE, i])
-        scatter = max(scatter, abs(smooth_front_at(problem.rule, room, i) - nodes[Y, i]))
+        worst = max(worst, nodes[SLOPE, i] * abs(smooth_front_at(problem.rule, room, i) - nodes[Y, i]))
     if touches:
-        scatter = tail(problem.rule, nodes[Y])
+        worst = steepest * tail(problem.rule, nodes[Y])
     if phase == GROWS:
-        steepest *= problem.solid.glass
-    felt = max(_BLUR * problem.solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
-    return steepest * scatter <= felt
+        worst *= problem.solid.glass
+    return worst <= max(_BLUR * problem.solid.glass * scales.depth, 0.02 * scales.tolerance * scales.stress)
 
 
 @compiled
@@ -130,14 +129,14 @@ def step_error(problem: Problem, room: Room, phase: int, length: float) -> float
                 rounding += rounding_of_load(problem, room, i) * room.weights[i] / length
         worst = larger(worst, solid.viscosity / (length * scales.stress) * tail(rule, values) - rounding)
     # A contact that ends has a root of the time there, which is no reason for a shorter step.
-    front, scatters = _front_error(problem, room, nodes[Y, NODES - 1]), False
-    if front > _NOTICED * scales.tolerance or touches:
-        scatters = _front_scatters(problem, room, phase, touches)
-        if scatters:
-            front = 0.0
-    if phase == GROWS:
-        worst = larger(worst, _memory_error(problem, room, scatters and touches))
-    return larger(worst, front)
+    front = _front_error(problem, room, nodes[Y, NODES - 1])
+    memory = _memory_error(problem, room, False) if phase == GROWS else 0.0
+    noticed = front > _NOTICED * scales.tolerance or not memory <= scales.tolerance
+    if (noticed or touches) and _front_scatters(problem, room, phase, touches):
+        front = 0.0
+        if phase == GROWS:
+            memory = _memory_error(problem, room, True)
+    return larger(larger(worst, memory), front)
 
 
 @compiled

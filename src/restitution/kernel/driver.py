@@ -316,20 +316,30 @@ def by_increase(solid: Solid, driver: Driver, room: Room) -> bool:
 
 @inlined
 def rounding_of_front(problem: Problem, room: Room, i: int) -> float:
-    """Return the rounding of the force at a node by that of the front, which is known no better than the depth."""
+    """Return the rounding of the force at a node by that of the front, which is known no better than the depth.
+
+    The force is about a power of the radius; of a flat face only a part of it depends on the front. It is known to its
+    size at worst, and so differs from one that is prescribed.
+    """
     nodes = room.nodes
     if not nodes[SLOPE, i] > 0.0:
         return 0.0
-    return 4e-16 * abs(nodes[F, i]) * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
+    part = 1.0 - radius_and_integral(problem.path, 0.0)[0] / max(nodes[A, i], 1e-300)
+    rounding = 4e-16 * problem.scales.depth / max(nodes[SLOPE, i] * nodes[Y, i], 1e-300)
+    return part * min(rounding, 1.0) * abs(nodes[F, i])
+
+
+@inlined
+def rounding_of_force(problem: Problem, room: Room, i: int) -> float:
+    """Return the rounding of the force at a node, and of what is prescribed there."""
+    nodes = room.nodes
+    force = abs(nodes[GIVEN, i])
+    if by_increase(problem.solid, problem.driver, room):
+        force = abs(nodes[F, 0]) + abs(nodes[RISE, i]) + problem.driver.stiffness * abs(nodes[BELOW, i])
+    return 4e-16 * force + rounding_of_front(problem, room, i)
 
 
 @inlined
 def rounding_of_load(problem: Problem, room: Room, i: int) -> float:
     """Return the rounding of the shared load at a node, over its scale, where it follows from a force."""
-    nodes = room.nodes
-    force = abs(nodes[GIVEN, i])
-    if by_increase(problem.solid, problem.driver, room):
-        force = abs(nodes[F, 0]) + abs(nodes[RISE, i]) + problem.driver.stiffness * abs(nodes[BELOW, i])
-    force *= 4e-16
-    force += rounding_of_front(problem, room, i)
-    return force / max(problem.scales.stress * nodes[A, i], 1e-300)
+    return rounding_of_force(problem, room, i) / max(problem.scales.stress * room.nodes[A, i], 1e-300)

@@ -33,6 +33,7 @@ from restitution.kernel.driver import (
     ends_by_load,
     is_force,
     is_light,
+    rounding_of_load,
 )
 from restitution.kernel.fronts import shared_load
 from restitution.kernel.growth import differentiate
@@ -138,9 +139,13 @@ def write_event(problem: Problem, room: Room, phase: int, event: int) -> float:
             if room.at[i] >= 0:
                 for j in range(solid.recoveries.shape[0]):
                     E[i] -= solid.recoveries[j] * room.displacements[j, i]
-            if not nodes[A, 0] > 0.0 and nodes[Y, i] < _FIRST * nodes[Y, NODES - 1]:
-                # The gap of the first elements that touch is rounding.
-                E[i] = min(E[i], 0.0)
+            if not nodes[A, 0] > 0.0:
+                # The gap of the first elements that touch is rounding, and so may be the load of a dashpot there.
+                rounding = 0.0
+                if solid.viscosity > 0.0 and is_light(problem):
+                    rounding = rounding_of_load(problem, room, i) * problem.scales.stress / solid.viscosity
+                if nodes[Y, i] < _FIRST * nodes[Y, NODES - 1] or E[i] <= rounding:
+                    E[i] = min(E[i], 0.0)
         elif event == TURNS:
             second = change[i] / room.weights[i] if problem.driver.by_depth and room.weights[i] > 0.0 else 0.0
             E[i] = pace_of_load(problem, room, i, second)
@@ -166,10 +171,10 @@ def peak_between(rule: Scheme, values: Any, i: int) -> tuple[float, float]:
 
 
 @compiled
-def crossing(rule: Scheme, room: Room, deadband: float) -> float:
+def crossing(rule: Scheme, room: Room, deadband: float, grazes: bool) -> float:
     """Return the smallest z in (0, 1] at which the event passes zero upwards; 2 if it does not.
 
-    Also where it passes zero twice between two nodes: a surface that rises may graze the body.
+    Also, if it may graze, where it passes zero twice between two nodes, as a surface that rises to the body.
     """
     values, row = room.nodes[EVENT], room.vectors[6]
     first = 0
@@ -178,7 +183,7 @@ def crossing(rule: Scheme, room: Room, deadband: float) -> float:
             first = i
     peak, behind = 0.0, first if first > 0 else NODES - 1
     for i in range(behind - 1, 1, -1):
-        if values[i] > values[i - 1] and values[i] > values[i + 1]:
+        if grazes and values[i] > values[i - 1] and values[i] > values[i + 1]:
             z, top = peak_between(rule, values, i)
             if top > deadband:
                 first, peak = i, z
@@ -258,7 +263,7 @@ def first_event(
         elif phase != GROWS or p >= 0 or next_corner(problem.path, room.nodes[Y, 0]) < 0.0:
             continue
         write_event(problem, room, phase, candidate)
-        z = crossing(problem.rule, room, deadband)
+        z = crossing(problem.rule, room, deadband, candidate == TOUCHES)
         if z < first:
             event, first = candidate, z
     return event, first

@@ -100,11 +100,14 @@ def smooth_front(problem: Problem, room: Room, phase: int) -> None:
     panels, place = ahead(room, phase)
     for i in range(NODES):
         values[i] = smooth_front_at(problem.rule, room, i)
-        if room.at[i] < 0:
+        if phase == GROWS and room.at[i] < 0:
             # Virgin surface.
             return
     for i in range(1, NODES - 1):
         p, z, y = room.at[i], room.z[i], nodes[Y, i]
+        if p < 0:
+            # The axis.
+            p, z = 0, 0.0
         for _ in range(_MOST_BISECTIONS):
             polynomials(z, room.basis[0], room.basis[1])
             row = panels.coefficients[p, 0]

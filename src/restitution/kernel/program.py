@@ -131,7 +131,6 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     """Move the state to the end of a step, at time `stop`."""
     rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
     records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
-    scatters = leaves_scatter(problem, room, step.phase)
     phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
     records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
     records.phase[n], records.event[n] = phase, event
@@ -172,7 +171,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         falls_short = room.at[last] >= 0 and not is_light(problem) and after > _ROUGHER * before and error > 1.0
         if falls_short:
             nodes[Y, last] = y
-    if scatters:
+    if leaves_scatter(problem, room, phase):
         smooth_front(problem, room, phase)
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
@@ -395,6 +394,9 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
                     value = write_event(problem, room, phase, hunted)
                     slope = (value - room.nodes[EVENT, before]) / (room.times[last] - room.times[before])
                     change = -value / slope if slope > 0.0 else 0.0
+                    if value > 0.0 and last_length > 0.0 and length + change <= last_length < length:
+                        # Not before a step that ends within the way.
+                        change = 0.5 * (last_length - length)
                     if 1e-7 * length < abs(change) < 0.3 * length and length + change <= left:
                         length += change
                         continue
@@ -420,8 +422,8 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
             value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
             apart = min(value, last_value) < 0.0 < max(value, last_value)
-            apart = apart and abs(length - last_length) > _CLOSE * length
-            if abs(value) >= abs(last_value) and not apart:
+            rises = apart or (value - last_value) * (length - last_length) > 0.0
+            if abs(value) >= abs(last_value) and not (rises and abs(length - last_length) > _CLOSE * length):
                 # The event has only rounding left; the step before was the best.
                 length, last_value = last_length, math.inf
                 continue
@@ -440,8 +442,11 @@ def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, m
             # A force or a spring follows rounding of the front, others do not.
             felt = 0.0 if is_light(problem) else 0.1 if kind < 0 else 1.0
             close = max(grain, felt * _SAME_TIME * length)
-            if abs(change) <= close or tries > 40 or last_value == math.inf:
+            if abs(change) <= close or last_value == math.inf or (tries > 40 and abs(change) <= _CLOSE * length):
                 break
+            if tries > 40:
+                hunted, kind, length = NOTHING, first_kind, 0.5 * length
+                continue
             last_length, last_value = length, value
             length = min(max(length + change, 0.5 * length), min(1.5 * length, left))
         if hunted != NOTHING and length < instant:

@@ -50,6 +50,7 @@ from restitution.kernel.driver import (
     is_light,
     prescribed_at,
     rise_of_given,
+    rounding_of_force,
     rounding_of_load,
 )
 from restitution.kernel.fronts import shared_load, write_fronts
@@ -93,6 +94,8 @@ _SMALL_CHANGE = 5e-3
 _SETTLED = 0.05
 # Difference of the forces of a panel and of the step before, over the error of a step.
 _SAME_FORCE = 100.0
+# Roundings by which forces may differ from those prescribed.
+_FEW_ROUNDINGS = 10.0
 # Rounding of a depth, over the depth.
 _DEPTH_ROUNDING = 1e-15
 
@@ -595,6 +598,8 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
     if driver.mass > 0.0 and not write_response(driver, room):
         return False
     predict(problem, room, phase)
+    # A step that failed may have left no numbers.
+    room.matrix[:, STAGES] = 0.0
     if is_by_logarithm(solid, driver, room, phase):
         correct_touch(solid, rule, room, 0.0)
     else:
@@ -607,6 +612,21 @@ def solve_step(problem: Problem, room: Room, step: Step) -> bool:
         return False
     if driver.mass > 0.0:
         write_swings(driver, room)
+    return True
+
+
+@compiled
+def is_balanced(problem: Problem, room: Room, phase: int) -> bool:
+    """Return whether forces against a dashpot are those prescribed, within the tolerance of loads or rounding.
+
+    A node without elements has no stiffness, and so no correction.
+    """
+    solid, scales = problem.solid, problem.scales
+    write_residuals(solid, problem.driver, room, phase == SHRINKS, True)
+    for i in range(STAGES):
+        felt = scales.tolerance * scales.stress * room.nodes[A, i + 1]
+        if abs(room.matrix[i, STAGES]) > felt + _FEW_ROUNDINGS * rounding_of_force(problem, room, i + 1):
+            return False
     return True
 
 
@@ -634,7 +654,8 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
             if not solved:
                 write_jacobian(solid, driver, rule, room, phase, moving)
                 solved = factorise(room.jacobian, room.pivots)
-            solve_factorised(room.jacobian, room.pivots, room.matrix)
+            if solved:
+                solve_factorised(room.jacobian, room.pivots, room.matrix)
         if not solved:
             return False
         last, change, size = change, 0.0, 1.0
@@ -664,5 +685,5 @@ def converges(problem: Problem, room: Room, step: Step, moving: bool) -> bool:
         # Panels meet within the tolerance, so that a front next to a joint may not settle.
         settles = ratio >= 0.5 and change <= max(1e-12, _SETTLED * scales.tolerance)
         if amount == 1.0 and (settles or left <= max(1e-3 * scales.tolerance, 2e-15 * size)):
-            return True
+            return not light or is_balanced(problem, room, phase)
     return False
