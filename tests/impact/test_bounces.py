@@ -264,9 +264,9 @@ def test_place_follows_the_momentum():
     speed = 0.3 - np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time))]) / 0.05
     flight = series.touch_time[1] - series.touch_time[0] - series.contact_time[0]
     expected = 0.3 * series.touch_time[0] + np.trapezoid(speed, time) + series.rebound_tangential_velocity[0] * flight
-    # The motion is that of the finest march, which is off by some 1e-5 of the velocity of the contact point.
-    assert speed[-1] == pytest.approx(series.rebound_tangential_velocity[0], abs=5e-5)
-    assert series.place == pytest.approx([0.3 * series.touch_time[0], expected], abs=5e-5 * series.contact_time[0])
+    # The motion is that of the finest march, which is off by up to 1e-5 of the velocity of the contact point.
+    assert speed[-1] == pytest.approx(series.rebound_tangential_velocity[0], abs=1e-5)
+    assert series.place == pytest.approx([0.3 * series.touch_time[0], expected], abs=1e-5 * series.contact_time[0])
     smooth = rs.bounces(rs.vary(SUPERBALL, {"friction": 0.0}), max_bounces=3)
     assert smooth.place == pytest.approx(0.3 * smooth.touch_time, rel=1e-12)
     assert smooth.rebound_spin.tolist() == [25.0] * 3

@@ -92,10 +92,10 @@ def test_elastic_baseline_of_one_and_of_two_bodies(bodies):
 
 
 def test_the_cell_with_the_radius_of_sticking_is_integrated_with_its_kink():
-    """From 70 and 140 steps; the trapezoidal rule alone would miss the row by 7e-6."""
+    """From 50 and 100 steps; the trapezoidal rule alone would miss the row by 1e-5."""
     body = slider(rigid_on(elastic(shear_modulus=1.0, poisson_ratio=0.3)))
-    coarse, fine = (body._step(0.5 * 1.7 / 1.4, SPHERE, count).restitution for count in (70, 140))
-    assert -0.5 * (4.0 * fine - coarse) / 3.0 == pytest.approx(PSI[0.5], abs=2e-6)
+    coarse, fine = (body._step(0.5 * 1.7 / 1.4, SPHERE, count).restitution for count in (50, 100))
+    assert -0.5 * (4.0 * fine - coarse) / 3.0 == pytest.approx(PSI[0.5], abs=3e-6)
 
 
 def closed_form(chi):

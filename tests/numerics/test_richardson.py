@@ -42,13 +42,12 @@ def test_terms_of_three_orders_are_taken_away():
 
 
 def test_errors_that_jump_are_covered():
-    """A jump of third order, of random size at each count, spoils higher orders; the stated error covers most of it."""
+    """A jump of second order, of random size at each count, spoils higher orders; the stated error covers it."""
     rng = np.random.default_rng(7)
-    for margin, least in ((3.0, 180), (8.0, 194)):
-        covered = 0
-        for _ in range(200):
-            series = Extrapolation(margin)
-            for count in (32, 64, 128, 192, 256):
-                value, error = series.add(count, [1.0 + 2.0 / count**2 + 30.0 * rng.uniform(-1.0, 1.0) / count**3])
-            covered += abs(value[0] - 1.0) <= error[0]
-        assert covered >= least
+    covered = 0
+    for _ in range(200):
+        series = Extrapolation()
+        for count in (24, 48, 96, 192, 384):
+            value, error = series.add(count, [1.0 + 2.0 / count**2 + rng.uniform(-1.0, 1.0) / count**2])
+        covered += abs(value[0] - 1.0) <= error[0]
+    assert covered >= 190

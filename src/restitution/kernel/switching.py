@@ -70,7 +70,7 @@ def _beyond_last(last: float, before: float, first: float) -> float:
     slope = before - last - bend
     fall = math.sqrt(max(slope * slope - 4.0 * bend * last, 0.0))
     y = min(2.0 * last / (slope + fall), 1.0) if slope + fall > 0.0 else 1.0
-    return y * (1.0 - y) * (0.5 * fall + bend * (y - 0.5) / 3.0)
+    return y * (1.0 - y) * (0.5 * fall + bend * (y - 0.5) / 3.0) + bend / 6.0
 
 
 @inlined

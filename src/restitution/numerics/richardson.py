@@ -50,7 +50,7 @@ class Richardson:
 # Orders of the terms of the error that are extrapolated away.
 _ORDERS = ((2,), (2, 3), (2, 3, 4))
 # Changes are at least of this order, and as many count: one may be small by chance.
-_FALL, _KEPT = 3.0, 2
+_FALL, _KEPT = 2.0, 2
 
 
 class Extrapolation:
