@@ -22,8 +22,11 @@ COUNTS = (32, 64, 128, 192, 256, 384, 512, 768, 1024, 1536, 3072, 4608, 6144)
 # Steps in each half of a march from which the contact counts as sliding throughout if no element ever stuck, and least
 # steps of the last march, as energies are extrapolated where e_t is known before.
 _SURE, _LEAST = 192, 96
-# Largest residual of the balance of energy over the tolerance.
-_RESIDUAL = 10.0
+# Largest residual of the balance of energy over the tolerance. Up to some number of steps it is to be smaller, and the
+# error of the parts of the energy over the root of the tolerance as well: both cost few more marches.
+_RESIDUAL, _SMALL_RESIDUAL, _SMALL_SPLIT, _LONG = 10.0, 0.25, 0.3, 768
+# Least steps in each half of the march of a history.
+_HISTORY = 512
 # Error of the parts of the energy over the changes of their extrapolations, whose order suits e_t. It comes from a
 # comparison of 1131 random impacts with finer marches.
 _SPLIT = 9.0
@@ -31,7 +34,7 @@ _SPLIT = 9.0
 _FIRST = 4
 # Factor of the estimates of errors, and the same where the shortest relaxation time is below this share of the contact
 # time: then errors are no powers of the step. By comparison of 1131 random impacts with finer marches.
-_MARGIN, _FAST_MARGIN, _FAST = 3.0, 12.0, 3e-3
+_MARGIN, _FAST_MARGIN, _FAST = 4.0, 12.0, 3e-3
 # Slopes below the first have a slipping rim so thin that e_t is linear; it is interpolated from the second on.
 _THIN, _NEAR = 0.01, 0.02
 # Search of the slope of full sliding: steps of the marches, relative width at its end, and how near they are.
@@ -234,12 +237,24 @@ class Slider:
             # No part is negative, but a small one may be so within its error.
             result = self._result(room, [e_t, *(max(part, 0.0) for part in parts)], error)
             result = result._replace(split_error=max(_SPLIT * max(errors), abs(result.residual)))
-            exact = error <= rtol and abs(result.residual) <= _RESIDUAL * rtol
-            known = exact and math.isfinite(result.split_error) and counts[-1] >= _LEAST
+            known = counts[-1] >= _LEAST and error <= rtol and _is_split(result, rtol, counts[-1])
             done += len(counts)
         assert result is not None
         result.motion[:, _SCALED] /= slope
         return result
+
+    def history(self, slope: float, mobility: float, known: Tangential) -> Array:
+        """Return `known.motion` for a history: that of more steps, where it comes from a march.
+
+        The velocity follows the force by the trapezoidal rule, as users of a history would integrate it.
+        """
+        if slope < _THIN or math.isinf(slope):
+            return known.motion
+        motion = self._step(slope, mobility, max(_HISTORY, len(known.motion) // 2)).motion
+        time, force = motion[:, 0], motion[:, 2]
+        impulse = np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(time))
+        motion[1:, 1] = motion[0, 1] - mobility * impulse
+        return motion
 
     def _step(self, slope: float, mobility: float, count: int) -> Tangential:
         """March with a number of steps in each half."""
@@ -271,3 +286,12 @@ class Slider:
         rows[:, 0] /= -slope
         rows[:, 1:4] /= slope * slope / (2.0 * mobility)
         return room, rows
+
+
+def _is_split(result: Tangential, rtol: float, count: int) -> bool:
+    """Return whether the parts of the energy are as exact as a tolerance and a number of steps ask for."""
+    residual = abs(result.residual)
+    if residual > _RESIDUAL * rtol or math.isinf(result.split_error):
+        return False
+    small = residual <= _SMALL_RESIDUAL * rtol and result.split_error <= _SMALL_SPLIT * math.sqrt(rtol)
+    return small or count >= _LONG
