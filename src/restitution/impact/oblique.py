@@ -361,9 +361,25 @@ def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangentia
         rows[name][n] = value
     time, _, _, radius, slip = tangential.motion.T
     # Where nothing slips, all steps count, also the last one, at whose end the radius is 0.
-    stick = float(np.diff(time) @ (radius[1:] > 0.0) if slip.any() else time[-1])
+    stick = _time_of_sticking(time, radius) if slip.any() else float(time[-1])
     rows["stick"][n] = stick * slider.solution.units.time
     rows["gaps"][n], rows["impulse"][n] = tangential.gaps, slider.impulse
+
+
+def _time_of_sticking(time: Array, radius: Array) -> float:
+    """Return the time in which some of the contact sticks, from the radius at the ends of steps.
+
+    A disc ends within a step, where the line through the last squares of its radius vanishes. Steps in which one
+    begins count as a whole: the first elements stick before an end of a step shows them.
+    """
+    steps, square = np.diff(time), radius * radius
+    sticks = radius > 0.0
+    shares = sticks[1:].astype(np.float64)
+    last = np.flatnonzero(sticks[:-1] & ~sticks[1:])
+    last = last[last > 0]
+    fall = np.maximum(square[last - 1] - square[last], 0.0) * steps[last] / steps[last - 1]
+    shares[last] = square[last] / np.maximum(fall, square[last])
+    return float(steps @ shares)
 
 
 def _motion(slider: Slider, slope: float, mobility: float, known: Tangential, velocity: float) -> dict[str, Array]:

@@ -34,7 +34,7 @@ _SPLIT = 9.0
 _FIRST = 4
 # Factor of the estimates of errors, and the same where the shortest relaxation time is below this share of the contact
 # time: then errors are no powers of the step. By comparison of 1131 random impacts with finer marches.
-_MARGIN, _FAST_MARGIN, _FAST = 4.0, 12.0, 3e-3
+_MARGIN, _FAST_MARGIN, _FAST = 3.0, 12.0, 3e-3
 # Slopes below the first have a slipping rim so thin that e_t is linear; it is interpolated from the second on.
 _THIN, _NEAR = 0.01, 0.02
 # Search of the slope of full sliding: steps of the marches, relative width at its end, and how near they are.

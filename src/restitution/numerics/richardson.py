@@ -49,8 +49,8 @@ class Richardson:
 
 # Orders of the terms of the error that are extrapolated away.
 _ORDERS = ((2,), (2, 3), (2, 3, 4))
-# Changes are at least of this order, and as many count: one may be small by chance.
-_FALL, _KEPT = 2.0, 2
+# Changes are at least of this order, and as many count: one may be small by chance. The first error is from fewer.
+_FALL, _KEPT, _FEWEST = 2.0, 3, 2
 
 
 class Extrapolation:
@@ -59,8 +59,8 @@ class Extrapolation:
     One, two or three terms are taken away, whichever has the smallest error of the first number. Terms beyond the
     first help where the numbers are smooth, and harm where switches within an element make their errors jump.
 
-    A change of extrapolated numbers is the error of those before it, which falls with the third power of the number of
-    elements. The error is `margin` times what is left of the last two changes, the larger one.
+    A change of extrapolated numbers is the error of those before it, which falls with the square of the number of
+    elements at least. The error is `margin` times what is left of the last three changes, the largest one.
 
     Parameters
     ----------
@@ -92,11 +92,11 @@ class Extrapolation:
         used = self._counts[-len(_ORDERS) - _KEPT - 1 :]
         found = _weights(used) @ np.array(self._values[-len(used) :], dtype=np.float64)
         many = len(found) // (1 + _KEPT)
-        limits, errors = found[:many], np.abs(found[many:])
-        errors = (self._margin * np.maximum(errors[:many], errors[many:])).tolist()
+        limits, changes = found[:many], np.abs(found[many:]).reshape(_KEPT, many, -1)
+        errors = (self._margin * changes.max(axis=0)).tolist()
         # An order has a number from its second count on, and an error from two changes on.
         best, least = many - 1, [math.inf] * found.shape[1]
-        for n in range(min(len(used) - 1 - _KEPT, len(_ORDERS))):
+        for n in range(min(len(used) - 1 - _FEWEST, len(_ORDERS))):
             if errors[n][0] <= least[0]:
                 best, least = n, errors[n]
         return limits[best].tolist(), least
@@ -107,11 +107,11 @@ def _weights(counts: tuple[int, ...]) -> Array:
     """Return the weights of numbers in those without the terms of each order, and in what is left of their changes.
 
     The first rows belong to the numbers, one for each order that is known, the next ones to the last change, then to
-    the one before it. A single number stands for itself.
+    those before it. A single number stands for itself.
     """
     many = len(counts)
     known = max(min(many - 1, len(_ORDERS)), 1)
-    limits = [_limits(counts[: many - back], (known, many)) for back in range(_KEPT + 1)]
+    limits = [_limits(counts[: max(many - back, 0)], (known, many)) for back in range(_KEPT + 1)]
     rows = [limits[0]]
     for back in range(1, _KEPT + 1):
         # Of orders that have both numbers.
