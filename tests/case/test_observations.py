@@ -96,9 +96,10 @@ def test_wrong_files_are_refused(text: str, message: str) -> None:
         read_observations(written(text), radius=0.01, mass=0.03)
 
 
-def test_a_file_that_is_absent_is_named_once() -> None:
-    with pytest.raises(InputError, match=r"^absent\.csv: no such file$"):
-        read_observations("absent.csv", kind="rebounds")
+@pytest.mark.parametrize("name", ["absent.csv", "absent.toml"])
+def test_a_file_that_is_absent_is_named_once(name: str) -> None:
+    with pytest.raises(InputError, match=rf"^{name}: no such file$"):
+        read_observations(name, kind="rebounds")
 
 
 def test_a_file_of_another_kind_is_refused() -> None:
@@ -106,6 +107,7 @@ def test_a_file_of_another_kind_is_refused() -> None:
     for kind in set(KINDS) - {"rebounds", "moduli"}:
         with pytest.raises(InputError, match=r"^data.csv: line 2: "):
             read_observations("data.csv", kind=kind)
+    Path("balls.toml").touch()
     with pytest.raises(InputError, match=r"^balls\.toml: is a case file"):
         read_observations("balls.toml")
     with pytest.raises(InputError, match="kind = 'rebound': must be one of"):

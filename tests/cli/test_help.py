@@ -38,6 +38,8 @@ def test_each_command_is_in_a_group_shows_its_docstring_and_has_an_example(name:
     shown = help_of(name)
     # Words in brackets would be taken for styles and left out.
     assert {*command.callback.__doc__.replace("\b", "").split()} <= {*shown}
+    # A flag takes no value.
+    assert "<bool>" not in shown
     options = set(re.findall(r"--[a-z0-9-]+", " ".join(shown)))
     assert {word for word in words if word.startswith("--")} <= options
 

@@ -208,6 +208,10 @@ def test_calibrates_to_a_measured_table() -> None:
     assert content["snippet"] == law.snippet
     narrow = json.loads(done("calibrate", "ball.toml", *options, "--velocity", "0.2", "2 m/s", "--json").stdout)
     assert narrow["table"]["velocity"] == pytest.approx([0.4, 1.0])
+    # Columns of the ball say nothing new.
+    Path("e.csv").write_text("v [cm/s],e,radius [mm],mass [g]\n40,0.78,10,5\n10,0.85,10,5\n100,0.7,10,5\n")
+    content = json.loads(done("calibrate", "ball.toml", *options, "--json").stdout)
+    assert content["snippet"] == law.snippet
 
 
 @pytest.mark.parametrize(
@@ -215,6 +219,9 @@ def test_calibrates_to_a_measured_table() -> None:
     [
         ("v [cm/s],e\n10,0.85\n40,1.78\n", "line 3: restitution_coefficient = 1.78: "),
         ("v [m/s],x\n10,0.85\n", "line 1: "),
+        ("v [m/s],e,radius [mm]\n0.1,0.85,10\n0.4,0.8,5\n", "radius = 0.005 m: must be that of the ball"),
+        ("v [m/s],e,mass [g]\n0.1,0.85,5\n0.4,0.8,6\n", "mass = 0.006 kg: must be that of the ball"),
+        ("", ""),
         (None, ""),
     ],
 )

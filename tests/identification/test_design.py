@@ -53,7 +53,7 @@ def test_several_radii_are_better_than_velocities_by_the_stated_gain():
     result = plan(CASES["A"], [0.003, 0.01, 0.03])
     assert result.gains[0.01] > 4.0
     assert result.one_radius[0.01] == pytest.approx(plan(CASES["A"], [0.01]).largest_error)
-    assert any("0.01 m" in line for line in result.statements)
+    assert any(f"R = 10 mm ({result.gains[0.01]:.2g} times as large)" in line for line in result.statements)
 
 
 def test_predicted_errors_follow_from_the_jacobian_of_the_chosen_impacts():

@@ -11,7 +11,7 @@ from refusals import named
 from restitution import InputError, Parabola
 from restitution.identification.bounce_moduli import FORMULA_ERRORS
 from restitution.identification.impacts import Rebounds
-from restitution.identification.observations import Noise, hollow_balls
+from restitution.identification.observations import Noise, doubtful_balls
 from restitution.identification.readings import effective_moduli
 
 BODY = {"radius": 0.01, "mass": 0.033}
@@ -160,5 +160,16 @@ def test_a_velocity_too_small_for_the_formulas_is_refused(velocity):
 
 
 @pytest.mark.parametrize("radius", [1e-150, 1e-320])
-def test_a_ball_so_small_that_its_volume_is_zero_is_not_hollow(radius):
-    assert hollow_balls(0.03, Parabola(radius)) == []
+def test_a_ball_so_small_that_its_volume_is_zero_is_too_heavy(radius):
+    (doubt,) = doubtful_balls(0.03, Parabola(radius))
+    assert "has inf kg/m3" in doubt
+
+
+@pytest.mark.parametrize(
+    ("mass", "doubt"),
+    # A ball of 10 mm has 0.004 to 0.1 kg. A table tennis ball has 2.7 g and 20 mm.
+    [(0.004, None), (0.1, None), (0.2, "compare the units"), (4e-6, "compare the units"), (2.7e-3 / 8.0, "hollow")],
+)
+def test_balls_whose_mass_does_not_go_with_their_radius_are_in_doubt(mass, doubt):
+    lines = doubtful_balls(np.array([0.01, mass]), Parabola(0.01))
+    assert [doubt in line for line in lines] == ([True] if doubt else [])

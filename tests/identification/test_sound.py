@@ -10,7 +10,7 @@ import sounds
 from refusals import in_one_line
 from restitution.identification.bounce_series import Ball, from_instants
 from restitution.identification.sound import Picks, Recording, find_bounces, read_wav
-from restitution.identification.touch_series import foretold
+from restitution.identification.touch_series import SERIES_ODDS, best_series, foretold
 
 
 def picks_of(sound):
@@ -113,7 +113,7 @@ def test_echoes_that_are_louder_than_later_touches_do_not_count():
 
 def sound_of_validation(seed, number, kinds):
     """Return a sound of `validation/sound.py`, where seeds and kinds have numbers."""
-    kind = {(): 0, ("clipped",): 2, ("speech",): 4, ("coloured",): 5, ("echo", "clipped"): 7}[kinds]
+    kind = {(): 0, ("echo",): 1, ("clipped",): 2, ("speech",): 4, ("coloured",): 5, ("echo", "clipped"): 7}[kinds]
     rng = np.random.default_rng([seed, kind, number])
     loudest = float(np.exp(rng.uniform(np.log(6.0), np.log(300.0))))
     return sounds.sound(rng, sounds.RATES[number % 7], loudest=loudest, kinds=kinds)
@@ -127,10 +127,14 @@ DOUBTFUL = [
     (201, 25, ()),  # a few touches, and noise that may be a series
     # Touches of 1.5 times the noise 4.5 ms from the likeliest place in noise, of the noise itself 7 ms from it.
     (913, 33, ("clipped",)), (917, 24, ("clipped",)), (401, 34, ("coloured",)),
+    (921, 16, ()),  # noise just before a touch: the filters differ by 1.5 ms
+    (925, 7, CLIPPED),  # strong echoes are a series, and noise is frequent
+    (923, 21, CLIPPED),  # the last three of six touches are evident together only
 ]  # fmt: skip
 DOUBTFUL_SLOW = [
     (202, 27, CLIPPED), (203, 33, CLIPPED), (301, 12, CLIPPED), (301, 34, CLIPPED), (403, 5, CLIPPED),
     (202, 24, ()), (202, 13, ("coloured",)), (202, 7, ("speech",)), (917, 8, ("coloured",)),
+    (930, 7, CLIPPED),
 ]  # fmt: skip
 
 
@@ -143,6 +147,37 @@ def test_echoes_and_noise_do_not_count_and_hide_no_touch(seed, number, kinds):
     distance = np.abs(sound.time[:, None] - picks.time)
     assert np.all(distance[np.cumprod(sound.signal_to_noise > 3.0).astype(bool)].min(axis=1) < 0.004)
     assert np.all(distance.min(axis=0) < np.maximum(4.0 * picks.error, 0.004))
+
+
+def strengths(rng, seconds, strong, weak):
+    """Return instants and strengths of sounds at random: some as strong as touches, others as weak as noise."""
+    time = rng.uniform(0.0, seconds, strong + weak)
+    strength = np.concatenate(
+        [np.exp(rng.uniform(np.log(5.0), np.log(60.0), strong)), 3.0 + rng.exponential(0.3, weak)]
+    )
+    order = np.argsort(time)
+    return time[order], strength[order]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_weak_sounds_of_noise_are_no_rivals_of_a_series(seed):
+    rng = np.random.default_rng([20, seed])
+    time, strength = strengths(rng, 4.0, 0, 40)
+    touches = 1.0 + np.concatenate([[0.0], np.cumsum(rng.uniform(0.4, 0.7) * rng.uniform(0.7, 0.9) ** np.arange(3))])
+    time, strength = np.concatenate([time, touches]), np.concatenate([strength, [30.0, 20.0, 14.0, 10.0]])
+    order = np.argsort(time)
+    time, strength = time[order], strength[order]
+    chain, odds = best_series(time, strength, strength, 4.0)
+    assert list(time[chain]) == list(touches)
+    assert odds > SERIES_ODDS
+
+
+def test_strong_sounds_at_random_are_no_series():
+    rng = np.random.default_rng(21)
+    for _ in range(100):
+        seconds = rng.uniform(2.0, 10.0)
+        time, strength = strengths(rng, seconds, int(rng.integers(4, 10)), int(rng.integers(0, 40)))
+        assert best_series(time, strength, strength, seconds)[1] < SERIES_ODDS
 
 
 @pytest.mark.parametrize("touch", range(6))

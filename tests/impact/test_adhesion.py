@@ -464,6 +464,21 @@ def test_history_has_its_jumps():
     assert float(result.sample([0.0]).indentation_velocity[0]) == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("force", [0.0, 0.05])
+def test_a_body_that_leaves_slowly_is_free_after_the_last_jump(force):
+    """The surface relaxes faster than the body leaves, so that the march goes on without attraction."""
+    slow = ball(solid([1.0], [0.1]), 0.02, 0.3, 0.4, external_force=force)
+    velocity = rs.sticking_velocity(slow, rtol=1e-3) * float(np.random.default_rng(8).uniform(1.005, 1.02))
+    result = rs.solve(replace(slow, velocity=velocity), rtol=1e-5)
+    last = result.jumps[-1]
+    assert last.zone_radius_after == 0.0
+    # Both are of one march, the first ones extrapolated from two.
+    assert result.contact_time == pytest.approx(last.time, rel=1e-4)
+    assert result.residual_indentation_depth == pytest.approx(last.indentation_depth, rel=1e-3)
+    assert result.history.time[-1] == last.time
+    assert abs(result.energy.residual) < 2e-4
+
+
 def test_the_first_jump_without_touch_has_a_closed_form():
     # c^2/2 = (4 sigma0/(pi E0)) c for a parabola, R = 1: int_0^c H/sqrt(c^2 - x^2) dx = pi h0/2 at d = -h0.
     result = rs.solve(ball(STANDARD, 0.02, 0.1, 0.5), rtol=1e-4)

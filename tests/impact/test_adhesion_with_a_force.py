@@ -35,18 +35,24 @@ STANDARD = solid([4.0], [1.0])
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("material", "work", "stress", "velocity", "force"),
-    [((1.0, [4.0], [1.0]), 0.02, 0.3, 0.5, 0.03), ((0.0, [3.0, 1.0], [1.0, 10.0]), 0.01, 0.3, 0.5, 0.02)],
+    ("material", "work", "stress", "velocity", "force", "change", "off"),
+    [
+        ((1.0, [4.0], [1.0]), 0.02, 0.3, 0.5, 0.03, 1e-4, 2e-6),
+        ((0.0, [3.0, 1.0], [1.0, 10.0]), 0.01, 0.3, 0.5, 0.02, 1e-4, 2e-6),
+        # The body leaves more slowly than the surface may follow, and the force slows it down when it is free.
+        ((1.0, [1.0], [0.1]), 0.02, 0.3, 0.386, 0.05, 5e-4, 5e-5),
+    ],
 )
-def test_another_program_has_the_same_rebound(material, work, stress, velocity, force):
+def test_another_program_has_the_same_rebound(material, work, stress, velocity, force, change, off):
     """Maxwell branches in the middle of cells, steps of their own: from 400 and 800 elements."""
     program = material, work, stress, velocity
     exact, rough, fine = extrapolated_restitution(*program, weight=force, width=1.3, elements=400)
-    assert abs(fine - rough) < 1e-4
+    assert abs(fine - rough) < change
     equilibrium, moduli, times = material
     impact = ball(solid(moduli, times, equilibrium), velocity, force, work, stress)
     e = rs.solve(impact).restitution_coefficient
-    assert e == pytest.approx(exact, abs=2e-6)
+    # What extrapolation leaves is of higher order than the change, and irregular.
+    assert e == pytest.approx(exact, abs=off)
     # The force does change it.
     assert abs(rs.solve(replace(impact, external_force=0.0)).restitution_coefficient - e) > 1e-3
 

@@ -343,6 +343,22 @@ def test_depths_on_a_soft_spring_have_the_accuracy_of_depths(k):
     assert depth == pytest.approx(strict, abs=1e-6 * strict.max())
 
 
+def test_a_step_to_the_end_of_a_contact_is_not_the_best_where_it_was_driven_back():
+    """Parabola on a spring; a longer step passes the end of the first contact, and errors follow rtol."""
+    moduli = [2626152.9435, 154994.6394, 9592569.4463, 927617.1445, 2472281.5175, 818926.4703, 1182155.0849, 3994957.0883,
+              368230.0868, 4919317.8516, 7788838.5509, 716084.7117, 1084105.6336, 8586116.3072, 1994102.2657]  # fmt: skip
+    times = [0.001641728, 0.002709574, 0.003288999, 0.005358604, 0.008764714, 0.016943326, 0.083169458, 0.161277023,
+             0.22824163, 0.471323536, 0.736283389, 1.348407991, 1.662858958, 4.176640423, 5.871057348]  # fmt: skip
+    knots = [0.0, 0.73369965, 1.56508317, 1.69392122, 2.46950956, 3.4558378, 3.95394431, 4.37500663]
+    base = [0.0, 79.6525394, 43.0017304, -2.42351702, -5.57553785, -5.57553785, 3.02188472, 43.7892861]
+    moments, body = np.linspace(0.0, knots[-1], 501), half_space(PronySeries(1e6, moduli, times))
+    force, strict = (
+        indent(body, rs.Parabola(1e-2), time=knots, depth=1e-6 * np.array(base), spring_constant=1e3, rtol=rtol)
+        .sample(moments).force.values for rtol in (1e-4, 1e-8)
+    )  # fmt: skip
+    assert force == pytest.approx(strict, abs=1e-4 * strict.max())
+
+
 def test_a_refusal_names_an_rtol_that_does(monkeypatch):
     """Steps with a tolerance below 5e-10 are not solved here."""
     solve = panels.run

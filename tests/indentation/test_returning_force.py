@@ -96,6 +96,43 @@ def test_a_force_that_returns_at_once_on_nearly_equal_dashpots(rtol):
     assert np.ptp(depths, axis=0).max() <= rtol * np.max(depths)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_force_on_a_flat_face_is_that_prescribed(seed):
+    """The force of a flat face hardly depends on the front, which is near its edge where a contact begins."""
+    rng = np.random.default_rng([seed, 13])
+    for rests in (False, True):
+        time, force = np.append(0.0, np.cumsum(rng.uniform(0.2, 1.0, 6))), rng.uniform(0.2, 1.0, 7)
+        force[[0, 3, 4 if rests else 3]] = 0.0
+        series = PronySeries(
+            1.0, 10.0 ** rng.uniform(-1.0, 1.0, 2), 10.0 ** rng.uniform(-1.0, 1.0, 2),
+            parallel_viscosity=0.3 * 10.0 ** rng.uniform(-2.0, 0.0),
+        )  # fmt: skip
+        result = indent(half_space(series), rs.TruncatedCone(1.1, 0.1), time=time, force=force)
+        moments = rng.uniform(0.0, time[-1], 200)
+        sampled = result.sample(moments).force.values
+        assert sampled == pytest.approx(np.interp(moments, time, force), abs=result.rtol * force.max())
+
+
+def test_the_last_elements_of_a_contact_leave_a_smooth_imprint():
+    """A spring that returns to a relaxed liquid on a dashpot; errors follow rtol.
+
+    The front ends just before its step, so that it is no polynomial there; bumps of the imprint would hold the next
+    contact at the axis for a while.
+    """
+    series = PronySeries(
+        0.0, [963567.7276623193, 180811.20803918704, 642906.63019194],
+        [0.0041416682845339834, 0.027138734035990087, 0.03770828944663802], parallel_viscosity=37409.5681668624,
+    )  # fmt: skip
+    time = [0.0, 0.1691385847066726, 0.4929710090793182, 0.8544484234979519, 1.0133734566322596, 1.4298203756575787,
+            1.6807078634458241, 2.089271427659292]  # fmt: skip
+    base, moments = 1e-5 * np.array([0.0, 7.5, 7.5, 2.5, 2.5, 9.0, 1.0, 6.0]), np.linspace(0.01, time[-1], 2001)
+    force, strict = (
+        indent(half_space(series), rs.Parabola(1e-2), time=time, depth=base, spring_constant=1e3, rtol=rtol)
+        .sample(moments).force.values for rtol in (1e-6, 1e-8)
+    )  # fmt: skip
+    assert force == pytest.approx(strict, abs=3e-6 * strict.max())
+
+
 @pytest.mark.parametrize("seed", [3, 21, 68])
 def test_random_programs_of_a_spring_on_a_dashpot(seed):
     """The force of the spring presses the elements. With the rate of before the front's run, all but 3 are refused."""

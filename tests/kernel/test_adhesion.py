@@ -11,8 +11,7 @@ from scipy.optimize import brentq
 import restitution as rs
 from restitution.indentation import attraction
 from restitution.indentation.solid import branches_of, compliance_of
-from restitution.kernel import adhesion as kernel
-from restitution.kernel import waiting, zone
+from restitution.kernel import dissipation, waiting, zone
 
 
 def plain(function):
@@ -81,7 +80,7 @@ def test_weights_of_unequal_elements_are_those_of_lines_in_the_square():
 
 def test_what_an_element_dissipates_on_two_lines_is_an_integral(monkeypatch):
     for name in ("_spent", "_spent_on_line"):
-        monkeypatch.setattr(kernel, name, plain(getattr(kernel, name)))
+        monkeypatch.setattr(dissipation, name, plain(getattr(dissipation, name)))
     rng = np.random.default_rng(9)
     for rate in (1e-4, 0.3, 40.0):
         solid, dt = zone.Solid(1.0, np.array([1.7]), np.array([rate])), 0.7
@@ -101,7 +100,7 @@ def test_what_an_element_dissipates_on_two_lines_is_an_integral(monkeypatch):
             return load(t) - rate * (memory * math.exp(-rate * t) + past)
 
         exact = 1.7 * quad(lambda t, drive=drive: drive(t) ** 2, 0.0, dt, points=[part * dt], limit=200)[0]
-        spent = plain(kernel._spent_in_parts)(solid, dt, 0, before, after, room)
+        spent = plain(dissipation._spent_in_parts)(solid, dt, 0, before, after, room)
         # With a rate times step below 1e-3 the drive counts as linear.
         assert spent == pytest.approx(exact, rel=2e-5 if rate == 1e-4 else 1e-7)
 
@@ -127,7 +126,7 @@ def test_factors_are_integrals_of_the_memory(rate):
 @pytest.mark.parametrize("rate", [0.0, 1e-3, 0.3, 40.0])
 def test_the_energy_of_a_step_is_an_integral(rate, monkeypatch):
     for name in ("_spent", "dot"):
-        monkeypatch.setattr(kernel, name, plain(getattr(kernel, name)))
+        monkeypatch.setattr(dissipation, name, plain(getattr(dissipation, name)))
     dt, first, slope, weight = 0.7, 0.4, -1.3, 1.7
 
     def drive(t):
@@ -141,7 +140,7 @@ def test_the_energy_of_a_step_is_an_integral(rate, monkeypatch):
     plain(zone.set_factors)(solid, dt, room)
     # An element at the axis and the last one beside it, with weights that are exact for lines in x^2: 2/3 and 1/3.
     room.nodes[zone.Q_], room.nodes[zone.Q1_] = first, first + slope * dt
-    result = plain(kernel._remember)(solid, dt, 0, 2, room)
+    result = plain(dissipation.remember)(solid, dt, 0, 2, room)
     # Below a rate times step of 1e-3 the drive counts as linear: its greatest distance from a line is r dt^2 slope/8.
     linear = 0.25 * rate * dt**3 * abs(slope) * max(first, abs(drive(dt))) if rate * dt < 1e-3 else 0.0
     whole = weight

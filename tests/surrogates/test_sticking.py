@@ -107,6 +107,19 @@ def test_ranges_without_the_threshold():
 
 
 @pytest.mark.slow
+def test_a_surface_that_follows_a_slow_body_needs_few_pieces():
+    """Contact times that end on a step, long after the last attraction, have no series."""
+    material = rs.Material(rs.PronySeries(0.25, [0.25], [0.1]), bulk=math.inf)
+    impact = replace(BALL, material=material, adhesion=rs.Adhesion(0.02, 0.3))
+
+    def few(_: int, pieces: int) -> None:
+        assert pieces < 10
+
+    curve = rs.surrogate(impact, (0.2, 0.6), progress=few)
+    assert max(curve.error.values()) < 1e-4
+
+
+@pytest.mark.slow
 def test_error_is_below_the_stated_error_at_other_velocities():
     rng = np.random.default_rng(5)
     moduli, times = 0.25 * 10.0 ** rng.uniform(-0.5, 0.7, 2), 10.0 ** rng.uniform(-1.0, 1.0, 2)

@@ -110,7 +110,7 @@ def _is_wav(source: Path) -> bool:
     """Return whether a file is a sound, by its name or its first letters."""
     if source.suffix.lower() in (".wav", ".wave"):
         return True
-    if source.suffix.lower() == ".toml":
+    if source.suffix.lower() == ".toml" and source.is_file():
         raise InputError("", rule="is a case file, no recording; `restitution bounce` lets its body bounce")
     if source.suffix.lower() in (".mp3", ".m4a", ".aac", ".ogg", ".flac", ".opus", ".mp4", ".mov"):
         raise InputError("", rule="must be a WAV file: convert the sound, for example with Audacity")

@@ -129,7 +129,7 @@ def read_observations(
 
 
 def _read(source: Path, kind: str | None, deviations: dict[str, Any], arguments: dict[str, Any]) -> Observations:
-    if source.suffix.lower() == ".toml":
+    if source.suffix.lower() == ".toml" and source.is_file():
         raise InputError("", rule="is a case file: must be a file of measured values")
     if kind is not None and checks.instance("kind", kind, str, "must be a name") not in KINDS:
         raise InputError("kind", kind, f"must be one of {', '.join(KINDS)}")

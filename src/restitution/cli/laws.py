@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from json import dumps
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -12,7 +13,7 @@ from restitution.cli import terminal as cli
 from restitution.cli.sweep import build_surrogate
 from restitution.cli.terminal import completed, ends, option
 from restitution.files import TABLES, write_table, write_text
-from restitution.units import ANGLE, LENGTH, VELOCITY
+from restitution.units import ANGLE, LENGTH, MASS, VELOCITY
 
 # Ends of the names of contact laws.
 _LAWS = (".h", ".json")
@@ -20,6 +21,8 @@ _LAWS = (".h", ".json")
 _CARDS = {".inp": "after a long time", ".txt": "at the first instant", ".mac": "at the first instant"}
 # Velocities to which terms of a law are fitted.
 _POINTS = 9
+# Relative difference of radii or masses of one ball.
+_SAME = 1e-2
 
 
 def export(
@@ -163,7 +166,7 @@ def _write_materials(case: Path, to: Path) -> _Export:
 
 _TARGETS = (
     "lammps-viscoelastic, lammps-tsuji, lammps-coeff-restitution, mercury-bshp, yade-mindlin, liggghts, kratos-dem, "
-    "mujoco-solref, drake, drake-sap, rebound, acusolve, solfec, box2d, bullet or physx; with the section [adhesion] "
+    "mujoco-solref, drake, drake-sap, rebound, acusolve, solfec, box2d, bullet or physx; of a case with adhesion "
     "lammps-jkr-viscoelastic, lammps-jkr-mass-velocity, lammps-dmt-viscoelastic, lammps-dmt-mass-velocity, "
     "liggghts-sjkr, mercury-adhesive, yade-dmt or mfix"
 )
@@ -222,7 +225,8 @@ def calibrate(
 
     with cli.user_input():
         problem = rs.read_case(case, any_velocity=True)
-        measured = None if restitution is None else _restitution(restitution)
+        bodies: Any = problem.bodies(problem.impact)
+        measured = None if restitution is None else _restitution(restitution, bodies and bodies[0])
         if velocity is None:
             if not isinstance(measured, tuple):
                 rule = "only a table of --restitution has velocities of its own"
@@ -231,7 +235,7 @@ def calibrate(
         impact = problem.over(velocity)
         # The bodies have no size of the target, which the report of a half-space compares.
         is_plain = problem.sections.counter_body is None and impact.counter_material is None and contact != "pair"
-        bodies: Any = impact if is_plain else problem.bodies(impact) or impact
+        bodies = impact if is_plain else problem.bodies(impact) or impact
         rough: dict[str, Any] = {"friction": friction, "angle": angle, "tangential": tangential}
         if impact.friction is not None and takes_friction(target):
             rough |= {"friction": impact.friction if friction is None else friction, "gyration": impact.gyration}
@@ -244,11 +248,26 @@ def calibrate(
     tables.answer(result, json=json, plot=plot, notes=problem.notes(impact))
 
 
-def _restitution(text: str) -> Any:
-    """Return one coefficient of restitution, or the velocities [m/s] and the coefficients of a CSV file."""
+def _restitution(text: str, ball: rs.Body | None) -> Any:
+    """Return one coefficient of restitution, or the velocities [m/s] and the coefficients of a CSV file.
+
+    Columns of radii and masses must have those of the ball.
+    """
+    from restitution.case.observations import open_columns
+
+    names: list[str] = []
     try:
         return float(text)
     except ValueError:
-        # Measured rebounds have a ball, which is that of the case here.
-        table: Any = rs.read_observations(text, kind="rebounds", radius=1.0, mass=1.0)
-        return table.velocity, table.restitution_coefficient
+        # What is wrong with a file is said below.
+        with suppress(rs.InputError):
+            names = open_columns(Path(text))[1]
+    body = {name: 1.0 if ball is None else getattr(ball, name) for name in ("radius", "mass")}
+    absent: dict[str, Any] = {name: value for name, value in body.items() if name not in names}
+    table: Any = rs.read_observations(text, kind="rebounds", **absent)
+    for (name, value), unit in zip(body.items(), (LENGTH.unit, MASS.unit), strict=True):
+        other = [each for each in getattr(table, name).tolist() if abs(each - value) > _SAME * value]
+        if other and ball is not None:
+            rule = f"must be that of the ball of the case, {value:.6g} {unit}; a law is fitted to one ball"
+            raise rs.InputError(name, other[0], rule, unit, where=text)
+    return table.velocity, table.restitution_coefficient

@@ -70,10 +70,10 @@ _COMMANDS = {
 }
 for _panel, _commands in _COMMANDS.items():
     for _command in _commands:
-        app.command(_command.__name__.rstrip("_").replace("_", "-"), rich_help_panel=_panel)(_command)
+        app.command(_command.__name__.rstrip("_").replace("_", "-"), cls=cli.Command, rich_help_panel=_panel)(_command)
 
 
-@app.command("reproduce", rich_help_panel=_MORE)
+@app.command("reproduce", cls=cli.Command, rich_help_panel=_MORE)
 def reproduce(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for figures, data and claims.")] = _FOLDER,
     quick: Annotated[bool, typer.Option("--quick", help="Coarse grids, for a first look.")] = False,

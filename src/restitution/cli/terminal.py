@@ -22,7 +22,7 @@ from tempfile import TemporaryFile
 from typing import Annotated, Any, cast, get_args
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.files import TABLES
@@ -202,7 +202,22 @@ def _patient_with_readers() -> Generator[None]:
         raise typer.Exit(DONE) from None
 
 
-class Commands(TyperGroup):
+class _Flags:
+    """Options without a value have no type in the help, which typer shows as <bool>."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        parameters: list[Any] = super().get_params(ctx)  # pyright: ignore[reportAttributeAccessIssue]
+        for parameter in parameters:
+            if getattr(parameter, "is_flag", False):
+                parameter.metavar = ""
+        return parameters
+
+
+class Command(_Flags, TyperCommand):
+    """A command."""
+
+
+class Commands(_Flags, TyperGroup):
     """The commands; each ends with one of the exit codes, without a traceback for bad input."""
 
     def make_context(self, *args: Any, **extra: Any) -> Any:

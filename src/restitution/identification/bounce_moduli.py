@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from restitution.checks import Array
 from restitution.errors import InputError
-from restitution.identification.observations import hollow_balls, mean_table
+from restitution.identification.observations import doubtful_balls, mean_table
 from restitution.impact.closed_forms import HERTZ_TIME_FACTOR
 from restitution.material.fit import DynamicTable
 from restitution.quantities import INPUTS, MODULI, NUMBER, OUTPUTS, Quantity, dataset
@@ -188,7 +188,7 @@ def moduli_of_rebounds(rebounds: Rebounds) -> EffectiveModuli:
     return EffectiveModuli(
         omega, storage, storage * tangent, tangent, storage * storage_error, storage * loss_error,
         tangent_error,
-        (*_statements(loss, storage, by_force & np.isfinite(force)), *hollow_balls(mass, rebounds.profile)), v, e,
+        (*_statements(loss, storage, by_force & np.isfinite(force)), *doubtful_balls(mass, rebounds.profile)), v, e,
     )  # fmt: skip
 
 

@@ -34,11 +34,17 @@ from restitution.impact.window import window_around
 from restitution.material.viscoelastic import Material
 from restitution.quantities import INPUTS, NUMBER, OUTPUTS, Quantity, dataset
 from restitution.result import Result, Summary, Table
+from restitution.units import LENGTH, in_words
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Criterion = Literal["E", "D"]
+# What a criterion makes small.
+_AIMS = {
+    "E": "the least known combination of the parameters, not for a single one",
+    "D": "all parameters together, not for the worst one",
+}
 
 # Largest number of rounds of exchanges; usually a few suffice.
 _ROUNDS = 20
@@ -93,10 +99,14 @@ class Design(Result):
             lines.append("No choice among the candidates determines all parameters: measure another quantity.")
         elif len(self.one_radius) > 1:
             alone = ", ".join(
-                f"{per_cent(error)} with R = {radius:.3g} m (a factor of {self.gains[radius]:.2g})"
+                f"{per_cent(error)} with R = {in_words(radius, LENGTH.unit)} ({self.gains[radius]:.2g} times as large)"
                 for radius, error in self.one_radius.items()
             )
-            lines.append(f"The largest standard error is {per_cent(self.largest_error)}; with one ball: {alone}.")
+            largest = per_cent(self.largest_error)
+            lines.append(f"The largest standard error is {largest}; with one ball alone: {alone}.")
+            if min(self.gains.values()) < 1.0:
+                aim = _AIMS[self.criterion]
+                lines.append(f"One ball alone may do better here, as the impacts are chosen for {aim}.")
         return tuple(lines)
 
     def to_dataset(self) -> xr.Dataset:

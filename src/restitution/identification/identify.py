@@ -15,7 +15,7 @@ from restitution import checks
 from restitution.checks import Array, function, one_of, truth, whole
 from restitution.errors import InputError
 from restitution.identification.fit import EQUALLY_GOOD, Loss, estimate
-from restitution.identification.observations import Moduli, Observations, as_observations, hollow_balls
+from restitution.identification.observations import Moduli, Observations, as_observations, doubtful_balls
 from restitution.identification.parameters import MOST_TERMS, SPECTRUM, OfData, parameter_names, parameters
 from restitution.identification.result import Identification
 from restitution.identification.uncertainty import (
@@ -215,7 +215,7 @@ def _warnings(result: Identification, profiles: bool | None) -> tuple[str, ...]:
         lines.append(f"the residuals have too few changes of sign (p = {result.runs_test:.1g}): the model is wrong")
     here = estimation.fit.coordinates[None]
     for record, nuisances in zip(problem.data, problem.nuisances(here), strict=True):
-        lines += hollow_balls(getattr(record, "mass", None), getattr(record, "profile", None))
+        lines += doubtful_balls(getattr(record, "mass", None), getattr(record, "profile", None))
         lines += record.doubts(problem.materials(here), nuisances)
     if profiles is False and (unseen := result.uncertainty.unseen_adhesion):
         lines.append(

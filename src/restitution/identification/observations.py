@@ -22,6 +22,7 @@ from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus, single_material
 from restitution.quantities import check, check_single
+from restitution.validity import DENSITY_LIMITS
 
 # Lightest solid ball [kg/m^3]; rubbers and polymers have 850 and more.
 _LIGHTEST = 500.0
@@ -121,15 +122,22 @@ class Curve(NamedTuple):
     ] = ()  # quantities that distinguish the bodies of the values, if there are several
 
 
-def hollow_balls(mass: Any, profile: Any) -> list[str]:
-    """Return doubt about balls that are too light to be solid, in words."""
+def doubtful_balls(mass: Any, profile: Any) -> list[str]:
+    """Return doubt about balls whose mass does not go with their radius, or is too light for a solid one, in words."""
     if mass is None or not isinstance(profile, Parabola):
         return []
     with np.errstate(all="ignore"):  # a radius may be so small that its cube is zero
-        density = float(np.min(mass / (4.0 / 3.0 * math.pi * np.asarray(profile.radius) ** 3)))
-    if density >= _LIGHTEST:
+        density = mass / (4.0 / 3.0 * math.pi * np.asarray(profile.radius) ** 3)
+    low, high = DENSITY_LIMITS
+    worst = float(np.min(density))
+    worst = worst if worst < low else float(np.max(density))
+    if not low <= worst <= high:
+        rule = "compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant"
+        return [f"a ball of this mass and radius has {worst:.3g} kg/m3, outside {low:g} to {high:g} kg/m3: {rule}"]
+    if np.min(density) >= _LIGHTEST:
         return []
-    return [f"a ball of this mass and radius has {density:.0f} kg/m^3: a hollow one that deforms is no half-space"]
+    hollow = "a hollow one that deforms is no half-space"
+    return [f"a ball of this mass and radius has {np.min(density):.0f} kg/m3: {hollow}"]
 
 
 def modulus(materials: Material, temperature: Any = None, deformation: str | None = None) -> PronySeries:

@@ -10,8 +10,8 @@ echoes too. A series is accepted only if chance would hardly make one from sound
 
 A touch begins where a course of decaying power is likeliest and the other touches foretell it, less the time in which
 its sound rises above the noise. Its standard error is the width of this posterior, that time, and the distance to the
-place that the other filter finds, as far as this is likelier. The series ends where the last touches are no longer
-evident above noise and echoes.
+place that the other filter finds, as far as this may be the touch. The series ends where the last touches are no
+longer evident above noise and echoes.
 """
 
 from __future__ import annotations
@@ -66,10 +66,12 @@ _REACH = 0.006
 _TYPICAL = 0.25
 _COURSES = np.array(list(itertools.product((0.1, _TYPICAL, 0.5), (0.001, 0.003, 0.008))))
 _TAIL = 1e-3
-# Logarithm of the odds against chance that a touch at the beginning or the end needs.
-_EVIDENT = 6.0
+# Logarithm of the odds against chance that a touch at the beginning or the end needs, and each one more of several.
+_EVIDENT, _FURTHER = 7.0, 2.0
 # Instants with a larger standard error [s] do not begin or end the series.
-_VAGUE = 0.001
+_VAGUE = 0.0015
+# Instants of one touch by the two filters are of two sounds if they differ by more than this time [s].
+_APART = 0.001
 # A series of flights whose typical ratio is larger comes from a clock.
 _STEADY = 0.997
 # Echoes may come earlier or later by this time [s].
@@ -400,7 +402,9 @@ def _onsets(sound: _Filtered, place: int, echo: Array) -> tuple[Array, float]:
 def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Picks, Array]:
     """Return the first picks, but faint ones where these are better, less their delay; and the odds.
 
-    The other of two picks may be right, as is likely by their odds: their difference adds to the error.
+    The other of two picks may be right, as is likely by their odds: their difference adds to the error. Where they
+    are far apart they are of two sounds. The first of them may be noise if it is faint, and the other one the touch if
+    it is no noise.
     """
     (first, odds), (faint, other) = clear, shaped
     joint = np.logaddexp(odds, other) - math.log(2.0)
@@ -410,7 +414,9 @@ def _joined(clear: tuple[Picks, Array], shaped: tuple[Picks, Array]) -> tuple[Pi
     delay = np.median(late)
     error = np.hypot(faint.error, 1.48 * np.median(np.abs(late - delay)))
     gap, better = faint.time - delay - first.time, error < first.error
-    doubt = expit(np.where(better, odds - other, other - odds))
+    chosen, left = np.where(better, (other, odds), (odds, other))
+    two_sounds = np.where(np.abs(gap) > _APART, np.minimum(left - _FURTHER, 2.0 * _EVIDENT - chosen), -math.inf)
+    doubt = expit(np.maximum(left - chosen, two_sounds))
     error = np.hypot(np.minimum(error, first.error), gap * np.sqrt(doubt))
     return Picks(first.time + np.where(better, gap, 0.0), error, first.signal_to_noise), joint
 
@@ -436,12 +442,25 @@ def _evident(picks: Picks, odds: Array) -> Picks:
     """Return the touches from the first to the last one that are no chance, by their sounds and by their instants.
 
     The instant of a touch is uniform within its window by chance, and else as those before it foretell, or those after
-    it. The series ends where the sum of what its odds have beyond their need is largest, and begins likewise: the
-    touches from any one to the end are evident together.
+    it.
     """
     flight = np.maximum(np.diff(picks.time), 0.1 * SHORTEST)
-    change, beyond = np.diff(np.log(flight), 2), odds - _EVIDENT
+    change = np.diff(np.log(flight), 2)
     later, sooner = (np.log(2.0 * _REACH * density_of_change(change, BLUR / f) / f) for f in (flight[2:], flight[:-2]))
-    end = odds.size - int(np.argmax(np.cumsum(beyond + np.pad(later, (3, 0)))[::-1]))
-    begin = end - 1 - int(np.argmax(np.cumsum((beyond + np.pad(sooner, (0, 3)))[:end][::-1])))
+    end = _evident_together(odds + np.pad(later, (3, 0)))
+    begin = end - _evident_together((odds + np.pad(sooner, (0, 3)))[:end][::-1])
     return Picks(*(column[begin:end] for column in picks))
+
+
+def _evident_together(odds: Array) -> int:
+    """Return the number of touches, from the first one, up to the last that is no chance.
+
+    The touches from any one to the last are evident together, or they are several that follow such a series.
+    """
+    end = odds.size - int(np.argmax(np.cumsum(odds - _EVIDENT)[::-1]))
+    while end < odds.size:
+        further = np.cumsum(odds[end:] - _FURTHER) - (_EVIDENT - _FURTHER)
+        if further.max() <= 0.0:
+            break
+        end += 1 + int(np.argmax(further))
+    return end

@@ -15,7 +15,7 @@ SHORTEST = 0.012
 FEWEST = 4
 """Least number of touches of a series."""
 
-SERIES_ODDS = 5.0
+SERIES_ODDS = 7.0
 """Logarithm of the odds against chance that a series needs that is the only choice."""
 
 BLUR = 0.0015
@@ -75,8 +75,11 @@ def best_series(time: Array, strength: Array, loudness: Array, seconds: float) -
                 break
         results.append((odds, chain))
     odds, chain = max(results)
-    # It is the best of the series that begin with any two of the sounds.
-    return chain, odds - 2.0 * math.log1p(time.size - len(chain))
+    if not chain:
+        return [], -math.inf
+    # It is the best of the series that begin with any two of the sounds that are strong enough for it.
+    rivals = int((np.delete(strength, chain) >= strength[chain].min()).sum())
+    return chain, odds - 2.0 * math.log1p(rivals)
 
 
 def _rates(time: Array, strength: Array, others: NDArray[np.bool_], seconds: float) -> Array:

@@ -49,10 +49,20 @@ class Problem(NamedTuple):
     load: Load = UNLOADED
 
     def march(self, width: float, time: float, count: int, *, bends: bool = False, graded: bool = False) -> March:
-        """March with elements `width/count` apart and steps of at most `time/count`; see `Sticky.march`."""
-        return self.body.march(
+        """March with elements `width/count` apart and steps of at most `time/count`, up to the last attraction.
+
+        See `Sticky.march`, which goes on until the body is faster than the surface may follow.
+        """
+        march = self.body.march(
             width, time, count, mass=self.mass, velocity=self.velocity, load=self.load, bends=bends, graded=graded
         )
+        attracted = np.flatnonzero(march.motion[:, 4] > 0.0)
+        free = march.motion[attracted[-1] + 1 :] if attracted.size else march.motion[:0]
+        if len(free) < 2:
+            return march
+        _, _, speed, *_, viscous, _ = free.T
+        left = march.left + float(viscous[-1] - viscous[0] + 0.5 * self.mass * (speed[0] ** 2 - speed[-1] ** 2))
+        return march._replace(motion=march.motion[: 1 - len(free)], left=left)
 
 
 class Solved(NamedTuple):

@@ -20,6 +20,7 @@ from typing import Any
 
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.course import arrival, arrive, hurries, move, root
+from restitution.kernel.dissipation import ROUNDED, remember, take_ring
 from restitution.kernel.edge import excess
 from restitution.kernel.waiting import carry, rest, waiting_energy
 from restitution.kernel.zone import (
@@ -31,7 +32,6 @@ from restitution.kernel.zone import (
     BUMP_,
     C_,
     D_,
-    DECAY_,
     DEPTH1_,
     DEPTH_,
     DEPTH_NOW_,
@@ -39,7 +39,6 @@ from restitution.kernel.zone import (
     EDGE_,
     ENERGY_,
     F_,
-    FALL_,
     G_,
     H1_,
     H_,
@@ -49,20 +48,16 @@ from restitution.kernel.zone import (
     INSIDE_,
     JUMPED_,
     JUMPS_,
-    KINK_,
     LAST_,
     LEFT_,
     LINE_,
-    LOST_,
     LOW_,
     MADE_,
-    MEAN_,
     N_NOW,
     NO_ROOM,
     NOT_DISC,
     P1_,
     P_,
-    PART_,
     PAUSED,
     PLACE_,
     Q1_,
@@ -70,7 +65,6 @@ from restitution.kernel.zone import (
     RADIUS1_,
     RADIUS_,
     REST_,
-    RISE_,
     S_MEAN_,
     S_RISE_,
     SEPARATED,
@@ -96,7 +90,6 @@ from restitution.kernel.zone import (
     Solid,
     contact_radius,
     count_near,
-    dot,
     normal_force,
     write_bases,
     write_element,
@@ -111,10 +104,6 @@ _TORN = 1e-6
 _BEGINS = 1e-12
 # Share of a step of the edge for a slope.
 _ASIDE = 0.02
-# Rate times step below which the rate of a mode is linear over a step.
-_LINEAR = 1e-3
-# Load or gap that is rounding, of an element that is judged twice.
-_ROUNDED = 1e-14
 # Share of a history that is rounding of its times.
 _ROUNDING = 1e-12
 # Steps between looks at the energy, and its share of the kinetic one by which it is below its bound for sure.
@@ -122,90 +111,6 @@ _OFTEN, _SURE = 16, 1e-3
 # Turns towards the surface that show a body to be held. Under a force it is also where it creeps: what it lacks to
 # balance, over the force, and its kinetic energy over the work of the force.
 _TURNS, _UNBALANCED, _CREEPING = 2, 1e-2, 1e-3
-
-
-@inlined
-def _spent(time: float, before: float, slope: float, decay: float, dt: float) -> float:
-    """Return the integral of (q - r M)^2 over a step, from its value at the start; 1/r is the time.
-
-    The load has this slope.
-    """
-    steady = slope * time
-    rest = before - steady
-    return steady * steady * dt + rest * (1.0 - decay) * (2.0 * steady + 0.5 * rest * (1.0 + decay)) * time
-
-
-@inlined
-def _spent_on_line(rate: float, before: float, slope: float, dt: float) -> tuple[float, float]:
-    """Return the integral of (q - r M)^2 over a line of the load, and q - r M at its end."""
-    z = rate * dt
-    if z < _LINEAR:
-        after = (before + slope * dt * (1.0 - 0.5 * z)) - z * (1.0 - 0.5 * z) * before
-        return dt / 3.0 * (before * before + before * after + after * after), after
-    decay = math.exp(-z)
-    return _spent(1.0 / rate, before, slope, decay, dt), slope / rate * (1.0 - decay) + before * decay
-
-
-@compiled
-def _spent_in_parts(solid: Solid, dt: float, i: int, before: float, after: float, room: Room) -> float:
-    """Return what an element dissipates in a step in which it touches or leaves; its load has a line to each side."""
-    part, kink, spent = room.nodes[PART_, i], room.nodes[KINK_, i], 0.0
-    early, late = part * dt, (1.0 - part) * dt
-    for k in range(solid.rates.shape[0]):
-        rate, first, second = solid.rates[k], 0.0, 0.0
-        start = before - rate * room.memory[k, i]
-        middle = start + kink - before
-        if early > 0.0:
-            first, middle = _spent_on_line(rate, start, (kink - before) / early, early)
-        if late > 0.0:
-            second, middle = _spent_on_line(rate, middle, (after - kink) / late, late)
-        spent += solid.weights[k] * (first + second)
-    return spent
-
-
-@compiled
-def _remember(solid: Solid, dt: float, low: int, top: int, room: Room) -> float:
-    """Take the memory of elements over a step; return what they dissipate."""
-    nodes, per, size = room.nodes, 1.0 / dt, top - low
-    load, press = nodes[Q_, low:top], nodes[P_, low:top]
-    load1, press1 = nodes[Q1_, low:top], nodes[P1_, low:top]
-    # Two rows that the next step writes anew.
-    before, after = nodes[BASE_, low:top], nodes[REST_, low:top]
-    bump, lost = nodes[BUMP_, low:top], nodes[LOST_, low:top]
-    for i in range(size):
-        before[i] = load[i] + press[i]
-    for i in range(size):
-        after[i] = load1[i] + press1[i]
-    for i in range(size):
-        lost[i] = 0.0
-    count, count1 = room.counts[IN_] - low, room.counts[IN1_] - low
-    first, last = min(count, count1), min(max(count, count1), size)
-    # The ring passes an element within the step that has no cohesive load at one end of it.
-    for i in range(first, last):
-        if load[i] == 0.0 or load1[i] == 0.0:
-            nodes[KINK_, low + i] = _spent_in_parts(solid, dt, low + i, before[i], after[i], room)
-    for k in range(solid.rates.shape[0]):
-        factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
-        decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_] * per
-        if rate * dt < _LINEAR:
-            share = weight * dt / 3.0
-            for i in range(size):
-                old = memory[i]
-                new = decay * old + fall * before[i] + rise * after[i] + mean * bump[i]
-                memory[i] = new
-                start, end = before[i] - rate * old, after[i] - rate * new
-                lost[i] += share * (start * start + start * end + end * end)
-        else:
-            slow = 1.0 / rate
-            for i in range(size):
-                old = memory[i]
-                new = decay * old + fall * before[i] + rise * after[i] + mean * bump[i]
-                memory[i] = new
-                lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
-    for i in range(first, last):
-        if load[i] == 0.0 or load1[i] == 0.0:
-            lost[i] = nodes[KINK_, low + i]
-    return dot(nodes[SHARE_, low:top], lost)
 
 
 @compiled
@@ -236,49 +141,10 @@ def _beside_contact(solid: Solid, bodies: Bodies, dt: float, depth: float, low: 
         write_element(solid, bodies, dt, depth, low + i, room)
     astray = 0
     for i in range(count):
-        astray += 0 if press[i] > -_ROUNDED else 1
+        astray += 0 if press[i] > -ROUNDED else 1
     for i in range(count, size):
-        astray += 0 if press[i] == 0.0 and gap[i] >= -_ROUNDED else 1
+        astray += 0 if press[i] == 0.0 and gap[i] >= -ROUNDED else 1
     return astray
-
-
-@compiled
-def _take_ring(solid: Solid, dt: float, depth: float, low: int, top: int, room: Room) -> float:
-    """Take elements that are loaded before and after a step to its end; return what they dissipate.
-
-    Their gap is ``g - d + J0 q + sum c_j M_j``.
-    """
-    nodes, per, size = room.nodes, 1.0 / dt if dt > 0.0 else 0.0, max(top - low, 0)
-    before, after, shape = nodes[Q_, low:top], nodes[Q1_, low:top], nodes[SHAPE_, low:top]
-    gap, lost, undeformed = nodes[H_, low:top], nodes[LOST_, low:top], nodes[G_, low:top]
-    for i in range(size):
-        gap[i], lost[i] = undeformed[i] - depth + solid.compliance * after[i], 0.0
-    for k in range(solid.rates.shape[0]):
-        factors, memory, rate, weight = room.factors[k], room.memory[k, low:top], solid.rates[k], solid.weights[k]
-        decay, fall, rise, mean = factors[DECAY_], factors[FALL_], factors[RISE_], factors[MEAN_]
-        if rate * dt < _LINEAR:
-            share = weight * dt / 3.0
-            for i in range(size):
-                old = memory[i]
-                new = decay * old + fall * before[i] + rise * after[i] + mean * shape[i]
-                memory[i] = new
-                gap[i] += weight * new
-                start, end = before[i] - rate * old, after[i] - rate * new
-                lost[i] += share * (start * start + start * end + end * end)
-        else:
-            slow = 1.0 / rate
-            for i in range(size):
-                old = memory[i]
-                new = decay * old + fall * before[i] + rise * after[i] + mean * shape[i]
-                memory[i] = new
-                gap[i] += weight * new
-                lost[i] += weight * _spent(slow, before[i] - rate * old, (after[i] - before[i]) * per, decay, dt)
-    astray = 0
-    for i in range(size):
-        before[i] = after[i]
-        astray += 0 if gap[i] >= -_ROUNDED else 1
-    room.counts[ASTRAY_] += astray
-    return dot(nodes[SHARE_, low:top], lost)
 
 
 @compiled
@@ -295,12 +161,12 @@ def _accept(solid: Solid, bodies: Bodies, dt: float, edge: float, room: Room) ->
     radius = contact_radius(solid, bodies, edge, room)
     force = normal_force(bodies, edge, radius, depth, room)
     if dt > 0.0:
-        now[VISCOUS_] += 2.0 * (lost + _remember(solid, dt, low, ring, room))
+        now[VISCOUS_] += 2.0 * (lost + remember(solid, dt, low, ring, room))
     for new, old in ((P1_, P_), (H1_, H_), (Q1_, Q_)):
         source, target = nodes[new], nodes[old]
         for i in range(low, ring):
             target[i] = source[i]
-    now[VISCOUS_] += 2.0 * _take_ring(solid, dt, depth, ring, top, room)
+    now[VISCOUS_] += 2.0 * take_ring(solid, dt, depth, ring, top, room)
     if not bodies.sprung:
         now[V_] += dt * (bodies.load - 0.5 * (now[F_] + force)) / bodies.mass
     elif dt > 0.0:

@@ -96,10 +96,16 @@ _INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True} 
 
 @contextmanager
 def _known_operations() -> Generator[None]:
-    """Find the types of each operation once.
+    """Find the types of each operation once, with the versions of numba with which this was tried.
 
     Numba tries all versions of an operator again at each place where it stands, those for text, sets and dates first.
+    It keeps none of the answers and has no setting, and a compiler of its own class is not asked: the types of
+    operations stand in tables that all compilers of a process share. So their common class answers from here while
+    the kernel is compiled, under the lock of all compilers, and as before for anyone afterwards.
     """
+    if not _PARTS:
+        yield
+        return
     plain, known = types.BaseFunction.get_call_type, {}
 
     def get_call_type(self: Any, context: Any, arguments: Any, named: Any) -> Any:

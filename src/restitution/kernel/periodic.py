@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import Room
+from restitution.kernel.elimination import solve_linear
 from restitution.kernel.growth import at_nodes
 from restitution.kernel.panels import FORGOTTEN, NODES, Scheme, Solid, polynomials, share, to_coefficients, value_of
 from restitution.kernel.references import by_reference
@@ -204,28 +205,8 @@ def pass_period(solid: Solid, motion: Motion, s: float, w: Any, bench: Bench) ->
 
 
 @compiled
-def solve_square(matrix: Any) -> None:
-    """Solve by elimination with pivots; the last column becomes the solution."""
-    n = matrix.shape[0]
-    for c in range(n):
-        row = c
-        for r in range(c, n):
-            if abs(matrix[r, c]) > abs(matrix[row, c]):
-                row = r
-        for m in range(c, n + 1):
-            matrix[c, m], matrix[row, m] = matrix[row, m], matrix[c, m]
-        for r in range(n):
-            if r != c:
-                factor = matrix[r, c] / matrix[c, c]
-                for m in range(c + 1, n + 1):
-                    matrix[r, m] -= factor * matrix[c, m]
-    for c in range(n):
-        matrix[c, n] /= matrix[c, c]
-
-
-@compiled
-def write_correction(solid: Solid, motion: Motion, touch: float, end: float, bench: Bench) -> None:
-    """Write the correction of the parts by Newton's method into the last column of the matrix."""
+def write_correction(solid: Solid, motion: Motion, touch: float, end: float, bench: Bench) -> bool:
+    """Write the correction of the parts by Newton's method into the last column; return whether there is one."""
     J, K, M = solid.recoveries.shape[0], solid.rates.shape[0], bench.matrix
     for j in range(J):
         late = math.exp(max(-solid.recoveries[j] * (motion.period - end), FORGOTTEN))
@@ -237,7 +218,7 @@ def write_correction(solid: Solid, motion: Motion, touch: float, end: float, ben
             early = math.exp(max(-solid.recoveries[n] * touch, FORGOTTEN))
             M[j, n] = (1.0 if j == n else 0.0) - late * total * early
         M[j, J] = bench.change[j]
-    solve_square(M)
+    return solve_linear(M, J)
 
 
 @entry_point
@@ -259,7 +240,8 @@ def write_periodic(
         for j in range(J):
             w[j] = guess[j]
         for iteration in range(_MOST_ITERATIONS):
-            write_correction(solid, motion, touch, end, bench)
+            if not write_correction(solid, motion, touch, end, bench):
+                return e
             size, part = 0.0, 1.0
             for j in range(J):
                 size = max(size, abs(bench.matrix[j, J]))

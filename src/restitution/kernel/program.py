@@ -168,7 +168,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         nodes[Y, last] = 0.0
         after = tail(rule, nodes[Y])
         error = 2.0 * nodes[Y, 0] * after / (problem.scales.tolerance * problem.scales.depth)
-        falls_short = room.at[last] >= 0 and not is_light(problem) and after > _ROUGHER * before and error > 1.0
+        falls_short = room.at[last] >= 0 and after > _ROUGHER * before and error > 1.0
+        if falls_short and is_light(problem):
+            falls_short = not leaves_scatter(problem, room, phase)
         if falls_short:
             nodes[Y, last] = y
     if leaves_scatter(problem, room, phase):

@@ -13,6 +13,7 @@ import math
 from typing import Any, NamedTuple
 
 from restitution.kernel.compile import compiled, entry_point, inlined
+from restitution.kernel.elimination import solve_linear
 from restitution.kernel.panels import Solid
 from restitution.kernel.record import Solids, solid_at
 from restitution.kernel.references import by_reference
@@ -165,31 +166,10 @@ def _periodic(solid: Solid, work: Room, offset: float, leaving: float, touching:
         # Slow parts have small rows.
         for i in range(J + 1 if largest > 0.0 else 0):
             matrix[j, i] /= largest
-    _eliminate(matrix, J)
+    is_solved = solve_linear(matrix, J)
     for j in range(J):
-        work.parts[j] = matrix[j, J]
+        work.parts[j] = matrix[j, J] if is_solved else math.nan
     _touch(solid, work, touching)
-
-
-@inlined
-def _eliminate(matrix: Any, n: int) -> None:
-    """Solve a linear system by elimination with pivots; the last column becomes its solution."""
-    for i in range(n):
-        pivot = i
-        for row in range(i + 1, n):
-            if abs(matrix[row, i]) > abs(matrix[pivot, i]):
-                pivot = row
-        for column in range(i, n + 1):
-            matrix[i, column], matrix[pivot, column] = matrix[pivot, column], matrix[i, column]
-        for row in range(i + 1, n):
-            factor = matrix[row, i] / matrix[i, i]
-            for column in range(i, n + 1):
-                matrix[row, column] -= factor * matrix[i, column]
-    for back in range(n):
-        i = n - 1 - back
-        for column in range(i + 1, n):
-            matrix[i, n] -= matrix[i, column] * matrix[column, n]
-        matrix[i, n] /= matrix[i, i]
 
 
 @compiled

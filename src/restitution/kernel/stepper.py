@@ -53,17 +53,11 @@ from restitution.kernel.driver import (
     rounding_of_force,
     rounding_of_load,
 )
+from restitution.kernel.elimination import factorise, solve_factorised, solve_linear
 from restitution.kernel.fronts import shared_load, write_fronts
 from restitution.kernel.growth import at_nodes, differentiate, write_growing_sums
 from restitution.kernel.lanes import WIDTH, broadcast, read8, write8
-from restitution.kernel.lever import (
-    excess_velocity,
-    factorise,
-    solve_factorised,
-    solve_linear,
-    write_response,
-    write_swings,
-)
+from restitution.kernel.lever import excess_velocity, write_response, write_swings
 from restitution.kernel.panels import (
     NODES,
     STAGES,
@@ -381,7 +375,7 @@ def newton_step_of_touch(room: Room) -> tuple[bool, float]:
     for i in range(STAGES):
         for j in range(STAGES):
             M[i, j] = room.jacobian[i, j] * nodes[BELOW, j + 1]
-    if not solve_linear(M):
+    if not solve_linear(M, STAGES):
         return False, 0.0
     for i in range(STAGES):
         most = max(most, abs(M[i, STAGES]))

@@ -7,7 +7,7 @@ from importlib.resources import files
 from string import Template
 from textwrap import indent, wrap
 
-from restitution.kernel import adhesion, contact_law, course, edge, waiting, zone
+from restitution.kernel import adhesion, contact_law, course, dissipation, edge, waiting, zone
 from restitution.law import slide, step
 from restitution.law.c_code import WIDTH, translated
 
@@ -71,7 +71,8 @@ def adhesive_header(
 
     The other parameters are those of `header`.
     """
-    parts, upper = translated(name, [zone, waiting, edge, course, adhesion, contact_law], ["advance"]), name.upper()
+    modules = [zone, waiting, edge, course, dissipation, adhesion, contact_law]
+    parts, upper = translated(name, modules, ["advance"]), name.upper()
     elements, modes = (int(constants[place][0]) for place in (contact_law.ELEMENTS, contact_law.MODES))
     return _filled(
         "adhesive_law",

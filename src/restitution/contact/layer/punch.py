@@ -104,8 +104,9 @@ PANELS = np.array([0.0, 2.0, 10.0, 40.0])
 _RADII, _LEAST, _PER_RADIUS = 32, 16, 6
 # Newton steps of Gauss nodes; after two the error is 1e-16.
 _NEWTON = 4
-# Largest coefficients over x, relative to the largest, at the end of a series that are left out: rounding.
-_ROUNDING = 1e-15
+# Largest coefficients over x, relative to the largest, at the end of a series that are left out: ten times the
+# rounding of the linear systems, which differs between processors, so that all of them keep the same number.
+_ROUNDING = 1e-14
 
 
 class Punches(NamedTuple):
