@@ -370,7 +370,7 @@ def _time_of_sticking(time: Array, radius: Array) -> float:
     """Return the time in which some of the contact sticks, from the radius at the ends of steps.
 
     A disc ends within a step, where the line through the last squares of its radius vanishes. Steps in which one
-    begins count as a whole: the first elements stick before an end of a step shows them.
+    begins count as a whole, which is nearest to marches of 6144 steps: a disc below an element does not show.
     """
     steps, square = np.diff(time), radius * radius
     sticks = radius > 0.0

@@ -62,7 +62,8 @@ def _beyond_last(last: float, before: float, first: float) -> float:
     """Return by how much the sum over a number that falls to zero is too large, from its last three values.
 
     The number is a parabola up to its zero, which lies less than a step beyond the last value, and zero from there.
-    A twelfth of the slope, which does not depend on the place of the zero, is left out.
+    A twelfth of the slope, which does not depend on the place of the zero, is left out. The last term, which does not
+    either, takes that slope a cell further inside. It makes the error of third order of elastic solids small.
     """
     if not before > last > 0.0:
         return 0.0
