@@ -146,7 +146,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
         room.state[WORK] += rule.A[STAGES - 1, i - 1] * net[i] * slopes[i]
-    falls_short, end = False, 0
+    falls_short, at_once, end = False, False, 0
     if event == JOINT:
         panels, end = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])
@@ -168,14 +168,19 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         nodes[Y, last] = 0.0
         after = tail(rule, nodes[Y])
         error = 2.0 * nodes[Y, 0] * after / (problem.scales.tolerance * problem.scales.depth)
-        falls_short = room.at[last] >= 0 and after > _ROUGHER * before and error > 1.0
-        if falls_short and is_light(problem):
-            falls_short = not leaves_scatter(problem, room, phase)
+        if is_light(problem):
+            falls_short = error > 1.0 and not leaves_scatter(problem, room, phase)
+        else:
+            falls_short = room.at[last] >= 0 and after > _ROUGHER * before and error > 1.0
         if falls_short:
             nodes[Y, last] = y
     if leaves_scatter(problem, room, phase):
         smooth_front(problem, room, phase)
-    if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS):
+    if event == ENDS and is_light(problem):
+        # Where the time has too few digits, no panel has the elements that leave.
+        at_once = 2.0 * nodes[Y, 0] * tail(rule, nodes[Y]) > problem.scales.tolerance * problem.scales.depth
+        falls_short = falls_short or at_once
+    if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS) and not at_once:
         push(problem, room, phase, length, kind if passes else FROZEN, joint)
         if event == ENDS and kind < 0 and not falls_short:
             level_axis(problem.solid, room)
