@@ -12,7 +12,7 @@ import restitution as rs
 from refusals import in_one_line, named, warns
 from restitution.impact import tangential
 from restitution.impact.batch import Batch
-from restitution.impact.oblique import Sliders
+from restitution.impact.oblique import Sliders, _time_of_sticking
 
 RUBBER = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.5)
 BALL = rs.Impact(RUBBER, rs.Parabola(0.01), mass=0.005, velocity=1.0)
@@ -233,6 +233,14 @@ def test_history_ends_with_the_outputs_and_obeys_the_law_of_friction():
     impulse = float(np.trapezoid(history.tangential_force, history.time))
     change = float(history.contact_point_velocity[0] - history.contact_point_velocity[-1])
     assert impulse == pytest.approx(2.0 / 7.0 * 0.005 * change, rel=1e-9)
+
+
+@pytest.mark.parametrize("end", [0.31, 0.3999, 0.72])
+def test_sticking_ends_where_the_line_of_squares_of_the_radius_does(end):
+    time = np.linspace(0.0, 1.0, 11)
+    radius = np.sqrt(np.maximum(end - time, 0.0))
+    assert _time_of_sticking(time, radius) == pytest.approx(end, rel=1e-12)
+    assert _time_of_sticking(time, 0.0 * radius) == 0.0
 
 
 def test_two_balls_need_no_radius():

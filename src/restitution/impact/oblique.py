@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, reduce
+from functools import cached_property, partial, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -113,13 +113,18 @@ class ObliqueResult(ImpactResult):
     tangential_energy_residual: Numeric
     tangential_error: Numeric
     tangential_split_error: Numeric
-    _motion: dict[str, Array] | None = field(default=None, repr=False)
+    _march: Callable[[], dict[str, Array]] | None = field(default=None, repr=False)
 
     _default_outputs = (*DEFAULT_OUTPUTS, *OBLIQUE)
 
     @property
     def _compared(self) -> dict[str, Any]:
         return super()._compared | sliding_numbers(self.impact, self._by_name)
+
+    @cached_property
+    def _motion(self) -> dict[str, Array] | None:
+        """Columns of the history of a single impact, by a march of their own."""
+        return None if self._march is None else self._march()
 
     @cached_property
     def history(self) -> xarray.Dataset:
@@ -150,7 +155,7 @@ class ObliqueResult(ImpactResult):
 
         `times` is that of `ImpactResult.plot`, which shows the normal motion.
         """
-        if times is not None or (self._motion is None and not np.shape(self.status)):
+        if times is not None or (self._march is None and not np.shape(self.status)):
             return super().plot(times)
         return draw("oblique.of_several" if np.shape(self.status) else "oblique.overview", self)
 
@@ -191,11 +196,11 @@ def hollow_gyration(inner_radius: Any, outer_radius: Any) -> Any:
 
 
 class Sliding(NamedTuple):
-    """Tangential half of impacts: outputs and status by name, raveled; doubts in words; motion of a single one."""
+    """Tangential half of impacts: outputs and status by name, raveled; doubts in words; the motion of a single one."""
 
     columns: dict[str, Array]
     notes: tuple[str, ...]
-    motion: dict[str, Array] | None
+    march: Callable[[], dict[str, Array]] | None  # of the history
 
 
 def normal_rtol(rtol: float) -> float:
@@ -212,7 +217,7 @@ def solve_sliding(
     The tolerance of the latter is `normal_rtol`. `solution` is that of a single impact, where it is known.
     """
     columns = {name: flat(getattr(impact, name), impact.shape) for name in SLIDING}
-    rows, motion = _solved(impact, columns, rtol, workers, progress, solution)
+    rows, march = _solved(impact, columns, rtol, workers, progress, solution)
     status = np.where(normal[STATUS] == Status.SEPARATED, rows.pop(STATUS), normal[STATUS])
     gaps = rows["gaps"][rows["gaps"] > _GAPS_LIMIT]
     notes = [] if not gaps.size else [
@@ -220,7 +225,7 @@ def solve_sliding(
         f"sticks; the theory needs a disc{f'; in {gaps.size} of {status.size} impacts' if impact.shape else ''}"
     ]  # fmt: skip
     notes += _unbalanced(rows, max(rtol, TANGENTIAL_RTOL))
-    return Sliding(_outputs(impact, normal, columns, rows) | {STATUS: status}, tuple(notes), motion)
+    return Sliding(_outputs(impact, normal, columns, rows) | {STATUS: status}, tuple(notes), march)
 
 
 def _unbalanced(rows: dict[str, Array], rtol: float) -> list[str]:
@@ -297,8 +302,8 @@ def sliding_numbers(impact: Impact | list[Impact], outputs: Mapping[str, Any]) -
 def _solved(
     impact: Impact, columns: dict[str, Array], rtol: float, workers: int | None, progress: Progress | None,
     solution: Solution | None,
-) -> tuple[dict[str, Array], dict[str, Array] | None]:  # fmt: skip
-    """Solve all rows; return what the marches give by name, with the status, and the motion of a single impact."""
+) -> tuple[dict[str, Array], Callable[[], dict[str, Array]] | None]:  # fmt: skip
+    """Solve all rows; return what they give by name, with the status, and the march of the history of a single one."""
     problem, shape, limit = impact.normal, impact.shape, max(rtol, TANGENTIAL_RTOL)
     size, done, sliders = columns["friction"].size, list[int](), Sliders(problem)
     rows = {name: np.full(size, np.nan) for name in (*_ROW, STATUS)}
@@ -308,7 +313,7 @@ def _solved(
     order = np.argsort(places, kind="stable")
     alike = np.split(order, np.flatnonzero(np.diff(places[order])) + 1) if size else []
     tasks = [rows_of[n : n + _TASK] for rows_of in alike for n in range(0, rows_of.size, _TASK)]
-    motions = list[dict[str, Array]]()
+    marches = list[Callable[[], dict[str, Array]]]()
 
     def run(mine: NDArray[np.intp]) -> None:
         place = int(places[mine[0]])
@@ -321,10 +326,11 @@ def _solved(
         for n in mine.tolist():
             speed, friction, kappa = (float(each[n]) for each in (velocity, columns["friction"], columns["gyration"]))
             slope = math.inf if friction == 0.0 else abs(speed) / friction / slider.solution.velocity
-            motion = slider.solve(slope, 1.0 + 1.0 / kappa, limit) if speed else _at_rest(slider.solution)
-            _write(rows, n, slider, motion, limit)
+            mobility = 1.0 + 1.0 / kappa
+            known = slider.solve(slope, mobility, limit) if speed else _at_rest(slider.solution)
+            _write(rows, n, slider, known, limit)
             if not shape:
-                motions.append(_motion(slider.solution, motion, speed))
+                marches.append(partial(_motion, slider, slope, mobility, known, speed))
 
     def report() -> None:
         if progress is not None:
@@ -336,7 +342,7 @@ def _solved(
     if len(tasks) > 1:
         on_threads(run, tasks[1:], workers, report)
     report()
-    return rows, motions[0] if motions else None
+    return rows, marches[0] if marches else None
 
 
 def _at_rest(solution: Solution) -> Tangential:
@@ -355,14 +361,31 @@ def _write(rows: dict[str, Array], n: int, slider: Slider, tangential: Tangentia
         rows[name][n] = value
     time, _, _, radius, slip = tangential.motion.T
     # Where nothing slips, all steps count, also the last one, at whose end the radius is 0.
-    stick = float(np.diff(time) @ (radius[1:] > 0.0) if slip.any() else time[-1])
+    stick = _time_of_sticking(time, radius) if slip.any() else float(time[-1])
     rows["stick"][n] = stick * slider.solution.units.time
     rows["gaps"][n], rows["impulse"][n] = tangential.gaps, slider.impulse
 
 
-def _motion(solution: Solution, tangential: Tangential, velocity: float) -> dict[str, Array]:
+def _time_of_sticking(time: Array, radius: Array) -> float:
+    """Return the time in which some of the contact sticks, from the radius at the ends of steps.
+
+    A disc ends within a step, where the line through the last squares of its radius vanishes. Steps in which one
+    begins count as a whole, which is nearest to marches of 6144 steps: a disc below an element does not show.
+    """
+    steps, square = np.diff(time), radius * radius
+    sticks = radius > 0.0
+    shares = sticks[1:].astype(np.float64)
+    last = np.flatnonzero(sticks[:-1] & ~sticks[1:])
+    last = last[last > 0]
+    fall = np.maximum(square[last - 1] - square[last], 0.0) * steps[last] / steps[last - 1]
+    shares[last] = square[last] / np.maximum(fall, square[last])
+    return float(steps @ shares)
+
+
+def _motion(slider: Slider, slope: float, mobility: float, known: Tangential, velocity: float) -> dict[str, Array]:
     """Return the columns of the history in SI."""
-    time, speed, force, radius, slip = tangential.motion.T
+    solution = slider.solution
+    time, speed, force, radius, slip = slider.history(slope, mobility, known).T
     return {
         "time": np.minimum(time * solution.units.time, solution.contact_time),
         "contact_point_velocity": speed * velocity,

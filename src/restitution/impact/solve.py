@@ -292,7 +292,7 @@ def _result(
         "status": status, "impact": impact, "method": method, "rtol": rtol, "_solution": solution, "_again": again
     }  # fmt: skip
     if sliding is not None:
-        return ObliqueResult(**numbers, **options, notes=sliding.notes, _motion=sliding.motion)
+        return ObliqueResult(**numbers, **options, notes=sliding.notes, _march=sliding.march)
     return ImpactResult(**numbers, **options, notes=notes, began_on=began_on)
 
 

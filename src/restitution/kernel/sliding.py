@@ -19,14 +19,17 @@ from restitution.kernel.workspace import S_
 # Rows of `nodes`: displacement, its rate in the last step, load, load without a displacement in this step, limit of
 # the load, weight of the quadrature over x, the same while the element is in contact and else 0, slip that ends in
 # this step, 1 where the element slips and less the longer it sticks, time at which it joined the core, radius, depth
-# of its touch.
+# of its touch, rate of slip in the step before the last one.
 (
-    U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, RADIUS_, TOUCHED_, N_NODES,
-) = range(13)  # fmt: skip
+    U_, RATE_, LOAD_, TRIAL_, LIMIT_, WEIGHT_, ACTIVE_, ENDED_SLIP_, SLIDES_, JOINED_, RADIUS_, TOUCHED_, SLIPPED_,
+    N_NODES,
+) = range(14)  # fmt: skip
 # Columns of `factors` of a mode: decay over the step, load of a constant rate and of a change of the rate.
 DECAY_, STEADY_, CHANGE_, N_FACTORS = range(4)
 # Columns of `losses` of a mode: 1 - decay over the longest part of a step, over the step, and over another part.
 OF_PART_, OF_STEP_, OF_OTHER_, N_LOSSES = range(4)
+# Steps of sticking from which elements join the core: a power of two, so that their count is exact.
+AGE = 8
 # Longest part of the first step of an element over the step.
 LONGEST_PART = 0.125
 # Members of `sums`: energies lost by friction, dissipated in the material, and stored in elements when they leave;
@@ -49,9 +52,15 @@ FIRST_CHANGE_, FADING_, N_FADING = N_FACTORS, N_FACTORS + 1, N_FACTORS + 2
 # the body. Columns of `lump`: sum over the core of weights times loads, load of that point.
 WEIGHTS_, WAYS_, ALONG_, N_CORE = range(4)
 LOADS_, ALONE_, N_LUMP = range(3)
+# Members of `crease`: the last element that sticks, and 1 if the kink beyond it is known; the element before the cell
+# in which the front turned, -1 where it did not; what the trapezoidal rule misses of the displacement in both cells,
+# and adds to the impulse of elements that come to rest.
+FRONT_, KNOWN_, TURNED_, FRONT_WAY_, TURNED_WAY_, IMPULSE_, N_CREASE = range(7)
+# Columns of `missed`: the same of the load of a mode in both cells.
+FRONT_LOAD_, TURNED_LOAD_, N_MISSED = range(3)
 
 # Rows of the normal solution: s, v, t, force, depth and memory of the modes.
-NORMAL_V_, NORMAL_T_, NORMAL_D_, NORMAL_H_ = 1, 2, 4, 5
+NORMAL_V_, NORMAL_T_, NORMAL_F_, NORMAL_D_, NORMAL_H_ = 1, 2, 3, 4, 5
 
 # Least argument of the exponential of eight numbers.
 _SMALLEST = -700.0
@@ -109,6 +118,8 @@ class Room(NamedTuple):
     fading: Any  # (modes, N_FADING, WIDTH)
     core: Any  # (N_CORE,)
     lump: Any  # (modes, N_LUMP)
+    crease: Any  # (N_CREASE,)
+    missed: Any  # (modes, N_MISSED)
     motion: Any  # (2N + 1, N_MOTION)
     sums: Any  # (N_SUMS,)
 
@@ -125,7 +136,8 @@ def allocate_room(steps: int, tangential: int, normal: int, elements: int) -> Ro
         np.zeros((N_PART, normal)), np.zeros(tangential), np.zeros((tangential, N_LOSSES)),
         np.zeros((normal, N_LOSSES)), factors[0], factors[1], np.zeros(N_TOUCH),
         np.zeros((N_LEAVING, WIDTH)), np.zeros((tangential, N_FADING, WIDTH)), np.zeros(N_CORE),
-        np.zeros((tangential, N_LUMP)), np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
+        np.zeros((tangential, N_LUMP)), np.zeros(N_CREASE), np.zeros((tangential, N_MISSED)),
+        np.zeros((2 * steps + 1, N_MOTION)), np.zeros(N_SUMS),
     )  # fmt: skip
 
 

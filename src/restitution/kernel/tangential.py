@@ -34,6 +34,7 @@ from restitution.kernel.lanes import (
 from restitution.kernel.path import radius_and_integral
 from restitution.kernel.sliding import (
     ACTIVE_,
+    AGE,
     ALONE_,
     BEFORE_,
     CHANGE_,
@@ -57,6 +58,7 @@ from restitution.kernel.sliding import (
     LONGEST_PART,
     MEAN_,
     N_CORE,
+    N_CREASE,
     N_LEAVING,
     N_MOTION,
     N_SUMS,
@@ -76,6 +78,7 @@ from restitution.kernel.sliding import (
     SHARE_,
     SLIDES_,
     SLIP_,
+    SLIPPED_,
     START_,
     STEADY_,
     STICK_,
@@ -83,6 +86,8 @@ from restitution.kernel.sliding import (
     T_,
     TOUCHED_,
     TRIAL_,
+    TURNED_,
+    TURNED_LOAD_,
     U_,
     V_,
     VISCOUS_,
@@ -104,6 +109,7 @@ from restitution.kernel.sliding import (
     set_losses,
     whole_lanes,
 )
+from restitution.kernel.switching import added_impulse, end_slips, kink, note_front, turned
 from restitution.kernel.workspace import S_
 
 # Parts of the first step of an element: the first over the shortest time, its least size over the step, and growth.
@@ -113,9 +119,8 @@ _LAST_PARTS = 16
 # Parts over a relaxation time below which a mode is slow.
 _SLOW = 1e-3
 _MAX_ITERATIONS = 60
-# Stuck elements outside of the core, which has whole lanes, and steps of sticking from which they join it: a power of
-# two, so that their count is exact.
-_RIM, _AGE = 4, 8
+# Stuck elements outside of the core, which has whole lanes.
+_RIM = 4
 _ROUNDING = 1e-14
 # Load over its limit up to which the youngest element counts as stuck.
 _STUCK = 0.999
@@ -131,6 +136,7 @@ class Step(NamedTuple):
     n: int
     dt: float
     before: float
+    earliest: float
     count: int
     whole: int
     slope: float  # of the load over the way
@@ -356,32 +362,6 @@ def _set_loads(
         write8(nodes, LIMIT_, i, friction * at_least(limit, 0.0))
 
 
-@compiled
-def _kink(nodes: Any, core: int, count: int, slope: float, way: float) -> float:
-    """Return what the trapezoidal rule misses of the cell in which the stick radius lies.
-
-    There the load has a kink, and what is left up to the limit falls to zero along a line.
-    """
-    j = count - 1
-    while j - WIDTH > core:
-        start = j + 1 - WIDTH
-        if largest(read8(nodes, LIMIT_, start) - absolute(read8(nodes, TRIAL_, start) + slope * way)) >= 0.0:
-            break
-        j -= WIDTH
-    while j > core and not is_stuck(nodes, j, slope, way):
-        j -= 1
-    if j < core + 1 or j >= count - 1:
-        return 0.0
-    sign = 1.0 if nodes[TRIAL_, j + 1] + slope * way > 0.0 else -1.0
-    left = nodes[LIMIT_, j] - sign * (nodes[TRIAL_, j] + slope * way)
-    before = nodes[LIMIT_, j - 1] - sign * (nodes[TRIAL_, j - 1] + slope * way)
-    cell = nodes[RADIUS_, j + 1] - nodes[RADIUS_, j]
-    if not before > left > 0.0:
-        return 0.0
-    reach = left * (nodes[RADIUS_, j] - nodes[RADIUS_, j - 1]) / (before - left)
-    return sign * 0.5 * left * max(cell - reach, 0.0)
-
-
 @inlined
 def _beyond(load: Any, limit: Any) -> tuple[Any, Any]:
     """Return by how much loads are above their limits, and below them on the other side."""
@@ -422,37 +402,6 @@ def _way(
 
 
 @compiled
-def _end_slips(
-    nodes: Any, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float], pace: float
-) -> bool:
-    """Write the slip of elements that come to rest in this step, or did so in the last one; return whether any do.
-
-    Their rate of slip falls along a line, which the rates of the two steps give, and ends within a step. The sum over
-    whole steps would be off by a number of second order that jumps with their places. Loads without a displacement
-    then are those after the slip.
-    """
-    (first, end), (before, dt) = span, steps
-    some, stops = False, broadcast(0.0)
-    for i in range(first, end, WIDTH):
-        inside = read8(nodes, LIMIT_, i) - absolute(read8(nodes, TRIAL_, i) + slope * way)
-        stops = stops + where_positive(read8(nodes, SLIDES_, i) - (1.0 - 0.5 / _AGE), where_positive(inside, inside))
-        write8(nodes, ENDED_SLIP_, i, broadcast(0.0))
-    if total(stops) == 0.0:
-        return False
-    for i in range(first, end):
-        load, limit, earlier = nodes[TRIAL_, i] + slope * way, nodes[LIMIT_, i], pace - nodes[RATE_, i]
-        sign = 1.0 if nodes[LOAD_, i] > 0.0 else -1.0
-        if nodes[SLIDES_, i] == 1.0 and abs(load) < limit and sign * earlier > 0.0:
-            later = (load - sign * limit) / (slope * dt)
-            change = (later - earlier) * 2.0 / (dt + before)
-            start = earlier + 0.5 * before * change
-            nodes[ENDED_SLIP_, i] = -0.5 * start * start / change
-            nodes[TRIAL_, i] -= slope * nodes[ENDED_SLIP_, i]
-            some = True
-    return some
-
-
-@compiled
 def _advance(
     tangential: Modes, N: int, span: tuple[int, int], slope: float, way: float, steps: tuple[float, float],
     pace: float, room: Room,
@@ -469,7 +418,7 @@ def _advance(
         trial, weight, ended = read8(nodes, TRIAL_, i), read8(nodes, ACTIVE_, i), read8(nodes, ENDED_SLIP_, i)
         load = trial + slope * way
         above, below = _beyond(load, read8(nodes, LIMIT_, i))
-        over, bounded, age = above + below, load - above + below, read8(nodes, SLIDES_, i) - 1.0 / _AGE
+        over, bounded, age = above + below, load - above + below, read8(nodes, SLIDES_, i) - 1.0 / AGE
         slip = where_positive(over, way - inverse * (bounded - trial))
         moved = way - (slip + ended)
         write8(nodes, SLIDES_, i, age + where_positive(over, 1.0 - age))
@@ -481,6 +430,7 @@ def _advance(
         write8(nodes, LOAD_, i, bounded)
         write8(nodes, U_, i, read8(nodes, U_, i) + moved)
         change = moved - dt * read8(nodes, RATE_, i)
+        write8(nodes, SLIPPED_, i, pace - read8(nodes, RATE_, i))
         for k in range(tangential.times.shape[0]):
             mode = factors[k, DECAY_] * read8(room.tangential, k, i) + factors[k, STEADY_] * moved
             write8(room.tangential, k, i, mode + factors[k, CHANGE_] * change)
@@ -545,12 +495,13 @@ def _take_in(pressing: Modes, n: int, friction: float, pace: float, room: Room) 
         room.normal[k, n] = room.part[PRESS_GAIN_, k]
     for k in range(room.young.shape[0]):
         room.tangential[k, n] = room.young[k]
-    nodes[ACTIVE_, n], nodes[SLIDES_, n] = nodes[WEIGHT_, n], 1.0 - 1.0 / _AGE
+    nodes[ACTIVE_, n], nodes[SLIPPED_, n] = nodes[WEIGHT_, n], 0.0
     sums[FRICTION_] += nodes[WEIGHT_, n] * touch[RUBBED_]
     sums[VISCOUS_] += nodes[WEIGHT_, n] * touch[WORK_]
     # An element that slipped before it stuck follows the body since.
     sticks = abs(touch[FIRST_]) < _STUCK * nodes[LIMIT_, n]
     nodes[RATE_, n] = pace if sticks else touch[WAY_] / dt
+    nodes[SLIDES_, n] = 1.0 - 1.0 / AGE if sticks else 1.0
     return sticks
 
 
@@ -581,6 +532,10 @@ def _clear(path: Any, steps: int, velocity: float, room: Room) -> None:
         write8(room.leaving, m, 0, broadcast(0.0 if m == SHARE_ else 1.0))
     for m in range(N_CORE):
         room.core[m] = 0.0
+    for m in range(N_CREASE):
+        room.crease[m] = -1.0 if m == TURNED_ else 0.0
+    for k in range(room.missed.shape[0]):
+        room.missed[k, TURNED_LOAD_] = 0.0
     for k in range(room.lump.shape[0]):
         room.lump[k, LOADS_], room.lump[k, ALONE_] = 0.0, 0.0
         write8(room.fading, k, FADING_, 0, broadcast(0.0))
@@ -606,8 +561,9 @@ def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int,
     nodes, slope = room.nodes, step.slope
     while core > 0 and not (is_stuck(nodes, core, slope, step.guess) and is_stuck(nodes, core + 1, slope, step.guess)):
         core = _shrink_core(solids, friction, step, core, room)
-    kink = _kink(nodes, core, step.count, slope, step.guess)
-    fixed, way = fixed + kink, step.guess
+    missed, front = kink(nodes, core, step.count, slope, step.guess)
+    missed += turned(solids[0], front, room)
+    fixed, way = fixed + missed, step.guess
     while True:
         held = core_load(solids[0], step.ended, room)
         inner, stiff = core_force(solids[0], step.lag * step.pace, slope, room)
@@ -616,9 +572,10 @@ def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int,
         if core == 0 or is_stuck(nodes, core, slope, way):
             break
         core = _shrink_core(solids, friction, step, core, room)
-    if step.n > 1 and _end_slips(nodes, span, slope, way, (step.before, step.dt), step.pace):
+    steps = step.earliest, step.before, step.dt
+    if step.n > 1 and end_slips(solids[0], span, slope, way, steps, step.pace, room):
         way, force = _way(nodes, span, slope, fixed + inner, stiff, step.free, step.pull, way)
-    return core, way, force, kink, held + inner + stiff * way
+    return core, way, force, missed, held + inner + stiff * way
 
 
 @compiled
@@ -626,7 +583,7 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
     """Follow the contact point from first touch to separation."""
     tangential, pressing = solids
     nodes, sums = room.nodes, room.sums
-    v, force, before, paces, core, missed, lane = velocity, 0.0, 0.0, (0.0, 0.0), 0, 0.0, 0
+    v, force, before, earliest, paces, core, missed, lane = velocity, 0.0, 0.0, 0.0, (0.0, 0.0), 0, 0.0, 0
     for n in range(2 * N):
         dt, grows = room.samples[NORMAL_T_, n + 1] - room.samples[NORMAL_T_, n], n < N
         # In the rebound the last of the elements leaves at the end of the step.
@@ -647,28 +604,33 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
         _set_loads(solids, friction, n, (core, count), lag, room)
         if not grows:
             nodes[LIMIT_, count - 1], nodes[ACTIVE_, count - 1] = 0.0, 0.0
-        step = Step(n, dt, before, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
-        core, way, after, kink, inside = _settle(solids, friction, step, core, fixed + layer, room)
+        step = Step(n, dt, before, earliest, count, whole, slope, lag, pull, free, guess, paces[0], paces[1])
+        core, way, after, bent, inside = _settle(solids, friction, step, core, fixed + layer, room)
         if not grows:
             lane = _leave(count - 1, limit, (v, 2.0 * way / dt - v), (before, dt), lane, room)
             if lane == WIDTH:
                 _last_steps(tangential, room)
                 lane = 0
         # What the quadrature over places misses of the loads, that over times misses of their work.
-        sums[VISCOUS_] += 0.5 * way * (missed + layer + kink + inside)
+        sums[VISCOUS_] += 0.5 * way * (missed + layer + bent + inside)
         last, slip = _advance(tangential, N, (core, whole), slope, way, (before, dt), paces[0], room)
         pace = way * (1.0 / dt)
         if grows:
             sticks = _take_in(pressing, n, friction, pace, room)
             # The youngest element counts where all others stick, as the stuck region is a disc.
             last = n if last == n - 1 and sticks else last
-        v -= 0.5 * mobility * dt * (force + after)
-        share = dt / (dt + before) if before > 0.0 else 0.0
-        paces, force, before, missed = (pace, pace + share * (pace - paces[0])), after, dt, layer + kink
-        core = join(core, min(last, whole) - _RIM, room.samples[NORMAL_T_, n + 1], pace, room)
         motion = room.motion[n + 1]
-        motion[T_], motion[V_], motion[F_], motion[SLIP_] = room.samples[NORMAL_T_, n + 1], v, force, slip
+        motion[T_], motion[F_], motion[SLIP_] = room.samples[NORMAL_T_, n + 1], after, slip
         motion[STICK_] = room.nodes[RADIUS_, last] if last >= 0 else 0.0
+        added = added_impulse(friction, N, n, room)
+        v -= mobility * (0.5 * dt * (force + after) - added)
+        motion[V_] = v
+        sums[VISCOUS_] -= added * pace
+        share = dt / (dt + before) if before > 0.0 else 0.0
+        paces, force, missed = (pace, pace + share * (pace - paces[0])), after, layer + bent
+        earliest, before = before, dt
+        core = join(core, min(last, whole) - _RIM, room.samples[NORMAL_T_, n + 1], pace, room)
+        note_front(core, last, whole, room)
     _last_steps(tangential, room)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import cache
 
 import numpy as np
@@ -48,10 +49,8 @@ class Richardson:
 
 # Orders of the terms of the error that are extrapolated away.
 _ORDERS = ((2,), (2, 3), (2, 3, 4))
-# The error is twice the largest of the last three changes, where each counts half of the next one: by comparison of
-# 380 random oblique impacts with finer marches.
-_SHARES, _MARGIN = np.array([1.0, 0.5, 0.25])[:, None, None], 2.0
-_KEPT = _SHARES.size
+# Changes are at least of this order, and as many count: one may be small by chance. The first error is from fewer.
+_FALL, _KEPT, _FEWEST = 2.0, 3, 2
 
 
 class Extrapolation:
@@ -59,6 +58,14 @@ class Extrapolation:
 
     One, two or three terms are taken away, whichever has the smallest error of the first number. Terms beyond the
     first help where the numbers are smooth, and harm where switches within an element make their errors jump.
+
+    A change of extrapolated numbers is the error of those before it, which falls with the square of the number of
+    elements at least. The error is `margin` times what is left of the last three changes, the largest one.
+
+    Parameters
+    ----------
+    margin : float
+        Factor of the errors.
 
     Examples
     --------
@@ -69,33 +76,27 @@ class Extrapolation:
     2.0 True
     """
 
-    def __init__(self) -> None:
-        self._counts: list[int] = []
-        self._values: list[Array] = []
-        # Of each order the last numbers, and their last three changes, the latest first.
-        self._last = np.empty(0)
-        self._changes = np.empty(0)
+    def __init__(self, margin: float = 3.0) -> None:
+        self._margin = margin
+        self._counts: tuple[int, ...] = ()
+        self._values: list[ArrayLike] = []
 
     def add(self, count: int, values: ArrayLike) -> tuple[list[float], list[float]]:
         """Take the numbers from `count` elements; return the extrapolated ones and their errors, infinite at first."""
-        fine = np.asarray(values, dtype=np.float64)
-        self._counts.append(count)
-        self._values.append(fine)
-        many = len(self._values)
-        if many == 1:
-            shape = len(_ORDERS), fine.size
-            self._last, self._changes = np.empty(shape), np.zeros((_KEPT, *shape))
-            return fine.tolist(), [math.inf] * fine.size
-        known = min(many - 1, len(_ORDERS))
-        limits = _weights(tuple(self._counts[-known - 1 :])) @ np.array(self._values[-known - 1 :])
-        # An order has a change from its second number on, and an error from two changes on.
-        changed = min(many - 2, len(_ORDERS))
-        self._changes[1:] = self._changes[:-1]
-        np.abs(limits[:changed] - self._last[:changed], out=self._changes[0, :changed])
-        self._last[:known] = limits
-        errors = (_MARGIN * (_SHARES * self._changes).max(axis=0)).tolist()
-        best, least = known - 1, [math.inf] * fine.size
-        for n in range(min(many - 3, len(_ORDERS))):
+        return self.extend((count,), [values])
+
+    def extend(self, counts: tuple[int, ...], values: Iterable[ArrayLike]) -> tuple[list[float], list[float]]:
+        """Take the numbers from several counts of elements, as if one by one; return the last answer."""
+        self._counts += counts
+        self._values.extend(values)
+        used = self._counts[-len(_ORDERS) - _KEPT - 1 :]
+        found = _weights(used) @ np.array(self._values[-len(used) :], dtype=np.float64)
+        many = len(found) // (1 + _KEPT)
+        limits, changes = found[:many], np.abs(found[many:]).reshape(_KEPT, many, -1)
+        errors = (self._margin * changes.max(axis=0)).tolist()
+        # An order has a number from its second count on, and an error from two changes on.
+        best, least = many - 1, [math.inf] * found.shape[1]
+        for n in range(min(len(used) - 1 - _FEWEST, len(_ORDERS))):
             if errors[n][0] <= least[0]:
                 best, least = n, errors[n]
         return limits[best].tolist(), least
@@ -103,10 +104,29 @@ class Extrapolation:
 
 @cache
 def _weights(counts: tuple[int, ...]) -> Array:
-    """Return the weights of numbers in those without the terms of each order, which use the last of them."""
-    rows = np.zeros((len(counts) - 1, len(counts)))
-    steps = counts[-1] / np.array(counts, dtype=np.float64)
-    for row, orders in zip(rows, _ORDERS, strict=False):
-        used = steps[-len(orders) - 1 :]
-        row[-used.size :] = np.linalg.inv(np.column_stack([used**order for order in (0, *orders)]))[0]
+    """Return the weights of numbers in those without the terms of each order, and in what is left of their changes.
+
+    The first rows belong to the numbers, one for each order that is known, the next ones to the last change, then to
+    those before it. A single number stands for itself.
+    """
+    many = len(counts)
+    known = max(min(many - 1, len(_ORDERS)), 1)
+    limits = [_limits(counts[: max(many - back, 0)], (known, many)) for back in range(_KEPT + 1)]
+    rows = [limits[0]]
+    for back in range(1, _KEPT + 1):
+        # Of orders that have both numbers.
+        both = np.arange(known)[:, None] < many - back - 1
+        fall = (counts[-1 - back] / counts[-1]) ** _FALL if many > back else 0.0
+        rows.append(np.where(both, fall * (limits[back - 1] - limits[back]), 0.0))
+    return np.vstack(rows)
+
+
+def _limits(counts: tuple[int, ...], shape: tuple[int, int]) -> Array:
+    """Return the weights of numbers in those without the terms of each order, which use the last of the counts."""
+    rows, many = np.zeros(shape), len(counts)
+    if many == 1:
+        rows[0, 0] = 1.0
+    for row, orders in zip(rows[: max(many - 1, 0)], _ORDERS, strict=False):
+        used = counts[-1] / np.array(counts[many - len(orders) - 1 :], dtype=np.float64)
+        row[many - used.size : many] = np.linalg.inv(np.column_stack([used**order for order in (0, *orders)]))[0]
     return rows
