@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 import sounds
 
 # None of these seeds was looked at while the code was written.
-SEEDS = range(931, 941)
+SEEDS = range(941, 951)
 REPETITIONS = 6
 KINDS = {
     "white noise": (), "echo": ("echo",), "clipped": ("clipped",), "hum": ("hum",), "speech": ("speech",),
@@ -52,8 +52,15 @@ instants of a series must have no gap. Only sounds with at least {fewest} such t
 touch is within {near:.0f} ms and within four of its standard errors. Where a touch is within {far:.0f} ms, its
 instant is wrong.
 
-The seeds {seeds} were not looked at while the code was written. More than 95 % of the errors are within 1.96
-standard errors where a touch may be anywhere between two samples, as such errors have an end.
+The seeds {seeds} were not looked at while the code was written, and were judged once. More than 95 % of the errors
+are within 1.96 standard errors where a touch may be anywhere between two samples, as such errors have an end.
+
+The seeds 931 to 940 were judged in the same way before, with other rules for the ends of a series: a touch there
+needed odds of exp(7) and each further faint one exp(2), in place of exp(6) and exp(3); its standard error had to be at
+most 1.5 ms, in place of 1 ms; its peak could have any height, in place of 3 standard deviations of the noise. They
+gave 99.31 to 99.81 % of the touches with white and coloured noise, echo, clipping, and echo and clipping, and six
+invented picks: two with coloured noise, one with speech, three with all at once. The present rules were chosen with
+these sounds too.
 
 ## Touches found, by the kind of disturbance
 

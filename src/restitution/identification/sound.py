@@ -67,9 +67,10 @@ _TYPICAL = 0.25
 _COURSES = np.array(list(itertools.product((0.1, _TYPICAL, 0.5), (0.001, 0.003, 0.008))))
 _TAIL = 1e-3
 # Logarithm of the odds against chance that a touch at the beginning or the end needs, and each one more of several.
-_EVIDENT, _FURTHER = 7.0, 2.0
-# Instants with a larger standard error [s] do not begin or end the series.
-_VAGUE = 0.0015
+_EVIDENT, _FURTHER = 6.0, 3.0
+# Instants with a larger standard error [s], and peaks of fewer standard deviations of the noise, do not begin or end
+# the series.
+_VAGUE, _FAINT = 0.001, 3.0
 # Instants of one touch by the two filters are of two sounds if they differ by more than this time [s].
 _APART = 0.001
 # A series of flights whose typical ratio is larger comes from a clock.
@@ -181,7 +182,7 @@ def _likeliest(white: _Filtered, clipped: NDArray[np.bool_]) -> Picks:
             for sound in (white, shaped)
         )
         picks = _evident(*_joined(*both))
-        sure = np.flatnonzero(picks.error <= _VAGUE)
+        sure = np.flatnonzero((picks.error <= _VAGUE) & (picks.signal_to_noise >= _FAINT))
         if sure.size >= FEWEST:
             return _risen(white, Picks(*(column[sure[0] : sure[-1] + 1] for column in picks)))
     rule = f"must have a series of at least {FEWEST} bounces{' that are clear above the noise' if likely else ''}"
