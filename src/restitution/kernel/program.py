@@ -105,6 +105,8 @@ _COARSE = 0.05
 _SAME_TIME = 1e-12
 # Loads that change within a moment, over the tolerance.
 _MOMENT = 0.05
+# Change of the depth, over the tolerance, in which it is not felt which elements leave a spring first.
+_BRIEF = 0.5
 # Difference of two lengths of a step, over the length, that a secant has when only rounding is left between them.
 _CLOSE = 1e-6
 _MOST_TRIES = 200
@@ -146,8 +148,9 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
         room.state[WORK] += rule.A[STAGES - 1, i - 1] * net[i] * slopes[i]
-    sprung = is_light(problem) and not is_force(problem.driver)
     falls_short, at_once, end = False, False, 0
+    brief = abs(nodes[D, last] - nodes[D, 0]) <= _BRIEF * problem.scales.tolerance * problem.scales.depth
+    brief = brief and is_light(problem) and not is_force(problem.driver)
     if event == JOINT:
         panels, end = end_of_way(room, phase)
         polynomials(0.0, room.basis[0], room.basis[1])
@@ -169,7 +172,7 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
         nodes[Y, last] = 0.0
         after = tail(rule, nodes[Y])
         error = 2.0 * nodes[Y, 0] * after / (problem.scales.tolerance * problem.scales.depth)
-        if sprung:
+        if brief:
             falls_short = error > 1.0 and not leaves_scatter(problem, room, phase)
         elif not is_light(problem):
             falls_short = room.at[last] >= 0 and after > _ROUGHER * before and error > 1.0
@@ -177,8 +180,8 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
             nodes[Y, last] = y
     if leaves_scatter(problem, room, phase):
         smooth_front(problem, room, phase)
-    if event == ENDS and sprung:
-        # Where the time has too few digits, no panel has the elements that leave.
+    if event == ENDS and brief:
+        # The time has too few digits, so that no panel has the elements that leave.
         at_once = 2.0 * nodes[Y, 0] * tail(rule, nodes[Y]) > problem.scales.tolerance * problem.scales.depth
         falls_short = falls_short or at_once
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS) and not at_once:
