@@ -359,6 +359,25 @@ def test_a_step_to_the_end_of_a_contact_is_not_the_best_where_it_was_driven_back
     assert force == pytest.approx(strict, abs=1e-4 * strict.max())
 
 
+@pytest.mark.parametrize("equilibrium", [0.0, 1e6])
+@pytest.mark.parametrize("terms", [1, 3])
+@pytest.mark.parametrize("seed", [2, 7, 23, 31])
+def test_forces_of_a_spring_follow_the_tolerance(seed, terms, equilibrium):
+    """A contact ends and another begins in its imprint; holds and steep returns."""
+    rng = np.random.default_rng([37, seed])
+    tip = [Parabola(1e-2), Cone(0.5), rs.Pyramid(1.2)][seed % 3]
+    moduli, times = 1e6 * 10.0 ** rng.uniform(-1.0, 0.3, terms), np.sort(10.0 ** rng.uniform(-2.5, 0.0, terms))
+    knots = np.cumsum(np.append(0.0, rng.uniform(0.1, 0.5, 7)))
+    base = 1e-6 * np.array([0.0, 75.0, 75.0, 25.0, 25.0, 90.0, 10.0, 60.0])
+    body, moments = half_space(PronySeries(equilibrium, moduli, times)), np.linspace(0.01, knots[-1], 200)
+    strict, *forces = (
+        indent(body, tip, time=knots, depth=base, spring_constant=1e3, rtol=rtol).sample(moments).force.values
+        for rtol in (1e-8, 1e-6, 1e-7)
+    )
+    for force, rtol in zip(forces, (1e-6, 1e-7), strict=True):
+        assert force == pytest.approx(strict, abs=3.0 * rtol * strict.max())
+
+
 def test_a_refusal_names_an_rtol_that_does(monkeypatch):
     """Steps with a tolerance below 5e-10 are not solved here."""
     solve = panels.run
