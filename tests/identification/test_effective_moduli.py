@@ -162,7 +162,7 @@ def test_a_velocity_too_small_for_the_formulas_is_refused(velocity):
 @pytest.mark.parametrize("radius", [1e-150, 1e-320])
 def test_a_ball_so_small_that_its_volume_is_zero_is_too_heavy(radius):
     (doubt,) = doubtful_balls(0.03, Parabola(radius))
-    assert "has inf kg/m3" in doubt
+    assert "has inf kg/m^3" in doubt
 
 
 @pytest.mark.parametrize(

@@ -133,11 +133,11 @@ def doubtful_balls(mass: Any, profile: Any) -> list[str]:
     worst = worst if worst < low else float(np.max(density))
     if not low <= worst <= high:
         rule = "compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant"
-        return [f"a ball of this mass and radius has {worst:.3g} kg/m3, outside {low:g} to {high:g} kg/m3: {rule}"]
+        return [f"a ball of this mass and radius has {worst:.3g} kg/m^3, outside {low:g} to {high:g} kg/m^3: {rule}"]
     if np.min(density) >= _LIGHTEST:
         return []
     hollow = "a hollow one that deforms is no half-space"
-    return [f"a ball of this mass and radius has {np.min(density):.0f} kg/m3: {hollow}"]
+    return [f"a ball of this mass and radius has {np.min(density):.0f} kg/m^3: {hollow}"]
 
 
 def modulus(materials: Material, temperature: Any = None, deformation: str | None = None) -> PronySeries:
