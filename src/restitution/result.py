@@ -192,13 +192,18 @@ def nullable(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def draw(place: str, *arguments: Any, **options: Any) -> Any:
-    """Return the figure of a function of `restitution.plot`, named as "module.function".
+def of_higher_layer(place: str, *arguments: Any, **options: Any) -> Any:
+    """Return what a function of a higher layer makes of a result; it is named as "package.module.function".
 
-    Pictures belong to a higher layer and are therefore loaded by name.
+    It is loaded by name when a user asks for it, as results know no layer above them.
     """
     module, _, function = place.rpartition(".")
-    return getattr(import_module(f"restitution.plot.{module}"), function)(*arguments, **options)
+    return getattr(import_module(f"restitution.{module}"), function)(*arguments, **options)
+
+
+def draw(place: str, *arguments: Any, **options: Any) -> Any:
+    """Return the figure of a function of `restitution.plot`, named as "module.function"."""
+    return of_higher_layer(f"plot.{place}", *arguments, **options)
 
 
 class Result:

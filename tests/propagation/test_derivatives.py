@@ -73,6 +73,13 @@ def punch(name: str, **numbers: float) -> rs.Impact:
     return rs.Impact(solid, rs.FlatPunch(numbers["radius"]), mass=numbers["mass"], velocity=1.0)
 
 
+def test_a_result_has_the_derivatives_of_its_impact() -> None:
+    """Hertz: the contact time grows as v^(-1/5) m^(2/5)."""
+    ball = rs.Impact(rs.elastic(shear_modulus=80e9, poisson_ratio=0.3), rs.Parabola(0.01), mass=0.03, velocity=0.1)
+    by = rs.solve(ball).derivatives(["velocity", "mass"], ["contact_time"])
+    assert by.elasticities == pytest.approx(np.array([[-0.2, 0.4]]), abs=RTOL)
+
+
 def test_flat_punch_on_kelvin_voigt() -> None:
     """e = exp(-2 D acos(D)/sqrt(1 - D^2)) with D = tau sqrt(2 E* a/m)/2 (Schwager and Poeschel 2007)."""
 

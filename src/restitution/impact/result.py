@@ -33,7 +33,7 @@ from restitution.quantities import (
     derived,
     needs,
 )
-from restitution.result import Result, Summary, Table, draw, of_values, plain, plain_symbol
+from restitution.result import Result, Summary, Table, draw, of_higher_layer, of_values, plain, plain_symbol
 from restitution.tally import Tally
 from restitution.units import MASS, VELOCITY, in_words, scaled_unit
 from restitution.validity import COLUMNS, Validity, numbers, report, together
@@ -504,6 +504,27 @@ class ImpactResult(Result):
                 raise InputError("times", rule="must be left out for several impacts, which have no common time")
             return draw("impact.of_several", self)
         return draw("impact.overview", self, times)
+
+    def derivatives(self, names: Iterable[str], *arguments: Any, **options: Any) -> Any:
+        """Return the derivatives of the outputs by inputs of the impact, with their errors; see `rs.derivatives`.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of the inputs.
+        *arguments, **options
+            Outputs and options of `rs.derivatives`.
+
+        Examples
+        --------
+        >>> import restitution as rs
+        >>> steel = rs.elastic(shear_modulus=80e9, poisson_ratio=0.3)
+        >>> result = rs.solve(rs.Impact(steel, rs.Parabola(0.01), mass=0.03, velocity=0.1))
+        >>> by = result.derivatives(["velocity", "mass"])
+        >>> print(by.elasticities[1].round(9))  # Hertz: the contact time grows as v^(-1/5) m^(2/5)
+        [-0.2  0.4]
+        """
+        return of_higher_layer("propagation.derivatives.derivatives", self.impact, names, *arguments, **options)
 
     def summary(self, title: str = "") -> Summary:
         """Table of the impact and its warnings, which `print` and notebooks show; of several impacts their ranges."""
