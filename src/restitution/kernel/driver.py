@@ -35,6 +35,20 @@ DONE, NO_ROOM, NOT_SOLVED, TOO_STEEP, APART = range(5)
 TIME, FRONT, DEPTH, RATE, WORK, FORCE = range(6)
 PHASE, FOLLOWING, FREE_PANELS, RECORDS, NO_FRONT_YET, CROWD = range(6)
 D, V, Y, A, PI, F, EVENT, GIVEN, PACE, SLOPE, PULL, BELOW, RISE = range(13)
+# Numbers in `Room.course`. Of a piece of what is prescribed: the part that has passed; length to try next, and that
+# before steps were shortened to an event; longest step to where the front's way ends, and that place; length and error
+# of the last step without an event. Of the search for a step: its length, error, and length without the event; length
+# below which the event is at the start, below which loads jump, and below which two times are one; length and value of
+# the event in the trial before; error of the best step to the end of the front's way; length from which it is aimed
+# at.
+(
+    PASSED, GUESS, STRIDE, REACH, AIM, OLD_LENGTH, OLD_ERROR, LENGTH, ERROR, PLAIN, INSTANT, MOMENT, GRAIN,
+    LAST_LENGTH, LAST_VALUE, CHASED, AIMED, N_COURSE
+) = range(18)  # fmt: skip
+# Numbers in `Room.marks`. Of a piece: map and joint of the next step, event at `AIM` that is known from a longer step,
+# its map, breaks in a row without a step. Of the search for a step: its map, the event at its end, trials, jumps,
+# events that were aimed at, whether the event is the known one.
+FIRST_KIND, BEHIND, GOAL, GOAL_KIND, SWITCHES, KIND, HUNTED, TRIES, JUMPS, AIMS, KNOWN, N_MARKS = range(12)
 
 NEVER = np.zeros(0, dtype=np.bool_)
 # Columns of a matrix for the nodes of a step, in two vectors of the processor.
@@ -96,6 +110,16 @@ class Problem(NamedTuple):
     power: int  # y grows like t^(1/power) after a touch
 
 
+class Piece(NamedTuple):
+    """A piece of what is prescribed."""
+
+    number: int
+    passing: int
+    span: float
+    falls: bool  # A force that is zero at the end
+    fades: bool  # Whether the end of a contact has no exponent
+
+
 class Step(NamedTuple):
     """A step, from `done` on in a piece of what is prescribed."""
 
@@ -129,6 +153,8 @@ class Room(NamedTuple):
     records: Records
     state: Any  # Floats, see TIME
     places: Any  # Integers, see PHASE
+    course: Any  # Floats, see PASSED
+    marks: Any  # Integers, see FIRST_KIND
     memory: Any  # (K,): h_k now
     sums: Any  # (K,): L_k now
     swing: Any  # (M, 2): depths and velocities of the higher modes now
@@ -216,8 +242,9 @@ def room(solid: Solid, panels: int, records: int, modes: int = 0) -> Room:
         np.zeros(records, dtype=whole), np.zeros((records, 4 + M, N)),
     )  # fmt: skip
     return Room(
-        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(6, dtype=whole), np.zeros(K),
-        np.zeros(K), np.zeros((M, 2)), *_scratch(K, J, M, -(-panels // _PANELS) * _PANELS),
+        stack(panels, 1 + 2 * K), stack(panels, 1 + J), kept, np.zeros(6), np.zeros(6, dtype=whole),
+        np.zeros(N_COURSE), np.zeros(N_MARKS, dtype=whole), np.zeros(K), np.zeros(K), np.zeros((M, 2)),
+        *_scratch(K, J, M, -(-panels // _PANELS) * _PANELS),
     )  # fmt: skip
 
 

@@ -1,43 +1,57 @@
 """Any history of a contact: step after step from break to break.
 
 A step ends at a break: a knot of what is prescribed, a turning (the front stands), a joint of panels, a corner of the
-profile, the touch or the end of the contact. Each break is the zero of a smooth function of the depth, the event,
-which is found first; then the step is solved once more up to there.
+profile, the touch or the end of the contact. `restitution.kernel.search` finds the step and its break.
 """
 
 import math
 from typing import Any
 
-from restitution.kernel.accuracy import leaves_scatter, step_error, strays
+from restitution.kernel.accuracy import leaves_scatter, strays
 from restitution.kernel.compile import compiled, entry_point, inlined
 from restitution.kernel.driver import (
+    AIM,
     APART,
+    BEHIND,
     BENDS,
     CROWD,
     DEPTH,
     DONE,
     ENDS,
-    EVENT,
+    ERROR,
+    FIRST_KIND,
     FOLLOWING,
     FORCE,
     FREE,
     FREE_PANELS,
     FRONT,
     GIVEN,
+    GOAL,
+    GOAL_KIND,
+    GRAIN,
     GROWS,
+    GUESS,
+    HUNTED,
+    INSTANT,
     JOINT,
+    LENGTH,
     NO_ROOM,
     NOT_SOLVED,
     NOTHING,
+    OLD_ERROR,
+    OLD_LENGTH,
     PACE,
+    PASSED,
     PHASE,
     PULL,
     RATE,
+    REACH,
     RECORDS,
     SHRINKS,
+    STRIDE,
+    SWITCHES,
     TIME,
     TIME_PASSES,
-    TOO_STEEP,
     TOUCHES,
     TURNS,
     VALUE_JUMPS,
@@ -45,20 +59,20 @@ from restitution.kernel.driver import (
     A,
     D,
     F,
+    Piece,
     Problem,
     Room,
     Step,
     V,
     Y,
     ahead,
-    ends_by_load,
     fades_out,
     falls_to_zero,
     is_force,
     is_light,
     prescribed_at,
 )
-from restitution.kernel.events import AT_AXIS, end_of_way, event_ahead, first_event, pace_of_load, write_event
+from restitution.kernel.events import AT_AXIS, end_of_way, pace_of_load
 from restitution.kernel.growth import differentiate
 from restitution.kernel.jumps import (
     begin_contact,
@@ -70,7 +84,6 @@ from restitution.kernel.jumps import (
     is_nearly_over,
     is_unfelt,
     jump,
-    jump_ahead,
     jump_load,
     level_axis,
     level_edge,
@@ -82,7 +95,6 @@ from restitution.kernel.jumps import (
 from restitution.kernel.lever import keep_swings
 from restitution.kernel.merging import thin_out
 from restitution.kernel.panels import (
-    BACKWARD,
     CORNER,
     FLAT,
     FROZEN,
@@ -91,37 +103,20 @@ from restitution.kernel.panels import (
     SMOOTH,
     STAGES,
     polynomials,
-    share,
     tail,
     to_coefficients,
     value_of,
 )
 from restitution.kernel.path import radius_and_integral
-from restitution.kernel.stepper import solve_step, surface_at_axis, write_start
+from restitution.kernel.search import MOMENTARY, MOST_JUMPS, factor_of, find_step, step_of
+from restitution.kernel.stepper import surface_at_axis, write_start
 
-# Error up to which the events of a step are looked for.
-_COARSE = 0.05
-# Change of the length of a step to an event, over the length, that is not felt; a tenth where the front is fast.
-_SAME_TIME = 1e-12
-# Loads that change within a moment, over the tolerance.
-_MOMENT = 0.05
 # Change of the depth, over the tolerance, in which it is not felt which elements leave a spring first.
 _BRIEF = 0.5
-# Difference of two lengths of a step, over the length, that a secant has when only rounding is left between them.
-_CLOSE = 1e-6
-_MOST_TRIES = 200
 # Breaks without a step between them.
 _MOST_SWITCHES = 60
-_MOST_JUMPS = 20
-# Error of a step to the end of the front's way, over the tolerance, and over that of the try before, from which on
-# the next try may be good enough.
-_CHASED, _CLEARER = 1e5, 0.25
-# Error of such a step, over the tolerance, from which on the end of the front's way is known.
-_KNOWN = 1e5
 # Largest power of the map of a touch that is p + 2 of a profile, and so may be divided.
 _MOST_DIVIDED = 5
-# Steps of one start that are lengthened to an event behind them: not again and again, if none is smooth enough.
-_MOST_AIMS = 4
 # Factor of the last coefficients of a front by which it is rougher.
 _ROUGHER = 4.0
 # Panels of both stacks that are merged.
@@ -129,13 +124,12 @@ _CROWDED = 64
 
 
 @compiled
-def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, stop: float) -> None:
-    """Move the state to the end of a step, at time `stop`."""
-    rule, nodes, last, K = problem.rule, room.nodes, NODES - 1, problem.solid.rates.shape[0]
-    records, n, net, slopes = room.records, room.places[RECORDS], room.vectors[6], room.vectors[7]
-    phase, length, kind, passes = step.phase, step.length, step.kind, step.passing == TIME_PASSES
-    records.start[n], records.length[n], records.kind[n] = room.state[TIME], (length if passes else 0.0), kind
-    records.phase[n], records.event[n] = phase, event
+def _record(problem: Problem, room: Room, step: Step, event: int) -> None:
+    """Record an accepted step, and add its work."""
+    rule, nodes, records, n = problem.rule, room.nodes, room.records, room.places[RECORDS]
+    net, slopes = room.vectors[6], room.vectors[7]
+    records.start[n], records.length[n] = room.state[TIME], (step.length if step.passing == TIME_PASSES else 0.0)
+    records.kind[n], records.phase[n], records.event[n] = step.kind, step.phase, event
     to_coefficients(rule, nodes[D], records.columns[n, 0])
     to_coefficients(rule, nodes[V], records.columns[n, 1])
     for i in range(NODES):
@@ -148,60 +142,101 @@ def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, sto
     differentiate(rule, nodes[D], slopes)
     for i in range(1, NODES):
         room.state[WORK] += rule.A[STAGES - 1, i - 1] * net[i] * slopes[i]
-    falls_short, at_once, end = False, False, 0
+
+
+@compiled
+def _meet_joint(problem: Problem, room: Room, phase: int, end: int) -> bool:
+    """Let the front end a step at a joint; return whether it falls short of it, so that elements between are felt."""
+    nodes, panels, last = room.nodes, ahead(room, phase)[0], NODES - 1
+    polynomials(0.0, room.basis[0], room.basis[1])
+    y = max(value_of(panels.coefficients[end, 0], room.basis[0]), 0.0)
+    # The front is known less well than the joint, unless elements between them would be felt in the panel.
+    error = 2.0 * max(nodes[Y, 0], nodes[Y, last]) * abs(y - nodes[Y, last])
+    if room.at[last] >= end and error > problem.scales.tolerance * problem.scales.depth:
+        return True
+    nodes[Y, last] = y
+    if phase == GROWS:
+        # They have no load yet.
+        radius = radius_and_integral(problem.path, y)[0]
+        for k in range(problem.solid.rates.shape[0]):
+            room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
+        nodes[A, last] = radius
+    return False
+
+
+@compiled
+def _meet_axis(problem: Problem, room: Room, phase: int, brief: bool) -> bool:
+    """Let the front end a step at the axis; return whether it falls short of it.
+
+    A root of rounding else, with which the next touch would not be smooth, unless it is what is smooth.
+    """
+    rule, nodes, last, falls_short = problem.rule, room.nodes, NODES - 1, False
+    y, before = nodes[Y, last], tail(rule, nodes[Y])
+    nodes[Y, last] = 0.0
+    after = tail(rule, nodes[Y])
+    error = 2.0 * nodes[Y, 0] * after / (problem.scales.tolerance * problem.scales.depth)
+    if brief:
+        falls_short = error > 1.0 and not leaves_scatter(problem, room, phase)
+    elif not is_light(problem):
+        falls_short = room.at[last] >= 0 and after > _ROUGHER * before and error > 1.0
+    if falls_short:
+        nodes[Y, last] = y
+    return falls_short
+
+
+@compiled
+def _cut_panel(room: Room, phase: int) -> None:
+    """Leave the rest of the panel in which the front is at the end of a step."""
+    panels, place = ahead(room, phase)
+    p = room.at[NODES - 1]
+    if p < 0:
+        room.places[place] = 0
+        return
+    z = room.z[NODES - 1]
+    panels.end[p] = z
+    room.places[place] = p + 1 if z > 0.0 else p
+
+
+@inlined
+def _keep(problem: Problem, room: Room, stop: float) -> None:
+    """Move the state to the last node of a step, at time `stop`."""
+    nodes, state, last = room.nodes, room.state, NODES - 1
+    state[TIME], state[DEPTH], state[RATE] = stop, nodes[D, last], nodes[V, last]
+    state[FRONT], state[FORCE] = nodes[Y, last], nodes[F, last]
+    for k in range(problem.solid.rates.shape[0]):
+        room.memory[k], room.sums[k] = room.h[k, last], room.L[k, last]
+    keep_swings(problem.driver, room)
+
+
+@compiled
+def accept(problem: Problem, room: Room, step: Step, event: int, joint: int, stop: float) -> None:
+    """Move the state to the end of a step, at time `stop`."""
+    rule, nodes, last, phase, kind = problem.rule, room.nodes, NODES - 1, step.phase, step.kind
+    felt = problem.scales.tolerance * problem.scales.depth
+    _record(problem, room, step, event)
     brief = abs(nodes[D, last] - nodes[D, 0]) <= _BRIEF * problem.scales.tolerance * problem.scales.depth
     brief = brief and is_light(problem) and not is_force(problem.driver)
+    falls_short, at_once, end = False, False, 0
     if event == JOINT:
-        panels, end = end_of_way(room, phase)
-        polynomials(0.0, room.basis[0], room.basis[1])
-        y = max(value_of(panels.coefficients[end, 0], room.basis[0]), 0.0)
-        # The front is known less well than the joint, unless elements between them would be felt in the panel.
-        error = 2.0 * max(nodes[Y, 0], nodes[Y, last]) * abs(y - nodes[Y, last])
-        falls_short = room.at[last] >= end and error > problem.scales.tolerance * problem.scales.depth
-        if not falls_short:
-            nodes[Y, last] = y
-            if phase == GROWS:
-                # They have no load yet.
-                radius = radius_and_integral(problem.path, y)[0]
-                for k in range(K):
-                    room.L[k, last] += room.loads[k, last] * (radius - nodes[A, last])
-                nodes[A, last] = radius
+        end = end_of_way(room, phase)[1]
+        falls_short = _meet_joint(problem, room, phase, end)
     elif event == ENDS:
-        # A root of rounding else, with which the next touch would not be smooth, unless it is what is smooth.
-        y, before = nodes[Y, last], tail(rule, nodes[Y])
-        nodes[Y, last] = 0.0
-        after = tail(rule, nodes[Y])
-        error = 2.0 * nodes[Y, 0] * after / (problem.scales.tolerance * problem.scales.depth)
-        if brief:
-            falls_short = error > 1.0 and not leaves_scatter(problem, room, phase)
-        elif not is_light(problem):
-            falls_short = room.at[last] >= 0 and after > _ROUGHER * before and error > 1.0
-        if falls_short:
-            nodes[Y, last] = y
+        falls_short = _meet_axis(problem, room, phase, brief)
     if leaves_scatter(problem, room, phase):
         smooth_front(problem, room, phase)
     if event == ENDS and brief:
         # The time has too few digits, so that no panel has the elements that leave.
-        at_once = 2.0 * nodes[Y, 0] * tail(rule, nodes[Y]) > problem.scales.tolerance * problem.scales.depth
+        at_once = 2.0 * nodes[Y, 0] * tail(rule, nodes[Y]) > felt
         falls_short = falls_short or at_once
     if phase != FREE and (nodes[Y, last] != nodes[Y, 0] or event == ENDS) and not at_once:
-        push(problem, room, phase, length, kind if passes else FROZEN, joint)
+        push(problem, room, phase, step.length, kind if step.passing == TIME_PASSES else FROZEN, joint)
         if event == ENDS and kind < 0 and not falls_short:
             level_axis(problem.solid, room)
-        panels, place = ahead(room, phase)
         if event in (JOINT, ENDS) and not falls_short:
-            room.places[place] = end
-        elif room.at[last] < 0:
-            room.places[place] = 0
+            room.places[ahead(room, phase)[1]] = end
         else:
-            p, z = room.at[last], room.z[last]
-            panels.end[p] = z
-            room.places[place] = p + 1 if z > 0.0 else p
-    room.state[TIME], room.state[DEPTH], room.state[RATE] = stop, nodes[D, last], nodes[V, last]
-    room.state[FRONT], room.state[FORCE] = nodes[Y, last], nodes[F, last]
-    for k in range(K):
-        room.memory[k], room.sums[k] = room.h[k, last], room.L[k, last]
-    keep_swings(problem.driver, room)
+            _cut_panel(room, phase)
+    _keep(problem, room, stop)
     if falls_short:
         # They change state at once.
         while room.places[ahead(room, phase)[1]] > end:
@@ -242,7 +277,7 @@ def phase_behind_knot(problem: Problem, room: Room, piece: int, span: float, rat
             return GROWS if rate >= free_rate(solid, room) else SHRINKS
         # The rate does not jump.
         excess = solid.viscosity * (rate - free_rate(solid, room))
-        if phase == GROWS and excess > _MOMENT * problem.scales.tolerance * problem.scales.stress:
+        if phase == GROWS and excess > MOMENTARY * problem.scales.tolerance * problem.scales.stress:
             return GROWS
         value, slope, pace = prescribed_at(problem.driver, piece, 0.0, room.state[TIME])
         room.nodes[GIVEN, 0], room.nodes[PACE, 0] = value, slope / span + pace
@@ -265,274 +300,159 @@ def kind_behind_joint(room: Room, phase: int) -> int:
     return 2 if p >= 0 and panels.kind[p] < 0 and panels.end[p] == 1.0 else 1
 
 
-@inlined
-def factor_of(tolerance: float, error: float, kind: int, least: float, most: float) -> float:
-    """Return the factor for the length of the next step after one with this error.
-
-    Over z a power of the time has a higher degree, so that the error falls with a lower power of the length.
-    """
-    order = STAGES / min(max(abs(kind), 1.0), 4.0)
-    return min(max(0.8 * (tolerance / max(error, 1e-30)) ** (1.0 / order), least), most)
+@compiled
+def _let_go(problem: Problem, room: Room, stop: float) -> int:
+    """Let all elements leave at once where the rest of a force is not felt; return the outcome."""
+    room.state[TIME], room.marks[FIRST_KIND], room.marks[BEHIND] = stop, 1, KINK
+    if not sweep(problem, room, -1, 0.0):
+        return NO_ROOM
+    return finish_sweep(problem, room)
 
 
 @compiled
-def follow(problem: Problem, room: Room, piece: int, passing: int, start: Any, most: int) -> int:
+def _change_at_once(problem: Problem, room: Room) -> int:
+    """Let the event happen at the start of a step, without one; return the outcome."""
+    marks, phase = room.marks, room.places[PHASE]
+    marks[SWITCHES] += 1
+    if marks[SWITCHES] > _MOST_SWITCHES:
+        return NOT_SOLVED
+    if marks[HUNTED] == TOUCHES:
+        begin_contact(problem, room)
+    elif marks[HUNTED] in (JOINT, ENDS):
+        _, p = end_of_way(room, phase)
+        while room.places[ahead(room, phase)[1]] > max(p, 0):
+            jump(problem, room, phase, 0.0, KINK)
+        if marks[HUNTED] == ENDS:
+            end_contact(problem, room)
+    return DONE
+
+
+@inlined
+def _guess_next(room: Room, tolerance: float) -> None:
+    """Choose the length to try behind a step."""
+    course, length, error = room.course, room.course[LENGTH], room.course[ERROR]
+    if room.marks[HUNTED] != NOTHING:
+        course[GUESS] = max(length, 0.5 * course[STRIDE])
+        course[STRIDE] = course[GUESS]
+        return
+    # The error of the step before tells how fast the solution becomes smoother.
+    trend = length / course[OLD_LENGTH] * (course[OLD_ERROR] / max(error, 1e-30)) ** (1.0 / STAGES)
+    trend = min(max(trend, 0.7), 2.0) if course[OLD_LENGTH] < math.inf else 1.0
+    course[OLD_LENGTH], course[OLD_ERROR] = length, error
+    guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * trend
+    course[STRIDE] = max(course[STRIDE], guess) if course[REACH] < math.inf else guess
+    way = course[AIM] - course[PASSED]
+    course[GUESS] = min(guess, 0.5 * way) if way > course[REACH] else guess
+
+
+@compiled
+def _take_step(problem: Problem, room: Room, piece: Piece, most: int) -> int:
+    """Take the step that was found; return the outcome."""
+    course, marks, phase = room.course, room.marks, room.places[PHASE]
+    length, left, passes = course[LENGTH], piece.span - course[PASSED], piece.passing == TIME_PASSES
+    marks[SWITCHES] = 0
+    size = room.places[FOLLOWING] + room.places[FREE_PANELS] + MOST_JUMPS
+    if room.places[RECORDS] >= min(most, room.records.start.shape[0]) or size >= room.free.start.shape[0]:
+        return NO_ROOM
+    if passes and strays(problem, room, phase):
+        return NOT_SOLVED
+    step, knots = step_of(room, piece), problem.driver.knots
+    ends = left - length <= max(4.0 * course[GRAIN], 1e-15 * piece.span)
+    course[PASSED] = piece.span if ends else course[PASSED] + length
+    stop = room.state[TIME]
+    if passes:
+        stop = knots[piece.number + 1] if ends else knots[piece.number] + course[PASSED]
+    accept(problem, room, step, marks[HUNTED], marks[BEHIND], stop)
+    _guess_next(room, problem.scales.tolerance)
+    over = piece.fades and phase == SHRINKS and marks[HUNTED] in (NOTHING, JOINT)
+    if over and is_nearly_over(problem, room, length) and not sweep(problem, room, -1, 0.0):
+        return NO_ROOM
+    return DONE
+
+
+@compiled
+def _pass_event(problem: Problem, room: Room, piece: Piece, phase: int) -> None:
+    """Choose phase, map, joint and length of the step behind an event, from the phase before it."""
+    course, marks, event = room.course, room.marks, room.marks[HUNTED]
+    began = marks[FIRST_KIND]
+    marks[BEHIND], marks[FIRST_KIND] = SMOOTH, 1
+    if event != NOTHING:
+        course[REACH], marks[GOAL] = math.inf, NOTHING
+    if event == TURNS:
+        phase, marks[BEHIND] = (SHRINKS if phase == GROWS else GROWS), FLAT
+        if phase == SHRINKS and problem.solid.viscosity > 0.0:
+            # The front leaves at once, through elements that it reached like a root of the time.
+            marks[FIRST_KIND] = 2
+    elif event == TOUCHES:
+        phase, marks[FIRST_KIND], course[GUESS] = GROWS, problem.power, piece.span - course[PASSED]
+    elif event == ENDS:
+        phase, course[GUESS] = FREE, math.inf
+    elif event == JOINT:
+        marks[BEHIND], marks[FIRST_KIND] = KINK, kind_behind_joint(room, phase)
+        if marks[SWITCHES] > 0 and room.state[FRONT] * room.state[FRONT] < AT_AXIS:
+            # A contact that has just begun grows on like a root.
+            marks[FIRST_KIND] = began
+    elif event == BENDS:
+        marks[BEHIND], marks[FIRST_KIND] = CORNER, 2
+    room.places[PHASE] = phase
+
+
+@compiled
+def _move_on(problem: Problem, room: Room, piece: Piece, most: int) -> int:
+    """Find and take one step, or let its event happen at once; return the outcome."""
+    course, marks, driver, phase = room.course, room.marks, problem.driver, room.places[PHASE]
+    outcome = find_step(problem, room, piece)
+    if outcome != DONE:
+        return outcome
+    if marks[HUNTED] != NOTHING and course[LENGTH] < course[INSTANT]:
+        outcome = _change_at_once(problem, room)
+    else:
+        outcome = _take_step(problem, room, piece, most)
+    if outcome != DONE:
+        return outcome
+    if marks[HUNTED] != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
+        # The innermost elements left within rounding.
+        marks[HUNTED] = ENDS
+        room.records.event[room.places[RECORDS] - 1] = ENDS
+        end_contact(problem, room)
+    if marks[HUNTED] == ENDS and driver.stiffness > 0.0 and is_light(problem):
+        # Without a force.
+        part = course[PASSED] / piece.span
+        room.state[DEPTH] = prescribed_at(driver, piece.number, part, room.state[TIME])[0] / driver.stiffness
+    _pass_event(problem, room, piece, phase)
+    return APART if marks[HUNTED] == ENDS and driver.once else DONE
+
+
+@compiled
+def follow(problem: Problem, room: Room, number: int, passing: int, start: Any, most: int) -> int:
     """Follow the body through a piece of what is prescribed; `start` has how the next step starts, and its length.
 
     The numbers of `start`: map of the first step, joint, length.
     """
-    driver, rule, scales, tolerance = problem.driver, problem.rule, problem.scales, problem.scales.tolerance
-    span = driver.knots[piece + 1] - driver.knots[piece] if passing == TIME_PASSES else 1.0
-    duration = driver.knots[driver.knots.shape[0] - 1] - driver.knots[0]
-    falls = is_force(driver) and falls_to_zero(driver, piece)
-    phase, done, switches, fades = room.places[PHASE], 0.0, 0, fades_out(problem)
-    first_kind, joint, guess, reach = int(start[0]), int(start[1]), min(start[2], span), math.inf
-    aim, old_length, old_error = 0.0, math.inf, 0.0
-    stride, goal, goal_kind = guess, NOTHING, 1
-    while done < span:
-        size = room.places[FOLLOWING] + room.places[FREE_PANELS]
-        if size > max(room.places[CROWD], _CROWDED) and problem.path.kinks.shape[0] == 0:
+    driver, course, marks, places = problem.driver, room.course, room.marks, room.places
+    span = driver.knots[number + 1] - driver.knots[number] if passing == TIME_PASSES else 1.0
+    falls = is_force(driver) and falls_to_zero(driver, number)
+    piece = Piece(number, passing, span, falls, fades_out(problem))
+    marks[FIRST_KIND], marks[BEHIND], marks[SWITCHES] = int(start[0]), int(start[1]), 0
+    marks[GOAL], marks[GOAL_KIND] = NOTHING, 1
+    course[PASSED], course[GUESS], course[STRIDE] = 0.0, min(start[2], span), min(start[2], span)
+    course[REACH], course[AIM], course[OLD_LENGTH], course[OLD_ERROR] = math.inf, 0.0, math.inf, 0.0
+    while course[PASSED] < span:
+        size = places[FOLLOWING] + places[FREE_PANELS]
+        if size > max(places[CROWD], _CROWDED) and problem.path.kinks.shape[0] == 0:
             thin_out(problem, room)
             # Not again and again, where nothing is to be merged.
-            room.places[CROWD] = 3 * (room.places[FOLLOWING] + room.places[FREE_PANELS]) // 2
-        left = span - done
-        length = min(guess, left)
-        # A last step that is much shorter than the others costs as much as they do.
-        if length > 0.6 * left:
-            length = left
-        # Two times that differ by less are one; within a moment loads change by less than the tolerance.
-        grain = 1e-15 if passing != TIME_PASSES else max(4e-16 * abs(room.state[TIME]), 1e-18 * span)
-        instant, jumps = grain, 0
-        speed = max(abs(room.state[RATE]), scales.depth / duration)
-        moment = max(grain, _MOMENT * tolerance * scales.stress / (problem.solid.glass * speed))
-        kind, hunted, tries, chased, aims, aimed = first_kind, NOTHING, 0, math.inf, 0, math.inf
-        plain = length
-        if falls and phase == SHRINKS:
-            if is_unfelt(problem, room, left):
-                room.state[TIME], first_kind, joint = driver.knots[piece + 1], 1, KINK
-                if not sweep(problem, room, -1, 0.0):
-                    return NO_ROOM
-                outcome = finish_sweep(problem, room)
-                if outcome != DONE:
-                    return outcome
-                break
-            if first_kind == 1 and left <= min(reach, 4.0 * guess) and end_of_way(room, phase)[1] == 0:
-                # The end of a force is known.
-                kind, hunted, length, aim = -problem.power, ENDS, left, span
-        is_known = goal != NOTHING and first_kind == 1 and aim - done <= min(reach, left)
-        if is_known:
-            # Where the front's way ends is known from a longer step.
-            kind, hunted, length, instant = goal_kind, goal, aim - done, max(grain, 1e-13 * (aim - done))
-            goal = NOTHING
-        last_length, last_value, error = 0.0, -math.inf, math.inf
-        while True:
-            tries += 1
-            if tries > _MOST_TRIES:
-                return NOT_SOLVED
-            error = math.inf
-            step = Step(phase, passing, piece, done, length, span, kind)
-            if solve_step(problem, room, step):
-                error = step_error(problem, room, phase, length if passing == TIME_PASSES else 0.0)
-            if length < moment and phase != FREE:
-                jumps += 1
-                if passing == TIME_PASSES and jumps < _MOST_JUMPS and jump_ahead(problem, room, phase, moment):
-                    if phase == SHRINKS and room.places[FOLLOWING] == 0:
-                        # The last elements have left.
-                        hunted, length, instant = ENDS, 0.0, grain
-                        break
-                    hunted, kind, length = NOTHING, 1, min(left, 16.0 * moment)
-                    continue
-                moment = grain
-            if length < grain:
-                return TOO_STEEP
-            if hunted == NOTHING:
-                # Behind a joint or the end a step is not smooth, but the event, which follows from the depth, is.
-                event, z = NOTHING, 2.0
-                if error < _COARSE:
-                    event, z = first_event(problem, room, phase, passing, length, error, switches > 4)
-                passed = share(kind, z)[0]
-                if event != NOTHING and z < rule.c[1] and error > tolerance and length > 64.0 * moment:
-                    # Whether an event before the first node is at the start only a shorter step can decide.
-                    length *= 0.25
-                    continue
-                if event == ENDS and fades:
-                    length *= 0.6 * passed
-                    continue
-                # The end of a force is known where the step up to there is not solved.
-                ends = is_force(driver) and phase == SHRINKS and end_of_way(room, phase)[1] == 0
-                coarse = tolerance < error < _COARSE or (error == math.inf and ends)
-                if event == NOTHING and coarse and aimed > length and phase != FREE:
-                    event, passed = event_ahead(problem, room, phase, kind)
-                    aims += 1
-                    if aims > _MOST_AIMS or (event == ENDS and fades):
-                        event = NOTHING
-                    if event != NOTHING:
-                        aimed = length
-                        if length * passed > left:
-                            event = NOTHING
-                if event == NOTHING:
-                    if error <= tolerance:
-                        break
-                    length *= factor_of(tolerance, error, kind, 0.1, 0.7) if error < math.inf else 0.25
-                    continue
-                panels, p = end_of_way(room, phase)
-                backward = event == ENDS or (event == JOINT and panels.joint[p] >= FLAT)
-                aim = done + length * passed
-                if backward and length * passed > reach:
-                    # A step of half the way is smooth.
-                    length *= min(0.5 * passed, 0.7)
-                    continue
-                if backward and first_kind != 1:
-                    # A step has one map: first a step that does not reach the event.
-                    length *= 0.5 * passed
-                    continue
-                hunted, instant = event, max(grain, 1e-13 * length)
-                plain = length * factor_of(tolerance, error, kind, 0.1, 0.7)
-                last_length, last_value = 0.0, -math.inf
-                length *= passed
-                if backward:
-                    # Where a force falls to zero the end is like the touch, else like a root of the time left.
-                    kind = BACKWARD if event == JOINT or not ends_by_load(problem.solid, driver) else -problem.power
-                if length < instant:
-                    break
-                continue
-            if not error <= tolerance:
-                clearer = error < min(_CLEARER * chased, _CHASED * tolerance)
-                if passing == TIME_PASSES and error < _COARSE and kind < 0 and clearer:
-                    # The front is not smooth while its way ends elsewhere, but where it ends becomes clearer.
-                    chased = error
-                    last, before = NODES - 1, NODES - (3 if kind < BACKWARD else 5)
-                    value = write_event(problem, room, phase, hunted)
-                    slope = (value - room.nodes[EVENT, before]) / (room.times[last] - room.times[before])
-                    change = -value / slope if slope > 0.0 else 0.0
-                    if value > 0.0 and last_length > 0.0 and length + change <= last_length < length:
-                        # Not before a step that ends within the way.
-                        change = 0.5 * (last_length - length)
-                    if 1e-7 * length < abs(change) < 0.3 * length and length + change <= left:
-                        length += change
-                        continue
-                if kind < 0 and error < math.inf:
-                    # The end of the front's way is aimed at again from where this step would do.
-                    reach = min(reach, 1.2 * length * factor_of(tolerance, error, kind, 0.0, 1.0))
-                    if error < _KNOWN * tolerance:
-                        goal, goal_kind, aim = hunted, kind, done + length
-                    length = min(max(plain, length * factor_of(tolerance, error, 1, 0.1, 0.5)), 0.5 * length)
-                    aimed = length
-                else:
-                    length *= factor_of(tolerance, error, kind, 0.1, 0.7) if error < math.inf else 0.25
-                hunted, kind = NOTHING, first_kind
-                continue
-            if falls and hunted == ENDS:
-                break
-            if kind < 0 and last_value == -math.inf:
-                event, z = first_event(problem, room, phase, passing, length, error, switches > 4)
-                if event == TURNS and z < 1.0:
-                    length *= share(kind, z)[0]
-                    hunted, kind, instant = TURNS, first_kind, max(grain, 1e-13 * length)
-                    continue
-            # Secant steps to the zero of the event at the end; the first slope is that over the last two nodes.
-            value, before = write_event(problem, room, phase, hunted), share(kind, rule.c[NODES - 2])[0]
-            apart = min(value, last_value) < 0.0 < max(value, last_value)
-            rises = apart or (value - last_value) * (length - last_length) > 0.0
-            if abs(value) >= abs(last_value) and not (rises and abs(length - last_length) > _CLOSE * length):
-                # The event has only rounding left; the step before was the best.
-                length, last_value = last_length, math.inf
-                continue
-            slope = (value - room.nodes[EVENT, NODES - 2]) / (length * (1.0 - before))
-            if last_value > -math.inf and last_value < math.inf:
-                slope = (value - last_value) / (length - last_length)
-            change = -value / slope if slope > 0.0 else 0.0
-            if is_known and kind < 0 and (not slope > 0.0 or abs(change) > 0.1 * length or length + change > left):
-                # The front's way ends elsewhere.
-                hunted, kind, length, is_known = NOTHING, first_kind, plain, False
-                continue
-            if hunted == TURNS and value < 0.0 and slope <= 0.0 and last_value == -math.inf:
-                # The event was one of the error of the longer step.
-                hunted = NOTHING
-                break
-            # A force or a spring follows rounding of the front, others do not.
-            felt = 0.0 if is_light(problem) else 0.1 if kind < 0 else 1.0
-            close = max(grain, felt * _SAME_TIME * length)
-            if abs(change) <= close or last_value == math.inf or (tries > 40 and abs(change) <= _CLOSE * length):
-                break
-            if tries > 40:
-                hunted, kind, length = NOTHING, first_kind, 0.5 * length
-                continue
-            last_length, last_value = length, value
-            length = min(max(length + change, 0.5 * length), min(1.5 * length, left))
-        if hunted != NOTHING and length < instant:
-            # The event is at the start.
-            switches += 1
-            if switches > _MOST_SWITCHES:
-                return NOT_SOLVED
-            if hunted == TOUCHES:
-                begin_contact(problem, room)
-            elif hunted in (JOINT, ENDS):
-                _, p = end_of_way(room, phase)
-                while room.places[ahead(room, phase)[1]] > max(p, 0):
-                    jump(problem, room, phase, 0.0, KINK)
-                if hunted == ENDS:
-                    end_contact(problem, room)
-        else:
-            switches = 0
-            size = room.places[FOLLOWING] + room.places[FREE_PANELS] + _MOST_JUMPS
-            if room.places[RECORDS] >= min(most, room.records.start.shape[0]) or size >= room.free.start.shape[0]:
-                return NO_ROOM
-            if passing == TIME_PASSES and strays(problem, room, phase):
-                return NOT_SOLVED
-            done = span if left - length <= max(4.0 * grain, 1e-15 * span) else done + length
-            stop = room.state[TIME]
-            if passing == TIME_PASSES:
-                stop = driver.knots[piece + 1] if done == span else driver.knots[piece] + done
-            accept(problem, room, step, hunted, joint, stop)
-            guess = max(length, 0.5 * stride)
-            if hunted == NOTHING:
-                # The error of the step before tells how fast the solution becomes smoother.
-                trend = length / old_length * (old_error / max(error, 1e-30)) ** (1.0 / STAGES)
-                trend = min(max(trend, 0.7), 2.0) if old_length < math.inf else 1.0
-                old_length, old_error = length, error
-                guess = length * factor_of(tolerance, error, 1, 0.3, 4.0) * trend
-                stride = max(stride, guess) if reach < math.inf else guess
-                if aim - done > reach:
-                    guess = min(guess, 0.5 * (aim - done))
-            else:
-                stride = guess
-            over = fades and phase == SHRINKS and hunted in (NOTHING, JOINT) and is_nearly_over(problem, room, length)
-            if over and not sweep(problem, room, -1, 0.0):
-                return NO_ROOM
-        if hunted != ENDS and phase == SHRINKS and room.places[FOLLOWING] == 0:
-            # The innermost elements left within rounding.
-            hunted = ENDS
-            room.records.event[room.places[RECORDS] - 1] = ENDS
-            end_contact(problem, room)
-        if hunted == ENDS and driver.stiffness > 0.0 and is_light(problem):
-            # Without a force.
-            room.state[DEPTH] = prescribed_at(driver, piece, done / span, room.state[TIME])[0] / driver.stiffness
-        began, joint, first_kind = first_kind, SMOOTH, 1
-        if hunted != NOTHING:
-            reach, goal = math.inf, NOTHING
-        if hunted == TURNS:
-            phase, joint = (SHRINKS if phase == GROWS else GROWS), FLAT
-            if phase == SHRINKS and problem.solid.viscosity > 0.0:
-                # The front leaves at once, through elements that it reached like a root of the time.
-                first_kind = 2
-        elif hunted == TOUCHES:
-            phase, first_kind, guess = GROWS, problem.power, left
-        elif hunted == ENDS:
-            phase, guess = FREE, math.inf
-        elif hunted == JOINT:
-            joint, first_kind = KINK, kind_behind_joint(room, phase)
-            if switches > 0 and room.state[FRONT] * room.state[FRONT] < AT_AXIS:
-                # A contact that has just begun grows on like a root.
-                first_kind = began
-        elif hunted == BENDS:
-            joint, first_kind = CORNER, 2
-        room.places[PHASE] = phase
-        if hunted == ENDS and driver.once:
-            return APART
-    start[0], start[1] = first_kind, joint
+            places[CROWD] = 3 * (places[FOLLOWING] + places[FREE_PANELS]) // 2
+        over = falls and places[PHASE] == SHRINKS and is_unfelt(problem, room, span - course[PASSED])
+        end = driver.knots[number + 1]
+        outcome = _let_go(problem, room, end) if over else _move_on(problem, room, piece, most)
+        if outcome != DONE:
+            return outcome
+        if over:
+            break
+    start[0], start[1] = marks[FIRST_KIND], marks[BEHIND]
     if passing == TIME_PASSES:
-        start[2] = guess
+        start[2] = course[GUESS]
     return DONE
 
 
