@@ -302,7 +302,7 @@ class Slider:
         solids = self.scaled, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
         halves = self.solution.halves
         room = allocate_room(counts[-1], self.scaled.times.size, units.times.size, halves.starts.size)
-        march(halves, np.array(counts), solids, mobility, 1.0, slope, self.keeps, room, rows)
+        march(halves, np.array(counts), solids, mobility, slope, self.keeps, room, rows)
         rows[:, 0] /= -slope
         rows[:, 1:4] /= slope * slope / (2.0 * mobility)
         return room, rows
