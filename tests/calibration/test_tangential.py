@@ -143,6 +143,25 @@ def test_lammps_is_nearest_of_its_neighbours():
 
 
 @pytest.mark.filterwarnings("ignore::restitution.RestitutionWarning")
+def test_a_law_whose_e_t_depends_on_the_step_says_by_how_much():
+    """A way that begins with a dashpot over a stiffness of zero has no limit; a force has one."""
+    changes = []
+    for style in ("mindlin", "mindlin_rescale/force"):
+        result = rs.calibrate(
+            (BALL, BALL), "lammps-coeff-restitution", 0.1, friction=0.3, tangential=style, angle=(0.05, 1.2)
+        )
+        angles, law, rule = result.angles, result.law, LAMMPS_RULES[style]
+        case, numbers = Case(0.1, *result.collisions.middle[1:], 0.4), (angles.ratio, angles.number, angles.slope)
+        few, many, more = (rebounds(rule, law, case, *numbers, steps) for steps in (100, 1500, 12000))
+        assert angles.of_steps == pytest.approx(np.abs(few - many).max(), abs=1e-12)
+        assert f"; 100 steps in a contact change e_t by {angles.of_steps:.2g}" in str(result)
+        changes.append((angles.of_steps, np.abs(more - many).max()))
+    assert max(changes[0]) > 0.02
+    assert changes[1][0] < 0.02
+    assert changes[1][1] < 2e-3
+
+
+@pytest.mark.filterwarnings("ignore::restitution.RestitutionWarning")
 def test_exact_angles_are_those_of_oblique_impacts():
     result = rs.calibrate((BALL, BALL), "rebound", 0.1, friction=0.3, angle=(0.3, 1.3))
     hit = rs.collision(BALL, BALL, 0.1)

@@ -264,6 +264,16 @@ def test_two_unlike_bodies_against_an_independent_program():
     assert result.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=2e-6)
 
 
+@pytest.mark.parametrize("slope", [1.3, 1.36])
+def test_elements_slip_within_others_that_stick_where_the_ratio_of_the_moduli_falls(slope):
+    """A bulk that relaxes under a constant shear modulus: E*/G* falls from 1.38 to 1.07, so that old loads slip."""
+    impact = rigid_on(Material(1.0, PronySeries(1.0, [6.0], [0.03])))
+    coarse, fine = (tangential_restitution(impact, slope, 0.4, count) for count in (200, 400))
+    result = slider(impact).solve(slope, SPHERE, 1e-6)
+    assert result.restitution == pytest.approx((4.0 * fine - coarse) / 3.0, abs=3e-6)
+    assert result.gaps > 0.1
+
+
 def test_a_layer_far_thinner_than_a_step():
     """The independent program with 3200 and 6400 steps, which resolve it, has 0.00704309, and 0.0069727 with 400."""
     body = slider(solid(0.3, 0.1, 0.003))

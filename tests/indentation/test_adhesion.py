@@ -285,6 +285,16 @@ def test_a_curved_depth_is_that_of_its_instants():
     assert result.pull_off_force == pytest.approx(static_pull(1.0, adhesion), abs=2e-5 * result.max_force)
 
 
+def test_rounding_does_not_end_a_march_beyond_its_history():
+    """The march takes its times from the first attraction on: one of a hundred histories then seemed to be longer."""
+    rng, adhesion = np.random.default_rng(3), rs.Adhesion(0.01, range=0.05)
+    pairs = ((rng.uniform(0.1, 1.0), rng.uniform(1.0, 3.0)) for _ in range(10_000))
+    start, end = next((start, end) for start, end in pairs if (end - start) + start > end)
+    line = {"depth": [-0.05, 0.1, -1.0], "time": [start, 0.5 * (start + end), end]}
+    result = rs.indent(solid([4.0], [1.0]), TIP, adhesion=adhesion, rtol=0.01, **line)
+    assert result.time[-1] == end
+
+
 def test_what_the_theory_does_not_have_is_refused():
     material, adhesion = solid([4.0], [1.0]), rs.Adhesion(0.01, 0.3)
     line = {"depth": [-0.2, 0.1], "time": [0.0, 1.0]}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from restitution.calibration.adhesive_laws import TypedAdhesive
 from restitution.calibration.collisions import Collisions, TableLaw
 from restitution.calibration.laws import TypedLaw
-from restitution.calibration.tangential import Angles
+from restitution.calibration.tangential import FEWEST, Angles
 from restitution.checks import Array
 from restitution.files import write_text
 from restitution.quantities import INPUTS, OUTPUTS, check
@@ -260,7 +260,10 @@ class Calibration(Result):
         if self.angles is not None:
             low, high = np.degrees(self.angles.angle[[0, -1]])
             error = self.angles.largest_error
-            lines.append(f"  largest difference of e_t from {low:.3g} to {high:.3g} degrees: {error:.2g}")
+            steps = (
+                f"; {FEWEST} steps in a contact change e_t by {change:.2g}" if (change := self.angles.of_steps) else ""
+            )
+            lines.append(f"  largest difference of e_t from {low:.3g} to {high:.3g} degrees: {error:.2g}{steps}")
         for level, ranges in self.within.items():
             where = ", ".join(f"{a:.3g} to {b:.3g} m/s" for a, b in ranges) or "nowhere"
             lines.append(f"  e within {self._in_words(level)}: {where}")
@@ -275,9 +278,6 @@ def _ranges(x: Array, good: NDArray[np.bool_]) -> list[tuple[float, float]]:
 
 # Text to paste into an input file of a code.
 
-# With so many steps in a contact the error of e by velocity Verlet is of order 1e-4 (validation/lammps_balls.md).
-_STEPS = 100
-
 
 def snippet(
     typed: TypedLaw | TypedAdhesive,
@@ -290,7 +290,7 @@ def snippet(
     law, numbers = typed.law, {name: f"{number.value:.8g}" for name, number in parameters.items()}
     remarks = [*heading(law.words, cases, system), *(note.format(**numbers) for note in law.notes)]
     _, times = typed.rebound(float(cases.velocity[-1]), cases.mass, cases.reduced_radius)
-    remarks.append(f"time step at most {_amount(float(times.min()) / _STEPS, TIME, system)}")
+    remarks.append(f"time step at most {_amount(float(times.min()) / FEWEST, TIME, system)}")
     text = law.wall if cases.pair.wall else law.pair
     for smooth, rough in law.rough if style is not None else ():
         text = text.replace(smooth, rough)

@@ -173,7 +173,8 @@ def _solved(problem: Problem, rtol: float) -> Solved:
     if solved.status == Status.CAPTURED:
         solved = _at_rest(problem, solved)
     numbers = dict(solved.numbers)
-    numbers["restitution_coefficient"] = math.sqrt(max(numbers.pop("energy"), 0.0))
+    # An elastic body gains nothing by the error of its energy.
+    numbers["restitution_coefficient"] = math.sqrt(min(max(numbers.pop("energy"), 0.0), 1.0))
     numbers["zone_width"] = math.nan if solved.march is None else _zone_width(solved.march)
     return solved._replace(numbers=numbers)
 

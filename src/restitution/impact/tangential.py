@@ -39,6 +39,8 @@ _MARGIN, _FAST_MARGIN, _FAST = 3.0, 12.0, 3e-3
 _THIN, _NEAR = 0.01, 0.02
 # Search of the slope of full sliding: steps of the marches, relative width at its end, and how near they are.
 _SEARCHED, _SAME_SLOPE, _NEAR_SLOPE = (96, 192), 1e-7, 5e-3
+# Ages at which E*/G* is compared, and its fall that counts as rounding.
+_AGES, _ROUNDING = 128, 1e-9
 # Columns of `motion`.
 MOTION = ("time", "velocity", "force", "stick_radius", "slip_velocity")
 # Those that are proportional to the velocity.
@@ -124,6 +126,24 @@ class Slider:
         if scaled.viscosity > 0.0:
             return units.viscosity / scaled.viscosity
         return (units.equilibrium + float(units.moduli.sum())) / (scaled.equilibrium + float(scaled.moduli.sum()))
+
+    @cached_property
+    def keeps(self) -> bool:
+        """Whether elements that have stuck for a while slip from the edge inwards alone.
+
+        Else elements within may slip where those around them stick, as old loads are the first to reach their limit
+        where E*/G*, a function of their age, falls.
+        """
+        scaled, units = self.scaled, self.solution.units
+        end = self.solution.end
+        ages = np.append(0.0, np.geomspace(1e-2 * min([end, *scaled.times, *units.times]), end, _AGES))
+        bodies = ((scaled.equilibrium, scaled.moduli, scaled.times), (units.equilibrium, units.moduli, units.times))
+        # Of a dashpot and of a spring with it the dashpot counts first.
+        shear, normal = (
+            np.append(drag, equilibrium + np.exp(-ages[:, None] / of_modes) @ moduli)
+            for drag, (equilibrium, moduli, of_modes) in zip((scaled.viscosity, units.viscosity), bodies, strict=True)
+        )
+        return bool(np.all(normal[1:] * shear[:-1] >= (1.0 - _ROUNDING) * normal[:-1] * shear[1:]))
 
     @property
     def _margin(self) -> float:
@@ -282,7 +302,7 @@ class Slider:
         solids = self.scaled, Modes(units.equilibrium, units.viscosity, units.moduli, units.times)
         halves = self.solution.halves
         room = allocate_room(counts[-1], self.scaled.times.size, units.times.size, halves.starts.size)
-        march(halves, np.array(counts), solids, mobility, 1.0, slope, room, rows)
+        march(halves, np.array(counts), solids, mobility, slope, self.keeps, room, rows)
         rows[:, 0] /= -slope
         rows[:, 1:4] /= slope * slope / (2.0 * mobility)
         return room, rows

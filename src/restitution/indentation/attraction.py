@@ -207,7 +207,8 @@ class Sticky(NamedTuple):
         times = (knots - start) / time
         end = self._whole(room, lambda most: kernel.follow(scaled.solid, bodies, times, scaled_values, most, room))
         march = scaled.result(end, room)
-        march.motion[:, 0] += start
+        # Rounding must not end it beyond the history.
+        march.motion[:, 0] = np.minimum(march.motion[:, 0] + start, knots[-1])
         return march._replace(jumps=tuple(jump._replace(time=jump.time + start) for jump in march.jumps))
 
     def _whole(self, room: Any, march: Callable[[int], int]) -> int:

@@ -10,8 +10,9 @@ one unknown, the way Du of the body. The force is piecewise linear in it and ris
 few steps. The scheme is of second order, also for relaxation times far below the step: the surface velocity is linear
 over two steps, and the first step of each element is divided.
 
-Elements that have stuck for a while are a core (`sliding.py`). The others are followed one by one, eight in a vector.
-The energy dissipated in the material is the work on the surface less what elements store when they leave.
+Elements that have stuck for a while are a core (`sliding.py`), where they slip from the edge inwards. The others are
+followed one by one, eight in a vector. The energy dissipated in the material is the work on the surface less what
+elements store when they leave.
 """
 
 import math
@@ -579,7 +580,9 @@ def _settle(solids: tuple[Modes, Modes], friction: float, step: Step, core: int,
 
 
 @compiled
-def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float, room: Room) -> None:
+def _march(
+    N: int, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float, keeps: bool, room: Room
+) -> None:
     """Follow the contact point from first touch to separation."""
     tangential, pressing = solids
     nodes, sums = room.nodes, room.sums
@@ -629,29 +632,30 @@ def _march(N: int, solids: tuple[Modes, Modes], mobility: float, friction: float
         share = dt / (dt + before) if before > 0.0 else 0.0
         paces, force, missed = (pace, pace + share * (pace - paces[0])), after, layer + bent
         earliest, before = before, dt
-        core = join(core, min(last, whole) - _RIM, room.samples[NORMAL_T_, n + 1], pace, room)
+        core = join(core, min(last, whole) - _RIM, room.samples[NORMAL_T_, n + 1], pace, room) if keeps else 0
         note_front(core, last, whole, room)
     _last_steps(tangential, room)
 
 
 @entry_point
 def march(
-    halves: Halves, counts: Any, solids: tuple[Modes, Modes], mobility: float, friction: float, velocity: float,
+    halves: Halves, counts: Any, solids: tuple[Modes, Modes], mobility: float, velocity: float, keeps: bool,
     room: Room, results: Any,
 ) -> None:  # fmt: skip
     """Follow the contact point of an oblique impact from first touch to separation, with several numbers of steps.
 
-    `solids` are the tangential and the normal relaxation, `velocity` is that of the contact point along the surface,
-    ``v' = -mobility F``. `results` has a row for each number of steps: the velocity at separation, the energies lost
-    by friction, dissipated and stored, and 1 if any element ever stuck. The state and the motion of the last march are
-    in `room`.
+    `solids` are the tangential and the normal relaxation, `velocity` is that of the contact point along the surface
+    over the friction, which is 1, and ``v' = -mobility F``. `keeps` is whether elements that stick slip from the edge
+    inwards alone. `results` has a row for each number of steps: the velocity at separation, the energies lost by
+    friction, dissipated and stored, and 1 if any element ever stuck. The state and the motion of the last march are in
+    `room`.
     """
     remember(halves, solids[1].times, room)
     for m in range(counts.shape[0]):
         steps = counts[m]
         sample(halves, steps, room)
         _clear(halves.path, steps, velocity, room)
-        _march(steps, solids, mobility, friction, velocity, room)
+        _march(steps, solids, mobility, 1.0, velocity, keeps, room)
         result, stuck = results[m], 0.0
         for n in range(1, 2 * steps + 1):
             stuck = 1.0 if room.motion[n, STICK_] > 0.0 else stuck
