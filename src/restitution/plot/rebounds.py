@@ -88,7 +88,11 @@ def plot_restitution(
     low, high = velocities(points, speed)
     speeds: Array = np.geomspace(low, high, _POINTS)
     if velocity is not None:
-        speeds = np.atleast_1d(np.asarray(positive("velocity", velocity)))
+        speeds = np.atleast_1d(np.asarray(positive("velocity", velocity, "m/s")))
+        if speeds.ndim != 1 or not speeds.size:
+            raise InputError(
+                "velocity", rule=f"must be one-dimensional and hold a value, but has shape {speeds.shape}"
+            )
     many = solve(replace(impact, velocity=np.append(speeds, speed)), rtol=_WITH_ADHESION if impact.adhesion else _RTOL)
     e = np.asarray(many.restitution_coefficient, dtype=np.float64)
     across: Any = style.axis(INPUTS["velocity"], [float(speeds[-1])])

@@ -216,6 +216,8 @@ def derivatives(
     """
     checks.instance("impact", impact, Impact, "must be an Impact")
     listed = [names] if isinstance(names, str) else items("names", names, "must be a sequence of names")
+    for name in listed:
+        checks.instance("names", name, str, "must be a sequence of names")
     if not listed:
         raise InputError("names", rule="must name at least one input")
     widths = None if steps is None else checks.mapping("steps", steps)
