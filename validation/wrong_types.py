@@ -421,7 +421,7 @@ def _further() -> list[Call]:
             "time": time, "force": 59.0 * np.sin(np.pi * time / 1.6e-3), "radius": 0.01, "mass": 0.03, "velocity": 1.0,
         }),
         Call("Isotherms", rs.Isotherms, {"tables": [
-            rs.RelaxationTable(**_TABLE, temperature=293.0), rs.RelaxationTable(**_TABLE, temperature=303.0),
+            rs.RelaxationTable(_TIMES, _TABLE["modulus"], temperature=each) for each in (293.0, 303.0)
         ]}),
         Call("Oscillations", rs.Oscillations, {
             "frequency": [1.0, 2.0], "depth": 1e-5 * two, "depth_amplitude": 1e-6 * two,

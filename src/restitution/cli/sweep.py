@@ -306,9 +306,8 @@ def build_surrogate(
     extrapolate: bool = False,
 ) -> tuple[rs.Surrogate, list[str]]:  # fmt: skip
     """Return the surrogate of a case, and notes on its materials."""
-    from restitution.case.impact import notes_on, read_case
-
     with cli.progress_bar("building") as progress:
-        impact = read_case(path, any_velocity=True).over(velocity)
+        problem = rs.read_case(path, any_velocity=True)
+        impact = problem.over(velocity)
         result = rs.surrogate(impact, velocity, rtol, extrapolate=extrapolate, workers=workers, progress=progress)
-    return result, notes_on(impact.material, impact.counter_material)
+    return result, problem.notes(impact)

@@ -422,6 +422,9 @@ def parameters(
         numbers = np.full(len(entries[name]), math.nan)
         for k, place in enumerate(entries[name]):
             if fixed.get(place) is not None:
+                for key, part in (("bounds", bounds), ("start", start), ("prior", prior)):
+                    if part.get(place) is not None:
+                        raise InputError(f"{key}.{place}", rule="is that of a parameter that is fixed; leave one out")
                 numbers[k] = checks.single(place, argument.quantity.check(fixed[place], f"fixed.{place}"))
                 continue
             if start.get(place) is not None:
