@@ -589,8 +589,8 @@ def _poisson_ratio(worst: Any, exceeded: bool) -> tuple[str, str]:
 
 def _density(worst: Any, exceeded: bool) -> tuple[str, str]:
     low, high = DENSITY_LIMITS
-    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * worst.density_factor:g} kg/m3"
-    text = f"a ball of this mass and radius has {worst.mean_density:.3g} kg/m3, {limits}"
+    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * worst.density_factor:g} kg/m^3"
+    text = f"a ball of this mass and radius has {worst.mean_density:.3g} kg/m^3, {limits}"
     return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
 
 

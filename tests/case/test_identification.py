@@ -96,7 +96,11 @@ def test_priors_and_shifts(case: Path) -> None:
     ("old", "new", "expected"),
     [
         ('"standard_solid"', '"standard_sold"', ("identification.model", "standard_sold")),
-        ('"standard_solid"', '"standard_solid"\nstart = { poisson_ratio = 0.4 }', ("identification.start.poisson_ratio",)),
+        (
+            '"standard_solid"',
+            '"standard_solid"\nstart = { poisson_ratio = 0.4 }',
+            ("identification.start.poisson_ratio",),
+        ),
         ("0.5 }", '"1 kg" }', ("identification.fixed.poisson_ratio", "1 kg")),
         ('"rebounds"', '"bounces"', ("data[0].kind", "bounces")),
         ('"balls.csv"', '"ball.csv"', ("data[0].file", "ball.csv")),

@@ -142,7 +142,9 @@ def standard_solid(
     p2: Annotated[float, typer.Option("--p2", help="Ratio of the moduli, Ginf/G1, > 0.")],
     p3: Annotated[float, typer.Option("--p3", help="Dimensionless viscosity, eta (v0 R/(m^2 Ginf^3))^(1/5), > 0.")],
     method: Annotated[Literal["exact", "elements"], typer.Option(help="How to solve it.")] = "exact",
-    rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
+    rtol: Annotated[
+        float, typer.Option(help="Relative tolerance of the restitution coefficient, 1e-12 to 1e-2.")
+    ] = 1e-9,
     json: cli.JsonWithoutUnits = False,
 ) -> None:
     """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.

@@ -202,7 +202,8 @@ def calibrate(
     ] = None,
     units: Annotated[str, option("Unit system: si; for LAMMPS also cgs, micro or lj.", "UNITS")] = "si",
     friction: Annotated[
-        float | None, option("Coefficient of friction, for a text with friction; that of the case if it has one.")
+        float | None,
+        option("Coefficient of friction, >= 0, for a text with friction; that of the case if it has one."),
     ] = None,
     angle: Annotated[
         tuple[float, float] | None,

@@ -261,7 +261,8 @@ def surrogate(
         quantity("--velocity", VELOCITY, "Range of velocities. Default: 1mm/s 10m/s.", "LOW HIGH"),
     ] = None,
     rtol: Annotated[
-        float | None, option("Largest relative error. Default: 1e-6, with friction 1e-5, with adhesion 1e-4.")
+        float | None,
+        option("Largest relative error, 1e-10 to 1e-2. Default: 1e-6, with friction 1e-5, with adhesion 1e-4."),
     ] = None,
     out: Annotated[Path | None, target("Save it, or a table of it", "--out", _SAVED, *TABLES)] = None,
     at: Annotated[

@@ -320,7 +320,7 @@ class Observations(ABC):
         return self
 
     def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
-        """Return a work of adhesion [J/m2] and a radius [m] of the surface for a start; None without adhesion.
+        """Return a work of adhesion [J/m^2] and a radius [m] of the surface for a start; None without adhesion.
 
         The magnitude of E* [Pa] is assumed.
         """

@@ -315,7 +315,7 @@ class FractionalMaterial:
     bulk
         Model in bulk, or a series, or a number [Pa]; `math.inf` for incompressible.
     density, name
-        Mass density [kg/m3] and name of the material.
+        Mass density [kg/m^3] and name of the material.
     rtol
         Relative error of its Prony series, in [1e-10, 0.1].
 

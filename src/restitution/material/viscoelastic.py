@@ -46,7 +46,7 @@ class Material:
         Relaxation modulus in bulk K(t) [Pa]; numbers mean elastic, `math.inf` incompressible, 0 a Poisson
         ratio of -1.
     density, name
-        Mass density rho [kg/m3], for the check whether an impact is quasi-static, and name of the material.
+        Mass density rho [kg/m^3], for the check whether an impact is quasi-static, and name of the material.
     shift, temperature
         Time-temperature shift, used by `at`. Temperature of the moduli [K], by default the reference of `shift`.
     source, assumptions
