@@ -342,6 +342,11 @@ class Observations(ABC):
 class ForceRecord(Observations):
     """Force over time beside a baseline, a sum of columns whose factors are projected out of the residuals."""
 
+    time: Array
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.time.size} samples)"
+
     @abstractmethod
     def forces(self, materials: Material, nuisances: Array) -> Array:
         """Return forces [N] at the times of the record, without gain and baseline, shape (m, n)."""

@@ -469,6 +469,9 @@ class BounceTimes(OneBall):
         if density == 0.0 and not self.scaled:
             self._warn_of_drag(coefficient)
 
+    def __repr__(self) -> str:
+        return f"BounceTimes({self.time.size} touches)"
+
     def _drag(self, density: float, coefficient: float, field: str) -> float:
         """Return the drag per mass and squared velocity [1/m]."""
         if density == 0.0:
