@@ -312,7 +312,8 @@ def _observations(
     missing = [name for name, parameter in list(parameters.items())[len(first) :]
                if parameter.default is parameter.empty and name not in arguments]  # fmt: skip
     if missing:
-        raise InputError(missing[0], rule="is missing: must be a column of the file, or a number for all rows")
+        columns = "" if missing[0] == "profile" else ": must be a column of the file, or a number for all rows"
+        raise InputError(missing[0], rule=f"is missing{columns}")
     observations = build(*first, **arguments, **({"noise": Noise(**deviations)} if deviations else {}))
     observations.label = source.name
     return observations

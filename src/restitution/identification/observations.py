@@ -16,7 +16,7 @@ from restitution import checks
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
-from restitution.errors import InputError, InputTypeError
+from restitution.errors import ABSENT, InputError, InputTypeError
 from restitution.material.conversion import series_connection, tension_from_shear
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
@@ -460,7 +460,7 @@ class Moduli(Observations):
         kind = deformation or table.deformation
         if kind not in ("shear", "tension"):
             rule = 'must be "shear" or "tension", as the data do not state it'
-            raise InputError("deformation", kind, rule, where=table.source)
+            raise InputError("deformation", ABSENT if kind is None else kind, rule, where=table.source)
         self.deformation: Literal["shear", "tension"] = kind
         names = ("storage_modulus", "loss_modulus") if isinstance(table, DynamicTable) else ("modulus",)
         if isinstance(table, RelaxationTable):
