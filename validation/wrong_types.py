@@ -576,7 +576,7 @@ def main() -> None:
     lines = [
         "# Wrong and unusual types",
         "",
-        f"Made by `python validation/wrong_types.py --seed {options.seed}`: every public function and parameter "
+        f"Made by `python validation/wrong_types.py --seed {options.seed}`: public functions and methods, every parameter "
         f"with each of {len(bad_objects())} objects of a wrong type.",
         "",
         "| calls | number | faults |",
