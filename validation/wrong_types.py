@@ -576,8 +576,8 @@ def main() -> None:
     lines = [
         "# Wrong and unusual types",
         "",
-        f"Made by `python validation/wrong_types.py --seed {options.seed}`: public functions and methods, every parameter "
-        f"with each of {len(bad_objects())} objects of a wrong type.",
+        f"Made by `python validation/wrong_types.py --seed {options.seed}`: public functions and methods, every "
+        f"parameter with each of {len(bad_objects())} objects of a wrong type.",
         "",
         "| calls | number | faults |",
         "|---|---|---|",

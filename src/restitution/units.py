@@ -216,7 +216,7 @@ _UNITS = {
     **_powers(TEMPERATURE, K=0), **dict.fromkeys(("degC", "°C"), Unit(TEMPERATURE, offset=ZERO_CELSIUS)),
     **_powers(MOLAR_ENERGY, **{"J/mol": 0, "kJ/mol": 3}),
     **_powers(COMPLIANCE, **{"1/Pa": 0, "1/kPa": -3, "1/MPa": -6, "1/GPa": -9}),
-    **_powers(ANGLE, rad=0),
+    **_powers(ANGLE, rad=0), **dict.fromkeys(("deg", "°"), Unit(ANGLE, math.pi, 180.0)),
     **_powers(NUMBER, **{"": 0, "%": -2}),
 }  # fmt: skip
 # Spellings of instruments, which a case file must not have. Pint would take C for coulomb.
@@ -224,7 +224,7 @@ _OF_INSTRUMENTS = {
     "sec": "s", "C": "degC", "ºC": "degC", "1/s": "Hz", "-": "", "1": "",
     **{f"{unit}{power}": f"1/{unit}" for unit in ("Pa", "kPa", "MPa", "GPa") for power in ("^-1", "-1", "⁻¹")},
 }  # fmt: skip
-_OF_COLUMNS = (TIME, MODULUS, FREQUENCY, ANGULAR_FREQUENCY, TEMPERATURE, NUMBER, COMPLIANCE)
+_OF_COLUMNS = (TIME, MODULUS, FREQUENCY, ANGULAR_FREQUENCY, TEMPERATURE, NUMBER, COMPLIANCE, ANGLE)
 
 # The expressions below take quadratic time on some texts, which must therefore be short.
 _LONGEST = 200
