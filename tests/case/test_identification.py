@@ -101,6 +101,7 @@ def test_priors_and_shifts(case: Path) -> None:
             '"standard_solid"\nstart = { poisson_ratio = 0.4 }',
             ("identification.start.poisson_ratio",),
         ),
+        ("poisson_ratio = 0.5", "poisson = 0.5", ("identification.fixed.poisson",)),
         ("0.5 }", '"1 kg" }', ("identification.fixed.poisson_ratio", "1 kg")),
         ('"rebounds"', '"bounces"', ("data[0].kind", "bounces")),
         ('"balls.csv"', '"ball.csv"', ("data[0].file", "ball.csv")),
