@@ -1,6 +1,7 @@
 """Wrong and unusual types in public functions: a sample of `validation/wrong_types.py`."""
 
 import pytest
+import xarray as xr
 
 from checkout import script
 from refusals import in_one_line
@@ -41,6 +42,14 @@ def test_wrong_types_are_refused_in_one_line(wrong_types, count):
         ("sine_arch", "duration", "5e-324"),
         ("surrogate", "extrapolate", "NA"),
         ("sweep", "base", "type"),
+        ("History.until", "time", "array"),
+        ("Identification.to_toml", "path", "array"),
+        ("ImpactResult.pressure", "r", "quantity of a foreign unit"),
+        ("ImpactResult.validity_on", "body_size", "-1"),
+        ("ImpactResult.validity_on", "body_size", "list"),
+        ("Parabola.contact_radius", "depth", "quantity of a foreign unit"),
+        ("PronySeries.complex_modulus", "angular_frequency", "quantity of a foreign unit"),
+        ("Validity[]", "kind", "text"),
     ],
 )
 def test_an_extreme_or_foreign_object_is_refused_by_an_input_error(wrong_types, name, parameter, kind):
@@ -51,6 +60,25 @@ def test_an_extreme_or_foreign_object_is_refused_by_an_input_error(wrong_types, 
 def test_a_chunk_larger_than_any_sweep_holds_all_points(wrong_types):
     call = next(call for call in wrong_types.calls() if call.name == "sweep")
     assert wrong_types.run(call, call.arguments | {"chunk": 10**400})[0] == ""
+
+
+@pytest.mark.parametrize(
+    ("method", "name", "small", "unit"),
+    [
+        ("Ellipsoid.contact_radius", "depth", 1e-2, "mm"),
+        ("ImpactResult.pressure", "r", 1e-2, "mm"),
+        ("Parabola.contact_radius", "depth", 1e-2, "mm"),
+        ("Parabola.shape", "r", 1e-1, "mm"),
+        ("PronySeries.carson_transform", "s", 1e-3, "1/ms"),
+        ("PronySeries.complex_modulus", "angular_frequency", 1e-3, "rad/ms"),
+        ("Pyramid.force_integral_at_depth", "depth", 1e-2, "mm"),
+    ],
+)
+def test_methods_convert_units(wrong_types, method, name, small, unit):
+    call = next(call for call in wrong_types.calls() if call.name == method)
+    plain = call.function(**call.arguments)
+    assert call.function(**call.arguments | {name: wrong_types.UNITS.Quantity(small, unit)}) == pytest.approx(plain)
+    assert call.function(**call.arguments | {name: xr.DataArray(small, attrs={"units": unit})}) == pytest.approx(plain)
 
 
 def test_numbers_in_other_containers_give_the_same_result(wrong_types):

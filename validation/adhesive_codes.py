@@ -37,7 +37,7 @@ TEXT = """\
 
 Made by `validation/adhesive_codes.py` with LAMMPS {version}.
 
-Two equal balls (R = 10 um, 1200 kg/m3, Poisson ratio 0.35, work of adhesion 50 mJ/m2) collide head on, with velocities
+Two equal balls (R = 10 um, 1200 kg/m^3, Poisson ratio 0.35, work of adhesion 50 mJ/m^2) collide head on, at velocities
 from 0.8 to 50 times the one below which they stick. `rs.calibrate` finds for each code the law that sticks below the
 same velocity and is nearest to the exact e above it. The first table has the largest difference of e of this law, and
 of what is usually typed.

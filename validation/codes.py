@@ -373,7 +373,7 @@ def mercury_program(snippet: str) -> Path:
 def by_mercury(snippet: str, *numbers: float) -> tuple[float, str]:
     """Coefficient of restitution with a snippet as it is, and the version of MercuryDPM.
 
-    The numbers are the radius [m], density [kg/m3], velocity [m/s], time step and end [s], and 1 for a wall or 0 for
+    The numbers are the radius [m], density [kg/m^3], velocity [m/s], time step and end [s], and 1 for a wall or 0 for
     two equal balls.
     """
     program = mercury_program(snippet)
@@ -433,7 +433,7 @@ Made by `validation/codes.py`.
 
 <!-- table -->
 
-Two equal balls of a soft Kelvin-Voigt rubber (R = 5 mm, 1100 kg/m3, G = 1 MPa,
+Two equal balls of a soft Kelvin-Voigt rubber (R = 5 mm, 1100 kg/m^3, G = 1 MPa,
 eta = 60 Pa s, nu = 0.5), or a ball and a wall, collide head on. `rs.calibrate` writes the text to paste for
 {low:g} to {high:g} m/s, and the code runs it as it is. "Promised" is the e that `rs.calibrate` states for the law of
 the code, without the error of its time step. "Exact" is `rs.solve`.
@@ -547,7 +547,7 @@ def ring_section() -> str:
     expected = rs.solve(rs.collision(boulder, boulder, used)).restitution_coefficient
     text = (
         "\n### A patch of a planetary ring, in REBOUND\n\nA shearing sheet of 150 boulders (R = 1 m, Kelvin-Voigt, "
-        "G = 1 MPa, eta = 40 kPa s, 900 kg/m3) in the orbit\nof Saturn's rings. The spread of the velocities is in "
+        "G = 1 MPa, eta = 40 kPa s, 900 kg/m^3) in the orbit\nof Saturn's rings. The spread of the velocities is in "
         f"units of R and the angular velocity of the orbit. The e of\n{used.size} collisions is within "
         f"{np.abs(curve(used) - expected).max():.0e} of the exact one. The table is one draw: "
         "with other random orders of the collisions the\nspreads of the first two laws change, by up to a third "

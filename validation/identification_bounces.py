@@ -56,7 +56,7 @@ value, and the root mean square of the deviation over the stated error; noise 50
 
 ## Drag of air
 
-Instants of a ball on D in air, by SciPy's integration of each flight with quadratic drag (density {air} kg/m3,
+Instants of a ball on D in air, by SciPy's integration of each flight with quadratic drag (density {air} kg/m^3,
 coefficient {drag}) between solves of each impact. Largest deviation of an interval from the prediction of the true
 material over a noise of 50 us, with and without the drag in `rs.BounceTimes`, and chi2 over the degrees of freedom of
 a fit without it.

@@ -30,7 +30,7 @@ INTRODUCTION = """\
 # LAMMPS: Hertz with viscoelastic damping
 
 Made by `validation/lammps_balls.py` with LAMMPS {version}, `pair_style granular`. Two equal incompressible
-Kelvin-Voigt balls (R = {radius:g} m, {density:g} kg/m3, G = {modulus:g} Pa) collide at {velocity:g} m/s,
+Kelvin-Voigt balls (R = {radius:g} m, {density:g} kg/m^3, G = {modulus:g} Pa) collide at {velocity:g} m/s,
 in SI units in both programs. The force of
 `hertz/material ... damping viscoelastic`,
 

@@ -12,7 +12,7 @@ import restitution as rs
 
 RADIUS = 0.005
 DECADES = ((0.01, 0.1), (0.1, 1.0), (0.01, 1.0))
-# Name in the library, temperature [K], and density [kg/m3] where the source has none.
+# Name in the library, temperature [K], and density [kg/m^3] where the source has none.
 MATERIALS = (
     ("epoxy", None, None),
     ("dma_polymer", 268.15, 1200.0),
@@ -30,7 +30,7 @@ Made by `validation/memoryless.py`.
 
 Two equal balls (R = 5 mm) of materials of the library collide head on. For each range of velocities `rs.calibrate`
 finds the law that is nearest to the exact e. The last two columns are the largest relative errors of e that remain in
-the range. The density of the `dma_polymer` is assumed (1200 kg/m3).
+the range. The density of the `dma_polymer` is assumed (1200 kg/m^3).
 
 """
 

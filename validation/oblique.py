@@ -49,7 +49,7 @@ Made by `validation/oblique.py`.
 <!-- table -->
 
 Kharaz, Gorham and Salman, Powder Technology 120 (2001) 281, dropped alumina balls of 5 mm on thick soda-lime glass at
-3.9 m/s. Their inputs: E = 380 and 70 GPa, Poisson ratios 0.23 and 0.25, friction 0.092, density 4000 kg/m3, e = 0.98.
+3.9 m/s. Their inputs: E = 380 and 70 GPa, Poisson ratios 0.23 and 0.25, friction 0.092, density 4000 kg/m^3, e = 0.98.
 The points were read from the figures of the paper, and the lines of MFIX from its published verification with
 linear springs. Both bodies are elastic here, so e = 1. Nothing is fitted. Above 30 degrees all of the contact slides;
 friction was presumably read there, so that only the smaller angles test the theory.

@@ -57,7 +57,7 @@ TEXT = """\
 Made by `validation/oblique_dem.py`.
 
 Tests 6 to 8 of Chung and Ooi, Granular Matter 13 (2011) 643, give $e = 0.5$ and $\\mu = 0.4$, but no material with
-this $e$. Balls of {radius:g} m, of aluminium (E = 70 GPa, Poisson ratio 0.33, 2700 kg/m3), spin and meet at {speed:g}
+this $e$. Balls of {radius:g} m, of aluminium (E = 70 GPa, Poisson ratio 0.33, 2700 kg/m^3), spin and meet at {speed:g}
 m/s: in test 6 a rigid plane, in test 7 an equal ball with an equal spin, in test 8 a ball of five times the
 radius and a thousand times the density. Kratos has the velocities and the digitised points of the paper, PySPH the
 constants of aluminium. Neither names the code or the formula that made the

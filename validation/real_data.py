@@ -81,7 +81,7 @@ Williams, Landel and Ferry (1955), 17.44 and 51.6 K at the glass transition, are
 a glass transition at -50 degC, as is typical of EPDM. Two points an isotherm overlap little: the errors of the free
 shifts are large at the coldest two temperatures, and the misfit of a curve through so few points proves nothing.
 
-Restitution of a solid ball of this rubber on a rigid floor, R = 10 mm, 1100 kg/m3, 1 m/s: from the terms that
+Restitution of a solid ball of this rubber on a rigid floor, R = 10 mm, 1100 kg/m^3, 1 m/s: from the terms that
 `fit_prony` fits to the master curve (WLF), and from fits of two models with WLF to all data. There is no measurement
 of such a ball. The contact lasts {contact:.1f} ms at 25 degC, so the frequency is about {frequency:.0f} Hz, beyond the
 test machine and within the shifted data. The last column is e = exp(-tan delta/0.815) of `effective_moduli` with the

@@ -32,7 +32,7 @@ INTRODUCTION = """\
 
 Made by `validation/rebound_spheres.py` with REBOUND {version}. Its spheres are hard and their collisions take no time.
 A function of the user gives e for the impact velocity, here `rs.solve`. A rubber ball (R = {radius:g} m,
-{density:g} kg/m3, Ginf = G1 = 1 MPa, eta = 100 Pa s, nu = 0.45) falls {height:g} m onto a rigid wall.
+{density:g} kg/m^3, Ginf = G1 = 1 MPa, eta = 100 Pa s, nu = 0.45) falls {height:g} m onto a rigid wall.
 """
 
 BOUNCES = """

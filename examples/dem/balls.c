@@ -19,7 +19,7 @@
 #include "contact_law.h"
 
 #define RADIUS 0.001   /* of a bead [m], as in the case file */
-#define DENSITY 1100.0 /* [kg/m3] */
+#define DENSITY 1100.0 /* [kg/m^3] */
 #define GRAVITY 9.81   /* [m/s2] */
 #define STEP 3e-6      /* [s]: some 50 steps in a contact */
 #define MOST 24        /* contacts of a bead that it owns: with later beads, and with walls */

@@ -95,9 +95,10 @@ def whole_file(path: Path | str) -> Generator[Path]:
 
 def write_text(path: Path | str, text: str) -> Path:
     """Write a text, whole or not at all; return the path."""
+    path = path_of(path)
     with whole_file(path) as partial:
         partial.write_text(text, encoding="utf-8")
-    return Path(path)
+    return path
 
 
 def to_disk(path: Path) -> None:

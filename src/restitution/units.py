@@ -216,7 +216,7 @@ _UNITS = {
     **_powers(TEMPERATURE, K=0), **dict.fromkeys(("degC", "°C"), Unit(TEMPERATURE, offset=ZERO_CELSIUS)),
     **_powers(MOLAR_ENERGY, **{"J/mol": 0, "kJ/mol": 3}),
     **_powers(COMPLIANCE, **{"1/Pa": 0, "1/kPa": -3, "1/MPa": -6, "1/GPa": -9}),
-    **_powers(ANGLE, rad=0),
+    **_powers(ANGLE, rad=0), **dict.fromkeys(("deg", "°"), Unit(ANGLE, math.pi, 180.0)),
     **_powers(NUMBER, **{"": 0, "%": -2}),
 }  # fmt: skip
 # Spellings of instruments, which a case file must not have. Pint would take C for coulomb.
@@ -224,11 +224,12 @@ _OF_INSTRUMENTS = {
     "sec": "s", "C": "degC", "ºC": "degC", "1/s": "Hz", "-": "", "1": "",
     **{f"{unit}{power}": f"1/{unit}" for unit in ("Pa", "kPa", "MPa", "GPa") for power in ("^-1", "-1", "⁻¹")},
 }  # fmt: skip
-_OF_COLUMNS = (TIME, MODULUS, FREQUENCY, ANGULAR_FREQUENCY, TEMPERATURE, NUMBER, COMPLIANCE)
+_OF_COLUMNS = (TIME, MODULUS, FREQUENCY, ANGULAR_FREQUENCY, TEMPERATURE, NUMBER, COMPLIANCE, ANGLE)
 
 # The expressions below take quadratic time on some texts, which must therefore be short.
 _LONGEST = 200
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)(?![\d.,])\s*(.*?)\s*", re.DOTALL)
+_COMMA = re.compile(r"\d,\d")
 _UNIT = re.compile(r"[\w%°µμΩÅ·⋅.*/^()\s²³⁻¹⁴-]*")
 # "mm2" and "s-1", as people write them, which pint reads as names.
 _BARE_EXPONENT = re.compile(r"\b([kcdmuµμn]?m|[mu]?s|in|ft)(-?[1-4])\b")
@@ -316,6 +317,8 @@ def to_si(text: str, dimension: Dimension) -> float:
         ...
     restitution.errors.InputError: is a time, not a length; write e.g. "10 mm", or a plain number in m
     """
+    # Pages and papers have a minus of their own.
+    text = text.replace("\N{MINUS SIGN}", "-")
     match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST else None
     if DEVIATION.search(text):
         rule = (
@@ -323,7 +326,9 @@ def to_si(text: str, dimension: Dimension) -> float:
         )
         raise InputError("", rule=rule)
     if match is None:
-        raise InputError("", rule=f"cannot be read as a number and a unit; {dimension.advice}")
+        has_comma = _COMMA.search(text[:_LONGEST])
+        rule = "must have a point in place of the comma" if has_comma else "cannot be read as a number and a unit"
+        raise InputError("", rule=f"{rule}; {dimension.advice}")
     number, name = float(match[1]), match[2]
     if dimension == MODULUS:
         _refuse_millipascal("", ABSENT, name)

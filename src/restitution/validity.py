@@ -18,7 +18,7 @@ from restitution.contact.radiation import Bodies, radiated
 from restitution.errors import RestitutionWarning
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material
-from restitution.quantities import VALIDITY
+from restitution.quantities import VALIDITY, choice
 from restitution.result import Table
 from restitution.units import in_words
 
@@ -137,7 +137,8 @@ class Validity:
 
     def __getitem__(self, kind: str) -> Check:
         """Return the check of a kind."""
-        return {check.kind: check for check in self.checks}[kind]
+        checks = {check.kind: check for check in self.checks}
+        return checks[choice("kind", kind, checks)]
 
     @property
     def warnings(self) -> list[str]:
@@ -588,8 +589,8 @@ def _poisson_ratio(worst: Any, exceeded: bool) -> tuple[str, str]:
 
 def _density(worst: Any, exceeded: bool) -> tuple[str, str]:
     low, high = DENSITY_LIMITS
-    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * worst.density_factor:g} kg/m3"
-    text = f"a ball of this mass and radius has {worst.mean_density:.3g} kg/m3, {limits}"
+    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * worst.density_factor:g} kg/m^3"
+    text = f"a ball of this mass and radius has {worst.mean_density:.3g} kg/m^3, {limits}"
     return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
 
 

@@ -171,6 +171,9 @@ def test_ranges_within_levels():
 def test_given_coefficient_and_measured_table():
     """The law has the coefficient, and the stiffness of the material."""
     calibrated = rs.calibrate((BALL, BALL), "lammps-tsuji", (0.1, 2.0), restitution=0.8, points=5)
+    for wrong in (0.0, 1.5):
+        with pytest.raises(rs.InputError, match=r"restitution = .*: must be in \(0, 1\]"):
+            rs.calibrate((BALL, BALL), "lammps-tsuji", (0.1, 2.0), restitution=wrong)
     assert calibrated.restitution_coefficient([0.1, 0.7, 2.0]) == pytest.approx(0.8, rel=1e-7)
     assert np.isnan(calibrated.table["contact_time"]).all()
     static = rs.reduced_modulus(RUBBER, RUBBER).equilibrium_modulus

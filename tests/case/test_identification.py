@@ -96,10 +96,17 @@ def test_priors_and_shifts(case: Path) -> None:
     ("old", "new", "expected"),
     [
         ('"standard_solid"', '"standard_sold"', ("identification.model", "standard_sold")),
+        (
+            '"standard_solid"',
+            '"standard_solid"\nstart = { poisson_ratio = 0.4 }',
+            ("identification.start.poisson_ratio",),
+        ),
+        ("poisson_ratio = 0.5", "poisson = 0.5", ("identification.fixed.poisson",)),
         ("0.5 }", '"1 kg" }', ("identification.fixed.poisson_ratio", "1 kg")),
         ('"rebounds"', '"bounces"', ("data[0].kind", "bounces")),
         ('"balls.csv"', '"ball.csv"', ("data[0].file", "ball.csv")),
         ("radius =", "radios =", ("data[0].radios", "10 mm")),
+        ('radius = "10 mm"', 'profile = { type = "sphere" }', ("data[0].profile.radius",)),
         ('"20 us"', '"20 N"', ("data[0].noise.contact_time", "20 N")),
         ("viscosity =", "viscous =", ("identification.bounds.viscous", ["1 Pa s", "1 MPa s"])),
         ("[[data]]", "[body]\nmass = 1\n[[data]]", ("body", {"mass": 1})),
@@ -170,3 +177,22 @@ def test_a_wrong_design_is_refused(tmp_path: Path, old: str, new: str, message: 
     file = tmp_path / "design.toml"
     file.write_text(DESIGN.replace(old, new))
     assert message in str(refusal(lambda: read_design(file)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "table", "expected"),
+    [
+        # A shape is no number of a row.
+        ("indentation", "time [s],depth [nm],force [nN]\n" + "1,1,1\n" * 40, "data[0].profile: is missing"),
+        (
+            "moduli",
+            "time [s],relaxation modulus [MPa]\n0.1,2\n1,1.5\n10,1.2\n100,1.1\n",
+            'data[0].deformation: must be "shear" or "tension", as the data do not state it',
+        ),
+    ],
+)
+def test_what_is_missing_has_no_value(tmp_path: Path, kind: str, table: str, expected: str) -> None:
+    (tmp_path / "t.csv").write_text(table)
+    file = tmp_path / "fit.toml"
+    file.write_text(f'[identification]\nmodel = "kelvin_voigt"\n[[data]]\nkind = "{kind}"\nfile = "t.csv"\n')
+    assert str(refusal(lambda: read_identification(file).solve())).endswith(expected)

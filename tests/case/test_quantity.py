@@ -40,6 +40,7 @@ from restitution.units import to_si, unit_registry
         ("10mm", LENGTH, 0.01),
         ("1e-2 m", LENGTH, 0.01),
         ("-.5 m", LENGTH, -0.5),
+        ("\N{MINUS SIGN}20 °C", TEMPERATURE, 253.15),
         # The inch is 25.4 mm, the pound 0.45359237 kg (international yard and pound agreement, 1959).
         ("1 in", LENGTH, 0.0254),
         ("1 lb/in^3", DENSITY, 0.45359237 / 0.0254**3),
@@ -85,7 +86,7 @@ def test_the_table_of_common_units_agrees_with_pint() -> None:
         ("10", LENGTH, 'has no unit; write e.g. "10 mm", or a plain number in m'),
         ("10 deg", LENGTH, 'is a dimensionless number, not a length; write e.g. "10 mm", or a plain number in m'),
         ("ten mm", LENGTH, 'cannot be read as a number and a unit; write e.g. "10 mm", or a plain number in m'),
-        ("1,5 mm", LENGTH, 'cannot be read as a number and a unit; write e.g. "10 mm", or a plain number in m'),
+        ("1,5 mm", LENGTH, 'must have a point in place of the comma; write e.g. "10 mm", or a plain number in m'),
         ("", LENGTH, 'cannot be read as a number and a unit; write e.g. "10 mm", or a plain number in m'),
         ("2 mpa", MODULUS, "unknown unit 'mpa', did you mean MPa? write e.g. \"2 MPa\", or a plain number in Pa"),
         ("1 m/ss", VELOCITY, "unknown unit 'm/ss', did you mean m/s? write e.g. \"1 m/s\", or a plain number in m/s"),

@@ -329,6 +329,8 @@ AXES = "[axes]\nvelocity = [1]\n"
         (BODY + SOLID + AXES + "[samples]\nn = 4\nmass = { uniform = [2, 1] }\n", "samples.mass: low = 2, high = 1: must ascend"),
         (BODY + SOLID + AXES + "[samples]\nn = 4\nseed = 1.5\nmass = { uniform = [1, 2] }\n", "samples: seed = 1.5: must be a whole"),
         (BODY + SOLID + AXES + "[sweep]\noutputs = ['e']\n", 'sweep.outputs = ["e"]: unknown output \'e\'; known are rest'),
+        (BODY + SOLID + AXES + "[sweep]\noutputs = 'max_force'\n", 'sweep.outputs = "max_force": must be a list'),
+        (BODY + SOLID + AXES + "solver.rtol = [1, 2]\n", "axes.solver.rtol: unknown quantity; known are body"),
         (BODY + SOLID + AXES + "[sweep]\nchunk = 0\n", "chunk = 0: must be a whole number >= 1"),
         (BODY + SOLID + AXES + "[sweep]\nchunks = 3\n", "sweep.chunks = 3: unknown key; did you mean chunk?"),
         (BODY + SOLID + AXES + "[solver]\nmethod = 'elements'\n", 'solver.method = "elements": must be "exact" in a sweep'),
@@ -339,6 +341,11 @@ AXES = "[axes]\nvelocity = [1]\n"
 )  # fmt: skip
 def test_invalid_files_are_refused(text: str, message: str) -> None:
     refuses(text, message)
+
+
+@pytest.mark.parametrize("axis", ["'[0.5, 2] m/s'", "{ linear = '[50, 200] cm/s', n = 2 }"])
+def test_an_axis_may_be_one_text_as_other_lists(axis: str) -> None:
+    assert sweep(BODY + SOLID + f"[axes]\nvelocity = {axis}\n").velocity.values.tolist() == [0.5, 2.0]
 
 
 def test_sweep_files_of_the_documentation_are_computed() -> None:

@@ -149,6 +149,24 @@ def test_the_command_prints_deviations(tmp_path: Path) -> None:
     assert content["restitution_coefficient"] == pytest.approx(value, rel=1e-8)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("bounce",),
+        ("resilience",),
+        ("surrogate", "--velocity", "0.9", "1", "--rtol", "1e-2"),
+        ("export", "--to", "law.h"),
+        ("export", "--to", "solid.inp"),
+        ("calibrate", "--target", "liggghts", "--velocity", "0.9", "1"),
+    ],
+)
+def test_commands_without_deviations_say_so(folder: Path, command: tuple[str, ...]) -> None:
+    for solid, count in ((SOLID, 0), (SOLID.replace("10 MPa", "10 +- 0.5 MPa"), 1)):
+        case_file("ball.toml", material=solid, impact='velocity = "0.1 m/s"\nweight = false')
+        notes = done(command[0], "ball.toml", *command[1:]).stderr.replace("\n", " ")
+        assert notes.count("takes standard deviations to the outputs") == count
+
+
 def test_a_case_without_deviations_prints_none(tmp_path: Path) -> None:
     file = tmp_path / "ball.toml"
     case_file(file)

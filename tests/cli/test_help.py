@@ -38,8 +38,11 @@ def test_each_command_is_in_a_group_shows_its_docstring_and_has_an_example(name:
     shown = help_of(name)
     # Words in brackets would be taken for styles and left out.
     assert {*command.callback.__doc__.replace("\b", "").split()} <= {*shown}
-    # A flag takes no value.
-    assert "<bool>" not in shown
+    # A flag takes no value, and the names of arguments say what they are.
+    assert not [word for word in shown if word.startswith(("<bool>", "<path>", "<list"))]
+    # Who gives a length must know how to write it.
+    quantities = {"LENGTH", "TIME", "VELOCITY", "TEMPERATURE", "LOW", "NAME=LOW:HIGH"} & {*shown}
+    assert ("A plain number is in SI." in " ".join(shown)) == bool(quantities), quantities
     options = set(re.findall(r"--[a-z0-9-]+", " ".join(shown)))
     assert {word for word in words if word.startswith("--")} <= options
 

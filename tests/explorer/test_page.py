@@ -38,7 +38,7 @@ def test_numbers_of_a_link_are_those_of_the_solver(opened):
     assert number(page, "instantaneous_poisson_ratio") == pytest.approx(material.instantaneous_poisson_ratio)
     assert page.locator("[data-check]").count() == 6
     for check in result.validity:
-        printed = check.message.replace("e+03", "·10³").replace("kg/m3", "kg/m³")
+        printed = check.message.replace("e+03", "·10³").replace("kg/m^3", "kg/m³")
         assert printed[20:] in page.locator(f"[data-check={check.kind}]").inner_text()
 
 

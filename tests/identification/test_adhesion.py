@@ -214,7 +214,7 @@ def test_what_has_no_theory_is_refused(exact):
     damped = {"poisson_ratio": 0.4, "range": 5e-9, "viscosity": 10.0}
     assert named(lambda: rs.identify(rebounds, rs.kelvin_voigt, fixed=damped))[0] == "model"
     plain = rs.Rebounds([0.5, 1.0], [0.8, 0.8], **body)
-    assert named(lambda: rs.identify(plain, rs.elastic, fixed={"work": 0.05}))[0] == "work"
+    assert named(lambda: rs.identify(plain, rs.elastic, fixed={"work": 0.05}))[0] == "fixed.work"
 
 
 # Indentation curves with a pull-off.

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from least_squares import CASES, MASS, RADIUS, columns, covariance, fit, residuals, solid
 from refusals import in_one_line, named, warns
 from restitution import Cone, Noise, Parabola, Sphere, bounces, identify, reduced_modulus, solve, standard_solid
-from restitution.identification.records import BounceTimes, Flight
+from restitution.identification.records import BounceTimes, Flight, ForceHistory
 from restitution.impact.problem import STANDARD_GRAVITY, Body, Impact, drop
 
 SD = 5e-5
@@ -264,3 +264,13 @@ def test_an_enormous_ball_gives_no_warning_of_numpy():
 def test_a_material_without_a_bulk_modulus_gives_no_warning_of_numpy():
     data = BounceTimes([0.0, 0.5, 0.9, 1.2, 1.4], radius=RADIUS, mass=MASS, noise=Noise(time=SD))
     assert identify(data, standard_solid, fixed={"poisson_ratio": -1.0}).chi2 >= 0.0
+
+
+def test_records_say_what_they_hold():
+    """The comments of a written material have it for data without a name."""
+    time = np.linspace(0.0, 2e-3, 50)
+    record = ForceHistory(time, 59.0 * np.sin(np.pi * time / 2e-3), radius=0.01, mass=0.033, velocity=1.0)
+    assert [repr(data) for data in (sound([0.0, 0.4, 0.7, 0.95]), record)] == [
+        "BounceTimes(4 touches)",
+        "ForceHistory(50 samples)",
+    ]

@@ -296,7 +296,7 @@ def test_priors_add_to_the_data():
     ("options", "field"),
     [
         ({"fixed": {"poisson_ratio": 0.45, "bulk_modulus": 1e9}}, "poisson_ratio, bulk_modulus"),
-        ({"fixed": {"modulus": 1.0}}, "modulus"),
+        ({"fixed": {"modulus": 1.0}}, "fixed.modulus"),
         ({"fixed": {"poisson_ratio": 0.6}}, "fixed.poisson_ratio"),
         ({"fixed": FIXED, "bounds": {"viscosity": (2.0, 1.0)}}, "bounds.viscosity"),
         ({"fixed": FIXED, "bounds": {"viscosity": 1.0}}, "bounds.viscosity"),

@@ -106,4 +106,4 @@ def test_wrong_options_of_tables_are_refused(options, field):
 
 def test_tables_without_a_deformation_are_refused():
     table = RelaxationTable([0.1, 1.0], [2.0, 1.0])
-    assert named(lambda: rs.identify(table, rs.standard_solid, fixed=FIXED)) == ("deformation", None)
+    assert named(lambda: rs.identify(table, rs.standard_solid, fixed=FIXED)) == ("deformation",)

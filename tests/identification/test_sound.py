@@ -177,12 +177,27 @@ def test_weak_sounds_of_noise_are_no_rivals_of_a_series(seed):
     assert odds > SERIES_ODDS
 
 
+def odds_of_chance(number):
+    """Return the odds of the best series of strong and weak sounds at random."""
+    rng = np.random.default_rng([21, number])
+    seconds = rng.uniform(2.0, 10.0)
+    time, strength = strengths(rng, seconds, int(rng.integers(4, 10)), int(rng.integers(0, 40)))
+    return best_series(time, strength, strength, seconds)[1]
+
+
 def test_strong_sounds_at_random_are_no_series():
-    rng = np.random.default_rng(21)
-    for _ in range(100):
-        seconds = rng.uniform(2.0, 10.0)
-        time, strength = strengths(rng, seconds, int(rng.integers(4, 10)), int(rng.integers(0, 40)))
-        assert best_series(time, strength, strength, seconds)[1] < SERIES_ODDS
+    assert max(map(odds_of_chance, range(100))) < SERIES_ODDS
+
+
+def test_of_a_thousand_sounds_at_random_less_than_one_is_a_series():
+    """Of 9000, these have the largest odds; their number falls by e for each unit of the limit, about."""
+    largest = [
+        293, 921, 1211, 2070, 2250, 4262, 4348, 4774, 4914, 4975, 5431, 5468, 5592, 6156, 7796, 7889, 8195, 8213,
+        8813, 8907,
+    ]  # fmt: skip
+    odds = np.array([odds_of_chance(number) for number in largest])
+    assert odds.min() > 4.0
+    assert 0 < np.count_nonzero(odds > SERIES_ODDS) < 9
 
 
 @pytest.mark.parametrize("touch", range(6))

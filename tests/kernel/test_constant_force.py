@@ -115,3 +115,34 @@ def test_a_body_that_creeps_to_rest_is_captured(rtol):
     result = rs.solve(_impact(1e-6, 1.0, 0.05, 1.0, 1.0, 1.0, 1.0), rtol=rtol)
     assert result.status is Status.CAPTURED
     assert result.max_indentation_depth == pytest.approx(1.0 / 8e-6, rel=1e-9)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize(
+    ("exponent", "series", "poisson_ratio", "length", "mass", "velocity"),
+    [
+        # Shares of the relaxation that leave the range of a double in an iteration of Newton's method.
+        (
+            4.361883662192044,
+            (38951.67480376345, [30987.45060261, 6675.64553519, 122839.295881],
+             [3.64909638e-05, 3.85512421e-05, 5.36992144e-05]),
+            0.048857828792195024, 0.005066665884615501, 0.00028745695165017143, 0.004220720557227245,
+        ),
+        # A matrix of such an iteration that is singular.
+        (
+            13.86676378703381,
+            (93016.77090852945, [258648.21710544225, 398545.0037858031, 98942.40151614256],
+             [0.029251933380710065, 0.0015738348374162458, 0.7055809343743669]),
+            0.42674803152469365, 5.629667126829458e-06, 8.468163267815366e-09, 0.26972592418415264,
+        ),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+def test_iterations_that_diverge_are_given_up(exponent, series, poisson_ratio, length, mass, velocity):
+    """The shorter elements that follow agree with those of a tolerance at which nothing diverges."""
+    material = rs.generalised_maxwell(*series, poisson_ratio=poisson_ratio)
+    tip = rs.PowerLaw(exponent, length ** (1.0 - exponent))
+    impact = rs.Impact(material, tip, mass=mass, velocity=velocity, external_force=1e-3)
+    loose, strict = (rs.solve(impact, rtol=rtol) for rtol in (1e-6, 1e-9))
+    assert loose.restitution_coefficient == pytest.approx(strict.restitution_coefficient, abs=1e-6)
+    assert loose.status == rs.Status.CAPTURED

@@ -68,7 +68,7 @@ def test_comments_state_units_moduli_and_where_they_hold(tmp_path):
     material = Material(GLASSY.shear, GLASSY.bulk, window=(1e-3, 1e2), temperature=293.15, source="DMA of a beam")
     for name, moduli in (("a.inp", "those of long times"), ("a.txt", "the instantaneous ones")):
         text = rs.write_material(material, tmp_path / name).read_text()
-        for remark in ("Pa, s, kg/m3", f"E and nu are {moduli}", "from 0.001 to 100 s", "293.15 K", "DMA of a beam"):
+        for remark in ("Pa, s, kg/m^3", f"E and nu are {moduli}", "from 0.001 to 100 s", "293.15 K", "DMA of a beam"):
             assert remark in text
 
 

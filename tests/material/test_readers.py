@@ -286,6 +286,7 @@ def test_a_deck_without_constants_is_refused():
         ("# E0 = 4 Pa\n# tau, E_i\n1,5\n", "x: line 1: instantaneous_modulus = 4 Pa: must be >= 5 Pa"),
         ("t,E\ns,MPa\n1,1\n2,1.4\n3,30\n4,500\n", r"x: line 5: E is 3e\+07 Pa, and 1e\+06 Pa in line 3: must fall"),
         ("f,G_stor,G_loss\n1,9,1\n2,8,1\n3,5,1\n", "x: line 4: G_stor is 5 Pa, and 9 Pa in line 2: must rise"),
+        ("f,|G*|,delta\n1,9,20\n2,9,95\n", r"x: line 3: \|G\*\|, delta: must give a storage modulus > 0 and a finite"),
         ("t,E\0\n1,2\n", "x: cannot be read: must be text"),
     ],
 )
@@ -344,6 +345,9 @@ DMA = {
     "loss tangent": "Freq. (Hz),E’ (MPa),Tan(delta)\n1,3,0.6666666666666667\n10,4,0.25\n",
     "magnitude and loss tangent": "f_Hz,E*_MPa,tand\n"
     f"1,{math.hypot(3, 2)!r},0.6666666666666667\n10,{math.hypot(4, 1)!r},0.25\n",
+    "magnitude and loss angle": "f [Hz],|E*| [MPa],delta [deg]\n"
+    f"1,{math.hypot(3, 2)!r},{math.degrees(math.atan2(2, 3))!r}\n10,{math.hypot(4, 1)!r},{math.degrees(math.atan2(1, 4))!r}\n",
+    "loss angle": f"f [Hz],E' [MPa],phase [rad]\n1,3,{math.atan2(2, 3)!r}\n10,4,{math.atan2(1, 4)!r}\n",
     "psi": f"f [Hz],E' [psi],E'' [psi]\n1,{3e6 / PSI!r},{2e6 / PSI!r}\n10,{4e6 / PSI!r},{1e6 / PSI!r}\n",
     "a block above": "Sample: rubber\nOperator;N. N.\nStart 12:00\n\nf;E';E''\n[Hz];[MPa];[MPa]\n1;3;2\n10;4;1\n",
     "empty cells before, between and behind tabs": "Interval data:\tPoint No.\tFrequency\tStorage Modulus\t"
@@ -375,6 +379,7 @@ def test_assumed_units_and_unused_columns_are_noted():
         "columns not used: Point No., tan(delta)",
     )
     assert parse(DMA["descending"]).notes == ()
+    assert parse("f [Hz],|G*| [Pa],delta\n1,3,20\n2,4,10\n").notes == ("unit of delta not given: deg assumed",)
     assert parse("T,log_aT\n290,1\n310,-1\n").notes == ("unit of T not given: K assumed",)
 
 

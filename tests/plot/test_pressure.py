@@ -72,5 +72,5 @@ def test_times_outside_the_contact_are_refused(time: float) -> None:
 
 
 def test_too_many_curves_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"times = 8.*at most 7"):
+    with pytest.raises(ValueError, match=r"times = 8.*1 to 7"):
         plots.pressure_radius(style.new_figure().add_subplot(), contact(hertz), np.linspace(1e-4, 2e-3, 8))

@@ -34,9 +34,13 @@ def test_points_are_read_as_velocities_or_heights() -> None:
     assert heights.deviation is None
     camera = rs.read_points(points_file("v.csv", "v_in [m/s],v_out [m/s]\n2,1.5\n1,0.8\n"))
     assert camera.restitution_coefficient == pytest.approx([0.75, 0.8])
+    stuck = rs.read_points(points_file("s.csv", "v,e\nm/s,\n0.1,0\n1,0.5\n"))
+    assert stuck.restitution_coefficient.tolist() == [0.0, 0.5]
 
 
-@pytest.mark.parametrize("text", ["t,E\ns,Pa\n1,2\n", "v,e\nm/s,\n0,0.5\n", "v,e\nm/s,\n1,-0.5\n", "v,e\nm/s,\n1,x\n"])
+@pytest.mark.parametrize(
+    "text", ["t,E\ns,Pa\n1,2\n", "v,e\nm/s,\n0,0.5\n", "v,e\nm/s,\n1,-0.5\n", "v,e\nm/s,\n1,50\n", "v,e\nm/s,\n1,x\n"]
+)
 def test_other_tables_are_refused_with_their_name(text: str) -> None:
     points_file("bad.csv", text)
     with pytest.raises(rs.InputError, match=r"bad\.csv") as caught:

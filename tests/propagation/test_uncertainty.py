@@ -1,6 +1,7 @@
 """Standard deviations of outputs against closed forms, exact draws and identified materials."""
 
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -274,3 +275,11 @@ def test_an_error_of_the_shift_moves_all_times_together() -> None:
     shifted = fit.scattered(poisson_ratio=0.5, log10_factor=0.3, log10_factor_error=error)
     moved = rs.uncertainty(ball, {"material": shifted}, "restitution_coefficient").values["restitution_coefficient"]
     assert moved == pytest.approx(rs.solve(rs.vary(ball, {"velocity": 10.0**1.5})).restitution_coefficient, rel=1e-8)
+
+
+@pytest.mark.parametrize("draws", [None, 20])
+def test_results_are_pickled(draws: int | None) -> None:
+    """A pool of processes sends them back."""
+    result = rs.uncertainty(BALL, {"velocity": 0.01, "mass": 1e-5}, draws=draws)
+    for whole in (result, result.derivatives):
+        assert pickle.loads(pickle.dumps(whole)).to_dataset().equals(whole.to_dataset())

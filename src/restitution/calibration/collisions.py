@@ -10,7 +10,7 @@ import numpy as np
 
 from restitution import quantities, validity
 from restitution.calibration.laws import CODES, LAWS
-from restitution.checks import Array, is_iterable, pair, positive, within
+from restitution.checks import Array, is_iterable, number, pair, refuse
 from restitution.contact.profiles import Parabola
 from restitution.errors import InputError, InputTypeError
 from restitution.impact.batch import solve_columns
@@ -258,7 +258,9 @@ def _measured(velocity: Any, restitution: Any) -> tuple[Array, Array]:
 
 
 def _coefficients(name: str, value: Any) -> Array:
-    return np.asarray(positive(name, within(name, value, 0.0, 1.0)))
+    values = number(name, value)
+    refuse(name, values, ~((values > 0.0) & (values <= 1.0)), "must be in (0, 1]")
+    return values
 
 
 # Laws of codes that take the coefficient of restitution itself, over velocity or one for all velocities.

@@ -19,7 +19,7 @@ from restitution.calibration.laws import TypedLaw
 from restitution.calibration.tangential import FEWEST, Angles
 from restitution.checks import Array
 from restitution.files import write_text
-from restitution.quantities import INPUTS, OUTPUTS, check
+from restitution.quantities import INPUTS, OUTPUTS, check, check_single
 from restitution.result import Result, Summary, Table, draw, nullable, plain
 from restitution.units import LENGTH, MASS, REDUCED, SI, SYSTEMS, TIME, Dimension, UnitSystem, reduced
 
@@ -129,7 +129,7 @@ class Calibration(Result):
     def _promise(self, velocity: Any, radius: float | None) -> tuple[Any, Any]:
         speeds, cases = check("velocity", velocity), self.collisions
         middle = cases.radius.size // 2
-        factor = 1.0 if radius is None else float(check("radius", radius)) / float(cases.radius[middle])
+        factor = 1.0 if radius is None else check_single("radius", radius) / float(cases.radius[middle])
         mass, reduced = cases.mass[middle] * factor**3, cases.reduced_radius[middle] * factor
         e, time = self.law.rebound(speeds, mass, reduced)
         return (e, time) if np.ndim(speeds) else (float(e), float(time))

@@ -107,7 +107,7 @@ def read_wave_axes(path: Path, content: Any) -> dict[str, Any]:
             if not of_wave and not place_of(name).startswith("material."):
                 rule = f"must be a number of the material, or one of {', '.join(WAVES)}"
                 raise InputError(field, rule=rule)
-            values = read_axis(field, name, split_list(spec) if str(spec).startswith("[") else spec)
+            values = read_axis(field, name, spec)
             numbers = values.values(0, values.size) if isinstance(values, Linear) else finite(field, values)
             quantity = quantity_of(name)
             coordinate = (key, np.atleast_1d(numbers), {} if quantity is None else quantity.attributes)
@@ -131,6 +131,7 @@ def quantity_name(field: str, keys: tuple[str, ...]) -> str:
     """
     *section, key = keys
     if section:
+        _known(field, section[0], _SECTIONS)
         return key if _SHORT.get(key) == f"{'.'.join(section)}." else ".".join(keys)
     _known(field, key, (*SHORT_NAMES, *_SECTIONS))
     return ALIASES.get(key, key)
@@ -182,6 +183,7 @@ def value_in_si(field: str, name: str, value: Any) -> Any:
 
 def read_axis(field: str, name: str, spec: Any) -> Any:
     """Return the axis of a key, or its list or single value; `field` names it in messages."""
+    spec = _listed(spec)
     if isinstance(spec, list):
         if not spec:
             raise InputError(field, rule="must hold at least one value")
@@ -244,7 +246,12 @@ def _new(field: str, kind: Callable[..., Any], *numbers: Any, **options: Any) ->
         raise error.within(field) from None
 
 
+def _listed(spec: Any) -> Any:
+    return split_list(spec) if isinstance(spec, str) and spec.lstrip().startswith("[") else spec
+
+
 def _pair(field: str, kind: str, pair: Any) -> tuple[Any, Any]:
+    pair = _listed(pair)
     if not isinstance(pair, list) or len(pair) != 2:
         raise InputError(f"{field}.{kind}", pair, "must be a list of two values")
     return pair[0], pair[1]

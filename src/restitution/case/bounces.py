@@ -49,9 +49,9 @@ def read_bounces(
         Contact time [s], measured in the first bounce that has a restitution coefficient, which is the second touch of
         a sound; a table of rebounds has a column instead.
     gravity : float
-        Acceleration of free fall [m/s2].
+        Acceleration of free fall [m/s^2].
     air_density : float
-        Density of the air [kg/m3]; 0 for no drag. Heights and speeds are not corrected for it.
+        Density of the air [kg/m^3]; 0 for no drag. Heights and speeds are not corrected for it.
     drag_coefficient : float
         Drag coefficient of the ball [-].
 

@@ -124,6 +124,8 @@ class DataSection(Section):
         if arguments.get("gain") == "unknown":
             arguments["gain"] = None
         if (profile := arguments.get("profile")) is not None:
+            if profile.needs_body_radius and "radius" not in arguments:
+                raise InputError("profile.radius", rule="is missing")
             arguments["profile"] = profile.build(arguments.get("radius"))
             if profile.needs_body_radius:
                 del arguments["radius"]

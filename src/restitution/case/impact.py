@@ -422,11 +422,18 @@ class Case:
             bands.append(band_of(impacts, "over the constants of the shift"))
         return bands
 
-    def notes(self, impact: Any) -> list[str]:
-        """Return remarks on the files of the materials, and assumptions about the materials of a solved impact."""
+    def notes(self, impact: Any, *, scattered: bool = False) -> list[str]:
+        """Return remarks on the files of the materials, and assumptions about the materials of a solved impact.
+
+        The last one is that standard deviations are left out, unless the outputs are `scattered` as well.
+        """
         parts = (self.sections.material, self.sections.partner)
         remarks = [note for part in parts for note in getattr(part, "remarks", ())]
-        return list(dict.fromkeys(remarks)) + notes_on(impact.material, impact.counter_material)
+        left_out = [_LEFT_OUT] if self.states_deviations and not scattered else []
+        return [*dict.fromkeys(remarks), *notes_on(impact.material, impact.counter_material), *left_out]
+
+
+_LEFT_OUT = "the numbers are those of the values; `restitution solve` takes standard deviations to the outputs"
 
 
 def notes_on(material: Material, counter: Material | None) -> list[str]:

@@ -19,7 +19,7 @@ from restitution.identification.observations import Noise, Observations
 from restitution.impact.problem import STANDARD_GRAVITY
 from restitution.material.readers import read_material
 from restitution.material.sheet import FileError, Sheet
-from restitution.quantities import MEASURED, advice
+from restitution.quantities import MEASURED, RESTITUTION, advice
 
 _DEVIATION = "sd_"
 _SYMBOLS = {
@@ -233,8 +233,8 @@ def read_points(path: str | Path) -> ReboundPoints:
         deviations, values = _columns(sheet, both, names, {}, {})
         if pair:
             deviations, values = _as_rebounds(pair, deviations, values)
-        checked = (checks.positive(name, values[name], MEASURED[name].unit) for name in KINDS["rebounds"].required)
-        velocity, e = map(np.asarray, checked)
+        velocity = np.asarray(checks.positive("velocity", values["velocity"], MEASURED["velocity"].unit))
+        e = np.asarray(checks.within(RESTITUTION, values[RESTITUTION], 0.0, 1.0))
     except FileError as error:
         raise InputError(error.field, rule=error.rule, where=str(source)) from None
     except InputError as error:
@@ -312,7 +312,8 @@ def _observations(
     missing = [name for name, parameter in list(parameters.items())[len(first) :]
                if parameter.default is parameter.empty and name not in arguments]  # fmt: skip
     if missing:
-        raise InputError(missing[0], rule="is missing: must be a column of the file, or a number for all rows")
+        columns = "" if missing[0] == "profile" else ": must be a column of the file, or a number for all rows"
+        raise InputError(missing[0], rule=f"is missing{columns}")
     observations = build(*first, **arguments, **({"noise": Noise(**deviations)} if deviations else {}))
     observations.label = source.name
     return observations

@@ -288,7 +288,7 @@ def toml_value(value: Any) -> str:
 _RULES = {
     "value_error": "{error}",
     **dict.fromkeys(("model_type", "model_attributes_type", "dict_type"), "must be a table"),
-    "list_type": "must be a list",
+    **dict.fromkeys(("list_type", "tuple_type"), "must be a list"),
     "greater_than_equal": "must be >= {ge}",
     "less_than_equal": "must be <= {le}",
     "string_type": "must be text",

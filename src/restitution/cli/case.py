@@ -65,7 +65,7 @@ def solve(
         if result.status == rs.Status.SEPARATED and not 0.0 <= time <= result.contact_time:
             end = f"{result.contact_time:.6g} s"
             raise cli.BadInput(f"--pressure-at {time:g} s: must be within the contact, which lasts {end}")
-    title, notes = problem.title or str(case), problem.notes(result.impact)
+    title, notes = problem.title or str(case), problem.notes(result.impact, scattered=True)
     lines = [*map(str, bands), *(() if uncertain is None else uncertain.lines)]
     more: dict[str, Any] = {"energy_residual": result.energy.residual}
     if bands:
@@ -142,7 +142,9 @@ def standard_solid(
     p2: Annotated[float, typer.Option("--p2", help="Ratio of the moduli, Ginf/G1, > 0.")],
     p3: Annotated[float, typer.Option("--p3", help="Dimensionless viscosity, eta (v0 R/(m^2 Ginf^3))^(1/5), > 0.")],
     method: Annotated[Literal["exact", "elements"], typer.Option(help="How to solve it.")] = "exact",
-    rtol: Annotated[float, typer.Option(help="Relative tolerance of the restitution coefficient.")] = 1e-9,
+    rtol: Annotated[
+        float, typer.Option(help="Relative tolerance of the restitution coefficient, 1e-12 to 1e-2.")
+    ] = 1e-9,
     json: cli.JsonWithoutUnits = False,
 ) -> None:
     """Solve the paper's problem: a rigid sphere hits a half-space of the compressible standard solid.
@@ -193,10 +195,6 @@ def bounce(
         require_known(result.impact, result.velocity, extrapolate=extrapolate)
         result.to_dict()
     title, notes = problem.title or str(case), problem.notes(result.impact)
-    if problem.states_deviations:
-        notes.append(
-            "the bounces are those of the values; `restitution solve` takes standard deviations to the outputs"
-        )
     more = {"n_bounces": result.n_bounces, "ended": str(result.ended)}
     tables.answer(result, title, json=json, plot=plot, notes=notes, **more)
     if out is not None:

@@ -20,10 +20,11 @@ _LOCAL = ("127.0.0.1", "localhost", "::1")
 
 def explore(
     case: Annotated[
-        Path | None, argument("[CASE.toml]", "Case file, of an impact or an indentation, from which the page starts.")
+        Path | None, argument("CASE.toml", "Case file, of an impact or an indentation, from which the page starts.")
     ] = None,
     host: Annotated[
-        str, option("Address to listen on. 0.0.0.0 opens the page to everyone who can reach this machine.")
+        str,
+        option("Address to listen on, 127.0.0.1 if not given; 0.0.0.0 opens the page to all who reach this machine."),
     ] = "127.0.0.1",
     port: Annotated[int | None, option("Port to listen on, 8737 if not given; 0 for any free one.", min=0)] = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Print the address and open no browser.")] = False,

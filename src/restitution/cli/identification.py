@@ -128,15 +128,15 @@ def bounces(
         float | None, quantity("--contact-time", TIME, "Contact time of the first bounce that has an e.")
     ] = None,
     air_density: Annotated[
-        float, quantity("--air-density", DENSITY, "Density of the air, 1.2 kg/m3 by default; 0 for no drag.")
-    ] = 1.2,  # kg/m3
+        float, quantity("--air-density", DENSITY, "Density of the air, 1.2 kg/m^3 by default; 0 for no drag.")
+    ] = 1.2,  # kg/m^3
     json: cli.Json = False,
     plot: cli.Plot = None,
 ) -> None:
     """Find the bounces of a ball in a sound: e and loss tangent of each, with errors.
 
-    With mass, radius and contact time the moduli follow too. Tables have the columns time, drop_height and
-    rebound_height, or v_in and v_out.
+    With mass, radius and contact time the moduli follow too. Tables have a column time, or the columns drop_height
+    and rebound_height, or v_in and v_out.
     Example: restitution bounces examples/identification/bounces.wav --plot sound.png
     """
     with cli.user_input(), cli.collected_warnings() as warnings:
@@ -170,7 +170,9 @@ def moduli(
     radius: Annotated[float | None, quantity("--radius", LENGTH, "Radius of the ball, if no column has it.")] = None,
     mass: Annotated[float | None, quantity("--mass", MASS, "Mass of the ball, if no column has it.")] = None,
     dma: Annotated[Path | None, option("Measured moduli, to draw with the bounces.", "FILE")] = None,
-    nu: Annotated[float, typer.Option("--nu", help="Constant Poisson ratio that converts the moduli of --dma.")] = 0.5,
+    nu: Annotated[
+        float, typer.Option("--nu", help="Constant Poisson ratio, in [-1, 0.5], that converts the moduli of --dma.")
+    ] = 0.5,
     json: cli.Json = False,
     plot: cli.Plot = None,
 ) -> None:

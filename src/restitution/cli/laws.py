@@ -150,14 +150,14 @@ def _write_outcomes(case: Path, to: Path, velocity: tuple[float, float], extrapo
 
 def _write_materials(case: Path, to: Path) -> _Export:
     """Write the cards of the materials that deform."""
-    from restitution.case.impact import notes_on, read_case
     from restitution.material.cards import lost_shift, write_material
 
-    impact = read_case(case, any_velocity=True).impact
+    problem = rs.read_case(case, any_velocity=True)
+    impact = problem.impact
     materials = list(dict.fromkeys(impact.contact.materials))
     write_material(materials, to)
     count = f"{len(materials)} material{'s' * (len(materials) > 1)}"
-    notes = [*notes_on(impact.material, impact.counter_material), *filter(None, map(lost_shift, materials))]
+    notes = [*problem.notes(impact), *filter(None, map(lost_shift, materials))]
     names = [material.name for material in materials]
     return _Export(
         f"{count} in SI units; E and nu are those {_CARDS[to.suffix.lower()]}", {"materials": names}, [], notes
@@ -202,7 +202,8 @@ def calibrate(
     ] = None,
     units: Annotated[str, option("Unit system: si; for LAMMPS also cgs, micro or lj.", "UNITS")] = "si",
     friction: Annotated[
-        float | None, option("Coefficient of friction, for a text with friction; that of the case if it has one.")
+        float | None,
+        option("Coefficient of friction, >= 0, for a text with friction; that of the case if it has one."),
     ] = None,
     angle: Annotated[
         tuple[float, float] | None,

@@ -77,7 +77,7 @@ for _panel, _commands in _COMMANDS.items():
 def reproduce(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder for figures, data and claims.")] = _FOLDER,
     quick: Annotated[bool, typer.Option("--quick", help="Coarse grids, for a first look.")] = False,
-    seed: Annotated[int | None, option("Seed of the random inputs.", min=0)] = None,
+    seed: Annotated[int | None, option("Seed of the random inputs; always the same if not given.", min=0)] = None,
     workers: cli.Workers = None,
 ) -> None:
     """Compute and draw the paper's figures 3 to 6, and judge its claims.

@@ -21,13 +21,21 @@ def resilience(
     case: cli.CaseFile,
     standard: Annotated[
         str,
-        option(f"Standard of the test: {_STANDARDS}.", "NAME", autocompletion=completed("resilience.STANDARDS")),
+        option(
+            f"Standard of the test, by default the first: {_STANDARDS}.",
+            "NAME",
+            autocompletion=completed("resilience.STANDARDS"),
+        ),
     ] = "ISO 4662",
     temperature: Annotated[
         list[float] | None, quantity("--temperature", TEMPERATURE, 'Temperature, e.g. "23 degC"; may be repeated.')
     ] = None,
     base: Annotated[
-        list[str] | None, option("Hold of the pad: bonded, frictionless or half-space; may be repeated.", "BASE")
+        list[str] | None,
+        option(
+            "Hold of the pad: bonded, frictionless or half-space, all if not given; may be repeated.",
+            "BASE",
+        ),
     ] = None,
     thickness: Annotated[
         float | None, quantity("--thickness", LENGTH, "Thickness of the pad in place of that of the standard.")
@@ -39,7 +47,7 @@ def resilience(
         float | None, quantity("--mass", MASS, "Mass of the indentor in place of that of the standard.")
     ] = None,
     measured: Annotated[
-        float | None, option("Measured resilience in per cent; prints the loss tangent that it means.", "R")
+        float | None, option("Measured resilience in per cent, 1 to 99.5; prints the loss tangent that it means.", "R")
     ] = None,
     json: cli.Json = False,
     plot: cli.Plot = None,

@@ -261,7 +261,8 @@ def surrogate(
         quantity("--velocity", VELOCITY, "Range of velocities. Default: 1mm/s 10m/s.", "LOW HIGH"),
     ] = None,
     rtol: Annotated[
-        float | None, option("Largest relative error. Default: 1e-6, with friction 1e-5, with adhesion 1e-4.")
+        float | None,
+        option("Largest relative error, 1e-10 to 1e-2. Default: 1e-6, with friction 1e-5, with adhesion 1e-4."),
     ] = None,
     out: Annotated[Path | None, target("Save it, or a table of it", "--out", _SAVED, *TABLES)] = None,
     at: Annotated[
@@ -306,9 +307,8 @@ def build_surrogate(
     extrapolate: bool = False,
 ) -> tuple[rs.Surrogate, list[str]]:  # fmt: skip
     """Return the surrogate of a case, and notes on its materials."""
-    from restitution.case.impact import notes_on, read_case
-
     with cli.progress_bar("building") as progress:
-        impact = read_case(path, any_velocity=True).over(velocity)
+        problem = rs.read_case(path, any_velocity=True)
+        impact = problem.over(velocity)
         result = rs.surrogate(impact, velocity, rtol, extrapolate=extrapolate, workers=workers, progress=progress)
-    return result, notes_on(impact.material, impact.counter_material)
+    return result, problem.notes(impact)

@@ -202,22 +202,34 @@ def _patient_with_readers() -> Generator[None]:
         raise typer.Exit(DONE) from None
 
 
-class _Flags:
-    """Options without a value have no type in the help, which typer shows as <bool>."""
+class _Plain:
+    """Help without the types that typer shows for options without a value, <bool>, and for arguments, <list[Path]>."""
 
     def get_params(self, ctx: Any) -> list[Any]:
         parameters: list[Any] = super().get_params(ctx)  # pyright: ignore[reportAttributeAccessIssue]
         for parameter in parameters:
             if getattr(parameter, "is_flag", False):
                 parameter.metavar = ""
+            if parameter.param_type_name == "argument":
+                parameter.display_type_rich = lambda ctx: None
         return parameters
 
 
-class Command(_Flags, TyperCommand):
-    """A command."""
+# Names of what stands for a quantity in the help.
+_QUANTITIES = {"LENGTH", "MASS", "TIME", "DENSITY", "VELOCITY", "TEMPERATURE", "MODULUS", "LOW HIGH", "NAME=LOW:HIGH"}
+_UNITS = 'A plain number is in SI. Numbers with a unit: 10mm, 5g, 2MPa, 1cm/s, 30deg, 23degC, or "10 mm" in quotes.'
 
 
-class Commands(_Flags, TyperGroup):
+class Command(_Plain, TyperCommand):
+    """A command; where it takes quantities, the last line of its help says how to write them."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        if any(getattr(each, "metavar", None) in _QUANTITIES for each in self.params):
+            self.epilog = _UNITS
+
+
+class Commands(_Plain, TyperGroup):
     """The commands; each ends with one of the exit codes, without a traceback for bad input."""
 
     def make_context(self, *args: Any, **extra: Any) -> Any:
@@ -368,7 +380,7 @@ BALL: dict[str, Any] = {
     "frequency": text("Frequency of a temperature ramp that does not state it.", "FREQUENCY"),
     "tension": _flag("--tension", "The moduli are those in tension."),
     "shear": _flag("--shear", "The moduli are those in shear."),
-    "poisson_ratio": text("Poisson ratio; 0.5 is incompressible.", "NUMBER"),
+    "poisson_ratio": text("Poisson ratio, in [-1, 0.5]; 0.5 is incompressible.", "NUMBER"),
     "bulk_modulus": text("Bulk modulus, in place of the Poisson ratio.", "MODULUS"),
     "instantaneous_modulus": text("For Prony terms without it.", "MODULUS"),
     "equilibrium_modulus": text("For Prony terms without it.", "MODULUS"),
@@ -378,7 +390,7 @@ BALL: dict[str, Any] = {
     "velocity": text("Velocity at the first touch.", "VELOCITY"),
     "drop_height": text("Height of the fall, in place of the velocity.", "LENGTH"),
     "thickness": text("Thickness, for a layer on a rigid base.", "LENGTH"),
-    "base": text("Hold of the layer: bonded or frictionless.", "BASE"),
+    "base": text("Hold of the layer: bonded, the default, or frictionless.", "BASE"),
 }  # fmt: skip
 """Options in place of a case file."""
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI, in place of text.")]

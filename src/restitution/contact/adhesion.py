@@ -33,7 +33,7 @@ class Adhesion:
     Parameters
     ----------
     work : float or array
-        Work of adhesion w = sigma0 h0 [J/m2], > 0.
+        Work of adhesion w = sigma0 h0 [J/m^2], > 0.
     stress : float or array, optional
         Stress of the attraction sigma0 [Pa], > 0.
     range : float or array, optional

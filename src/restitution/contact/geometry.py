@@ -18,20 +18,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.axes import Axes, aligned, spread_array
-from restitution.checks import Array, Numeric, common_shape, single_positive
+from restitution.checks import Array, Numeric, common_shape, number, single_positive
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, common_window, reduced_modulus
 from restitution.quantities import Quantity
+from restitution.units import LENGTH
 
 if TYPE_CHECKING:
     from restitution.contact.profiles import Profile
 
 
 def as_array(values: ArrayLike) -> Array:
-    """Return `values` as a float64 array, 0-d for a number."""
-    return np.asarray(values, dtype=np.float64)
+    """Return lengths [m] as a float64 array, 0-d for a number; those with a unit are converted."""
+    # Most come from the package itself.
+    if isinstance(values, float) or (type(values) is np.ndarray and values.dtype == np.float64):
+        return np.asarray(values)
+    return number("length", values, LENGTH.unit)
 
 
 class Kinks(NamedTuple):

@@ -50,7 +50,7 @@ class Bodies(NamedTuple):
     shear, bulk : PronySeries
         Relaxation moduli [Pa], infinite in bulk where they are incompressible.
     density : array
-        Densities [kg/m3]; NaN if not known.
+        Densities [kg/m^3]; NaN if not known.
     """
 
     shear: PronySeries

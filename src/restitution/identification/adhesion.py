@@ -51,7 +51,7 @@ _JKR_WORK = 7.0921960
 
 @dataclass(frozen=True, init=False, repr=False, eq=False)
 class StickyMaterial(Material):
-    """Materials of a fit, shape (m, 1), with the work [J/m2] and the stress [Pa] of their adhesion, shape (m, 1)."""
+    """Materials of a fit, shape (m, 1), with the work [J/m^2] and the stress [Pa] of their adhesion, shape (m, 1)."""
 
     work: Array
     stress: Array
@@ -69,7 +69,7 @@ def elements_for(deviation: float) -> int:
 def thick_stress(profile: Profile, modulus: PronySeries, adhesion: tuple[float, float], count: int) -> float:
     """Return the stress [Pa] of an adhesion, or that of the thinnest zone which so many elements resolve.
 
-    `adhesion` has the work [J/m2] and the stress. Only a parabola has such a limit.
+    `adhesion` has the work [J/m^2] and the stress. Only a parabola has such a limit.
     """
     work, stress = adhesion
     if profile.path_exponent != 1.0:
@@ -312,6 +312,6 @@ def count_of_surprises(groups: Sequence[Bodies]) -> int:
 
 
 def work_of_sticking(radius: float, mass: float, velocity: float, modulus: float) -> float:
-    """Return the work of adhesion [J/m2] of an elastic sphere in the limit of Johnson, Kendall and Roberts."""
+    """Return the work of adhesion [J/m^2] of an elastic sphere in the limit of Johnson, Kendall and Roberts."""
     lost = 0.5 * mass * velocity * velocity / _JKR_WORK
     return (lost**3 * modulus**2 / radius**4) ** 0.2

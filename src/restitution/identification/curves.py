@@ -452,7 +452,7 @@ class IndentationCurve(ForceRecord):
         return float(inside[-1] - inside[0])
 
     def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
-        """Return the work of adhesion [J/m2] that the largest pull shows, and the radius [m] of the tip."""
+        """Return the work of adhesion [J/m^2] that the largest pull shows, and the radius [m] of the tip."""
         if not self.adhesion:
             return None
         touch = self.nuisances[0].start

@@ -382,7 +382,7 @@ def problem_of(data: Sequence[Observations], space: Parameters) -> tuple[Estimat
 
 
 def _adhesion_sizes(data: Sequence[Observations], modulus: float) -> dict[str, float]:
-    """Return sizes of work [J/m2], stress [Pa] and range [m] of adhesion at an effective modulus E* [Pa]."""
+    """Return sizes of work [J/m^2], stress [Pa] and range [m] of adhesion at an effective modulus E* [Pa]."""
     contacts = [each for record in data if (each := record.assumed_contact(modulus)) is not None]
     if not contacts:
         return {}

@@ -443,7 +443,7 @@ class Rebounds(Observations):
         return DynamicTable(omega, storage, loss, source=self.label)
 
     def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
-        """Return the work of adhesion [J/m2] of an elastic body that sticks like these, and its radius [m]."""
+        """Return the work of adhesion [J/m^2] of an elastic body that sticks like these, and its radius [m]."""
         if not self.adhesion:
             return None
         stuck = self.restitution_coefficient == 0.0

@@ -16,7 +16,7 @@ from restitution import checks
 from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
-from restitution.errors import InputError, InputTypeError
+from restitution.errors import ABSENT, InputError, InputTypeError
 from restitution.material.conversion import series_connection, tension_from_shear
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
@@ -320,7 +320,7 @@ class Observations(ABC):
         return self
 
     def assumed_contact(self, modulus: float) -> tuple[float, float] | None:
-        """Return a work of adhesion [J/m2] and a radius [m] of the surface for a start; None without adhesion.
+        """Return a work of adhesion [J/m^2] and a radius [m] of the surface for a start; None without adhesion.
 
         The magnitude of E* [Pa] is assumed.
         """
@@ -341,6 +341,11 @@ class Observations(ABC):
 
 class ForceRecord(Observations):
     """Force over time beside a baseline, a sum of columns whose factors are projected out of the residuals."""
+
+    time: Array
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.time.size} samples)"
 
     @abstractmethod
     def forces(self, materials: Material, nuisances: Array) -> Array:
@@ -455,7 +460,7 @@ class Moduli(Observations):
         kind = deformation or table.deformation
         if kind not in ("shear", "tension"):
             rule = 'must be "shear" or "tension", as the data do not state it'
-            raise InputError("deformation", kind, rule, where=table.source)
+            raise InputError("deformation", ABSENT if kind is None else kind, rule, where=table.source)
         self.deformation: Literal["shear", "tension"] = kind
         names = ("storage_modulus", "loss_modulus") if isinstance(table, DynamicTable) else ("modulus",)
         if isinstance(table, RelaxationTable):

@@ -401,7 +401,10 @@ def parameters(
     arguments |= {name: _Argument(ADHESION_INPUTS[name]) for name in sticky}
     for name, place in stated.items():
         if name not in arguments:
-            raise InputError(place, rule=f"is no parameter of {build.__name__}; {advice(place, [*arguments])}")
+            key = next(key for key, part in named.items() if place in (part or ()))
+            raise InputError(
+                f"{key}.{place}", rule=f"is no parameter of {build.__name__}; {advice(place, [*arguments])}"
+            )
     if laws and "reference_temperature" not in fixed:
         if of_data.temperature is None:
             raise InputError("shift", rule="needs data with a temperature")
@@ -422,7 +425,10 @@ def parameters(
         numbers = np.full(len(entries[name]), math.nan)
         for k, place in enumerate(entries[name]):
             if fixed.get(place) is not None:
-                numbers[k] = checks.single(place, argument.quantity.check(fixed[place], f"fixed.{place}"))
+                for key, part in (("bounds", bounds), ("start", start), ("prior", prior)):
+                    if part.get(place) is not None:
+                        raise InputError(f"{key}.{place}", rule="is that of a parameter that is fixed; leave one out")
+                numbers[k] = checks.single(f"fixed.{place}", argument.quantity.check(fixed[place], f"fixed.{place}"))
                 continue
             if start.get(place) is not None:
                 start[place] = checks.single(

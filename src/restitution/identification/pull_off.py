@@ -181,7 +181,7 @@ def _means(march: March, starts: Array, ends: Array) -> Array:
 
 
 def work_of_pull(radius: float, pull: float) -> float:
-    """Return the work of adhesion [J/m2] of a sphere from its largest pull [N], between both limits."""
+    """Return the work of adhesion [J/m^2] of a sphere from its largest pull [N], between both limits."""
     return pull / (_BETWEEN * radius)
 
 

@@ -74,7 +74,7 @@ class ForceHistory(OneBall, ForceRecord):
     force : array_like, optional
         Measured normal force [N], positive in contact, shape (n,). The baseline is estimated.
     acceleration : array_like, optional
-        Measured deceleration of the body F/m [m/s2] instead of the force.
+        Measured deceleration of the body F/m [m/s^2] instead of the force.
     radius : float, optional
         Radius R [m] of a ball; or give a `profile`.
     profile : Geometry, optional
@@ -340,7 +340,7 @@ _SMOOTH = 3e-3
 class Flight(NamedTuple):
     """Vertical flights from a depth below the surface to the surface; all arguments broadcast."""
 
-    gravity: float  # g [m/s2]
+    gravity: float  # g [m/s^2]
     drag: float  # k of the drag k v^2 per mass [1/m]
 
     def landing(self, height: Any) -> Array:
@@ -389,9 +389,9 @@ class BounceTimes(OneBall):
     mass : float
         Mass m [kg]. Its weight m g also acts during contact.
     gravity : float
-        Acceleration of free fall g [m/s2].
+        Acceleration of free fall g [m/s^2].
     air_density : float
-        Density of the air [kg/m3], 1.2 at room temperature; 0 for no drag.
+        Density of the air [kg/m^3], 1.2 at room temperature; 0 for no drag.
     drag_coefficient : float
         Coefficient c of the drag c rho A v^2/2 on the area A = pi R^2: 0.47 for a smooth sphere at Reynolds numbers
         from 1e3 to 2e5 (Hoerner, Fluid-Dynamic Drag, 1965).
@@ -468,6 +468,9 @@ class BounceTimes(OneBall):
             raise InputError("time", float(self.time[place]), rule, "s", index=(place,))
         if density == 0.0 and not self.scaled:
             self._warn_of_drag(coefficient)
+
+    def __repr__(self) -> str:
+        return f"BounceTimes({self.time.size} touches)"
 
     def _drag(self, density: float, coefficient: float, field: str) -> float:
         """Return the drag per mass and squared velocity [1/m]."""

@@ -17,7 +17,7 @@ from restitution import checks
 from restitution.checks import Array
 from restitution.contact.adhesion import Adhesion
 from restitution.errors import InputError
-from restitution.files import whole_file
+from restitution.files import path_of, whole_file
 from restitution.identification.fit import Estimation, EstimationProblem
 from restitution.identification.impacts import Rebounds
 from restitution.identification.observations import Curve, Observations
@@ -41,7 +41,7 @@ from restitution.impact.problem import Impact
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material, reduced_modulus
-from restitution.quantities import MODULI, Quantity
+from restitution.quantities import MODULI, Quantity, choice
 from restitution.result import Result, Summary, plain
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ _BEGINNING = 14.0
 
 def write_material(result: Identification, path: str | Path) -> Path:
     """Write the best material with its errors as comments, its adhesion, and the first ball that rebounds, if any."""
+    path = path_of(path)
     low, high = result.window
     comments = [
         f"Identified from {', '.join(record.label or repr(record) for record in result.data)}",
@@ -185,7 +186,7 @@ class FittedResult(Result):
         ]
 
     def _level(self, level: float) -> float:
-        return float(checks.between("level", level, 0.0, 1.0))
+        return checks.single("level", checks.between("level", level, 0.0, 1.0))
 
     def _banded(
         self, axis: Quantity, x: Array, quantities: list[Quantity], functions: Callable[[Array], Array], level: float
@@ -357,9 +358,7 @@ class Identification(FittedResult):
         return {name: self.uncertainty.estimate(k, True, share).interval for k, name in enumerate(self.parameters)}
 
     def _place(self, name: str) -> int:
-        if name not in self.parameters:
-            raise InputError("name", name, f"must be one of {', '.join(self.parameters)}")
-        return list(self.parameters).index(name)
+        return list(self.parameters).index(choice("name", name, self.parameters))
 
     def moduli(self, angular_frequency: ArrayLike, *, level: float = _LEVEL) -> xarray.Dataset:
         """Return storage and loss part, magnitude and loss tangent of E* over frequency, with bands.
@@ -367,7 +366,7 @@ class Identification(FittedResult):
         The variables `..._low` and `..._high` are the ends of the band. The variable `inside` is false outside
         `window`, where no data support the moduli.
         """
-        omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s"))
+        omega = np.atleast_1d(checks.positive("angular_frequency", angular_frequency, "rad/s")).ravel()
 
         def functions(coordinates: Array) -> Array:
             return modulus_functions(reduced_modulus(self.problem.materials(coordinates)), omega)
@@ -395,8 +394,7 @@ class Identification(FittedResult):
         RestitutionWarning
             If contacts are shorter or longer than those of the data.
         """
-        if not isinstance(impact, Impact):
-            raise InputError("impact", impact, "must be an Impact")
+        checks.instance("impact", impact, Impact, "must be an Impact")
         if self.problem.space.adhesion:
             impact = replace(impact, adhesion=self.adhesion)
         return predicted(self.uncertainty, impact, self.window, self._level(level))
@@ -461,7 +459,10 @@ class Identification(FittedResult):
         The coordinates are those of `coordinates`; the value is -inf outside the bounds. The noise is normal, also if
         the fit has another loss. For samplers such as emcee (with ``vectorize=True``).
         """
-        points = np.asarray(coordinates, dtype=np.float64)
+        points = checks.number("coordinates", coordinates)
+        if points.ndim not in (1, 2) or points.shape[-1] != self.coordinates.size:
+            rule = f"must have {self.coordinates.size} numbers in its last axis, not the shape {points.shape}"
+            raise InputError("coordinates", rule=rule)
         rows = np.atleast_2d(points)
         logs = np.full(len(rows), -np.inf)
         inside = np.all((rows >= self.problem.low) & (rows <= self.problem.high), axis=1)

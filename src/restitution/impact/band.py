@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from restitution.checks import Array
+from restitution.checks import Array, instance
 from restitution.errors import InputError, RestitutionWarning
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
@@ -82,7 +82,7 @@ def restitution_band(impact: Impact) -> RestitutionBand | None:
     >>> print(f"{band.low:.1f} to {band.high:.1f}")
     0.2 to 1.0
     """
-    if impact.shape:
+    if instance("impact", impact, Impact, "must be an Impact").shape:
         raise InputError("impact", rule=f"must be one, not an array of shape {impact.shape}")
     first = solve(impact, rtol=_RTOL)
     duration = float(first.contact_time)

@@ -112,7 +112,7 @@ class Bounces(Result):
     drop_height : float
         Height [m] of the release.
     gravity : float
-        Acceleration of free fall [m/s2].
+        Acceleration of free fall [m/s^2].
     ended : Ending
         "captured": the weight holds the body. "stuck": the attraction alone does. "sunk": the material is a liquid and
         the body sinks in. "below surface": the body does not rise above the undeformed surface. "low": the next height
@@ -229,7 +229,7 @@ def bounces(
     height : float, optional
         Height [m] of the release, > 0; by default the height that gives the velocity of `impact`.
     gravity : float
-        Acceleration of free fall g [m/s2], > 0.
+        Acceleration of free fall g [m/s^2], > 0.
     with_weight : bool
         Whether the weight m g also acts during contact. It must be False where the target has an impedance, as the
         weight would drive such a target for ever.

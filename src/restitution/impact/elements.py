@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Array, single_positive, whole
+from restitution.checks import Array, instance, single_positive, whole
 from restitution.contact.profiles import as_profile
 from restitution.errors import InputError
 from restitution.impact.batch import Batch
@@ -113,7 +113,7 @@ def element_history(
     """
     import xarray as xr
 
-    whole("n_times", n_times, 2)
+    whole("n_times", n_times, 2, 10_000_000)
     foundation, spacing, step, sizes = _laid_out(impact, n_elements, time_step)
     snapshots: list[Snapshot] = []
     foundation.march(spacing, step, snapshots, every=max(1, round(sizes.duration / (step * n_times))))
@@ -136,7 +136,7 @@ def element_history(
 def _laid_out(impact: Impact, n_elements: Any, time_step: Any) -> tuple[_Foundation, float, float, _Sizes]:
     """Check the options; return the foundation, the spacing [m], the time step [s] and the sizes of a coarse run."""
     whole("n_elements", n_elements, _FEWEST, _MOST)
-    if impact.shape != ():
+    if instance("impact", impact, Impact, "must be an Impact").shape != ():
         raise InputError("impact.shape", impact.shape, "must be () for the method of elements: a single impact")
     fixed = None if time_step is None else single_positive("time_step", time_step, "s")
     foundation = _Foundation(impact)

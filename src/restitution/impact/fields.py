@@ -68,7 +68,7 @@ class ImpactFields:
     def pressure(self, r: ArrayLike, t: ArrayLike) -> Array:
         """Return the contact pressure p(r, t) [Pa]; r and t broadcast, 0 outside the contact and after it."""
         field = partial(pressure, noise=self._noise, tip_exponent=self._tip_exponent)
-        inside = np.asarray(r, dtype=np.float64) / self._stretch
+        inside = np.asarray(nonnegative("r", r, "m")) / self._stretch
         return self._over_times(self._loads, self.line_load, field, inside, t) / self._stretch**2
 
     def surface_displacement(self, r: ArrayLike, t: ArrayLike) -> Array:

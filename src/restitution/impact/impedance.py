@@ -93,7 +93,7 @@ def rod_impedance(material: Material, area: Any) -> Numeric:
 
 
 def _stiffness(material: Any) -> tuple[Any, Any]:
-    """Return the instantaneous Young's modulus [Pa] and density [kg/m3] of a material."""
+    """Return the instantaneous Young's modulus [Pa] and density [kg/m^3] of a material."""
     if not isinstance(material, Material):
         raise InputTypeError("material", material, "must be a Material")
     if material.density is None:

@@ -36,14 +36,14 @@ _NUMBERS = (*quantities.BODY, *quantities.SLIDING)
 _ESTIMATE_RTOL = 1e-6
 
 STANDARD_GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s2]."""
+"""Standard acceleration of free fall [m/s^2]."""
 
 SOLID_BALL = 0.4
 """Moment of inertia of a solid ball over m R^2."""
 
 
 def fall_velocity(height: Any, gravity: Any) -> Any:
-    """Return the velocity sqrt(2 g h) [m/s] after a free fall from the height h [m] at the gravity g [m/s2]."""
+    """Return the velocity sqrt(2 g h) [m/s] after a free fall from the height h [m] at the gravity g [m/s^2]."""
     return np.sqrt(2.0 * gravity * height)
 
 
@@ -538,7 +538,7 @@ def drop(
     height : float or array
         Height h [m] of the lowest point of the body over the undeformed surface, > 0.
     gravity : float or array
-        Acceleration of free fall g [m/s2], > 0.
+        Acceleration of free fall g [m/s^2], > 0.
     with_weight : bool
         Whether the weight m g also acts during contact.
 

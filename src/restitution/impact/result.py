@@ -209,7 +209,11 @@ class ImpactResult(Result):
         >>> print(result.validity_on(body_size=0.02)["half_space"].exceeded)
         True
         """
-        inputs = self._compared | {"body_size": body_size}
+        size, shape = checks.number("body_size", body_size, "m"), np.shape(self.status)
+        checks.refuse("body_size", size, size <= 0.0, "must be > 0", "m")
+        if checks.common_shape({"body_size": size.shape, "impact": shape}) != shape:
+            raise InputError("body_size", rule=f"must have the shape of the impacts, {shape}, not {size.shape}")
+        inputs = self._compared | {"body_size": checks.plain(size)}
         if isinstance(self.impact, list):
             compared = numbers([impact.contact for impact in self.impact], **inputs)
         elif not self.impact.is_split:

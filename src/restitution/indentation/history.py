@@ -235,7 +235,8 @@ class History:
 
     def until(self, time: float) -> History:
         """Return the history up to a time [s] within it."""
-        n = int(np.searchsorted(self.knots, time, side="left")) - 1
+        time = single("time", within("time", time, float(self.knots[0]), float(self.knots[-1]), "s"), "s")
+        n = max(int(np.searchsorted(self.knots, time, side="left")) - 1, 0)
         share = (time - self.knots[n]) / (self.knots[n + 1] - self.knots[n])
         last = _restricted(self.coefficients[n], 0.0, float(share))
         return History(np.append(self.knots[: n + 1], time), np.vstack([self.coefficients[:n], last[None]]))
@@ -437,7 +438,7 @@ def cycles(
     """
     top, up = single_positive("peak", peak), single_positive("loading_time", loading_time, "s")
     down = up if unloading_time is None else single_positive("unloading_time", unloading_time, "s")
-    low, number = single("valley", within("valley", valley, 0.0, 1.0)) * top, whole("count", count)
+    low, number = single("valley", within("valley", valley, 0.0, 1.0)) * top, whole("count", count, 1, 1_000_000)
     times = np.cumsum([0.0, *(up, down) * number])
     return History.from_points(times, [0.0, top, *(low, top) * (number - 1), 0.0])
 

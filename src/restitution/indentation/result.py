@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, finite, nonnegative, single, single_nonnegative, whole
+from restitution.checks import Array, finite, nonnegative, single, single_nonnegative, truth, whole
 from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.kernel import outcome
@@ -147,8 +147,10 @@ class IndentationResult(Result):
         5e-07
         """
         whole("n_points", n_points, 2)
-        moments = self._solution.times(n_points) if times is None else np.atleast_1d(finite("time", times, "s"))
-        return self._dataset(moments, self._solution.at(moments, before=before))
+        moments = (
+            self._solution.times(n_points) if times is None else np.atleast_1d(finite("time", times, "s")).ravel()
+        )
+        return self._dataset(moments, self._solution.at(moments, before=truth("before", before)))
 
     @cached_property
     def max_force(self) -> float:

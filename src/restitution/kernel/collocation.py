@@ -176,12 +176,20 @@ def invert(matrices: Any, first: int) -> None:
     The matrices of the collocation, `I + h A diag(x)` with x > 0, need no pivoting. Blocks of two halve the number of
     consecutive divisions. The inverse of the array of columns, read as rows, is that of the transpose.
     """
-    matrices[first] = np.linalg.inv(matrices[first])
+    matrices[first] = _inverse(matrices[first])
 
 
 def invert_two(matrices: Any, first: int) -> None:
     """Replace matrices[first] and the next one by their inverses, with interleaved independent operations."""
-    matrices[first : first + 2] = np.linalg.inv(matrices[first : first + 2])
+    matrices[first : first + 2] = _inverse(matrices[first : first + 2])
+
+
+def _inverse(matrices: Any) -> Any:
+    """Return the inverse of matrices; no numbers for a singular one, as from machine code, which gives Newton up."""
+    try:
+        return np.linalg.inv(matrices)
+    except np.linalg.LinAlgError:
+        return np.full_like(matrices, np.nan)
 
 
 def _inverter(function: Any, count: int) -> None:

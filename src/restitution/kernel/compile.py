@@ -9,6 +9,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 import numba
+import numpy as np
 from numba.core import codegen, compiler, config, event, targetconfig, typed_passes, types, untyped_passes
 from numba.core.compiler_lock import global_compiler_lock
 
@@ -219,11 +220,13 @@ def _interruptible() -> Generator[None]:
 
 def entry_point(function: Callable[..., Any]) -> Any:
     """Compile an entry point of the kernel on its first call, and cache its machine code if possible."""
+    if config.DISABLE_JIT:
+        # An iteration that diverges leaves the range of a double before it is given up; machine code does not warn.
+        return np.errstate(over="ignore", invalid="ignore")(function)
     dispatcher: Any = cached(numba.njit(**_WHOLE, **_FLAGS)(function), function)
-    if not config.DISABLE_JIT:
-        # Numba calls this for new types of arguments.
-        compile_for = _with_room(_interruptible()(_announced(dispatcher._compile_for_args)))
-        dispatcher._compile_for_args = with_plain_calls(dispatcher, compile_for)
+    # Numba calls this for new types of arguments.
+    compile_for = _with_room(_interruptible()(_announced(dispatcher._compile_for_args)))
+    dispatcher._compile_for_args = with_plain_calls(dispatcher, compile_for)
     return dispatcher
 
 

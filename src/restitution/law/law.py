@@ -100,7 +100,7 @@ class ContactLaw:
         InputError
             If `contacts` is below 1, or a depth is larger or not finite.
         """
-        shape = () if contacts is None else (whole("contacts", contacts),)
+        shape = () if contacts is None else (whole("contacts", contacts, 1, 100_000_000),)
         first, (place, unit) = 0.0 - self._reach, self._depth
         before = first if depth is None else finite("depth", depth, "m")
         if np.any(np.asarray(before) > first):

@@ -31,7 +31,7 @@ _EPS = float(np.finfo(np.float64).eps)
 _WIDEST = 20
 # Share of the equilibrium in the glass modulus, below which the shares of double numbers do not fix it to 1e-6.
 _SMALLEST_EQUILIBRIUM = 1e-10
-_HEAD = "Isotropic linear-viscoelastic material, written by restitution. SI units: Pa, s, kg/m3."
+_HEAD = "Isotropic linear-viscoelastic material, written by restitution. SI units: Pa, s, kg/m^3."
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +130,7 @@ class ViscoelasticDeck:
     youngs_modulus: float | None  # E [Pa]
     poisson_ratio: float | None  # nu [-]
     long_term: bool  # whether E and nu are those of long times (and not instantaneous)
-    density: float | None  # [kg/m3]
+    density: float | None  # [kg/m^3]
     name: str | None  # name of the material in the deck
     source: str = ""  # name of the file
     shift: WLF | Arrhenius | None = None  # time-temperature shift

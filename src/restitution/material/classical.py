@@ -53,7 +53,7 @@ def standard_solid(
     bulk_modulus
         K >= 0 [Pa], may be infinite.
     density, name
-        Mass density [kg/m3] and name of the material.
+        Mass density [kg/m^3] and name of the material.
 
     Raises
     ------

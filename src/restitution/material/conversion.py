@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from restitution import quantities
 from restitution.checks import Array, Numeric, finite, instance, positive_or_infinite
-from restitution.errors import InputError
+from restitution.errors import ABSENT, InputError
 from restitution.material.models import exactly_one
 from restitution.material.prony import PronySeries, merged, refuse_far_apart, secular_roots
 
@@ -180,7 +180,8 @@ def shear_and_bulk(
     """Return the relaxation in shear and in bulk of a series in the stated deformation, or in the chosen one."""
     kind = chosen or stated
     if kind not in ("tension", "shear"):
-        raise InputError("deformation", kind, 'must be "tension" or "shear", as the data do not state it')
+        rule = 'must be "tension" or "shear", as the data do not state it'
+        raise InputError("deformation", ABSENT if kind is None else kind, rule)
     if stated not in (None, kind):
         raise InputError("deformation", kind, f'contradicts the data, which hold moduli in "{stated}"')
     bulk = {"bulk_modulus": bulk_modulus, "poisson_ratio": poisson_ratio}

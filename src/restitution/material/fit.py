@@ -232,7 +232,7 @@ class PronyFit:
         deformation : str
             "tension" or "shear"; needed where the data do not state it.
         density, name
-            Mass density [kg/m3] and name of the material.
+            Mass density [kg/m^3] and name of the material.
 
         Raises
         ------

@@ -315,7 +315,7 @@ class FractionalMaterial:
     bulk
         Model in bulk, or a series, or a number [Pa]; `math.inf` for incompressible.
     density, name
-        Mass density [kg/m3] and name of the material.
+        Mass density [kg/m^3] and name of the material.
     rtol
         Relative error of its Prony series, in [1e-10, 0.1].
 
@@ -388,7 +388,7 @@ def _fractional_model(function: Callable[_P, FractionalModel]) -> Callable[_P, F
 
 @_fractional_model
 def springpot(coefficient: models.Coefficient, exponent: models.Exponent) -> FractionalModel:
-    """Return the springpot (power law), G(t) = V t^-alpha/Gamma(1 - alpha); V [Pa s^alpha].
+    """Return the springpot (power law), G(t) = V t^-alpha/Gamma(1 - alpha); V [Pa s^alpha], alpha in [0.01, 0.99].
 
     Examples
     --------
@@ -402,7 +402,7 @@ def springpot(coefficient: models.Coefficient, exponent: models.Exponent) -> Fra
 def fractional_kelvin_voigt(
     equilibrium_modulus: models.EndModulus, coefficient: models.Coefficient, exponent: models.Exponent
 ) -> FractionalModel:
-    """Return the fractional Kelvin-Voigt solid: a spring G_inf [Pa] and a springpot V [Pa s^alpha] in parallel.
+    """Return the fractional Kelvin-Voigt solid: a spring G_inf [Pa] beside a springpot V [Pa s^alpha].
 
     Examples
     --------

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Array
+from restitution.checks import Array, items
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.conversion import Deformation
 from restitution.material.fit import DynamicTable, RelaxationTable, column_names
@@ -387,9 +387,11 @@ class Isotherms:
     notes: tuple[str, ...]
 
     def __init__(self, tables: Sequence[Curve], *, source: str = "", notes: Sequence[str] = ()) -> None:
+        rule = "must be several DynamicTable or several RelaxationTable"
+        tables = items("tables", tables, rule)
         kinds = {type(table) for table in tables}
         if len(kinds) != 1 or not kinds <= {DynamicTable, RelaxationTable} or len(tables) < 2:
-            raise InputTypeError("tables", tables, "must be several DynamicTable or several RelaxationTable")
+            raise InputTypeError("tables", tables, rule)
         deformations = {table.deformation for table in tables}
         if len(deformations) > 1:
             rule = "must be in one deformation, tension or shear, for all tables"
@@ -402,7 +404,7 @@ class Isotherms:
                 raise InputError(
                     "temperature", colder.temperature, "must differ from table to table", "K", where=source
                 )
-        self.__dict__.update(tables=ordered, source=source, notes=tuple(notes))
+        self.__dict__.update(tables=ordered, source=source, notes=tuple(items("notes", notes, "must be texts")))
 
     @property
     def temperatures(self) -> Array:

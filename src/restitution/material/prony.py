@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.axes import Axes, aligned, named, spread_array
-from restitution.checks import Array, Numeric, nonnegative, positive, refuse
+from restitution.checks import Array, Numeric, finite, nonnegative, number, pair, positive, refuse, single_positive
 from restitution.errors import InputError
 from restitution.quantities import check
 from restitution.result import draw
@@ -334,6 +334,10 @@ class PronySeries:
         """
         if self.shape:
             raise InputError("series", rule=f"must be a single one, not an array of shape {self.shape}; take a row")
+        if window is not None:
+            rule = "must be the shortest and the longest time"
+            low, high = (single_positive("window", end, "s") for end in pair("window", window, rule))
+            window = min(low, high), max(low, high)
         return draw("material.overview", {"modulus": self}, window)
 
     def relaxation_modulus(self, time: ArrayLike) -> Any:
@@ -404,7 +408,9 @@ class PronySeries:
 
     def complex_modulus(self, angular_frequency: ArrayLike) -> Any:
         """Return the complex modulus R' + i R'' [Pa] at angular frequencies omega >= 0 [rad/s]; NaN at NaN."""
-        storage, loss = self._dynamic(angular_frequency)
+        omega = number("angular_frequency", angular_frequency, "rad/s")
+        refuse("angular_frequency", omega, np.isinf(omega), "must be finite", "rad/s")
+        storage, loss = self._dynamic(omega)
         return storage + 1j * loss
 
     def loss_tangent(self, angular_frequency: ArrayLike) -> Any:
@@ -423,7 +429,7 @@ class PronySeries:
         return storage[()], loss[()]
 
     def carson_transform(self, s: ArrayLike) -> Any:
-        """Return the Carson transform s int_0^inf R(t) exp(-s t) dt [Pa] at real or complex s [1/s], any shape.
+        """Return the Carson transform s int_0^inf R(t) exp(-s t) dt [Pa] at s [1/s], real or an array of complex ones.
 
         Equals R_inf + eta s + sum R_k s tau_k/(1 + s tau_k); at s = i omega it is the complex modulus.
 
@@ -432,7 +438,10 @@ class PronySeries:
         >>> print(PronySeries(1.0, [2.0], [0.5]).carson_transform(2.0))
         2.0
         """
-        point = np.asarray(s)
+        is_array = isinstance(s, np.ndarray | np.generic)
+        point = np.asarray(
+            s if isinstance(s, complex) or (is_array and s.dtype.kind == "c") else finite("s", s, "1/s")
+        )
         share = point[..., None] / (point[..., None] + 1.0 / self.relaxation_times)
         return (self.equilibrium_modulus + self.parallel_viscosity * point + self._sum(share))[()]
 

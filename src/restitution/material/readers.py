@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
@@ -70,10 +71,10 @@ _KEY = re.compile(r'"?([A-Za-z][^\t,;:"]{0,60}):"?(?=[\t,;]|$)')
 def read_material(path: str | Path, *, name: str | None = None) -> MaterialFile:
     r"""Read a file of a viscoelastic material; the content decides the kind.
 
-    Tables: relaxation (time, modulus), DMA (frequency, storage modulus, loss modulus or loss tangent; or temperature
-    and these moduli at one frequency), creep (time, compliance), shift factors (temperature, log aT or aT), Prony
-    terms (relaxation time, modulus or relative modulus). Exports of TRIOS (text, JSON), RheoCompass, RepTate and
-    pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
+    Tables: relaxation (time, modulus), DMA (frequency, storage or complex modulus, loss modulus, loss tangent or loss
+    angle; or temperature and these moduli at one frequency), creep (time, compliance), shift factors (temperature,
+    log aT or aT), Prony terms (relaxation time, modulus or relative modulus). Exports of TRIOS (text, JSON),
+    RheoCompass, RepTate and pyvisco. Decks: ANSYS with ``TB,PRON``, Abaqus with ``*VISCOELASTIC, TIME=PRONY``.
 
     Parameters
     ----------
@@ -450,7 +451,7 @@ def _curves(table: Table) -> list[Curve]:
 def _moduli(table: Table) -> tuple[tuple[Role, ...], tuple[Role, ...]]:
     """Return the columns that may hold the complex modulus."""
     loss = (Role.LOSS, Role.TANGENT) if Role.STORAGE in table.roles else (Role.TANGENT, Role.LOSS)
-    return (Role.STORAGE, Role.COMPLEX), loss
+    return (Role.STORAGE, Role.COMPLEX), (*loss, Role.ANGLE)
 
 
 def _is_ramp(table: Table, omega: Array) -> bool:
@@ -553,18 +554,21 @@ def _dynamic(table: Table, columns: list[Column], *, several: bool) -> Curve:
 def _complex_modulus(table: Table, first: Column, second: Column) -> tuple[Array, Array]:
     """Return storage and loss modulus [Pa] of two columns."""
     storage, loss = first.values, second.values
-    # What overflows is refused below.
+    # What overflows is refused below, and so is an angle beyond 90 degrees.
     with np.errstate(over="ignore", invalid="ignore"):
+        tangent = np.tan(loss) if second.role is Role.ANGLE else loss
+        is_ratio = second.role in (Role.ANGLE, Role.TANGENT)
         if first.role is Role.COMPLEX:
-            # |E*| with the loss modulus or the loss tangent.
-            share = loss / np.hypot(1.0, loss) if second.role is Role.TANGENT else np.minimum(loss / storage, 1.0)
+            share = tangent / np.hypot(1.0, tangent) if is_ratio else np.minimum(loss / storage, 1.0)
             loss = storage * share
             storage = storage * np.sqrt((1.0 - share) * (1.0 + share))
-        elif second.role is Role.TANGENT:
-            loss = storage * loss
-    good = np.isfinite(loss) & (storage > 0.0)
+        elif is_ratio:
+            loss = storage * tangent
+    good = np.isfinite(loss) & (loss >= 0.0) & (storage > 0.0)
+    if second.role is Role.ANGLE:
+        good &= second.values < 0.5 * math.pi
     if not good.all():
-        rule = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus"
+        rule = f"{first.label}, {second.label}: must give a storage modulus > 0 and a finite loss modulus >= 0"
         raise table.error(rule, row=int(np.argmin(good)))
     return storage, loss
 

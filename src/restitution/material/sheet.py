@@ -320,6 +320,7 @@ class Role(Enum):
     TANGENT = "loss tangent", (units.NUMBER,), "", (
         "tand tandel tandelta tan(delta) tan(δ) tanδ losstangent lossfactor dampingfactor verlustfaktor"
     )  # fmt: skip
+    ANGLE = "loss angle", (units.ANGLE,), "deg", "delta δ phase phaseangle lossangle phasenwinkel verlustwinkel"
     COMPLIANCE = "creep compliance", (units.COMPLIANCE,), "1/Pa", (
         "j j(t) d(t) compliance creepcompliance nachgiebigkeit kriechnachgiebigkeit"
     )  # fmt: skip
@@ -339,7 +340,8 @@ class Role(Enum):
         """Bound of the values: "", "> 0" or ">= 0"."""
         if self in (Role.LOG_SHIFT, Role.SWEEP):
             return ""
-        return ">= 0" if self in (Role.TIME, Role.LOSS, Role.TANGENT, Role.BRANCH, Role.SHARE) else "> 0"
+        of_zero = Role.TIME, Role.LOSS, Role.TANGENT, Role.ANGLE, Role.BRANCH, Role.SHARE
+        return ">= 0" if self in of_zero else "> 0"
 
     def admits(self, values: Array) -> NDArray[np.bool_]:
         """Return whether values are within the bound."""
@@ -350,8 +352,8 @@ _ROLES = {name.replace("?", letter): role for role in Role for name in role.spel
 _TENSION = re.compile(r"^(\|?e\b|\|?e[^a-z]|epp?$|estor|eloss|erelax|eprime|edouble|er$|ei$|ek$|tensile|young|d\(t\))")
 _SHEAR = re.compile(r"^(\|?g\b|\|?g[^a-z]|gpp?$|gstor|gloss|grelax|gprime|gdouble|gr$|gi$|shear|j$|j\(t\))")
 _MEASURED = (
-    Role.FREQUENCY, Role.ANGULAR_FREQUENCY, Role.STORAGE, Role.LOSS, Role.COMPLEX, Role.TANGENT, Role.TIME,
-    Role.MODULUS, Role.COMPLIANCE,
+    Role.FREQUENCY, Role.ANGULAR_FREQUENCY, Role.STORAGE, Role.LOSS, Role.COMPLEX, Role.TANGENT, Role.ANGLE,
+    Role.TIME, Role.MODULUS, Role.COMPLIANCE,
 )  # fmt: skip
 _QUOTES = str.maketrans(dict.fromkeys("’‘′´`", "'") | dict.fromkeys('”″"', "''"))
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.axes import Axes, aligned, named, spread_array
-from restitution.checks import common_shape, instance, nonnegative, pair, positive
+from restitution.checks import common_shape, instance, nonnegative, pair, positive, truth
 from restitution.errors import InputError, InputTypeError
 from restitution.material.conversion import (
     on_common_times,
@@ -46,7 +46,7 @@ class Material:
         Relaxation modulus in bulk K(t) [Pa]; numbers mean elastic, `math.inf` incompressible, 0 a Poisson
         ratio of -1.
     density, name
-        Mass density rho [kg/m3], for the check whether an impact is quasi-static, and name of the material.
+        Mass density rho [kg/m^3], for the check whether an impact is quasi-static, and name of the material.
     shift, temperature
         Time-temperature shift, used by `at`. Temperature of the moduli [K], by default the reference of `shift`.
     source, assumptions
@@ -542,6 +542,7 @@ def dundurs_parameter(material: Material, counter_material: Material | None = No
     """
     shares, moduli = list[Any](), list[Any]()
     bodies = {"material": material} | ({} if counter_material is None else {"counter_material": counter_material})
+    static = truth("static", static)
     for field, body in bodies.items():
         instance(field, body, Material, "must be a Material")
         nu = np.asarray(body.poisson_ratio if static else body.instantaneous_poisson_ratio)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array
+from restitution.checks import Array, number
 from restitution.errors import InputError
 from restitution.plot import history as curves
 from restitution.plot import style
@@ -136,10 +136,10 @@ def pressure_radius(ax: Axes, result: ImpactResult, times: ArrayLike | None = No
     The result is that of one impact, solved by the exact method. The times [s], at most seven, lie within the contact;
     `instants` chooses them by default.
     """
-    moments = np.atleast_1d(np.asarray(instants(result) if times is None else times, dtype=np.float64))
+    moments = np.atleast_1d(instants(result) if times is None else number("times", times, TIME.unit)).ravel()
     end = float(result.contact_time)
-    if moments.size > len(_COLORS):
-        raise InputError("times", moments.size, f"must be at most {len(_COLORS)} times, to keep the curves distinct")
+    if not 1 <= moments.size <= len(_COLORS):
+        raise InputError("times", moments.size, f"must be 1 to {len(_COLORS)} times, to keep the curves distinct")
     if (outside := moments[~((moments > 0.0) & (moments < end))]).size:
         rule = f"must be within the contact, which lasts {in_words(end, TIME.unit)}"
         raise InputError("times", float(outside[0]), rule, TIME.unit)

@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from restitution.checks import Array, instance, positive
+from restitution.checks import Array, instance
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.impact.problem import Impact
 from restitution.impact.solve import solve
 from restitution.plot import sticking, style
-from restitution.quantities import INPUTS, OUTPUTS, RESTITUTION
+from restitution.quantities import INPUTS, OUTPUTS, RESTITUTION, check
 
 if TYPE_CHECKING:
     from restitution.case.observations import ReboundPoints
@@ -88,7 +88,11 @@ def plot_restitution(
     low, high = velocities(points, speed)
     speeds: Array = np.geomspace(low, high, _POINTS)
     if velocity is not None:
-        speeds = np.atleast_1d(np.asarray(positive("velocity", velocity)))
+        speeds = np.atleast_1d(np.asarray(check("velocity", velocity)))
+        if speeds.ndim != 1 or not speeds.size:
+            raise InputError(
+                "velocity", rule=f"must be one-dimensional and hold a value, but has shape {speeds.shape}"
+            )
     many = solve(replace(impact, velocity=np.append(speeds, speed)), rtol=_WITH_ADHESION if impact.adhesion else _RTOL)
     e = np.asarray(many.restitution_coefficient, dtype=np.float64)
     across: Any = style.axis(INPUTS["velocity"], [float(speeds[-1])])

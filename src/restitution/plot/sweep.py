@@ -298,7 +298,7 @@ def plot_sweep(
         choice("outputs", name, there)
     layout = choose_layout(dataset, x, y)
     if layout.x is None and layout.draws is None:
-        raise InputError("dataset", dict(dataset.sizes), "must have an axis with more than one value")
+        raise InputError("dataset", rule="must have an axis with more than one value, over which it is drawn")
     for dimension in layout.rest:
         dataset = dataset.isel({dimension: dataset.sizes[dimension] // 2})
     names = list(outputs) or (there[:1] if layout.slices or ax is not None else there)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from restitution import checks
-from restitution.axes import unnamed
+from restitution.axes import Axes, unnamed
 from restitution.checks import Array, Numeric, items
 from restitution.errors import InputError
 from restitution.impact.adhesive import LEAST_RTOL
@@ -69,8 +69,8 @@ class Derivatives(Result):
         Second derivatives by each input alone, of low accuracy.
     rtol : float
         Tolerance of the solves.
-    model : Model
-        The impacts as a function of the inputs.
+    axes
+        Names of the axes of an array of impacts.
     warnings : tuple of str
         Derivatives that are doubtful.
     """
@@ -86,7 +86,7 @@ class Derivatives(Result):
     errors: Array
     second: Array
     rtol: float
-    model: Model = field(repr=False)
+    axes: Axes | None = field(default=None, repr=False)
     warnings: tuple[str, ...] = ()
 
     def __getitem__(self, pair: tuple[str, str]) -> Any:
@@ -110,9 +110,8 @@ class Derivatives(Result):
         """Return the derivatives over the inputs, with a variable `..._error` for each output."""
         import xarray as xr
 
-        axes = self.model.axes
         shape = self.matrix.shape[2:]
-        places = None if not shape else (axes or unnamed(shape)).array(np.zeros(shape))
+        places = None if not shape else (self.axes or unnamed(shape)).array(np.zeros(shape))
         columns: dict[str, Any] = {}
         for output, rows, errors in zip(self.outputs, self.matrix, self.errors, strict=True):
             words = f"derivative of {IMPACT_OUTPUTS[output].words}"
@@ -216,6 +215,8 @@ def derivatives(
     """
     checks.instance("impact", impact, Impact, "must be an Impact")
     listed = [names] if isinstance(names, str) else items("names", names, "must be a sequence of names")
+    for name in listed:
+        checks.instance("names", name, str, "must be a sequence of names")
     if not listed:
         raise InputError("names", rule="must name at least one input")
     widths = None if steps is None else checks.mapping("steps", steps)
@@ -288,7 +289,9 @@ def differentiate(model: Model, outputs: tuple[str, ...], rtol: float, workers: 
           for each in model.inputs}  # fmt: skip
     doubtful = [_DOUBTFUL_SOLVES if model.adhesive or name in OBLIQUE else _DOUBTFUL for name in outputs]
     doubts = _doubts(outputs, tuple(at), best, scale, doubtful)
-    return Derivatives(outputs, tuple(at), values, at, best.first, best.error, best.second, tolerance, model, doubts)
+    return Derivatives(
+        outputs, tuple(at), values, at, best.first, best.error, best.second, tolerance, model.axes, doubts
+    )
 
 
 def _points(model: Model, inputs: Sequence[int], share: float) -> dict[str, Array]:

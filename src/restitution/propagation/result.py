@@ -124,7 +124,7 @@ class UncertaintyResult(Result):
         import xarray as xr
 
         shape = self.covariance.shape[2:]
-        axes = self.derivatives.model.axes or (unnamed(shape) if shape else None)
+        axes = self.derivatives.axes or (unnamed(shape) if shape else None)
 
         def over(values: Any, quantity: Quantity, words: str) -> Any:
             attributes = quantity.attributes | {"long_name": f"{words} {quantity.words}".strip()}

@@ -305,7 +305,8 @@ def propagate(
 def _generator(rng: Any) -> Any:
     try:
         return np.random.default_rng(rng)
-    except (TypeError, ValueError):
+    # The conversion of a foreign object may raise anything.
+    except Exception:
         raise InputTypeError("rng", rng, "must be a numpy Generator, or a seed that is a whole number >= 0") from None
 
 

@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import Array, finite, nonnegative, one_of, positive, within
+from restitution.checks import Array, finite, nonnegative, one_of, positive, whole, within
 from restitution.errors import InputError
 from restitution.files import path_of, write_text
 from restitution.quantities import INPUTS, VELOCITY, check, dataset
@@ -263,7 +263,7 @@ class Surrogate(Result):
 
     def sample(self, n: int = 400) -> xr.Dataset:
         """Return the outputs at n velocities at equal ratios over the range, as the Dataset of a sweep."""
-        speeds = np.clip(np.geomspace(*self.velocity, n), *self.velocity)
+        speeds = np.clip(np.geomspace(*self.velocity, whole("n", n, 1, 10_000_000)), *self.velocity)
         columns = {name: (self._evaluate(name, speeds), QUANTITIES[name]) for name in OUTPUTS}
         samples = dataset("velocity", {"velocity": (speeds, INPUTS["velocity"])} | columns, {})
         samples["velocity"].attrs["scale"] = "logarithmic"

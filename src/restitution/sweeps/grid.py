@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from restitution.checks import finite, one_of, positive, single, whole
+from restitution.checks import finite, mapping, one_of, positive, single, whole
 from restitution.errors import InputError, InputTypeError
 from restitution.quantities import ADHESION_INPUTS, ALIASES, INPUTS, STATUS, SWEEP_OUTPUTS, key_of
 
@@ -580,9 +580,10 @@ class Samples(Axis):
         object.__setattr__(self, "n", whole("n", self.n, 1, MOST_POINTS))
         one_of("method", self.method, ("sobol", "latin_hypercube"))
         object.__setattr__(self, "rng", _seed(self.rng))
-        if not self.distributions:
+        given = mapping("distributions", self.distributions)
+        if not given:
             raise InputError("distributions", rule="must name at least one quantity")
-        named = {ALIASES.get(name, name): drawn for name, drawn in self.distributions.items()}
+        named = {ALIASES.get(name, name): drawn for name, drawn in given.items()}
         object.__setattr__(self, "distributions", named)
         for name, distribution in named.items():
             if not isinstance(distribution, Distribution):

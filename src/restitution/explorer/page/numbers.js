@@ -71,7 +71,7 @@ export class Notes {
 }
 
 // Powers of ten and cubic metres of a message, as they are printed.
-const printed = (text) => text.replace(/e([+-]\d+)/g, (_, power) => `·10${superscript(Number(power))}`).replaceAll("kg/m3", "kg/m³");
+const printed = (text) => text.replace(/e([+-]\d+)/g, (_, power) => `·10${superscript(Number(power))}`).replaceAll("kg/m^3", "kg/m³");
 
 function row(state, message, advice = "", kind = "") {
   const [sign, words] = STATES[state];
