@@ -22,6 +22,7 @@ from restitution.indentation.surface import (
     Elements,
     Imprint,
     Surface,
+    pace_of_step,
     panels_of,
     read_imprint,
     share_of_step,
@@ -320,30 +321,27 @@ class PanelSolution:
         """Time [s] at which the last contact ends; infinite if it outlasts the history."""
         return float(self.contact_intervals[-1, 1])
 
+    def _ends_of_steps(self, row: int) -> Array:
+        """Return a row of the records at the end of each step, also of jumps, which take no time; 0 without contact."""
+        records, size = self._room.records, int(self._room.places[RECORDS])
+        return np.where(records.phase[:size] != FREE, records.columns[:size, row] @ np.ones(NODES), 0.0)
+
     @property
     def turning_time(self) -> float:
         """Time [s] at which the contact is largest."""
-        starts, lengths, _, places = self._records
-        y = self._room.records.columns[places, 3] @ np.ones(NODES)
-        return float(self._time((starts + lengths)[int(np.argmax(y))]))
+        records, n = self._room.records, int(np.argmax(self._ends_of_steps(3)))
+        return float(self._time(records.start[n] + records.length[n]))
 
     @property
     def max_contact_radius(self) -> float:
         """Largest contact radius [m], which is that at the end of a step."""
-        places = self._records[3]
-        touches = self._room.records.phase[places] != FREE
-        if not touches.any():
-            return 0.0
-        y = float(np.max((self._room.records.columns[places, 3] @ np.ones(NODES))[touches]))
-        return float(self._profile.contact_radius(y * y * self.units.length))
+        y = float(np.max(self._ends_of_steps(3)))
+        return float(self._profile.contact_radius(y * y * self.units.length)) if self.contact_intervals.size else 0.0
 
     @property
     def max_depth(self) -> float:
         """Largest depth [m] in contact at the end of a step."""
-        places = self._records[3]
-        ends = self._room.records.columns[places, 0] @ np.ones(NODES)
-        touches = self._room.records.phase[places] != FREE
-        return float(np.max(ends, initial=0.0, where=touches)) * self.units.length
+        return float(np.max(self._ends_of_steps(0), initial=0.0)) * self.units.length
 
     def largest(self, column: int) -> float:
         """Return the largest depth [m], column 0 of `at`, or force [N], column 2; both are polynomials in a step."""
@@ -397,9 +395,7 @@ class PanelSolution:
         Further rows are the depths of higher modes.
         """
         starts, lengths, kinds, places = self._records
-        kind, z = kinds[:, None], PLACES[None]
-        power = np.abs(kind)
-        pace = power * np.where(kind > 0, z ** (power - 1), (1.0 - z) ** (power - 1))
+        z = PLACES[None]
         basis = chebyshev.chebvander(2.0 * PLACES - 1.0, NODES - 1)
         units = self.units
         count = self._room.swing.shape[0]
@@ -407,7 +403,7 @@ class PanelSolution:
         rows = [0, 1, 2, *range(4, 4 + count)]
         columns = self._room.records.columns[places][:, rows] @ basis.T * sizes[:, None]
         times = units.touch + units.time * (starts[:, None] + lengths[:, None] * share_of_step(kinds, z))
-        weights = units.time * lengths[:, None] * pace * WEIGHTS
+        weights = units.time * lengths[:, None] * pace_of_step(kinds, z) * WEIGHTS
         return times.ravel(), weights.ravel(), np.moveaxis(columns, 1, 0).reshape(len(rows), -1)
 
     # Energy and surface at the end.
@@ -606,11 +602,13 @@ def solve_by_panels(
 
 
 def check_depth(part: History, profile: Geometry, dashpot: float) -> None:
-    """Refuse a depth beyond the end of the profile, and a step on a material with a parallel dashpot."""
+    """Refuse a depth beyond the end of the profile, and a step in contact with a parallel dashpot."""
     most, deepest = float(part.coefficients.sum(axis=1).max()), float(np.min(profile.max_depth))
     if most > deepest:
         raise InputError("depth", most, f"must be <= {deepest:g} m, {profile.end}", "m")
-    jumps = part.knots[:-1][np.diff(part.knots) == 0.0]
+    # No surface is above the undeformed one.
+    lower = (part.coefficients[:, 0] <= 0.0) & (part.coefficients.sum(axis=1) <= 0.0)
+    jumps = part.knots[:-1][(np.diff(part.knots) == 0.0) & ~lower]
     if dashpot > 0.0 and jumps.size:
         rule = f"must not jump, as at time = {jumps[0]:g} s: a dashpot in parallel makes the force infinite"
         raise InputError("depth", rule=rule)
