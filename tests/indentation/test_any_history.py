@@ -466,7 +466,9 @@ def test_the_surface_around_a_tip_of_any_power(exponent):
 @pytest.mark.parametrize("tip", [FlatEndedParabola(1.0, 1e-3), PowerLaw(10.0, 0.3)], ids=["worn", "steep"])
 def test_surface_and_energy_of_a_nearly_elastic_body(tip):
     """The work is stored; radii rise like a root of the depth behind a small face, and a tenth power at a steep tip."""
-    result = indent(Material(PronySeries(1.0, [1e-12], [1.0]), math.inf), tip, depth=[0.0, 0.01, 0.005], time=[0, 1, 2])
+    result = indent(
+        Material(PronySeries(1.0, [1e-12], [1.0]), math.inf), tip, depth=[0.0, 0.01, 0.005], time=[0, 1, 2]
+    )
     assert result.stored == pytest.approx(result.work, rel=1e-9)
     a = float(result.contact_radius[-1])
     radii = a * np.array([1e-3, 0.01, 0.3, 0.9])

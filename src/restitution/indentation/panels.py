@@ -322,7 +322,7 @@ class PanelSolution:
         return float(self.contact_intervals[-1, 1])
 
     def _ends_of_steps(self, row: int) -> Array:
-        """Return a row of the records at the end of each step, also of jumps, which take no time; 0 without contact."""
+        """Return a row of the records at the end of each step, jumps as well; 0 without contact."""
         records, size = self._room.records, int(self._room.places[RECORDS])
         return np.where(records.phase[:size] != FREE, records.columns[:size, row] @ np.ones(NODES), 0.0)
 

@@ -168,7 +168,8 @@ class Elements:
         if self._axis is None:
             return 0.0
         panel, place = self._axis
-        return float(self._at(panel._replace(start=panel.start - (time - self._time)), place)[1][0, 0, 0]) * self._length
+        later = panel._replace(start=panel.start - (time - self._time))
+        return float(self._at(later, place)[1][0, 0, 0]) * self._length
 
     @property
     def _axis(self) -> tuple[Panels, Array] | None:

@@ -56,7 +56,7 @@ def loop_work(solution: Solution) -> float:
     steps = [_step_work(solution, place, rtol) for place in solution.steps]
     total = integral(power, breaks, rtol, sum(map(abs, steps))) + sum(steps)
     if not solution.by_depth:
-        depth, _, force, _ = solution.at(breaks[-1:])
+        depth, _, force, _ = solution.at(np.minimum(breaks[-1:], history.stop))
         total += float(force[0] * depth[0])
     return total
 
