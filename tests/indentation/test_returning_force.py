@@ -16,9 +16,22 @@ from restitution.errors import InputError
 STANDARD, LIQUID = PronySeries(1.0, [4.0], [1.0]), PronySeries(0.0, [4.0, 1.0], [1.0, 0.2])
 THREE = PronySeries(0.5, [1.0, 2.0, 4.0], [0.05, 0.5, 5.0])
 TIP, CONE = rs.Parabola(1.0), rs.Cone(1.1)
+WORN, CUBIC = rs.PowerLaw(1.5, 0.4), rs.PowerLaw(3.0, 0.4)
 TIME, FORCE = np.array([0.0, 1.0, 1.5, 2.5, 3.0, 3.3, 4.0]), np.array([0.0, 1.0, 0.0, 0.7, 0.0, 0.0, 0.9])
+
+
+def _factor(n):
+    """Return d/a^n of f = 0.4 r^n: `sqrt(pi)/2 n Gamma(n/2)/Gamma((n + 1)/2)` (Popov et al. 2019)."""
+    return 0.4 * 0.5 * math.sqrt(math.pi) * n * math.gamma(0.5 * n) / math.gamma(0.5 * (n + 1.0))
+
+
 # Contact radius over the root y of the depth of an elastic contact.
-RADII = {TIP: lambda y: y, CONE: lambda y: 2.0 / math.pi * math.tan(1.1) * y * y}
+RADII = {
+    TIP: lambda y: y,
+    CONE: lambda y: 2.0 / math.pi * math.tan(1.1) * y * y,
+    WORN: lambda y: (y * y / _factor(1.5)) ** (2.0 / 3.0),
+    CUBIC: lambda y: (y * y / _factor(3.0)) ** (1.0 / 3.0),
+}
 
 
 def half_space(series):
@@ -60,6 +73,16 @@ def compare_with_elements(result, series, profile, time, force_at, count, *, spr
 @pytest.mark.parametrize("series", [STANDARD, THREE, LIQUID], ids=["one term", "three terms", "liquid"])
 def test_a_force_that_returns_at_once_and_after_a_rest(series, profile):
     check_against_elements(series, profile, TIME, FORCE)
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 0.1], ids=["terms", "dashpot"])
+@pytest.mark.parametrize("profile", [WORN, CUBIC], ids=["3/2", "3"])
+def test_a_force_on_a_tip_whose_contact_grows_like_no_root_of_the_time(profile, viscosity):
+    """Radii grow like d^(2/3) and d^(1/3)."""
+    time, force = TIME[:6], np.array([0.0, 1.0, 0.3, 0.8, 0.2, 0.5])
+    check_against_elements(
+        PronySeries(1.0, [4.0, 2.0], [1.0, 0.1], parallel_viscosity=viscosity), profile, time, force
+    )
 
 
 @pytest.mark.parametrize("viscosity", [0.003, 0.01, 0.03, 0.1, 0.3])

@@ -74,8 +74,8 @@ _SHARES = (1.0, 0.5, 0.2, 0.1, 0.03)
 _LOOSER, _LOOSEST = (3.0, 10.0, 100.0, 1e4), 1e-3
 # Steps of a history, alone and for each knot, behind which it creeps on.
 _MOST_STEPS, _MOST_STEPS_PER_KNOT = 1 << 14, 256
-# Largest power of the map of time after a touch.
-_MOST_POWER = 12
+# Largest power of the map of time after a touch, and under a force.
+_MOST_POWER, _MOST_EXACT = 12, 5
 # Places in a step at which the search for a largest value starts, and the polynomials there.
 _GRID = np.linspace(0.0, 1.0, 65)
 _POLYNOMIALS = chebyshev.chebvander(2.0 * _GRID - 1.0, NODES - 1)
@@ -151,14 +151,17 @@ def _most_steps(drive: Drive) -> int:
     return _MOST_STEPS + _MOST_STEPS_PER_KNOT * drive.history.knots.size
 
 
-def _touch_power(touch: float, exponent: float) -> int:
-    """Return n such that depth and radius are smooth over z with t = z^n after a touch."""
-    powers = range(math.ceil(touch), _MOST_POWER + 1)
-    for n in powers:
-        root = n / touch
+def _touch_power(drive: Drive, exponent: float, dashpot: float) -> int:
+    """Return n such that depth and radius are smooth over z with t = z^n after a touch; without one, nearly so."""
+    most = _MOST_POWER if drive.touch == 2.0 else _MOST_EXACT
+    for n in range(math.ceil(drive.touch), most + 1):
+        root = n / drive.touch
         if abs(root - round(root)) < 1e-9 and abs(root * exponent - round(root * exponent)) < 1e-9:
             return n
-    return _MOST_POWER
+    if drive.touch == 2.0:
+        return most
+    # High powers of z are not resolved.
+    return (2 if drive.stiffness > 0.0 else 4) if dashpot > 0.0 else 5
 
 
 class PanelSolution:
@@ -177,7 +180,7 @@ class PanelSolution:
         size = drive.scale
         area = float(np.asarray(profile.stiffness_radius(size * units.length))) / units.radius
         scales = Scales(size, size * area, size, _STEP_SHARE * rtol)
-        power = _touch_power(drive.touch, exponent)
+        power = _touch_power(drive, exponent, series.parallel_viscosity)
         self._problem = Problem(
             self._solid, self._path, _driver(drive, units, series.parallel_viscosity), scheme(), scales, power
         )
