@@ -4,6 +4,7 @@ Where the force is zero there is no contact, and the tip lies on the recovering 
 """
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -319,3 +320,27 @@ def test_a_liquid_that_lies_in_its_own_imprint_is_solved_or_refused(rtol):
         assert "\n" not in refusal
     else:
         compare_with_elements(result, liquid, TIP, time, lambda moments: np.interp(moments, time, force), 150)
+
+
+def test_a_force_that_jumps_to_zero_and_returns_is_refused_with_a_reason():
+    """On a dashpot the whole contact leaves as it is, and the tip returns to an imprint of its own shape."""
+    damped = half_space(PronySeries(1.0, [4.0], [1.0], parallel_viscosity=0.1))
+    with pytest.raises(InputError, match="could not be solved there"):
+        indent(damped, TIP, force=[0.0, 1.0, 0.8, 0.0, 0.5, 0.2], time=[0.0, 0.3, 0.5, 0.5, 0.8, 1.2])
+
+
+def test_a_relaxed_liquid_whose_elements_leave_at_once_is_not_solved_beyond_its_digits():
+    """At 1e-10 the last elements leave without digits of the time; depths were then wrong by 1.3e-7."""
+    liquid = half_space(PronySeries(0.0, [0.49522242234665087], [0.37396524036992057]))
+    knots = [0.0, 0.35224135683747254, 1.1301218199406156, 2.1082035574671836, 2.8054169858992304, 3.5324900816827354,
+             4.213425397916466]  # fmt: skip
+    force = [0.0, 0.43270631463222253, 0.0, 0.3827096834693416, 0.3094652575887413, 0.0, 0.4695478755707998]
+    moments = np.linspace(0.0, knots[-1], 801)
+    loose, strict = (_depths(liquid, rtol, moments, time=knots, force=force) for rtol in (1e-8, 1e-10))
+    assert strict is None or strict == pytest.approx(loose, abs=1e-8 * loose.max())
+
+
+def _depths(material, rtol, moments, **history):
+    """Return depths at times, or None where they are refused."""
+    with suppress(InputError):
+        return indent(material, TIP, rtol=rtol, **history).sample(moments).indentation_depth.values

@@ -74,6 +74,8 @@ _SHARES = (1.0, 0.5, 0.2, 0.1, 0.03)
 _LOOSER, _LOOSEST = (3.0, 10.0, 100.0, 1e4), 1e-3
 # Steps of a history, alone and for each knot, behind which it creeps on.
 _MOST_STEPS, _MOST_STEPS_PER_KNOT = 1 << 14, 256
+# Largest difference of two solutions, over the larger tolerance, where the smaller one needed smaller steps.
+_FAR_APART = 30.0
 # Largest power of the map of time after a touch, and under a force.
 _MOST_POWER, _MOST_EXACT = 12, 5
 # Places in a step at which the search for a largest value starts, and the polynomials there.
@@ -186,10 +188,33 @@ class PanelSolution:
         )
         self._room = self._run(drive, imprint, grip)
         self._records = self._passing_records()
+        if drive.mass == 0.0 and self._problem.scales.tolerance < scales.tolerance and rtol <= _LOOSEST:
+            self._compare(_LOOSER[1] * rtol)
+
+    def _compare(self, rtol: float) -> None:
+        """Refuse a solution by smaller steps that is far from one by larger steps.
+
+        Where times have few digits left for the order in which elements leave, errors rise as steps get smaller.
+        """
+        try:
+            other = PanelSolution(self._profile, self._series, self._drive, rtol, self._imprint)
+        except InputError:
+            return
+        times = self.node_times.ravel()
+        rows = [solution._sample(times, False)[0][[0, 2]] for solution in (self, other)]
+        sizes = np.array([[self._drive.scale], [np.abs(rows[1][1]).max()]])
+        error = np.max(np.abs(rows[0] - rows[1]) / sizes, axis=0)
+        if error.max() > _FAR_APART * rtol:
+            raise self._refusal(float(self._time(times[np.argmax(error)])), rtol)
+
+    def _refusal(self, moment: float, rtol: float) -> InputError:
+        """Return the refusal of a history that a larger tolerance solves."""
+        rule = f"leads to a contact that could not be solved there at rtol = {self._rtol:g}; "
+        return InputError("time", moment, rule + f"it can be at rtol = {rtol:.3g}", "s")
 
     def _run(self, drive: Drive, imprint: Imprint | None, grip: Grip | None) -> Room:
         problem, scales = self._problem, self._problem.scales
-        first, moment, returns = DONE, 0.0, False
+        first, moment, returns, is_virgin = DONE, 0.0, False, True
         for share in _SHARES:
             self._problem = problem._replace(scales=scales._replace(tolerance=share * scales.tolerance))
             outcome, work = self._attempt(drive, imprint, grip)
@@ -197,7 +222,8 @@ class PanelSolution:
                 return work
             if share == 1.0:
                 first, moment = outcome, self.units.touch + self.units.time * float(work.state[TIME])
-                returns = bool(work.places[FREE_PANELS] > 0 and work.places[PHASE] == GROWS)
+                is_virgin = int(work.places[FREE_PANELS]) == 0
+                returns = not is_virgin and int(work.places[PHASE]) == GROWS
             if outcome == NO_ROOM:
                 break
         if drive.mass == 0.0:
@@ -206,8 +232,7 @@ class PanelSolution:
                 rtol = factor * self._rtol
                 self._problem = problem._replace(scales=scales._replace(tolerance=factor * scales.tolerance))
                 if rtol <= _LOOSEST and self._attempt(drive, imprint, grip)[0] in (DONE, APART):
-                    rule = f"leads to a contact that could not be solved there at rtol = {self._rtol:g}; "
-                    raise InputError("time", moment, rule + f"it can be at rtol = {rtol:.3g}", "s")
+                    raise self._refusal(moment, rtol)
         if first == NO_ROOM:
             raise InputError(
                 "history", rule=f"needs over {_most_steps(drive)} steps; smooth or thin it, or loosen rtol"
@@ -216,7 +241,7 @@ class PanelSolution:
         if problem.driver.backward.size and returns:
             rule = "leads to a contact on an imprint that could not be solved there; "
             rule += "prescribe a depth, or the base of a spring"
-        elif first == TOO_STEEP and drive.mass == 0.0:
+        elif first == TOO_STEEP and is_virgin and drive.mass == 0.0:
             rule = "rises too steeply there for the digits of its times; smooth it"
         raise InputError("time", moment, rule, "s")
 
