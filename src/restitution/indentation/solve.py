@@ -406,7 +406,7 @@ def _contact(material: Material, profile: Geometry, counter_material: Material |
 def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
     if isinstance(prescribed, History):
         return prescribed
-    if isinstance(prescribed, (int, float)) and not isinstance(prescribed, bool):
+    if not callable(prescribed) and np.ndim(prescribed) == 0:
         return _step(name, prescribed, time)
     if time is None:
         raise InputError("time", rule=f"must be given with {name} as an array or a function")
@@ -415,7 +415,7 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
     return History.from_points(time, prescribed, name=name)
 
 
-def _step(name: str, value: float, time: ArrayLike | None) -> History:
+def _step(name: str, value: Any, time: ArrayLike | None) -> History:
     """Return one value, from the first time on."""
     value = single_positive(name, value, UNITS[name])
     if time is None:
