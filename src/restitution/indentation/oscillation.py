@@ -524,7 +524,7 @@ def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, ra
     harmonics = np.zeros((2, _ORDERS), dtype=complex)
     harmonics[0, :2], harmonics[1] = (mean, swing), steady.harmonics[0]
     waves = np.exp(2j * math.pi * np.arange(_ORDERS)[:, None] * _SHARES)
-    depths, forces = harmonics[:, 0].real[:, None] + np.imag(harmonics[:, 1:] @ waves[1:])
+    depths, forces = np.real(harmonics[:, :1]) + np.imag(harmonics[:, 1:] @ waves[1:])
     radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost[0], mean + swing))
     # The contact is lost where no element follows for ever.
     least = radii[0] if steady.innermost[0] > 0.0 else 0.0
