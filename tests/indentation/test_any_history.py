@@ -7,13 +7,14 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.linalg import expm
 
 import restitution as rs
 from element_follower import followed_force, pressed_elements, program
 from refusals import in_one_line
 from restitution import InputError, Material, PronySeries, indent
-from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, TruncatedCone
+from restitution.contact.profiles import Cone, FlatEndedParabola, FlatPunch, Parabola, PowerLaw, TruncatedCone
 from restitution.indentation import panels
 from restitution.kernel.driver import NOT_SOLVED
 
@@ -445,6 +446,54 @@ def test_the_surface_around_an_elastic_contact_is_that_of_hertz():
     # Johnson, Contact Mechanics (1985), eq. 3.42a.
     expected = (2.0 * a**2 - outside**2) * np.arcsin(a / outside) + a * np.sqrt(outside**2 - a**2)
     assert result.imprint(1.0, outside) == pytest.approx(expected / (math.pi * radius), abs=1e-8 * depth)
+
+
+@pytest.mark.parametrize("exponent", [1.2, 1.5, 2.7, 3.0, 6.0, 10.0])
+def test_the_surface_around_a_tip_of_any_power(exponent):
+    """In contact the surface has the shape of the tip; beside it `w = 2/pi int (d - g) dx/sqrt(r^2 - x^2)`."""
+    tip = PowerLaw(exponent, 0.3)
+    result = indent(SOLID, tip, depth=rs.ramp(0.4, 1.0))
+    a = float(result.contact_radius[-1])
+    inside, outside = a * np.array([0.0, 1e-3, 0.1, 0.5, 0.99]), a * np.array([1.001, 1.1, 3.0])
+    assert result.imprint(1.0, inside) == pytest.approx(0.4 - tip.shape(inside), abs=1e-9)
+    expected = [
+        2.0 / math.pi * quad(lambda angle, r=r: 0.4 - tip.transform(r * math.sin(angle)), 0.0, math.asin(a / r))[0]
+        for r in outside
+    ]
+    assert result.imprint(1.0, outside) == pytest.approx(np.array(expected), abs=1e-9)
+
+
+@pytest.mark.parametrize("tip", [FlatEndedParabola(1.0, 1e-3), PowerLaw(10.0, 0.3)], ids=["worn", "steep"])
+def test_surface_and_energy_of_a_nearly_elastic_body(tip):
+    """The work is stored; radii rise like a root of the depth behind a small face, and a tenth power at a steep tip."""
+    result = indent(
+        Material(PronySeries(1.0, [1e-12], [1.0]), math.inf), tip, depth=[0.0, 0.01, 0.005], time=[0, 1, 2]
+    )
+    assert result.stored == pytest.approx(result.work, rel=1e-9)
+    a = float(result.contact_radius[-1])
+    radii = a * np.array([1e-3, 0.01, 0.3, 0.9])
+    assert result.imprint(2.0, radii) == pytest.approx(0.005 - tip.shape(radii), abs=1e-10)
+
+
+def test_a_contact_is_largest_behind_a_step_of_the_depth():
+    """A step onto virgin surface, from which the tip retracts: a = sqrt(R d) at the step."""
+    result = indent(SOLID, TIP, depth=[0.0, 0.5, -0.2, 0.2, 1.0, 0.8], time=[0.0, 1.0, 2.0, 3.0, 3.0, 5.0])
+    assert result.contact_intervals.shape == (2, 2)
+    assert result.max_contact_radius == pytest.approx(1.0, rel=1e-12)
+    assert result.turning_time == 3.0
+    assert result.max_indentation_depth == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_step_above_the_surface_is_not_felt_by_a_dashpot():
+    damped = half_space(DAMPED)
+    time, depth = [0.0, 1.0, 2.0, 2.0, 3.0, 4.0], [-1.0, 1.0, -0.3, -0.8, 1.0, 0.5]
+    step = indent(damped, TIP, time=time, depth=depth)
+    steep = indent(damped, TIP, time=[*time[:3], 2.0 + 1e-9, *time[4:]], depth=depth)
+    moments = np.linspace(0.0, 4.0, 81)
+    assert step.sample(moments).force.values == pytest.approx(steep.sample(moments).force.values, abs=1e-7)
+    assert step.stored == pytest.approx(steep.stored, rel=1e-7)
+    with pytest.raises(InputError, match="must not jump, as at time = 2 s"):
+        indent(damped, TIP, time=time, depth=[-1.0, 1.0, 0.3, -0.8, 1.0, 0.5])
 
 
 def test_an_imprint_decays_with_the_retardation_time():

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.integrate import quad
 
 import restitution as rs
 from element_follower import pressed_elements
@@ -353,3 +354,68 @@ def test_many_cycles_of_a_large_force(profile, radius_of):
     change = np.abs(result[1] - result[0])
     assert np.all(np.abs(wave.depth_harmonics[:2] - result[1]) <= 0.6 * change + 1e-8)
     assert np.all(change <= 1e-3)
+
+
+def test_harmonics_of_a_first_cycle_are_integrals():
+    """A punch has F/(2 a) = d + 4 h with h' = d' - h; the first cycle is not periodic, and its harmonics are exact."""
+    mean, swing, omega = 1.0, 0.2, 3.0
+    wave = rs.oscillate(
+        SOLID,
+        rs.FlatPunch(0.5),
+        depth=mean,
+        amplitude=swing,
+        frequency=omega / (2.0 * math.pi),
+        cycles=1,
+        rise_time=1.0,
+    )
+    steady = swing * 1j * omega / (1.0 + 1j * omega)
+    rest = mean * -math.expm1(-1.0) - steady.imag
+
+    def force(time):
+        depth = mean + swing * math.sin(omega * time)
+        return depth + 4.0 * ((steady * np.exp(1j * omega * time)).imag + rest * math.exp(-time))
+
+    period = 2.0 * math.pi / omega
+    for n in range(3):
+        sine, cosine = (
+            quad(lambda time, shape=shape, n=n: force(time) * shape(n * omega * time), 0.0, period, epsabs=1e-13)[0]
+            for shape in (math.sin, math.cos)
+        )
+        expected = cosine / period if n == 0 else 2.0 * (sine + 1j * cosine) / period
+        assert wave.force_harmonics[n] == pytest.approx(expected, abs=1e-8)
+    assert wave.force == pytest.approx([force(time) for time in wave.time], abs=1e-7)
+    assert wave.depth_harmonics[:2] == pytest.approx([mean, swing], abs=1e-12)
+
+
+def test_the_share_of_contact_of_a_tip_without_a_radius():
+    wave = {"depth": 1.0, "amplitude": 0.9, "frequency": UNIT}
+    few, steady = (rs.oscillate(SOLID, rs.Pyramid(1.2), cycles=cycles, **wave) for cycles in (40, None))
+    assert few.contact_share == pytest.approx(steady.contact_share, abs=1e-5)
+    assert rs.oscillate(SOLID, rs.Pyramid(1.2), force=1.0, amplitude=0.1, frequency=UNIT).contact_share == 1.0
+
+
+@pytest.mark.parametrize("time", [1e8, 1e12])
+def test_a_part_that_creeps_in_very_many_periods_is_not_steady(time):
+    slow = rs.Material(rs.PronySeries(0.25, [0.5], [time]), bulk=math.inf)
+    wave = rs.oscillate(slow, rs.Parabola(1.0), force=1.0, amplitude=0.2, frequency=1.0)
+    assert wave.status is OscillationStatus.NOT_STEADY
+    flows = rs.Material(rs.PronySeries(0.0, [0.5], [time]), bulk=math.inf)
+    wave = rs.oscillate(flows, rs.Parabola(1.0), force=1.0, amplitude=0.2, frequency=1.0)
+    assert wave.status is OscillationStatus.NOT_STEADY
+
+
+def test_a_force_on_a_layer_has_the_moduli_of_its_contact():
+    """A bonded layer of a material whose Poisson ratio changes: the same history by `rs.indent`."""
+    body = rs.Material(rs.PronySeries(1.0, [2.0], [0.5]), bulk=30.0)
+    layer, mean, swing = rs.Layer(rs.Parabola(1.0), 0.3), 1.0, 0.4
+    with pytest.warns(rs.RestitutionWarning):
+        wave = rs.oscillate(body, layer, force=mean, amplitude=swing, frequency=1.0, cycles=1)
+
+    def force(time):
+        return np.where(time < 1.0, mean * time, mean + swing * np.sin(2.0 * math.pi * time))
+
+    with pytest.warns(rs.RestitutionWarning):
+        result = rs.indent(body, layer, force=force, time=[0.0, 1.0, 1.25, 1.5, 1.75, 2.0])
+    depths = result.sample(1.0 + wave.time).indentation_depth.values
+    assert wave.indentation_depth == pytest.approx(depths, abs=1e-7 * depths.max())
+    assert wave.max_contact_radius == pytest.approx(result.max_contact_radius, rel=1e-5)

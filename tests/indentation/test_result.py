@@ -9,7 +9,7 @@ import pytest
 
 import restitution as rs
 from restitution import IndentationStatus, InputError, Material, PronySeries, hold, indent, sine_arch, triangle
-from restitution.contact.profiles import FlatPunch, Parabola, Sphere
+from restitution.contact.profiles import Cone, FlatPunch, Parabola, Sphere
 
 GEL = Material(PronySeries(200.0 / 3.0, [800.0 / 3.0], [0.3]), math.inf)
 TIP = Parabola(2.5e-6)
@@ -244,3 +244,31 @@ def test_work_where_the_rate_is_infinite_at_touch():
             result = indent(body, profile, force=triangle(1e-3, 1.0), rtol=1e-10)
             late = indent(body, profile, force=[0.0, 1e-3, 0.0], time=start + np.array([0.0, 1.0, 2.0]), rtol=1e-10)
             assert late.work == pytest.approx(result.work, rel=1e-9)
+
+
+def test_work_while_a_fast_term_relaxes_behind_a_kink():
+    """A punch of E* = 1 + 300 exp(-t/tau): `F/(2 a) = d + 300 h`, with h' = d' - h/tau, up to 1 and back to 0.95."""
+    tau, modulus, a = 1e-4, 300.0, 0.5
+    body = Material(PronySeries(0.25, [0.25 * modulus], [tau]), math.inf)
+    result = indent(body, FlatPunch(a), depth=[0.0, 1.0, 0.95], time=[0.0, 1.0, 11.0])
+
+    def share(height, rate, duration):
+        """Return the integral of h over a line, and h at its end."""
+        decayed = tau * -math.expm1(-duration / tau)
+        return height * decayed + rate * tau * (duration - decayed), height + (rate * tau - height) * decayed / tau
+
+    up, height = share(0.0, 1.0, 1.0)
+    down, _ = share(height, -0.005, 10.0)
+    expected = 2.0 * a * (0.5 * 0.95**2 + modulus * (up - 0.005 * down))
+    assert result.contact_end_time == math.inf
+    assert result.work == pytest.approx(expected, rel=1e-9)
+
+
+def test_work_of_a_force_that_is_held_on_a_dashpot():
+    """The rate of a cone is infinite at first; the work is F d, and `d^2 = F/(E c) (1 - exp(-E t/eta))`, a = c d."""
+    body, cone = Material(PronySeries(0.5, parallel_viscosity=0.75), math.inf), Cone(1.2)
+    # The times have few digits behind the touch.
+    result = indent(body, cone, force=3e-3, time=[1e6, 1e6 + 4.0])
+    c = float(cone.contact_radius(1.0))
+    depth = math.sqrt(3e-3 / (2.0 * c) * -math.expm1(-4.0 * 2.0 / 3.0))
+    assert result.work == pytest.approx(3e-3 * depth, rel=1e-9)

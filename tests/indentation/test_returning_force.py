@@ -4,6 +4,7 @@ Where the force is zero there is no contact, and the tip lies on the recovering 
 """
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -16,9 +17,22 @@ from restitution.errors import InputError
 STANDARD, LIQUID = PronySeries(1.0, [4.0], [1.0]), PronySeries(0.0, [4.0, 1.0], [1.0, 0.2])
 THREE = PronySeries(0.5, [1.0, 2.0, 4.0], [0.05, 0.5, 5.0])
 TIP, CONE = rs.Parabola(1.0), rs.Cone(1.1)
+WORN, CUBIC = rs.PowerLaw(1.5, 0.4), rs.PowerLaw(3.0, 0.4)
 TIME, FORCE = np.array([0.0, 1.0, 1.5, 2.5, 3.0, 3.3, 4.0]), np.array([0.0, 1.0, 0.0, 0.7, 0.0, 0.0, 0.9])
+
+
+def _factor(n):
+    """Return d/a^n of f = 0.4 r^n: `sqrt(pi)/2 n Gamma(n/2)/Gamma((n + 1)/2)` (Popov et al. 2019)."""
+    return 0.4 * 0.5 * math.sqrt(math.pi) * n * math.gamma(0.5 * n) / math.gamma(0.5 * (n + 1.0))
+
+
 # Contact radius over the root y of the depth of an elastic contact.
-RADII = {TIP: lambda y: y, CONE: lambda y: 2.0 / math.pi * math.tan(1.1) * y * y}
+RADII = {
+    TIP: lambda y: y,
+    CONE: lambda y: 2.0 / math.pi * math.tan(1.1) * y * y,
+    WORN: lambda y: (y * y / _factor(1.5)) ** (2.0 / 3.0),
+    CUBIC: lambda y: (y * y / _factor(3.0)) ** (1.0 / 3.0),
+}
 
 
 def half_space(series):
@@ -60,6 +74,16 @@ def compare_with_elements(result, series, profile, time, force_at, count, *, spr
 @pytest.mark.parametrize("series", [STANDARD, THREE, LIQUID], ids=["one term", "three terms", "liquid"])
 def test_a_force_that_returns_at_once_and_after_a_rest(series, profile):
     check_against_elements(series, profile, TIME, FORCE)
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 0.1], ids=["terms", "dashpot"])
+@pytest.mark.parametrize("profile", [WORN, CUBIC], ids=["3/2", "3"])
+def test_a_force_on_a_tip_whose_contact_grows_like_no_root_of_the_time(profile, viscosity):
+    """Radii grow like d^(2/3) and d^(1/3)."""
+    time, force = TIME[:6], np.array([0.0, 1.0, 0.3, 0.8, 0.2, 0.5])
+    check_against_elements(
+        PronySeries(1.0, [4.0, 2.0], [1.0, 0.1], parallel_viscosity=viscosity), profile, time, force
+    )
 
 
 @pytest.mark.parametrize("viscosity", [0.003, 0.01, 0.03, 0.1, 0.3])
@@ -296,3 +320,27 @@ def test_a_liquid_that_lies_in_its_own_imprint_is_solved_or_refused(rtol):
         assert "\n" not in refusal
     else:
         compare_with_elements(result, liquid, TIP, time, lambda moments: np.interp(moments, time, force), 150)
+
+
+def test_a_force_that_jumps_to_zero_and_returns_is_refused_with_a_reason():
+    """On a dashpot the whole contact leaves as it is, and the tip returns to an imprint of its own shape."""
+    damped = half_space(PronySeries(1.0, [4.0], [1.0], parallel_viscosity=0.1))
+    with pytest.raises(InputError, match="could not be solved there"):
+        indent(damped, TIP, force=[0.0, 1.0, 0.8, 0.0, 0.5, 0.2], time=[0.0, 0.3, 0.5, 0.5, 0.8, 1.2])
+
+
+def test_a_relaxed_liquid_whose_elements_leave_at_once_is_not_solved_beyond_its_digits():
+    """At 1e-10 the last elements leave without digits of the time; depths were then wrong by 1.3e-7."""
+    liquid = half_space(PronySeries(0.0, [0.49522242234665087], [0.37396524036992057]))
+    knots = [0.0, 0.35224135683747254, 1.1301218199406156, 2.1082035574671836, 2.8054169858992304, 3.5324900816827354,
+             4.213425397916466]  # fmt: skip
+    force = [0.0, 0.43270631463222253, 0.0, 0.3827096834693416, 0.3094652575887413, 0.0, 0.4695478755707998]
+    moments = np.linspace(0.0, knots[-1], 801)
+    loose, strict = (_depths(liquid, rtol, moments, time=knots, force=force) for rtol in (1e-8, 1e-10))
+    assert strict is None or strict == pytest.approx(loose, abs=1e-8 * loose.max())
+
+
+def _depths(material, rtol, moments, **history):
+    """Return depths at times, or None where they are refused."""
+    with suppress(InputError):
+        return indent(material, TIP, rtol=rtol, **history).sample(moments).indentation_depth.values

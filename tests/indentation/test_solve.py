@@ -367,6 +367,13 @@ def test_a_depth_that_starts_below_the_surface_is_refused():
         indent(GEL, TIP, depth=[5e-9, 1e-6, 0.0], time=[0.0, 1.0, 2.0])
 
 
+@pytest.mark.parametrize("number", [np.float32(0.5), np.array(0.5), np.int64(1)], ids=["float32", "0-d", "int64"])
+def test_one_number_of_any_kind_is_held(number):
+    body = Material(1.0, 2.0)
+    expected = indent(body, Parabola(1.0), depth=float(number), time=[0.0, 1.0]).max_force
+    assert indent(body, Parabola(1.0), depth=number, time=[0.0, 1.0]).max_force == expected
+
+
 def test_functions_that_return_no_numbers():
     with pytest.raises(TypeError, match=r"depth = .*must be a real number"):
         indent(GEL, TIP, depth=lambda t: "a", time=[0.0, 1.0])

@@ -37,8 +37,9 @@ from restitution.validity import Check, Validity, validity
 if TYPE_CHECKING:
     import xarray
 
-# Harmonics, times of a period, and parts of the rim.
-_ORDERS, _TIMES, _PARTS = 64, 257, 6
+# Harmonics, those of a result, and parts of the rim; shares of a period at which there are curves.
+_ORDERS, _KEPT, _PARTS = 64, 8, 6
+_SHARES = np.linspace(0.0, 1.0, 257)
 _COLUMNS: dict[str, Quantity] = {
     "storage_modulus": MODULI["storage_modulus"],
     "loss_modulus": MODULI["loss_modulus"],
@@ -52,9 +53,11 @@ _COLUMNS: dict[str, Quantity] = {
     "dissipated": Quantity("dissipated", ENERGY, "energy dissipated in a period"),
 }
 """Numbers of arrays of oscillations."""
-# Points of a period whose harmonics are taken; the force has a weak kink at both turnings of the front.
-_SAMPLES = 8192
+# Points of a period at which the contact radius is looked at.
+_SAMPLES = 2048
 _MOST_CYCLES = 512
+# What may be left of the creep in a steady state, of rtol.
+_LEFT = 100.0
 
 
 WAVE_LIMIT = 0.01
@@ -471,38 +474,39 @@ def _single(
     _refuse_beyond(contact, name, mean, swing)
     rise = 1.0 / rate if rise_time is None else single_positive("rise_time", rise_time, "s")
     rest = single_nonnegative("hold_time", hold_time, "s")
-    series = contact.reduced_modulus
-    if not contact.profile.separable:
-        contact.warn_if_approximate()
-        deepest = mean + swing if name == "depth" else float(np.min(contact.profile.max_depth))
-        radius = float(np.asarray(contact.profile.contact_radius(deepest)))
-        series = contact.profile.effective_moduli(contact.material, np.array(radius)).row(0)
-    if cycles is None and name == "depth":
-        return _steady(contact, series, mean, swing, rate)
-    status = OscillationStatus.LAST_CYCLE
+    series, wave, count = contact.reduced_modulus, (mean, swing, rate), None
     if cycles is not None:
         count = whole("cycles", cycles, 1, MOST_CYCLES)
-        solution = _cycles(contact, series, name, (mean, swing, rate), (rise, rest), count, rtol)
-    else:
-        solution, count, status = _until_steady(contact, series, name, (mean, swing, rate), (rise, rest), rtol)
-    return _last_cycle(contact, series, solution, name, (mean, swing, rate), rise + rest, count, status)
+
+    def solved() -> tuple[PanelSolution, int, OscillationStatus]:
+        if count is None:
+            return _until_steady(contact, series, name, wave, (rise, rest), rtol)
+        solution = _cycles(contact, series, name, wave, (rise, rest), count, rtol)
+        return solution, count, OscillationStatus.LAST_CYCLE
+
+    if not contact.profile.separable:
+        contact.warn_if_approximate()
+        if name == "depth":
+            radius = float(np.asarray(contact.profile.contact_radius(mean + swing)))
+        else:
+            radius = solved()[0].max_contact_radius
+        series = contact.profile.effective_moduli(contact.material, np.array(radius)).row(0)
+    if count is None and name == "depth":
+        return _steady(contact, series, mean, swing, rate)
+    return _last_cycle(contact, series, *solved(), rate, rise + rest)
 
 
 def _result(
-    contact: Contact, series: PronySeries, depths: NDArray[Any], forces: NDArray[Any], rate: float,
+    contact: Contact, series: PronySeries, curves: tuple[Array, Array], harmonics: NDArray[Any], rate: float,
     radii: tuple[float, float], share: float, status: OscillationStatus,
 ) -> Oscillation:  # fmt: skip
-    time = np.linspace(0.0, 1.0, _TIMES)
-    waves = np.exp(2j * math.pi * np.arange(_ORDERS)[:, None] * time)
-
-    def over_time(harmonics: NDArray[Any]) -> Array:
-        return harmonics[0].real + np.imag(harmonics[1:, None] * waves[1:]).sum(axis=0)
-
+    """Return an oscillation of depths and forces over `_SHARES` of a period, and their harmonics, shape (2, n)."""
+    depths, forces = harmonics
     a = float(np.asarray(contact.profile.stiffness_radius(depths[0].real)))
     true = complex(series.complex_modulus(2.0 * math.pi * rate))
     return Oscillation(
-        time / rate, over_time(depths), np.maximum(over_time(forces), 0.0), depths[:8], forces[:8], rate,
-        complex(forces[1] / (2.0 * a * depths[1])), true, *radii, share, status, contact,
+        _SHARES / rate, *curves, depths, forces, rate, complex(forces[1] / (2.0 * a * depths[1])), true, *radii, share,
+        status, contact,
     )  # fmt: skip
 
 
@@ -517,15 +521,16 @@ def _steady(contact: Contact, series: PronySeries, mean: float, swing: float, ra
     )
     if not steady.solved[0]:
         raise InputError("cycles", rule="must be given: the steady state of this oscillation is not found")
-    depths = np.zeros(_ORDERS, dtype=complex)
-    depths[:2] = mean, swing
+    harmonics = np.zeros((2, _ORDERS), dtype=complex)
+    harmonics[0, :2], harmonics[1] = (mean, swing), steady.harmonics[0]
+    waves = np.exp(2j * math.pi * np.arange(_ORDERS)[:, None] * _SHARES)
+    depths, forces = np.real(harmonics[:, :1]) + np.imag(harmonics[:, 1:] @ waves[1:])
     radii = tuple(float(np.asarray(profile.contact_radius(d))) for d in (steady.innermost[0], mean + swing))
     # The contact is lost where no element follows for ever.
     least = radii[0] if steady.innermost[0] > 0.0 else 0.0
     share = float(steady.share[0])
-    return _result(
-        contact, series, depths, steady.harmonics[0], rate, (least, radii[1]), share, OscillationStatus.STEADY
-    )
+    curves, kept = (depths, np.maximum(forces, 0.0)), harmonics[:, :_KEPT]
+    return _result(contact, series, curves, kept, rate, (least, radii[1]), share, OscillationStatus.STEADY)
 
 
 def _cycles(
@@ -558,7 +563,7 @@ def _until_steady(
         depth, _, force, _ = solution.at(times)
         earlier, _, weaker, _ = solution.at(times - period)
         change = max(np.abs(depth - earlier).max() / depth.max(), np.abs(force - weaker).max() / force.max())
-        if change <= rtol:
+        if change <= rtol and _left(series, stop, change / period) <= _LEFT * rtol:
             return solution, count, OscillationStatus.STEADY
         if 2 * count > _MOST_CYCLES:
             return solution, count, OscillationStatus.NOT_STEADY
@@ -568,19 +573,36 @@ def _until_steady(
             return solution, count, OscillationStatus.NOT_STEADY
 
 
+def _left(series: PronySeries, time: float, rate: float) -> float:
+    """Return a bound of what is left of the creep, over the depth, at a time [s] at which it changes at a rate [1/s].
+
+    A slow part changes by nearly nothing in a period, and flow never ends.
+    """
+    creep = series.retardation
+    if creep.fluidity > 0.0:
+        return math.inf
+    times, parts = creep.retardation_times, creep.branch_compliances
+    shares = parts / (creep.instantaneous_compliance + parts.sum())
+    return float(np.sum(np.minimum(shares * np.exp(-time / times), rate * times)))
+
+
 def _last_cycle(
-    contact: Contact, series: PronySeries, solution: PanelSolution, name: str, wave: tuple[float, float, float],
-    start: float, count: int, status: OscillationStatus,
+    contact: Contact, series: PronySeries, solution: PanelSolution, count: int, status: OscillationStatus, rate: float,
+    start: float,
 ) -> Oscillation:  # fmt: skip
-    """Return the numbers of the last of the cycles."""
-    rate = wave[2]
-    first = start + (count - 1) / rate
-    shares = np.arange(_SAMPLES) / _SAMPLES
-    depth, _, force, radius = solution.at(np.minimum(first + shares / rate, solution.history.stop))
-    share = float(np.mean(radius > 0.0))
-    factors = np.where(np.arange(_ORDERS) > 0, 2j, 1.0)
-    depths, forces = (np.fft.fft(values)[:_ORDERS] / _SAMPLES * factors for values in (depth, force))
+    """Return the numbers of the last of the cycles, which begin at a time [s]."""
+    first, stop = start + (count - 1) / rate, solution.history.stop
+    depth, _, force, _ = solution.at(np.minimum(first + _SHARES / rate, stop))
+    # Steps end at the start of the cycle, and need not be periodic.
+    times, weights, values = solution.quadrature()
+    cycle = times > first
+    orders = np.arange(_KEPT)
+    waves = np.exp(-2j * math.pi * rate * orders * (times[cycle, None] - first)) * np.where(orders > 0, 2j, 1.0)
+    harmonics = (values[[0, 2]][:, cycle] * (rate * weights[cycle])) @ waves
+    parts = np.clip(rate * (solution.contact_intervals - first), 0.0, 1.0)
+    share = float(np.sum(parts[:, 1] - parts[:, 0]))
     turns = solution.turning_times[solution.turning_times >= first]
-    radius = np.append(radius, solution.at(turns, before=True)[3])
+    moments = np.minimum(first + np.arange(_SAMPLES + 1) / _SAMPLES / rate, stop)
+    radius = np.append(solution.at(moments)[3], solution.at(turns, before=True)[3])
     radii = float(radius.min()), float(radius.max())
-    return _result(contact, series, depths, forces, rate, radii, share, status)
+    return _result(contact, series, (depth, force), harmonics, rate, radii, share, status)

@@ -406,7 +406,7 @@ def _contact(material: Material, profile: Geometry, counter_material: Material |
 def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
     if isinstance(prescribed, History):
         return prescribed
-    if isinstance(prescribed, (int, float)) and not isinstance(prescribed, bool):
+    if not callable(prescribed) and np.ndim(prescribed) == 0:
         return _step(name, prescribed, time)
     if time is None:
         raise InputError("time", rule=f"must be given with {name} as an array or a function")
@@ -415,7 +415,7 @@ def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
     return History.from_points(time, prescribed, name=name)
 
 
-def _step(name: str, value: float, time: ArrayLike | None) -> History:
+def _step(name: str, value: Any, time: ArrayLike | None) -> History:
     """Return one value, from the first time on."""
     value = single_positive(name, value, UNITS[name])
     if time is None:
@@ -500,10 +500,12 @@ class Solution:
     @property
     def breaks(self) -> Array:
         """Times [s] between which force and depth are smooth, from first touch to the end of contact or history."""
-        last = min(self._past.end, 1.0)
+        last, contact = min(self._past.end, 1.0), self._contact
         ends = [self._past.turning, last]
         starts = self._past.elements.starts, self._recovery.starts
-        knots = np.unique(np.concatenate([*starts, self._contact.knots, ends]))
+        fastest = float(np.min(1.0 / contact.recoveries[contact.recoveries > 0.0], initial=contact.shortest))
+        layers = _behind(np.unique(np.concatenate([contact.knots, ends])), fastest)
+        knots = np.unique(np.concatenate([*starts, contact.knots, layers, ends]))
         return self._time(knots[knots <= last])
 
     @property
@@ -607,6 +609,14 @@ def _scaled(series: PronySeries, profile: Geometry, history: History, name: str)
         allocate(recoveries, segments), allocate(recoveries, segments), path,
     )  # fmt: skip
     return contact, units
+
+
+def _behind(kinks: Array, fastest: float) -> Array:
+    """Return times behind each kink: fast terms relax there, in less than a quadrature sees."""
+    starts, widths = kinks[:-1, None], np.diff(kinks)[:, None]
+    levels = np.arange(1.0, 2.0 + max(math.log(widths.max() / fastest, 4.0), 0.0))
+    layers = widths * 0.25**levels
+    return (starts + layers)[layers > 0.1 * fastest]
 
 
 def _rate_at_touch(contact: ScaledContact, profile: Geometry, part: History, units: Units) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,8 +16,8 @@ from restitution.checks import Array, nonnegative, single_nonnegative
 from restitution.contact.profiles import Profile
 from restitution.errors import InputError, InputTypeError
 from restitution.indentation.solid import solid_of
+from restitution.indentation.work import integral
 from restitution.kernel.panels import FROZEN, Solid, Stack
-from restitution.numerics.quadrature import PLACES, SLOPES, WEIGHTS
 from restitution.units import LENGTH
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 # Middle of an imprint, over its radius.
 _MIDDLE = 0.3
+# Error of integrals over elements.
+_RTOL = 1e-10
 
 
 def share_of_step(kind: NDArray[np.int64], z: Array) -> Array:
@@ -33,6 +36,14 @@ def share_of_step(kind: NDArray[np.int64], z: Array) -> Array:
     passed: Array = np.where(kind[:, None] > 0, z**power, 1.0 - (1.0 - z) ** power)
     passed[kind == FROZEN] = 0.0
     return passed
+
+
+def pace_of_step(kind: NDArray[np.int64], z: Array) -> Array:
+    """Return the slope of the share over z."""
+    power = np.maximum(np.abs(kind), 1)[:, None]
+    pace: Array = power * np.where(kind[:, None] > 0, z, 1.0 - z) ** (power - 1)
+    pace[kind == FROZEN] = 0.0
+    return pace
 
 
 class Panels(NamedTuple):
@@ -59,7 +70,7 @@ class Panels(NamedTuple):
         """Return panel p alone."""
         return self.some(slice(p, p + 1))
 
-    def some(self, rows: slice) -> Panels:
+    def some(self, rows: slice | NDArray[np.intp]) -> Panels:
         """Return some of the panels."""
         return Panels(
             self.coefficients[rows], self.start[rows], self.length[rows], self.kind[rows], self.end[rows], self.follows
@@ -104,15 +115,7 @@ class Elements:
     @cached_property
     def stored(self) -> float:
         """Energy [J] in the springs of the material, `2 int [Einf u^2/2 + sum l_k^2/(2 E_k)] da`."""
-        total = 0.0
-        for panels in (self._following, self._free):
-            if panels.size:
-                y, _, density = self._at(panels, panels.end[:, None] * PLACES)
-                total += panels.sign * float(np.sum((density * (self._radius(y) @ SLOPES.T)) @ WEIGHTS))
-        if self._axis is not None:
-            # A flat face.
-            total += float(self._radius(np.zeros(1))[0]) * float(self._at(*self._axis)[2][0, 0])
-        return total * self._energy
+        return self._sum(1, lambda radius: radius) * self._energy
 
     def displacement(self, radius: Array) -> Array:
         """Return the displacement [m] of the surface at radii [m], positive into the body.
@@ -124,24 +127,49 @@ class Elements:
         r = np.asarray(radius, dtype=np.float64) / self._unit
         total = np.zeros(r.shape)
         for place in np.ndindex(r.shape):
-            total[place] = sum(
-                panels.sign * self._part_within(panels.part(p), float(r[place]))
-                for panels in (self._following, self._free)
-                for p in range(panels.size)
-            )
-        if self._axis is not None:
-            y, displacement, _ = (values[0] for values in self._at(*self._axis))
-            # A flat face, and what rounding leaves of the axis.
-            share = np.minimum(self._radius(y)[0] / np.maximum(r, 1e-300), 1.0)
-            total += np.where(r > 0.0, np.arcsin(share), 0.5 * math.pi) * displacement[0]
+            most = max(float(r[place]), 1e-300)
+            total[place] = self._sum(0, lambda x, most=most: np.arcsin(np.minimum(x / most, 1.0)))
         return total * (2.0 / math.pi * self._length)
+
+    def _sum(self, row: int, weight: Callable[[Array], Array]) -> float:
+        """Return `int V dw = -int w dV` over all elements, with a weight w(a) that is zero at a = 0.
+
+        V is their displacement, row 0, or their stored energy, row 1, and zero beyond them. By parts a flat face, a
+        radius that is no smooth function of y, and the root at the radius of a displacement need no rules.
+        """
+        total, edge, before = 0.0, 0.0, 0.0
+        for panels in (self._following, self._free):
+            if panels.size:
+                total -= panels.sign * self._inside(panels, row, weight)
+                # From the axis on: following panels from the first, free ones from the last.
+                order = slice(None, None, 1 if panels.follows else -1)
+                y, values, _ = self._at(panels, panels.end[:, None] * np.array([0.0, 1.0]))
+                weights = weight(self._radius(y))[order, order].ravel()
+                ends = values[row, order, order].ravel()
+                # At joints V jumps by the errors of panels.
+                total -= edge * (ends[0] - before) + float(weights[1:-1:2] @ (ends[2::2] - ends[1:-1:2]))
+                edge, before = float(weights[-1]), float(ends[-1])
+        return total + edge * before
+
+    def _inside(self, panels: Panels, row: int, weight: Callable[[Array], Array]) -> float:
+        """Return the sum over panels of `int w dV` over z."""
+
+        def slope(u: Array) -> Array:
+            place = np.minimum(u.astype(np.intp), panels.size - 1)
+            some = panels.some(place)
+            y, _, slopes = self._at(some, (some.end * (u - place))[:, None])
+            result: Array = weight(self._radius(y[:, 0])) * slopes[row, :, 0] * some.end
+            return result
+
+        return integral(slope, np.arange(panels.size + 1.0), _RTOL, 0.0)
 
     def axis_depth_at(self, time: float) -> float:
         """Return the displacement [m] of the element at the axis at a time, while it is free."""
         if self._axis is None:
             return 0.0
         panel, place = self._axis
-        return float(self._at(panel._replace(start=panel.start - (time - self._time)), place)[1][0, 0]) * self._length
+        later = panel._replace(start=panel.start - (time - self._time))
+        return float(self._at(later, place)[1][0, 0, 0]) * self._length
 
     @property
     def _axis(self) -> tuple[Panels, Array] | None:
@@ -151,46 +179,35 @@ class Elements:
         last = self._free.size - 1
         return (self._free.part(last), self._free.end[last:, None]) if last >= 0 else None
 
-    def _part_within(self, panel: Panels, r: float) -> float:
-        """Return `int W dx/sqrt(r^2 - x^2)` over the elements of one panel within a radius."""
-        end = float(panel.end[0])
-        ends = self._radius(self._at(panel, np.array([[0.0, end]]))[0][0])
-        inner, outer = (0.0, end) if panel.follows else (end, 0.0)
-        if r <= ends.min():
-            return 0.0
-        if r < ends.max():
-            low, high = inner, outer
-            for _ in range(60):
-                middle = 0.5 * (low + high)
-                if self._radius(self._at(panel, np.array([[middle]]))[0][0])[0] < r:
-                    low = middle
-                else:
-                    high = middle
-            outer = low
-        # The root at x = r is smooth over the distance from there to the power 1/2.
-        y, displacement, _ = (values[0] for values in self._at(panel, outer + (inner - outer) * PLACES[None] ** 2))
-        x = self._radius(y)
-        root = np.sqrt(np.maximum(r * r - x * x, 1e-300))
-        return -panel.sign * float(WEIGHTS @ (displacement * (SLOPES @ x) / root))
-
     def _radius(self, y: Array) -> Array:
         return np.asarray(self._profile.stiffness_radius(y * y * self._length)) / self._unit
 
     def _at(self, panels: Panels, z: Array) -> tuple[Array, Array, Array]:
-        """Return y, displacement and stored energy over da of elements at places z, shape (P, n), of panels."""
-        solid = self._solid
-        rates = solid.rates if panels.follows else solid.recoveries
-        basis = chebyshev.chebvander(2.0 * z - 1.0, panels.coefficients.shape[-1] - 1)
-        row = np.einsum("pqk,pnk->qpn", panels.coefficients[:, : 1 + rates.size], basis)
+        """Return y of elements at places z, shape (P, n), of panels; displacement and stored energy over da; slopes.
+
+        The second and third have the shape (2, P, n); slopes are those over z.
+        """
+        solid, follows = self._solid, panels.follows
+        rates = (solid.rates if follows else solid.recoveries)[:, None, None]
+        coefficients = panels.coefficients[:, : 1 + rates.size]
+        basis = chebyshev.chebvander(2.0 * z - 1.0, coefficients.shape[-1] - 1)
+        row = np.einsum("pqk,pnk->qpn", coefficients, basis)
+        rises = np.einsum("pqk,pnk->qpn", chebyshev.chebder(coefficients, scl=2.0, axis=2), basis[..., :-1])
+        passed, pace = share_of_step(panels.kind, z), pace_of_step(panels.kind, z)
+        length = panels.length[:, None]
+        decay = np.exp(-rates * (self._time - panels.start[:, None] - length * passed))
+        loads, pulls = row[1:] * decay, (rises[1:] + row[1:] * rates * (length * pace)) * decay
         y = np.maximum(row[0], 0.0)
-        elapsed = self._time - panels.start[:, None] - panels.length[:, None] * share_of_step(panels.kind, z)
-        parts = row[1:] * np.exp(-rates[:, None, None] * elapsed)
-        if panels.follows:
-            loads, displacement = parts + (solid.moduli * self._memory)[:, None, None], self._depth - y * y
+        if follows:
+            displacement, slope = self._depth - y * y, -2.0 * y * rises[0]
+            loads = loads + (solid.moduli * self._memory)[:, None, None]
         else:
-            loads, displacement = np.tensordot(solid.moduli_of, parts, 1), parts.sum(axis=0)
-        springs = np.sum(loads**2 / solid.moduli[:, None, None], axis=0)
-        return y, displacement, 0.5 * (solid.equilibrium * displacement**2 + springs)
+            displacement, slope = loads.sum(axis=0), pulls.sum(axis=0)
+            loads, pulls = (np.tensordot(solid.moduli_of, parts, 1) for parts in (loads, pulls))
+        moduli = solid.moduli[:, None, None]
+        energy = 0.5 * (solid.equilibrium * displacement**2 + np.sum(loads**2 / moduli, axis=0))
+        power = solid.equilibrium * displacement * slope + np.sum(loads * pulls / moduli, axis=0)
+        return y, np.stack([displacement, energy]), np.stack([slope, power])
 
 
 class Imprint(NamedTuple):

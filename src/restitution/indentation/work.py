@@ -41,30 +41,36 @@ def largest_of(solution: Solution | AdhesiveSolution, column: int) -> float:
 
 
 def loop_work(solution: Solution) -> float:
-    """Work int F dd [J] until the end of contact or of the history; steps are integrated separately."""
-    rtol = solution.rtol
+    """Work int F dd [J] until the end of contact or of the history; steps are integrated separately.
+
+    Under a prescribed force it is F d - int d dF, as the rate of the depth may be infinite at touch.
+    """
+    rtol, breaks, history = solution.rtol, solution.breaks, solution.history
 
     def power(times: Array) -> Array:
         # Rounding moves times out of a history that does not begin at zero.
-        _, rate, force, _ = solution.at(np.clip(times, solution.history.start, solution.history.stop))
-        # Under a force the rate may be infinite at touch, where the product vanishes.
-        return np.multiply(force, rate, out=np.zeros_like(force), where=np.isfinite(rate))
+        times = np.clip(times, history.start, history.stop)
+        depth, rate, force, _ = solution.at(times)
+        return force * rate if solution.by_depth else -depth * history.rate(times)
 
     steps = [_step_work(solution, place, rtol) for place in solution.steps]
-    return integral(power, solution.breaks, rtol, sum(map(abs, steps))) + sum(steps)
+    total = integral(power, breaks, rtol, sum(map(abs, steps))) + sum(steps)
+    if not solution.by_depth:
+        depth, _, force, _ = solution.at(np.minimum(breaks[-1:], history.stop))
+        total += float(force[0] * depth[0])
+    return total
 
 
 def _step_work(solution: Solution, place: int, rtol: float) -> float:
-    """Work [J] of a step: over the depth under a prescribed one, else over the force by parts."""
+    """Integral [J] over a step: of the force over the depth, or of -d over a prescribed force."""
     depth, force = solution.through(place, np.array([0.0, 1.0]))
     column = 1 if solution.by_depth else 0
     # At both ends force and depth may be powers of each other.
     fine = 0.5 * 2.0 ** -np.arange(50.0)[::-1]
     edges = np.concatenate([[0.0], fine, 1.0 - fine[-2::-1], [1.0]])
     mean = integral(lambda shares: solution.through(place, shares)[column], edges, rtol, 0.0)
-    if solution.by_depth:
-        return float((depth[1] - depth[0]) * mean)
-    return float(force[1] * depth[1] - force[0] * depth[0] - (force[1] - force[0]) * mean)
+    change = depth[1] - depth[0] if solution.by_depth else force[0] - force[1]
+    return float(change * mean)
 
 
 def integral(function: Callable[[Array], Array], edges: Array, rtol: float, scale: float) -> float:
