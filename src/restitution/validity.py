@@ -613,7 +613,8 @@ def _poisson_ratio(worst: Any, exceeded: bool) -> tuple[str, str]:
     value, limit, lowest = worst.instantaneous_poisson_ratio, min(worst.poisson_ratio, 0.0), worst.lowest_poisson_ratio
     if _dips(lowest, value, worst.poisson_ratio):
         text = f"the lowest one over time is {lowest:.3g}, {'below' if exceeded else 'not below'} "
-        text += f"the limit {limit:.3g}; the instantaneous one is {value:.3g}, the static one {worst.poisson_ratio:.4g}"
+        text += f"the limit {limit:.3g}; the instantaneous one is {value:.3g}, the static one "
+        text += f"{worst.poisson_ratio:.4g}"
         return text, "Let the bulk modulus relax less, or not before the shear modulus; polymers have 0.3 to 0.5."
     ratio = 2.0 * (1.0 + value) / (3.0 * (1.0 - 2.0 * value)) if value < 0.5 else math.inf
     text = f"the instantaneous one is {value:.3g}, {'below' if exceeded else 'not below'} the limit {limit:.3g}; "

@@ -207,7 +207,9 @@ def test_a_poisson_ratio_between_equal_ends_counts_too():
     # (3K - 2G)/(6K + 2G) is 0.35 at both ends, where K = 3 G, and 0.2273 for G = 2 and K = 3.
     law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
     material = rs.Material(rs.PronySeries(1.0, [1.0], [1e2]), rs.PronySeries(3.0, [3.0], [1e-4]))
-    with pytest.warns(RestitutionWarning, match=r"0\.35 \(instantaneous\) for the material, 0\.227\d to 0\.35 between"):
+    with pytest.warns(
+        RestitutionWarning, match=r"0\.35 \(instantaneous\) for the material, 0\.227\d to 0\.35 between"
+    ):
         rs.Impact(material, law, 1.0, 0.1)
 
 

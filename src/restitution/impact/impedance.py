@@ -89,7 +89,7 @@ def rod_impedance(material: Material, area: Any) -> Numeric:
     """
     shear, nu, density = _constants(material)
     if np.any(np.asarray(nu) == -1.0):
-        raise InputError("material", rule="must have a bulk modulus: without one Young's modulus is 0, and no wave runs")
+        raise InputError("material", rule="must have a bulk modulus: without one Young's modulus is 0")
     return (density * 2.0 * shear * (1.0 + nu)) ** 0.5 * positive("area", area, "m^2")
 
 

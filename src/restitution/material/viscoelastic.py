@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Derivation = Literal["fit", "fractional"]
-# Points in a decade, at most so many, at which the Poisson ratio is sought between its ends, and factors beyond the
-# relaxation times.
-_POINTS, _MOST_POINTS, _BEYOND = 8, 400, 100.0
+# Points in a decade, at most so many, at which the Poisson ratio is sought between its ends, and how far these are
+# beyond the relaxation times; numbers of arrays that are in memory at a time.
+_POINTS, _MOST_POINTS, _BEYOND, _AT_A_TIME = 4, 200, 30.0, 1_000_000
 # Window of a material without one, beside others.
 _ALL_TIMES = 1e-100, 1e100
 
@@ -398,9 +398,13 @@ def poisson_ratio_range(material: Material) -> tuple[Any, Any]:
         return low, high
     first, last = all_times.min() / _BEYOND, all_times.max() * _BEYOND
     count = min(math.ceil(_POINTS * math.log10(last / first)), _MOST_POINTS)
-    s = np.geomspace(1.0 / last, 1.0 / first, count).reshape(-1, *(1,) * len(material.shape))
-    ratios = poisson_ratio(material.shear.carson_transform(s), bulk.carson_transform(s))
-    return np.minimum(low, ratios.min(axis=0))[()], np.maximum(high, ratios.max(axis=0))[()]
+    points = np.geomspace(1.0 / last, 1.0 / first, count)
+    branches = 1 + max(material.shear.n_branches, bulk.n_branches)
+    for s in np.array_split(points, math.ceil(count * math.prod(material.shape) * branches / _AT_A_TIME) or 1):
+        s = s.reshape(-1, *(1,) * len(material.shape))
+        ratios = poisson_ratio(material.shear.carson_transform(s), bulk.carson_transform(s))
+        low, high = np.minimum(low, ratios.min(axis=0)), np.maximum(high, ratios.max(axis=0))
+    return low, high
 
 
 def single_material(field: str, material: Any) -> Material:
