@@ -313,6 +313,32 @@ def test_instantaneous_poisson_ratio_of_the_paper(nu, p2, glass):
     assert f"K/G0 = {ratio:.3g}" in check.message
 
 
+def test_a_poisson_ratio_that_dips_between_its_ends_is_doubtful():
+    # The bulk relaxes before the shear: between 1e-6 s and 1 s the moduli are K = 1e7 and G = 1.01e8.
+    material = rs.Material(rs.PronySeries(1e6, [1e8], [1.0]), rs.PronySeries(1e7, [1e9], [1e-6]))
+    assert material.instantaneous_poisson_ratio == pytest.approx(material.poisson_ratio, rel=1e-12)
+    check = report_of(material=material)["poisson_ratio"]
+    assert check.exceeded
+    assert check.words == "lowest Poisson ratio"
+    assert check.value == pytest.approx((3.0 * 1e7 - 2.0 * 1.01e8) / (6.0 * 1e7 + 2.0 * 1.01e8), abs=0.01)
+    assert "lowest one over time is -0.65" in check.message
+
+
+def solved_report(material, counter_material):
+    return report(solved(material, rs.Parabola(0.01), 0.004, 1.0, counter_material))
+
+
+def test_a_body_of_negative_poisson_ratio_by_choice_hides_no_other_one():
+    auxetic = rs.elastic(shear_modulus=1e6, poisson_ratio=-0.6)
+    doubtful = rs.standard_solid(1e6, 1e7, 1e3, poisson_ratio=0.4)
+    glass = doubtful.instantaneous_poisson_ratio
+    assert glass == pytest.approx(-0.16)
+    for pair in ((auxetic, doubtful), (doubtful, auxetic)):
+        check = solved_report(*pair)["poisson_ratio"]
+        assert check.exceeded
+        assert check.value == glass
+
+
 def test_a_constant_negative_poisson_ratio_is_not_doubtful():
     assert not report_of(material=rs.elastic(shear_modulus=1e6, poisson_ratio=-0.3))["poisson_ratio"].exceeded
     assert report_of(material=rs.Material(1e6, math.inf))["poisson_ratio"].value == 0.5

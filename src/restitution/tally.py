@@ -14,7 +14,8 @@ from restitution.validity import Check, Numbers, Validity, excess, report, toget
 
 # The assumptions on the material, and the numbers that they limit.
 _OF_MATERIAL = ("waves", "window", "poisson_ratio", "separability")
-_NUMBERS_OF_MATERIAL = ("mach_number", "radiated_energy_ratio", "window_ratio", "instantaneous_poisson_ratio")
+_NUMBERS_OF_MATERIAL = ("mach_number", "radiated_energy_ratio", "window_ratio", "instantaneous_poisson_ratio",
+                        "lowest_poisson_ratio")  # fmt: skip
 
 
 class Tally:

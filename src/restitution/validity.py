@@ -17,7 +17,7 @@ from restitution.contact.profiles import sphere_mass
 from restitution.contact.radiation import Bodies, radiated
 from restitution.errors import RestitutionWarning
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import RIGID, Material
+from restitution.material.viscoelastic import RIGID, Material, poisson_ratio_range
 from restitution.quantities import VALIDITY, choice
 from restitution.result import Table
 from restitution.units import in_words
@@ -60,6 +60,8 @@ RANGE_LIMIT = 1.0
 # From below any foam to above osmium. Two equal balls have four times their density by reduced mass and radius.
 DENSITY_LIMITS = (1.0, 3e4)
 _PAIR = 4.0
+# Difference of two Poisson ratios that is rounding.
+_ROUNDING = 1e-9
 # A contact resembles half a period, omega = pi/T: times near T/3, which is d/v0. Its beginning is three times faster.
 _RISE_SHARE = 1.0 / 3.0
 # Constants that are not determined: some, or all moduli and times but for a common scale.
@@ -205,6 +207,8 @@ class Numbers(NamedTuple):
     zone_slope: Array = np.full(1, math.nan)
     range_ratio: Array = np.full(1, math.nan)
     attraction_range: Array = np.full(1, math.nan)
+    lowest_poisson_ratio: Array = np.full(1, math.nan)
+    highest_poisson_ratio: Array = np.full(1, math.nan)
 
 
 class Outputs(NamedTuple):
@@ -263,6 +267,8 @@ class _Materials(NamedTuple):
     density_factor: Array
     density_missing: Array
     undetermined_constants: Array
+    lowest_poisson_ratio: Array
+    highest_poisson_ratio: Array
 
 
 def validity(contact: Contact, **columns: ArrayLike) -> Validity:
@@ -334,6 +340,8 @@ def numbers(contact: Contact | Sequence[Contact], **columns: ArrayLike) -> Numbe
             zone_slope=outputs.attraction_range / outputs.zone_width,
             range_ratio=outputs.attraction_range / depth,
             attraction_range=outputs.attraction_range,
+            lowest_poisson_ratio=np.where(np.isnan(time), math.nan, materials.lowest_poisson_ratio),
+            highest_poisson_ratio=materials.highest_poisson_ratio,
         )
 
 
@@ -384,29 +392,37 @@ def _materials(
         Bodies(_stacked(place, "shear"), _stacked(place, "bulk"), of_place[_DENSITY])
         for place, of_place in zip(places, columns, strict=True)
     ]
-    low, high, instantaneous, static, density, doubt = columns[0]
+    low, high, density, doubt, *ratios = columns[0]
     missing = np.isnan(density)
     for other in columns[1:]:
-        # The Poisson ratios are those of the body with the lower instantaneous one.
-        less = (other[2] < instantaneous) | ((other[2] == instantaneous) & (other[3] < static))
-        instantaneous, static = np.where(less, other[2:4], (instantaneous, static))
-        low, high, doubt = np.fmax(low, other[0]), np.fmin(high, other[1]), np.fmax(doubt, other[5])
+        # The Poisson ratios are those of the body that is worse by them, then with the lower static one.
+        its, mine = (_poisson_excess(*each) for each in (other[_RATIOS:], ratios))
+        less = (its > mine) | ((its == mine) & (other[_RATIOS + 2] < ratios[2]))
+        ratios = np.where(less, other[_RATIOS:], ratios)
+        low, high, doubt = np.fmax(low, other[0]), np.fmin(high, other[1]), np.fmax(doubt, other[3])
         missing = missing | np.isnan(other[_DENSITY])
     factor = np.where(is_single, 1.0, _PAIR)
-    return bodies, is_single, kind, _Materials(low, high, instantaneous, static, factor, missing.astype(float), doubt)
+    lowest, instantaneous, static, highest = ratios
+    numbers = low, high, instantaneous, static, factor, missing.astype(float), doubt, lowest, highest
+    return bodies, is_single, kind, _Materials(*numbers)
 
 
 _Place = Sequence[tuple[Material, tuple[int, ...]]]
-_DENSITY = 4  # place of the density in the numbers of a body
+_DENSITY, _RATIOS = 2, 4  # places of the density and of the first Poisson ratio in the numbers of a body
 
 
 def _of_body(body: Material, shape: tuple[int, ...]) -> Array:
-    """Return the ends of the window, instantaneous and static Poisson ratio, density, doubt of a body, in rows."""
+    """Return the ends of the window, density, doubt, and Poisson ratios of a body, in rows.
+
+    The ratios are the lowest, the instantaneous, the static and the highest one.
+    """
     low, high = body.window or (math.nan, math.nan)
     density = math.nan if body.density is None else body.density
     # Without a window no time and no force is known of data that do not determine all constants.
     doubt = 0.0 if not body.undetermined else _SOME if body.window else _SCALE
-    numbers = (low, high, body.instantaneous_poisson_ratio, body.poisson_ratio, density, doubt)
+    lowest, highest = poisson_ratio_range(body)
+    ratios = lowest, body.instantaneous_poisson_ratio, body.poisson_ratio, highest
+    numbers = low, high, density, doubt, *ratios
     if not shape:
         return np.array(numbers, dtype=np.float64)[:, None]
     return np.stack([np.broadcast_to(number, shape).reshape(-1) for number in numbers])
@@ -470,6 +486,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
     low, high = DENSITY_LIMITS
     share = numbers.radiated_energy_ratio / RADIATION_LIMIT
     change = numbers.instantaneous_poisson_ratio - numbers.poisson_ratio
+    ratios = numbers.lowest_poisson_ratio, numbers.instantaneous_poisson_ratio, numbers.poisson_ratio
     # A product that underflows is a density of zero, and the strain under a needle has no bound.
     with np.errstate(divide="ignore", over="ignore"):
         density = np.fmax(low / numbers.mean_density, numbers.mean_density / (high * numbers.density_factor))
@@ -479,8 +496,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
             "half_space": numbers.contact_size_ratio / SIZE_LIMIT,
             "waves": np.where(np.isnan(share), numbers.mach_number / SPEED_LIMIT, share),
             "window": numbers.window_ratio,
-            # A negative static one is a choice.
-            "poisson_ratio": 1.0 + np.minimum(numbers.poisson_ratio, 0.0) - numbers.instantaneous_poisson_ratio,
+            "poisson_ratio": 1.0 + _poisson_excess(*ratios),
             "density": density,
             "separability": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
             "constants": np.where(
@@ -493,6 +509,17 @@ def excess(numbers: Numbers) -> dict[str, Array]:
             # Never checked, as no height of the surface is known.
             "roughness": np.full(np.shape(numbers.attraction_range), math.nan),
         }
+
+
+def _dips(lowest: Any, instantaneous: Any, static: Any) -> Any:
+    """Return whether a Poisson ratio is lower between its ends than at both, as it may be where both moduli relax."""
+    return lowest < np.minimum(instantaneous, static) - _ROUNDING
+
+
+def _poisson_excess(lowest: Any, instantaneous: Any, static: Any, *_: Any) -> Any:
+    """Return how far a Poisson ratio falls below zero, or below a negative static one, which is a choice."""
+    least = np.where(_dips(lowest, instantaneous, static), lowest, instantaneous)
+    return np.minimum(static, 0.0) - least
 
 
 def report(numbers: Numbers) -> Validity:
@@ -521,8 +548,12 @@ def report(numbers: Numbers) -> Validity:
         elif kind == "separability":
             limit = float(worst.poisson_ratio)
         text, advice = describe(worst, exceeded)
-        message = f"{_TITLES[kind]}: {text}"
-        checks.append(Check(kind, VALIDITY[name].words, float(getattr(worst, name)), limit, exceeded, message, advice))
+        message, words, value = f"{_TITLES[kind]}: {text}", VALIDITY[name].words, getattr(worst, name)
+        if kind == "poisson_ratio" and _dips(
+            worst.lowest_poisson_ratio, worst.instantaneous_poisson_ratio, worst.poisson_ratio
+        ):
+            words, value = "lowest Poisson ratio", worst.lowest_poisson_ratio
+        checks.append(Check(kind, words, float(value), limit, exceeded, message, advice))
     return Validity(tuple(checks))
 
 
@@ -580,7 +611,12 @@ def _window(worst: Any, exceeded: bool) -> tuple[str, str]:
 
 
 def _poisson_ratio(worst: Any, exceeded: bool) -> tuple[str, str]:
-    value, limit = worst.instantaneous_poisson_ratio, min(worst.poisson_ratio, 0.0)
+    value, limit, lowest = worst.instantaneous_poisson_ratio, min(worst.poisson_ratio, 0.0), worst.lowest_poisson_ratio
+    if _dips(lowest, value, worst.poisson_ratio):
+        text = f"the lowest one over time is {lowest:.3g}, {'below' if exceeded else 'not below'} "
+        text += f"the limit {limit:.3g}; the instantaneous one is {value:.3g}, the static one "
+        text += f"{worst.poisson_ratio:.4g}"
+        return text, "Let the bulk modulus relax less, or not before the shear modulus; polymers have 0.3 to 0.5."
     ratio = 2.0 * (1.0 + value) / (3.0 * (1.0 - 2.0 * value)) if value < 0.5 else math.inf
     text = f"the instantaneous one is {value:.3g}, {'below' if exceeded else 'not below'} the limit {limit:.3g}; "
     text += f"the static one is {worst.poisson_ratio:.4g}, K/G0 = {ratio:.3g}"
@@ -595,7 +631,8 @@ def _density(worst: Any, exceeded: bool) -> tuple[str, str]:
 
 
 def _separability(worst: Any, exceeded: bool) -> tuple[str, str]:
-    return approximation(worst.instantaneous_poisson_ratio, worst.poisson_ratio)
+    ends = worst.instantaneous_poisson_ratio, worst.poisson_ratio
+    return approximation(*ends, worst.lowest_poisson_ratio, worst.highest_poisson_ratio)
 
 
 def _constants(worst: Any, exceeded: bool) -> tuple[str, str]:

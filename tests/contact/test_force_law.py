@@ -203,6 +203,16 @@ def test_the_instantaneous_poisson_ratio_counts_too():
         rs.Impact(rs.Material(rs.PronySeries(1.0, [9.0], [0.1]), 10.0 * 2 * 1.4945 / (3 * 0.011)), law, 1.0, 0.1)
 
 
+def test_a_poisson_ratio_between_equal_ends_counts_too():
+    # (3K - 2G)/(6K + 2G) is 0.35 at both ends, where K = 3 G, and 0.2273 for G = 2 and K = 3.
+    law = law_of(*rows("parabola", np.random.default_rng(10), 40, 0.5))
+    material = rs.Material(rs.PronySeries(1.0, [1.0], [1e2]), rs.PronySeries(3.0, [3.0], [1e-4]))
+    with pytest.warns(
+        RestitutionWarning, match=r"0\.35 \(instantaneous\) for the material, 0\.227\d to 0\.35 between"
+    ):
+        rs.Impact(material, law, 1.0, 0.1)
+
+
 def test_picture():
     law = law_of(*rows("sphere", np.random.default_rng(12), 60, 0.5, 1e-4))
     left, right = law.plot().axes

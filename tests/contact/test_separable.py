@@ -281,6 +281,16 @@ def test_the_approximation_is_named_once_with_its_size():
     assert layer_warnings(lambda: solved(frictionless)) == []
 
 
+def test_a_poisson_ratio_that_leaves_the_range_of_its_ends_is_named():
+    # (3K - 2G)/(6K + 2G) is 0.35 at both ends, where K = 3 G, and 0.2273 for G = 2 and K = 3.
+    material = rs.Material(rs.PronySeries(1.0, [1.0], [1e2]), rs.PronySeries(3.0, [3.0], [1e-4]))
+    words = "the Poisson ratio relaxes from 0.35 to 0.35, by way of 0.228, and a bonded layer"
+    assert layer_warnings(lambda: rs.contact_law(on_layer(material)))[0].startswith(f"contact law: {words}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert words in rs.solve(on_layer(material)).validity["separability"].message
+
+
 def test_a_tally_counts_the_approximation():
     contact, tally = on_layer(solid(0.3)).contact, Tally()
     tally.add(numbers(contact, max_contact_radius=0.1, max_indentation_depth=0.01, velocity=1.0, contact_time=0.1))

@@ -372,6 +372,13 @@ def test_plate():
     assert rs.rod_impedance(glass, 2e-4) == pytest.approx(rho * math.sqrt(E / rho) * 2e-4, rel=1e-14)
 
 
+def test_plate_without_a_bulk_modulus():
+    # E and 1 - nu^2 vanish together: E/(1 - nu^2) = 2 G/(1 - nu) = G.
+    nothing = rs.Material(1e9, 0.0, density=1000.0)
+    assert rs.plate_impedance(nothing, 1e-3) == pytest.approx(8e-6 * math.sqrt(1e9 * 1000.0 / 12.0), rel=1e-14)
+    assert "without one Young's modulus is 0" in str(in_one_line(lambda: rs.rod_impedance(nothing, 1e-4)))
+
+
 def test_plate_of_a_polymer_has_its_instantaneous_modulus():
     polymer = rs.Material(rs.PronySeries(1e9, [0.5e9], [1.0]), 4e9, density=1200.0)
     glassy = rs.Material(1.5e9, 4e9, density=1200.0)

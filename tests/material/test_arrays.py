@@ -182,3 +182,17 @@ def test_one_spring_in_bulk_beside_many_dashpots():
     solids = rs.kelvin_voigt(1e6, 1e3, bulk_modulus=1e9, bulk_viscosity=viscosities)
     assert solids.bulk.equilibrium_modulus.tolist() == [1e9, 1e9]
     assert solids.bulk.parallel_viscosity.tolist() == viscosities.tolist()
+
+
+@pytest.mark.filterwarnings("ignore::restitution.errors.RestitutionWarning")
+def test_materials_of_fewer_terms_beside_those_of_many_keep_their_bits():
+    # Sums of eight and more numbers may be added in another order where zeros stand behind them.
+    rng = np.random.default_rng(2)
+    materials = [
+        Material(PronySeries(1e6, 10.0 ** rng.uniform(5, 7, n), 10.0 ** rng.uniform(-6, 2, n)), math.inf)
+        for n in rng.choice([1, 5, 9, 12, 20], 60).tolist()
+    ]
+    several = rs.solve(rs.Impact(Material.stacked(materials), rs.Parabola(0.01), mass=0.004, velocity=1.0))
+    for material, e in zip(materials, several.restitution_coefficient.tolist(), strict=True):
+        single = rs.solve(rs.Impact(material, rs.Parabola(0.01), mass=0.004, velocity=1.0))
+        assert single.restitution_coefficient == e

@@ -10,6 +10,7 @@ from refusals import named
 from restitution import Material, PronySeries, library
 from restitution.errors import InputError
 from restitution.material.conversion import bulk_from_poisson_ratio, poisson_ratio, tension_from_shear
+from restitution.material.viscoelastic import poisson_ratio_range
 from strategies import materials
 
 pytestmark = pytest.mark.plain
@@ -126,3 +127,28 @@ def test_repr_shows_the_given_arguments():
 def test_equal_by_value():
     assert Material(1.0, 2.0) == Material(PronySeries(1.0), PronySeries(2.0))
     assert len({Material(1.0, 2.0), Material(1.0, 2.0), Material(1.0, 3.0)}) == 2
+
+
+@given(materials(liquid=None, viscosity=None), st.lists(st.floats(-14.0, 14.0), min_size=1, max_size=5))
+def test_the_range_of_the_poisson_ratio_holds_it_at_all_times(material, decades):
+    low, high = poisson_ratio_range(material)
+    assert -1.0 - 1e-12 <= low <= high <= 0.5
+    s = 10.0 ** np.array(decades)
+    bulk = material.bulk.carson_transform(s) if isinstance(material.bulk, PronySeries) else np.inf
+    ratios = poisson_ratio(material.shear.carson_transform(s), bulk)
+    # Eight points a decade, over which the ratio of two moduli that relax changes by some per cent of its range.
+    assert np.all(ratios >= low - 0.02)
+    assert np.all(ratios <= high + 0.02)
+
+
+def test_the_range_of_the_poisson_ratio_of_several_materials_is_that_of_each():
+    bulk = PronySeries(3.0, [27.0], [1.0])
+    late, early = PronySeries(1.0, [9.0], [1e6]), PronySeries(1.0, [9.0], [1e-6])
+    each = [Material(late, bulk), Material(early, bulk), Material(late, math.inf), Material(early, 3.0)]
+    low, high = poisson_ratio_range(Material.stacked(each))
+    for place, one in enumerate(each):
+        # The points at which the ratio is sought are those of all rows.
+        assert (low[place], high[place]) == pytest.approx(poisson_ratio_range(one), abs=5e-3)
+    # Between 1 s and 1e6 s K = 3 and G = 10; between 1e-6 s and 1 s K = 30 and G = 1.
+    assert low[0] == pytest.approx((9.0 - 20.0) / (18.0 + 20.0), abs=5e-3)
+    assert high[1] == pytest.approx((90.0 - 2.0) / (180.0 + 2.0), abs=5e-3)

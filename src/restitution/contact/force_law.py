@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from restitution.checks import Array, finite, refuse, single, within
 from restitution.contact.geometry import Geometry, as_array
 from restitution.errors import InputError, RestitutionWarning
+from restitution.material.viscoelastic import poisson_ratio_range
 from restitution.quantities import CONSTANTS, FORCE, INPUTS, LENGTH, NUMBER, Quantity
 from restitution.result import draw
 
@@ -345,12 +346,16 @@ class ForceLaw(Geometry, case_name="force_law"):
         """Return the law itself; refuse a second body that deforms, and warn of another Poisson ratio."""
         if counter_material is not None:
             raise InputError("counter_material", rule="must be left out: a force law is that of one deformable body")
-        ratios = np.stack([material.poisson_ratio, material.instantaneous_poisson_ratio]).reshape(2, -1)
+        ends = material.poisson_ratio, material.instantaneous_poisson_ratio, *poisson_ratio_range(material)
+        ratios = np.stack([np.broadcast_to(end, material.shape) for end in ends]).reshape(4, -1)
         # The material that differs most counts.
         ratios = ratios[:, np.argmax(np.max(np.abs(ratios - self.poisson_ratio), axis=0))]
         if np.max(np.abs(ratios - self.poisson_ratio)) > _SAME_RATIO:
             text = f"force law: the Poisson ratio is {self.poisson_ratio:.4g} for the twin and {ratios[0]:.4g} "
-            text += f"(static) to {ratios[1]:.4g} (instantaneous) for the material; exact on a half-space or a "
+            text += f"(static) to {ratios[1]:.4g} (instantaneous) for the material"
+            if ratios[2] < min(ratios[:2]) - _SAME_RATIO or ratios[3] > max(ratios[:2]) + _SAME_RATIO:
+                text += f", {ratios[2]:.4g} to {ratios[3]:.4g} between"
+            text += "; exact on a half-space or a "
             text += "frictionless layer alone"
             warnings.warn(RestitutionWarning("force_law", text), stacklevel=2)
         return self

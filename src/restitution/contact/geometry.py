@@ -22,12 +22,15 @@ from restitution.checks import Array, Numeric, common_shape, number, single_posi
 from restitution.errors import InputError, InputTypeError, RestitutionWarning
 from restitution.material.fractional import FractionalMaterial
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material, common_window, reduced_modulus
+from restitution.material.viscoelastic import Material, common_window, poisson_ratio_range, reduced_modulus
 from restitution.quantities import Quantity
 from restitution.units import LENGTH
 
 if TYPE_CHECKING:
     from restitution.contact.profiles import Profile
+
+# Distance of an extreme Poisson ratio from both ends, from which a message names it.
+_BESIDE_ENDS = 5e-3
 
 
 def as_array(values: ArrayLike) -> Array:
@@ -415,7 +418,8 @@ class Contact:
     def warn_if_approximate(self, kind: str = "separability") -> None:
         """Warn the caller of a function if the theory is not exact for the materials."""
         if not self.is_exact:
-            text = approximation(self.material.instantaneous_poisson_ratio, self.material.poisson_ratio)
+            ends = self.material.instantaneous_poisson_ratio, self.material.poisson_ratio
+            text = approximation(*ends, *poisson_ratio_range(self.material))
             warnings.warn(RestitutionWarning(kind, f"{kind}: {'. '.join(text)}"), stacklevel=3)
 
     @property
@@ -424,9 +428,21 @@ class Contact:
         return common_window(material.window for material in self.materials)
 
 
-def approximation(instantaneous: float, static: float) -> tuple[str, str]:
-    """Return why a contact is not exact, by the Poisson ratios of its material, and what to expect of the results."""
-    text = f"the Poisson ratio relaxes from {instantaneous:.3g} to {static:.3g}, and a bonded layer is approximate "
+def approximation(
+    instantaneous: float, static: float, lowest: float = math.nan, highest: float = math.nan
+) -> tuple[str, str]:
+    """Return why a contact is not exact, by the Poisson ratios of its material, and what to expect of the results.
+
+    The lowest and the highest one over all times are named where they are not those of the two ends.
+    """
+    text = f"the Poisson ratio relaxes from {instantaneous:.3g} to {static:.3g}"
+    beyond = [
+        f"{value:.3g}"
+        for value, end in ((lowest, min(instantaneous, static)), (highest, max(instantaneous, static)))
+        if abs(value - end) > _BESIDE_ENDS
+    ]
+    text += f", by way of {' and '.join(beyond)}, " if beyond else ", "
+    text += "and a bonded layer is approximate "
     return f"{text}then", "Expect errors of some 0.5 % of e, 4 % of the contact time and 10 % of the force."
 
 

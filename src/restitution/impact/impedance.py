@@ -47,12 +47,11 @@ def plate_impedance(material: Material, thickness: Any) -> Numeric:
     >>> print(round(rs.plate_impedance(glass, 4e-3), 1))
     501.1
     """
-    modulus, density = _stiffness(material)
-    nu = material.instantaneous_poisson_ratio
-    # Z = 8 h^2 sqrt(E rho/(12 (1 - nu^2)))
+    shear, nu, density = _constants(material)
+    # Z = 8 h^2 sqrt(E rho/(12 (1 - nu^2))) with E = 2 G (1 + nu), which are both 0 where nu is -1.
     size = np.asarray(check("thickness", thickness))
     with np.errstate(over="ignore", under="ignore"):
-        impedance = 8.0 * (density * modulus / (12.0 * (1.0 - nu * nu))) ** 0.5 * size**2
+        impedance = 8.0 * (density * shear / (6.0 * (1.0 - nu))) ** 0.5 * size**2
     return check("impedance", impedance)
 
 
@@ -88,19 +87,21 @@ def rod_impedance(material: Material, area: Any) -> Numeric:
     >>> print(round(rs.rod_impedance(steel, 1e-4), 1))
     4047.2
     """
-    modulus, density = _stiffness(material)
-    return (density * modulus) ** 0.5 * positive("area", area, "m^2")
+    shear, nu, density = _constants(material)
+    if np.any(np.asarray(nu) == -1.0):
+        raise InputError("material", rule="must have a bulk modulus: without one Young's modulus is 0")
+    return (density * 2.0 * shear * (1.0 + nu)) ** 0.5 * positive("area", area, "m^2")
 
 
-def _stiffness(material: Any) -> tuple[Any, Any]:
-    """Return the instantaneous Young's modulus [Pa] and density [kg/m^3] of a material."""
+def _constants(material: Any) -> tuple[Any, Any, Any]:
+    """Return the instantaneous shear modulus [Pa] and Poisson ratio, and the density [kg/m^3] of a material."""
     if not isinstance(material, Material):
         raise InputTypeError("material", material, "must be a Material")
     if material.density is None:
         raise InputError("material.density", rule="must be given: the inertia of the target resists the impact")
-    modulus = 2.0 * material.shear.instantaneous_modulus * (1.0 + material.instantaneous_poisson_ratio)
-    if not np.all(np.isfinite(modulus)):
+    shear = material.shear.instantaneous_modulus
+    if not np.all(np.isfinite(shear)):
         raise InputError(
-            "material.shear", float(np.max(modulus)), "must have a finite instantaneous modulus, no parallel dashpot"
+            "material.shear", float(np.max(shear)), "must have a finite instantaneous modulus, no parallel dashpot"
         )
-    return modulus, material.density
+    return shear, material.instantaneous_poisson_ratio, material.density

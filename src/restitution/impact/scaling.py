@@ -105,6 +105,11 @@ class ScaledBlock(NamedTuple):
         )  # fmt: skip
 
 
+def _sums(rows: Array) -> Array:
+    """Return the sums of rows, term by term, so that the zeros of a row with fewer branches change no bit."""
+    return rows.cumsum(axis=1)[:, -1] if rows.shape[1] else np.zeros(len(rows))
+
+
 def power_block(batch: Batch) -> ScaledBlock:
     """Scale impacts of a power-type profile a = c s^p.
 
@@ -118,14 +123,14 @@ def power_block(batch: Batch) -> ScaledBlock:
     with np.errstate(all="ignore"):
         # 2 E c L^(2 + p/2) = (p + 2)(p + 4)/8 m v0^2 for an elastic body whose largest depth is L.
         energy = (p + 2.0) * (p + 4.0) / 16.0 * batch.masses * batch.velocities * batch.velocities / coefficients
-        glass = batch.equilibria + batch.moduli.sum(axis=1)
+        glass = batch.equilibria + _sums(batch.moduli)
         only_viscous = (energy / (batch.viscosities * batch.velocities)) ** (1.0 / (1.0 + 0.5 * p))
         # Roots first: the energy over a modulus is a volume, which may overflow where the length does not.
         root = energy**power
         length = np.where(glass > 0.0, root / glass**power, only_viscous)
         for _ in range(6):
             duration = (1.5 * length / batch.velocities)[:, None]
-            relaxing = (batch.moduli * (batch.times / (batch.times + duration))).sum(axis=1)
+            relaxing = _sums(batch.moduli * (batch.times / (batch.times + duration)))
             length = root / (batch.equilibria + relaxing + batch.viscosities / duration[:, 0]) ** power
         radius = coefficients * length ** (0.5 * p)
     return _block(batch, np.full(length.size, 1.0), (length, radius), p, None, np.zeros(length.size, np.intp))
@@ -267,7 +272,7 @@ def _elastic_depth(batch: Batch, samples: Samples, which: NDArray[np.intp]) -> A
     for _ in range(_MOST_STEPS):
         depth, integral = samples.at(x, which)
         duration = 1.5 * depth / batch.velocities
-        relaxed = (batch.moduli * batch.times / (batch.times + duration[:, None])).sum(axis=1)
+        relaxed = _sums(batch.moduli * batch.times / (batch.times + duration[:, None]))
         modulus = batch.equilibria + relaxed + batch.viscosities / duration
         # The exponent 2/5 of the parabola is good enough for all profiles.
         stored = 0.4 * 2.0 * modulus * integral * depth

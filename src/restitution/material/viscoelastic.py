@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Derivation = Literal["fit", "fractional"]
+# Points in a decade, at most so many, at which the Poisson ratio is sought between its ends, and how far these are
+# beyond the relaxation times; numbers of arrays that are in memory at a time.
+_POINTS, _MOST_POINTS, _BEYOND, _AT_A_TIME = 4, 200, 30.0, 1_000_000
 # Window of a material without one, beside others.
 _ALL_TIMES = 1e-100, 1e100
 
@@ -371,6 +374,37 @@ class Material:
         31.622776601683793
         """
         return None if self.density is None else np.sqrt(self.shear.relaxation_modulus(time) / self.density)
+
+
+def poisson_ratio_range(material: Material) -> tuple[Any, Any]:
+    """Return the smallest and the largest Poisson ratio (3K - 2G)/(6K + 2G) of the Carson transforms, over all times.
+
+    Where one modulus alone relaxes the ratio is monotone. Where both do, it may leave the range between its ends.
+    """
+    ends = material.poisson_ratio, material.instantaneous_poisson_ratio
+    low, high = np.minimum(*ends), np.maximum(*ends)
+    bulk = material.bulk
+    if not isinstance(bulk, PronySeries) or np.all(material.shear.is_elastic) or np.all(bulk.is_elastic):
+        return low, high
+    times = list[NDArray[np.float64]]()
+    for series in (material.shear, bulk):
+        times.append(series.relaxation_times[series.branch_moduli > 0.0])
+        spring, dashpot = np.broadcast_arrays(series.equilibrium_modulus + series.branch_moduli.sum(axis=-1),
+                                              series.parallel_viscosity)  # fmt: skip
+        there = (dashpot > 0.0) & (spring > 0.0) & np.isfinite(spring)
+        times.append(dashpot[there] / spring[there])
+    all_times = np.concatenate(times)
+    if not all_times.size:
+        return low, high
+    first, last = all_times.min() / _BEYOND, all_times.max() * _BEYOND
+    count = min(math.ceil(_POINTS * math.log10(last / first)), _MOST_POINTS)
+    points = np.geomspace(1.0 / last, 1.0 / first, count)
+    branches = 1 + max(material.shear.n_branches, bulk.n_branches)
+    for s in np.array_split(points, math.ceil(count * math.prod(material.shape) * branches / _AT_A_TIME) or 1):
+        s = s.reshape(-1, *(1,) * len(material.shape))
+        ratios = poisson_ratio(material.shear.carson_transform(s), bulk.carson_transform(s))
+        low, high = np.minimum(low, ratios.min(axis=0)), np.maximum(high, ratios.max(axis=0))
+    return low, high
 
 
 def single_material(field: str, material: Any) -> Material:

@@ -60,7 +60,7 @@ _MOST_PREPARED = 4096
 # Numbers of an impact that the validity report takes, and those that a problem without dimensions has.
 _BODIES = ("velocity", "mass", "impedance")
 _OF_ADHESION = ("zone_width",)
-_RATIOS = ("poisson_ratio", "instantaneous_poisson_ratio")
+_RATIOS = ("poisson_ratio", "instantaneous_poisson_ratio", "lowest_poisson_ratio", "highest_poisson_ratio")
 # In a description the hash represents a longer array.
 _LONG_AXIS = 1000
 

@@ -21,7 +21,7 @@ from restitution.contact.profiles import FlatPunch, PowerLaw, Profile
 from restitution.contact.table import PathTable, Rows, Samples, Tables, joined
 from restitution.errors import InputError, InputTypeError
 from restitution.material.prony import PronySeries
-from restitution.material.viscoelastic import Material
+from restitution.material.viscoelastic import Material, poisson_ratio_range
 from restitution.quantities import INPUTS
 
 # A profile on layers of many thicknesses, whose tables are computed together.
@@ -184,8 +184,6 @@ Base = Literal["bonded", "frictionless"]
 _PLACE = 0.8
 # Digits of the Poisson ratio after the point; thin incompressible layers need most of them.
 _DIGITS = 14
-# Times at which the Poisson ratio is compared.
-_MOMENTS = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,7 +257,7 @@ class Layer(Geometry):
             raise InputError("counter_material", rule=rule)
         if self.base == "frictionless":
             return self
-        low, high = poisson_ratios(material)
+        low, high = map(float, _poisson_ratio_range(material))
         # With a constant ratio, or near 1/2, the compliance of the layer is E*(s) times a function of the radius.
         relaxes = high - low > CONSTANT and low <= INCOMPRESSIBLE
         moduli = [series for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
@@ -475,17 +473,7 @@ class Layer(Geometry):
         return self.profile.kinks if self._is_punch else self._depths.kinks
 
 
-@lru_cache(maxsize=64)
-def poisson_ratios(material: Material) -> tuple[float, float]:
-    """Return the smallest and largest Poisson ratio over all times."""
-    if material.is_incompressible:
-        return 0.5, 0.5
-    times = [series.relaxation_times for series in (material.shear, material.bulk) if isinstance(series, PronySeries)]
-    all_times = np.concatenate([*times, [1.0] * all(part.size == 0 for part in times)])
-    moments = np.geomspace(0.01 * all_times.min(), 100.0 * all_times.max(), _MOMENTS)
-    values = material.relaxation_poisson_ratio(moments)
-    ends = material.poisson_ratio, material.instantaneous_poisson_ratio
-    return float(min(*ends, values.min())), float(max(*ends, values.max()))
+_poisson_ratio_range = lru_cache(maxsize=64)(poisson_ratio_range)
 
 
 @lru_cache(maxsize=32)
