@@ -496,6 +496,15 @@ def test_a_step_above_the_surface_is_not_felt_by_a_dashpot():
         indent(damped, TIP, time=time, depth=[-1.0, 1.0, 0.3, -0.8, 1.0, 0.5])
 
 
+def test_the_surface_has_the_shape_of_the_tip_at_all_radii():
+    """Also at radii next to the ends of steps, where the surface beyond a radius must not be taken for all of it."""
+    result = indent(SOLID, TIP, **D1)
+    a = float(result.sample([2.8]).contact_radius[0])
+    radii = np.linspace(0.0, a, 400)
+    depth = float(result.sample([2.8]).indentation_depth[0])
+    assert result.imprint(2.8, radii) == pytest.approx(depth - TIP.shape(radii), abs=1e-8)
+
+
 def test_an_imprint_decays_with_the_retardation_time():
     """E*(t) = 1 + 4 exp(-t) has one retardation time, 5."""
     result = indent(

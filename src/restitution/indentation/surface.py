@@ -6,11 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 
 from restitution.checks import Array, nonnegative, single_nonnegative
 from restitution.contact.profiles import Profile
@@ -128,11 +129,11 @@ class Elements:
         total = np.zeros(r.shape)
         for place in np.ndindex(r.shape):
             most = max(float(r[place]), 1e-300)
-            total[place] = self._sum(0, lambda x, most=most: np.arcsin(np.minimum(x / most, 1.0)))
+            total[place] = self._sum(0, lambda x, most=most: np.arcsin(np.minimum(x / most, 1.0)), most)
         return total * (2.0 / math.pi * self._length)
 
-    def _sum(self, row: int, weight: Callable[[Array], Array]) -> float:
-        """Return `int V dw = -int w dV` over all elements, with a weight w(a) that is zero at a = 0.
+    def _sum(self, row: int, weight: Callable[[Array], Array], kink: float = math.inf) -> float:
+        """Return `int V dw = -int w dV` over all elements, with a weight w(a), zero at a = 0 and smooth up to a kink.
 
         V is their displacement, row 0, or their stored energy, row 1, and zero beyond them. By parts a flat face, a
         radius that is no smooth function of y, and the root at the radius of a displacement need no rules.
@@ -140,7 +141,7 @@ class Elements:
         total, edge, before = 0.0, 0.0, 0.0
         for panels in (self._following, self._free):
             if panels.size:
-                total -= panels.sign * self._inside(panels, row, weight)
+                total -= panels.sign * self._inside(panels, row, weight, kink)
                 # From the axis on: following panels from the first, free ones from the last.
                 order = slice(None, None, 1 if panels.follows else -1)
                 y, values, _ = self._at(panels, panels.end[:, None] * np.array([0.0, 1.0]))
@@ -151,7 +152,7 @@ class Elements:
                 edge, before = float(weights[-1]), float(ends[-1])
         return total + edge * before
 
-    def _inside(self, panels: Panels, row: int, weight: Callable[[Array], Array]) -> float:
+    def _inside(self, panels: Panels, row: int, weight: Callable[[Array], Array], kink: float) -> float:
         """Return the sum over panels of `int w dV` over z."""
 
         def slope(u: Array) -> Array:
@@ -161,7 +162,19 @@ class Elements:
             result: Array = weight(self._radius(y[:, 0])) * slopes[row, :, 0] * some.end
             return result
 
-        return integral(slope, np.arange(panels.size + 1.0), _RTOL, 0.0)
+        # Where the kink lies next to the end of a panel, no point of a quadrature may be before it.
+        radii = self._radius(self._at(panels, panels.end[:, None] * np.array([0.0, 1.0]))[0])
+        edges: list[float] = list(range(panels.size + 1))
+        for n in np.flatnonzero((radii.min(axis=1) < kink) & (kink < radii.max(axis=1))).tolist():
+            part = panels.part(n), kink
+            # Signs may differ from those of the radii by rounding.
+            if self._beyond(0.0, *part) * self._beyond(1.0, *part) < 0.0:
+                edges.append(n + cast(float, brentq(self._beyond, 0.0, 1.0, args=part, xtol=1e-15)))
+        return integral(slope, np.unique(edges), _RTOL, 0.0)
+
+    def _beyond(self, share: float, panel: Panels, radius: float) -> float:
+        """Return by how much the element at a share of a panel is outside of a radius."""
+        return float(self._radius(self._at(panel, panel.end[:, None] * share)[0])[0, 0]) - radius
 
     def axis_depth_at(self, time: float) -> float:
         """Return the displacement [m] of the element at the axis at a time, while it is free."""
