@@ -157,13 +157,15 @@ def test_wrong_arguments_are_refused(items, options, field):
 
 
 def test_every_curve_without_a_fit_has_a_message(monkeypatch):
-    """One descent has no result, and one does not end, and the fits from other starts are refused."""
+    """Descents of one curve have no result, those of one do not end, and the fits from other starts are refused."""
     curves, _ = curves_of(4, 11)
     descend, identify = map_module.Descent.fits, map_module.estimate
 
     def failing(self):
         fits = descend(self)
-        fits.chi2[1], fits.ended[1:3] = np.inf, False
+        for n, curve in enumerate(self.curves):
+            fits.chi2[n] = np.inf if curve is curves[1] else fits.chi2[n]
+            fits.ended[n] &= curve not in curves[1:3]
         return fits
 
     def estimate(observations, space):
