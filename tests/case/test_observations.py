@@ -1,5 +1,6 @@
 """Files of observations: their kind, units, standard deviations, and refusals with the line."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -123,3 +124,15 @@ def test_a_column_of_times_may_have_a_blank_before_its_unit() -> None:
     columns = read_columns(".", written("time [ms]  force [mN]\n1  2\n3  4\n"), {"time": TIME, "force": FORCE})
     np.testing.assert_allclose(columns["time"], [1e-3, 3e-3])
     np.testing.assert_allclose(columns["force"], [2e-3, 4e-3])
+
+
+@pytest.mark.parametrize("change", [str.capitalize, str.upper, str.title])
+def test_names_of_columns_may_have_capitals(change: Callable[[str], str]) -> None:
+    head, *rows = "velocity;restitution coefficient;contact time [ms]\n0.5;0.8;2.0\n1.0;0.7;1.8\n".splitlines()
+    names, unit = head.rsplit(" ", 1)
+    header = ";".join(map(change, names.split(";")))
+    balls = read_observations(written("\n".join([f"{header} {unit}", *rows])), radius=0.01, mass=0.03)
+    assert isinstance(balls, Rebounds)
+    np.testing.assert_allclose(balls.measured["contact_time"], [2e-3, 1.8e-3])
+    with pytest.raises(InputError, match="line 1: unit 'counts' of velocity: is a dimensionless number"):
+        read_observations(written("Velocity [counts],e\n0.5,0.8\n"), radius=0.01, mass=0.03)

@@ -271,6 +271,37 @@ def test_a_slip_of_units_is_refused(factor):
         rs.identify(data, rs.standard_solid, fixed=FIXED)
 
 
+def record_with_drift(rng, pull):
+    """Depth, force and time of a record of any drift and noise, with a pull [share] on the way out."""
+    size, stay, end = int(rng.integers(200, 500)), rng.uniform(0.1, 4.0), rng.choice([0.0, 0.2])
+    time = np.linspace(0.0, 2.0 + stay, size)
+    depth = np.interp(time, [0.0, 1.0, 1.0 + stay, 2.0 + stay], [0.0, 1e-6, rng.uniform(0.8, 1.0) * 1e-6, end * 1e-6])
+    touch = rng.uniform(0.25, 0.4) * 1e-6
+    force = rs.indent(GEL, TIP, depth=depth - touch, time=time).force
+    out = (time > 1.0 + stay) & (depth < 1.1 * touch) & (depth > 0.85 * touch)
+    force = force / force.max() - pull * out + 0.1 * rng.normal() * time / time[-1]
+    return time, depth, 1e-9 * (force + rng.normal(0.0, 10.0 ** rng.uniform(-3.0, -1.8), size)), end
+
+
+@pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
+def test_a_drift_is_no_pull(count):
+    """The baseline is known before first touch alone where the record ends in contact or near it."""
+    rng = np.random.default_rng(6)
+    for _ in range(count):
+        assert rs.IndentationCurve(*record_with_drift(rng, 0.0)[:3], profile=TIP).size
+    refused = 0
+    for _ in range(count):
+        *columns, end = record_with_drift(rng, 0.15)
+        try:
+            rs.IndentationCurve(*columns, profile=TIP)
+        except rs.InputError as error:
+            refused += "adhesion=True" in str(error)
+            continue
+        # Only a record that does not leave the surface far enough may hide a pull.
+        assert end > 0.0
+    assert refused > 0.7 * count
+
+
 def test_first_touch_is_close():
     errors = [first_touch(TIME, DEPTH, noisy(seed), 1.5).depth - CONTACT_POINT for seed in range(20)]
     assert np.abs(errors).max() < 60e-9

@@ -157,13 +157,15 @@ def test_wrong_arguments_are_refused(items, options, field):
 
 
 def test_every_curve_without_a_fit_has_a_message(monkeypatch):
-    """One descent has no result, and one does not end, and the fits from other starts are refused."""
+    """Descents of one curve have no result, those of one do not end, and the fits from other starts are refused."""
     curves, _ = curves_of(4, 11)
     descend, identify = map_module.Descent.fits, map_module.estimate
 
     def failing(self):
         fits = descend(self)
-        fits.chi2[1], fits.ended[1:3] = np.inf, False
+        for n, curve in enumerate(self.curves):
+            fits.chi2[n] = np.inf if curve is curves[1] else fits.chi2[n]
+            fits.ended[n] &= curve not in curves[1:3]
         return fits
 
     def estimate(observations, space):
@@ -178,3 +180,21 @@ def test_every_curve_without_a_fit_has_a_message(monkeypatch):
     assert table["message"].values.tolist() == [
         "fitted", "start: leads to no result", "start: leads to no result", "fitted",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", [0, 1, 35, *(pytest.param(n, marks=pytest.mark.slow) for n in range(2, 35))])
+def test_a_first_curve_that_determines_little_spoils_no_other(seed):
+    """Each row fits as well as alone, also behind an approach with the most noise, of which all rows start."""
+    rng, curves = np.random.default_rng(seed), list[rs.IndentationCurve]()
+    truth = 10.0 ** rng.uniform(1.0, 4.0) * np.array([1.0, 10.0 ** rng.uniform(-0.3, 1.0), 0.0])
+    truth[2] = truth[1] * 10.0 ** rng.uniform(-1.2, 0.3)
+    for noise in (0.03, 0.003, 0.003, 0.003):
+        time = np.linspace(0.0, 2.0, 160)[: 80 if noise == 0.03 else 160]
+        depth = np.interp(time, [0.0, 1.0, 2.0], [0.0, 1e-6, 1e-6])
+        force = rs.indent(rs.standard_solid(*truth, **FIXED), TIP, depth=depth - 0.3e-6, time=time).force
+        deviation = noise * force.max()
+        force = force + rng.normal(0.0, deviation, time.size)
+        curves.append(rs.IndentationCurve(time, depth, force, profile=TIP, noise=rs.Noise(force=deviation)))
+    found = rs.identify_map(curves, rs.standard_solid, fixed=FIXED, progress=False, workers=1)
+    for chi2, curve in zip(found.chi2.values, curves, strict=True):
+        assert chi2 < rs.identify(curve, rs.standard_solid, fixed=FIXED, profiles=False).chi2 + 3.0

@@ -318,5 +318,6 @@ def test_two_relaxation_times_under_weight_end_sunk():
     result = bounces(Impact(liquid, Parabola(0.01), 0.005, 0.5), gravity=9.81, same_spot=True)
     assert result.ended == "sunk"
     assert result.restitution_coefficient[-1] == 0.0
+    assert math.isinf(result.residual_indentation_depth[-1])
     # The first is that on a fresh surface, and the others fall from there.
     assert np.all(np.diff(result.restitution_coefficient) < 0.0)

@@ -470,7 +470,9 @@ def test_bodies_that_stay(shear, profile, force, status):
         assert result.restitution_coefficient < free.restitution_coefficient
         assert result.max_indentation_depth > free.max_indentation_depth
     # Under a weight in a liquid there is no largest depth.
-    assert math.isfinite(result.max_indentation_depth) is (status is not Status.SINKS_IN or force == 0.0)
+    sinks = status is Status.SINKS_IN and force > 0.0
+    assert math.isfinite(result.max_indentation_depth) is not sinks
+    assert math.isinf(result.residual_indentation_depth) is sinks
 
 
 @pytest.mark.parametrize(("damping", "status"), [(0.9, Status.SEPARATED), (1.2, Status.SINKS_IN)])

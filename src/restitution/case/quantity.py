@@ -129,9 +129,9 @@ def open_sheet(
     words = {name.rpartition("_")[2] for name in composed if name.rpartition("_")[0] in composed}
     lines = split_lines(text, " ")
     sheet = read_sheet(
-        "", lines, is_unit=lambda tail: tail not in words, is_name=lambda label: _plain(label) in composed
+        "", lines, is_unit=lambda tail: tail not in words, is_name=lambda label: _plain(label, composed) in composed
     )
-    labels = [_plain(label) if composed else label for label in sheet.labels]
+    labels = [_plain(label, composed) if composed else label for label in sheet.labels]
     return sheet, [symbols.get(label, label) for label in labels]
 
 
@@ -152,8 +152,11 @@ def in_si(sheet: Sheet, index: int, name: str, dimension: Dimension) -> Array:
     return values
 
 
-def _plain(label: str) -> str:
-    return label.strip().replace(" ", "_")
+def _plain(label: str, names: Collection[str]) -> str:
+    """Return a label as a name; words may have capitals, symbols may not."""
+    plain = label.strip().replace(" ", "_")
+    small = plain.lower()
+    return small if small in names and min(map(len, small.split("_"))) > 2 else plain
 
 
 def _forms(dimensions: Mapping[str, Dimension]) -> str:

@@ -117,11 +117,16 @@ def baseline(time: Array, force: Array, free: NDArray[np.bool_]) -> Array:
     """Return the baseline of the force without contact: a constant, and a slope if it is beyond its error."""
     if np.count_nonzero(free) < 2:  # the curve is refused after its first touch is known
         return np.full(force.shape, force[0])
-    t, f = time[free] - time[free].mean(), force[free]
+    slope, error = drift(time[free], force[free])
+    return force[free].mean() + (slope if abs(slope) > _DRIFT * error else 0.0) * (time - time[free].mean())
+
+
+def drift(time: Array, force: Array) -> tuple[float, float]:
+    """Return the slope of a force over time, and its standard error."""
+    t = time - time.mean()
     spread = float(t @ t)
-    slope = float(t @ f) / spread
-    error = float(np.std(f - slope * t)) / math.sqrt(spread)
-    return f.mean() + (slope if abs(slope) > _DRIFT * error else 0.0) * (time - time[free].mean())
+    slope = float(t @ force) / spread
+    return slope, float(np.std(force - slope * t)) / math.sqrt(spread)
 
 
 def white_noise(time: Array, values: Array) -> float:
@@ -344,9 +349,14 @@ class IndentationCurve(ForceRecord):
         return (self.force - baseline(self.time, self.force, free))[int(np.argmax(self.depth)) :]
 
     def _refuse_pull(self, touch: Touch) -> None:
-        """Refuse a force that is negative on the way out."""
-        force = self._retraction(touch.depth)
+        """Refuse a force that is negative on the way out, over the lowest baseline that the drift may have."""
         free = self.depth < touch.depth - 0.3 * (touch.depth - self.depth.min())
+        if np.count_nonzero(free) < 3:  # without a noise nothing is beyond it
+            return
+        slope, error = drift(self.time[free], self.force[free])
+        later = self.time - self.time[free].mean()
+        lowest_baseline = self.force[free].mean() + slope * later - _DRIFT * error * np.abs(later)
+        force = (self.force - lowest_baseline)[int(np.argmax(self.depth)) :]
         if force.size < _PULLED:
             return
         means = np.convolve(force, np.full(_PULLED, 1.0 / _PULLED), mode="valid")

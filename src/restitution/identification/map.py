@@ -220,8 +220,9 @@ def identify_map(
 
     Notes
     -----
-    The first curve that can be fitted is the start of all others, with one factor on all moduli. Curves that fit much
-    worse than the others are fitted again as in `identify`. Standard errors are those of the linearised problem.
+    The first curve that can be fitted is the start of all others, with one factor on all moduli. Curves that do not
+    determine all parameters, or have twice the stated noise, are fitted again from the best of their neighbours, and
+    those that fit much worse than the others as in `identify`. Standard errors are those of the linearised problem.
 
     Curves with adhesion are fitted one by one as in `identify` with ``profiles=False``, which takes seconds for each.
     Work and stress of the attraction, or its range, are columns then.
@@ -276,6 +277,7 @@ def identify_map(
             group = [ready[n] for n in alike]
             descent = Descent(group, seed, space)
             fits = descent.fits()
+            _restart(fits, group, space)
             reasons = _improved(fits, group, space)
             baselines = descent.fitted(fits.points, np.arange(len(group)))[1]
             table.enter(np.array(places)[alike], fits, reasons, group, baselines)
@@ -315,12 +317,11 @@ class _Table:
     ) -> None:  # fmt: skip
         """Enter the fits of curves at these places, the reasons why some failed, and their baselines with slopes."""
         fitted = np.isfinite(fits.chi2)
-        missing = [[] for _ in curves]
-        width = quantile(0.95)
+        missing, certain = [[] for _ in curves], _determined(fits)
         status = np.where(fits.ended, MapStatus.FITTED, MapStatus.NOT_CONVERGED)
         for k, parameter in enumerate(self._space.free):
             z, error = fits.points[:, k], fits.errors[:, k]
-            determined = fitted & (width * error < FAR) & ~fits.bound[:, k]
+            determined = certain[:, k]
             for n in np.flatnonzero(~determined):
                 missing[n].append(parameter.name)
             self._values[places, k] = np.where(determined, parameter.outward(z), np.nan)
@@ -450,6 +451,34 @@ def _alike(curves: list[IndentationCurve]) -> list[list[int]]:
         else:
             groups.append([n])
     return groups
+
+
+def _restart(fits: CurveFits, curves: list[IndentationCurve], space: Parameters) -> None:
+    """Fit doubtful curves again, from a better start than the first curve, which may be one that determines little.
+
+    The start is the own fit of the curve that determines all parameters best, or else of that with the least noise.
+    """
+    p = len(space.free)
+    stated = np.array([not curve.scaled for curve in curves])
+    clear = fits.ended & _determined(fits)[:, :p].all(axis=1) & ~(stated & (fits.chi2 > _POOR * fits.freedom))
+    if clear.all():
+        return
+    noise = np.array([float(np.mean(curve.deviations)) / float(np.ptp(curve.force)) for curve in curves])
+    best = np.argmin(np.where(clear, fits.errors[:, :p].max(axis=1), np.inf)) if clear.any() else np.argmin(noise)
+    places = np.flatnonzero(~clear)
+    try:
+        seed = estimate([curves[int(best)]], space)
+    except InputError:
+        return
+    again = Descent([curves[n] for n in places], seed, space).fits()
+    better = again.chi2 < fits.chi2[places]
+    for old, new in zip(fits, again, strict=True):
+        old[places[better]] = new[better]
+
+
+def _determined(fits: CurveFits) -> NDArray[np.bool_]:
+    """Return whether curves determine their coordinates, shape (s, q)."""
+    return np.isfinite(fits.chi2)[:, None] & (quantile(0.95) * fits.errors < FAR) & ~fits.bound
 
 
 def _improved(fits: CurveFits, curves: list[IndentationCurve], space: Parameters) -> dict[int, str]:

@@ -291,7 +291,7 @@ class Batch:
         status, e = columns["status"], columns["restitution_coefficient"]
         stays = (status == Status.SINKS_IN) | (status == Status.CAPTURED)
         residual = columns["residual_indentation_depth"] * block.length
-        unknown = (status == Status.CAPTURED) & np.isnan(residual)
+        unknown = stays & np.isnan(residual)
         if np.any(unknown):
             residual = np.where(unknown, self.rest_depth(), residual)
         depth, radius = columns["max_indentation_depth"] * block.length, columns["max_contact_radius"] * block.radius

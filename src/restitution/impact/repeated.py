@@ -112,6 +112,9 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
     largest, radius = [solution.largest(column) for column in (0, 2)], solution.max_contact_radius
     if not parted and impact.reduced_modulus.is_liquid:
         status = Status.SINKS_IN
+        if np.any(impact.external_force):
+            # It sinks for ever: the end of the run says nothing.
+            depth, largest, radius = math.inf, [math.nan, math.nan], math.nan
     elif not parted:
         # It creeps on, to the depth at which the relaxed body carries the force.
         depth = float(Batch.from_impact(impact).rest_depth()[0])

@@ -95,7 +95,8 @@ class ImpactResult(Result):
         Largest contact radius a [m].
     residual_indentation_depth : float or array
         Depth d [m] at separation, an imprint that recovers. For a body that does not separate, the static depth, at
-        which the relaxed half-space carries the external force; infinite on a liquid.
+        which the relaxed half-space carries the external force; infinite on a liquid. Of the element method it is the
+        depth at the end of the run.
     status : Status, or array of int
         End of the solve.
     impact : Impact or list of Impact
