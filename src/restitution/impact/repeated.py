@@ -113,7 +113,7 @@ def solve_on_surface(impact: Impact, surface: Surface, deepest: float, rtol: flo
     if not parted and impact.reduced_modulus.is_liquid:
         status = Status.SINKS_IN
         if np.any(impact.external_force):
-            # It sinks for ever: the end of the run says nothing.
+            # It sinks for ever, so that the end of the run is arbitrary.
             depth, largest, radius = math.inf, [math.nan, math.nan], math.nan
     elif not parted:
         # It creeps on, to the depth at which the relaxed body carries the force.
