@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from contextvars import ContextVar
 from functools import lru_cache
+from numbers import Number
 from typing import Any
 
 import numpy as np
@@ -406,7 +407,7 @@ def _contact(material: Material, profile: Geometry, counter_material: Material |
 def _history(name: str, prescribed: Any, time: ArrayLike | None) -> History:
     if isinstance(prescribed, History):
         return prescribed
-    if not callable(prescribed) and np.ndim(prescribed) == 0:
+    if isinstance(prescribed, (Number, str)) or getattr(prescribed, "ndim", None) == 0:
         return _step(name, prescribed, time)
     if time is None:
         raise InputError("time", rule=f"must be given with {name} as an array or a function")
