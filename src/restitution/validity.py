@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -12,60 +12,49 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from restitution.checks import Array
-from restitution.contact.geometry import Contact, approximation
+from restitution.contact.geometry import Contact
 from restitution.contact.profiles import sphere_mass
 from restitution.contact.radiation import Bodies, radiated
 from restitution.errors import RestitutionWarning
+from restitution.limits import (
+    BALL,
+    BESIDE_RIGID,
+    COUPLING_LIMIT,
+    DENSITY_LIMITS,
+    INDENTER,
+    KINDS,
+    LAYER,
+    OF_ADHESION,
+    RADIATION_LIMIT,
+    RANGE_LIMIT,
+    SCALE,
+    SIZE_LIMIT,
+    SLOPE_LIMIT,
+    SOME,
+    SPEED_LIMIT,
+    STRAIN_LIMIT,
+    TARGET,
+    TITLES,
+    TRAVEL_LIMIT,
+    Threshold,
+    dips,
+    poisson_excess,
+)
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import RIGID, Material, poisson_ratio_range
 from restitution.quantities import VALIDITY, choice
 from restitution.result import Table
-from restitution.units import in_words
 
-Threshold = float | tuple[float, float]
 COLUMNS = (
     "max_contact_radius", "max_indentation_depth", "contact_time", "max_force",
     "restitution_coefficient", "residual_indentation_depth",
 )  # fmt: skip
 """Outputs of an impact that the report takes; it also takes the velocity and the mass."""
 
-# Bodies that deform; `Numbers.wave_body` is a place here. The first is a target under a rigid body.
-_BODIES = "target", "target", "layer", "ball", "first ball", "second ball", "indenter"
-_BESIDE_RIGID, _TARGET, _LAYER, _BALL, _, _, _INDENTER = range(len(_BODIES))
-_TITLES = {
-    "small_strain": "small strain", "half_space": "half-space", "waves": "waves",
-    "window": "window", "poisson_ratio": "Poisson ratio", "density": "density", "separability": "separability",
-    "constants": "constants", "coupling": "coupling", "travel": "travel", "attraction": "attraction",
-    "range": "range", "roughness": "roughness",
-}  # fmt: skip
-
-# Representative strain 0.2 a/R = 4 % (Tabor 1951); an exact sphere is there 0.4 % softer than its parabola.
-STRAIN_LIMIT = 0.2
-# Largest shear strain over a/R = d/a, in an incompressible half-space under a parabola.
-_SHEAR = 0.7
-# A bonded incompressible layer of thickness h is then 6 % stiffer than a half-space.
-SIZE_LIMIT = 0.05
-# Share of the energy that waves carry away; e falls by half of it at most.
-RADIATION_LIMIT = 0.05
-# Velocity over wave speed, where no mass is known.
-SPEED_LIMIT = 0.01
-# Dundurs' parameter over friction: up to it v_c'/(mu v0) of an elastic impact changes by some 0.03.
-COUPLING_LIMIT = 0.3
-# Way of the centre in contact over the largest contact radius, up to which the patch counts as at rest.
-TRAVEL_LIMIT = 0.5
-# Slope of the surfaces in the attracted ring, (4/pi) sigma0/E* of a thin one: a strain of the same size.
-SLOPE_LIMIT = 0.2
-# Range of the attraction over the largest depth, from which its form matters as much as its work.
-RANGE_LIMIT = 1.0
-# From below any foam to above osmium. Two equal balls have four times their density by reduced mass and radius.
-DENSITY_LIMITS = (1.0, 3e4)
+# Two equal balls have four times their density by reduced mass and radius.
 _PAIR = 4.0
-# Difference of two Poisson ratios that is rounding.
-_ROUNDING = 1e-9
 # A contact resembles half a period, omega = pi/T: times near T/3, which is d/v0. Its beginning is three times faster.
 _RISE_SHARE = 1.0 / 3.0
-# Constants that are not determined: some, or all moduli and times but for a common scale.
-_SOME, _SCALE = 1.0, 2.0
 # Contact time of a Hertz impact over d/v0: (4/5) sqrt(pi) Gamma(2/5)/Gamma(9/10).
 _HERTZ_TIME = 2.9432751843247043
 
@@ -396,7 +385,7 @@ def _materials(
     missing = np.isnan(density)
     for other in columns[1:]:
         # The Poisson ratios are those of the body that is worse by them, then with the lower static one.
-        its, mine = (_poisson_excess(*each) for each in (other[_RATIOS:], ratios))
+        its, mine = (poisson_excess(*each) for each in (other[_RATIOS:], ratios))
         less = (its > mine) | ((its == mine) & (other[_RATIOS + 2] < ratios[2]))
         ratios = np.where(less, other[_RATIOS:], ratios)
         low, high, doubt = np.fmax(low, other[0]), np.fmin(high, other[1]), np.fmax(doubt, other[3])
@@ -419,7 +408,7 @@ def _of_body(body: Material, shape: tuple[int, ...]) -> Array:
     low, high = body.window or (math.nan, math.nan)
     density = math.nan if body.density is None else body.density
     # Without a window no time and no force is known of data that do not determine all constants.
-    doubt = 0.0 if not body.undetermined else _SOME if body.window else _SCALE
+    doubt = 0.0 if not body.undetermined else SOME if body.window else SCALE
     lowest, highest = poisson_ratio_range(body)
     ratios = lowest, body.instantaneous_poisson_ratio, body.poisson_ratio, highest
     numbers = low, high, density, doubt, *ratios
@@ -468,10 +457,10 @@ def _sizes(shapes: _Shapes, body_size: ArrayLike, known_size: Array, has_pair: A
         np.where(is_flat | ~any_flat, np.fmin(size, stated), size)
         for is_flat, size in zip((flat, flat_other), sizes, strict=True)
     )
-    two, ball = pair & ~any_flat, np.where(np.isnan(tip), _INDENTER, _BALL)
-    target = np.where(np.isnan(layer), np.where(pair, _TARGET, _BESIDE_RIGID), _LAYER)
-    name = np.where(flat, target, np.where(two, _BALL + 1, ball))
-    other_name = np.where(flat_other, _TARGET, np.where(two, _BALL + 2, ball))
+    two, ball = pair & ~any_flat, np.where(np.isnan(tip), INDENTER, BALL)
+    target = np.where(np.isnan(layer), np.where(pair, TARGET, BESIDE_RIGID), LAYER)
+    name = np.where(flat, target, np.where(two, BALL + 1, ball))
+    other_name = np.where(flat_other, TARGET, np.where(two, BALL + 2, ball))
     # Where the thickness is part of the solution the target need not be a half-space.
     return _Sizes(np.where(np.isnan(layer), stated, math.nan), np.fmin(first, layer), second, name, other_name)
 
@@ -496,7 +485,7 @@ def excess(numbers: Numbers) -> dict[str, Array]:
             "half_space": numbers.contact_size_ratio / SIZE_LIMIT,
             "waves": np.where(np.isnan(share), numbers.mach_number / SPEED_LIMIT, share),
             "window": numbers.window_ratio,
-            "poisson_ratio": 1.0 + _poisson_excess(*ratios),
+            "poisson_ratio": 1.0 + poisson_excess(*ratios),
             "density": density,
             "separability": np.where(numbers.approximate > 0.0, 2.0 + np.abs(change), math.nan),
             "constants": np.where(
@@ -511,25 +500,14 @@ def excess(numbers: Numbers) -> dict[str, Array]:
         }
 
 
-def _dips(lowest: Any, instantaneous: Any, static: Any) -> Any:
-    """Return whether a Poisson ratio is lower between its ends than at both, as it may be where both moduli relax."""
-    return lowest < np.minimum(instantaneous, static) - _ROUNDING
-
-
-def _poisson_excess(lowest: Any, instantaneous: Any, static: Any, *_: Any) -> Any:
-    """Return how far a Poisson ratio falls below zero, or below a negative static one, which is a choice."""
-    least = np.where(_dips(lowest, instantaneous, static), lowest, instantaneous)
-    return np.minimum(static, 0.0) - least
-
-
 def report(numbers: Numbers) -> Validity:
     """Return the report on the worst of the contacts."""
     checks: list[Check] = []
     for kind, values in excess(numbers).items():
-        name, limit, reason, describe = _KINDS[kind]
+        name, limit, reason, describe = KINDS[kind]
         unknown = np.isnan(values)
         is_known = not unknown.all()
-        if not is_known and (not reason or (kind in _OF_ADHESION and np.isnan(numbers.attraction_range).all())):
+        if not is_known and (not reason or (kind in OF_ADHESION and np.isnan(numbers.attraction_range).all())):
             continue
         place = int(np.where(unknown, -np.inf, values).argmax())
         worst: Any = Numbers(*[column[place] for column in numbers])
@@ -538,7 +516,7 @@ def report(numbers: Numbers) -> Validity:
         sure = exceeded or kind != "waves" or not numbers.density_missing.any()
         if not (is_known and sure):
             limit = float(np.nanmin(numbers.attraction_range)) if kind == "roughness" else limit
-            message = f"{_TITLES[kind]}: not checked, {reason}"
+            message = f"{TITLES[kind]}: not checked, {reason}"
             checks.append(Check(kind, VALIDITY[name].words, None, limit, False, message, ""))
             continue
         if kind == "waves" and math.isnan(worst.radiated_energy_ratio):
@@ -548,8 +526,8 @@ def report(numbers: Numbers) -> Validity:
         elif kind == "separability":
             limit = float(worst.poisson_ratio)
         text, advice = describe(worst, exceeded)
-        message, words, value = f"{_TITLES[kind]}: {text}", VALIDITY[name].words, getattr(worst, name)
-        if kind == "poisson_ratio" and _dips(
+        message, words, value = f"{TITLES[kind]}: {text}", VALIDITY[name].words, getattr(worst, name)
+        if kind == "poisson_ratio" and dips(
             worst.lowest_poisson_ratio, worst.instantaneous_poisson_ratio, worst.poisson_ratio
         ):
             words, value = "lowest Poisson ratio", worst.lowest_poisson_ratio
@@ -557,154 +535,11 @@ def report(numbers: Numbers) -> Validity:
     return Validity(tuple(checks))
 
 
-def _small_strain(worst: Any, exceeded: bool) -> tuple[str, str]:
-    number = "max(a/R, d/a)" if worst.round_body else "d/a" if math.isnan(worst.slope) else "the slope of the faces"
-    text = f"{number} is {_beside(worst.strain_number, STRAIN_LIMIT)}"
-    if worst.no_such_contact > 0.0:
-        text += "; a body of this radius has no such contact"
-        return text, "Discard the result: the contact radius, or the depth, exceeds the radius of the body."
-    if worst.is_layer_strain > 0.0:
-        text = (
-            f"the strain number of the layer is {_beside(worst.strain_number, STRAIN_LIMIT)}; the body is pressed in "
-        )
-        text += f"by {100 * worst.layer_strain:.2g} % of the thickness, with shear strains of some "
-        text += f"{100 * _SHEAR * worst.strain_number:.2g} %"
-        return text, "Take a lower velocity or depth, or a thicker layer, or read the numbers as a trend."
-    if worst.round_body:
-        text += f"; the representative strain is about {20 * worst.strain_number:.2g} %"
-    return text, "Take a lower velocity or depth, or a larger or blunter body, or read the numbers as a trend."
-
-
-def _half_space(worst: Any, exceeded: bool) -> tuple[str, str]:
-    x = worst.contact_size_ratio
-    # Expansion for a parabola on a bonded incompressible layer; the exact factor at 0.5 is 2.156.
-    more = f"{np.polynomial.Polynomial([0, 112.7, 148.17, 147.0, 100.5])(x):.0f} %" if x <= 0.5 else "more than 100 %"
-    text = f"contact radius over size of the target is {_beside(x, SIZE_LIMIT)}; "
-    text += f"a bonded incompressible layer would be {more} stiffer"
-    return text, "Solve the layer (rs.Layer), take a thicker target, or read the result as that of a thick target."
-
-
-def _waves(worst: Any, exceeded: bool) -> tuple[str, str]:
-    share, deep = worst.radiated_energy_ratio, f"{0.5 * worst.wave_speed * worst.contact_time:.3g} m"
-    place = 0 if math.isnan(worst.wave_body) else int(worst.wave_body)
-    body = _BODIES[place]
-    if share == 0.0:
-        return f"they return in contact, as the {body} is not deeper than {deep}, or count by its impedance", ""
-    has_size = math.isfinite(worst.wave_size)
-    text = f"{VALIDITY['radiated_energy_ratio'].words} is {_beside(share, RADIATION_LIMIT)}, in the {body}"
-    text += f"{', which is' if has_size else ' if it is'} deeper than c T/2 = {deep}; v0/c = {worst.mach_number:.3g}"
-    if math.isnan(share):
-        text = f"{VALIDITY['mach_number'].words} is {_beside(worst.mach_number, SPEED_LIMIT)}, in the {body}"
-    advice = (
-        "Expect a lower rebound" if has_size else f"Expect a lower rebound where the {body} is deep, or state its size"
-    )
-    if place == _BESIDE_RIGID and worst.round_body and not has_size:
-        advice += ", or that the ball is the soft body"
-    return f"{text}; c = {worst.wave_speed:.3g} m/s", f"{advice}; take a lower velocity."
-
-
-def _window(worst: Any, exceeded: bool) -> tuple[str, str]:
-    text = f"the contact lasts {worst.contact_time:.3g} s and its beginning {worst.shortest_time:.3g} s, "
-    text += f"the material is known from {worst.window_low:.3g} s to {worst.window_high:.3g} s"
-    text += f", which is short by a factor of {worst.window_ratio:.3g}" if exceeded else ""
-    return text, "Measure at these times, or shift data of other temperatures; the modulus is extrapolated."
-
-
-def _poisson_ratio(worst: Any, exceeded: bool) -> tuple[str, str]:
-    value, limit, lowest = worst.instantaneous_poisson_ratio, min(worst.poisson_ratio, 0.0), worst.lowest_poisson_ratio
-    if _dips(lowest, value, worst.poisson_ratio):
-        text = f"the lowest one over time is {lowest:.3g}, {'below' if exceeded else 'not below'} "
-        text += f"the limit {limit:.3g}; the instantaneous one is {value:.3g}, the static one "
-        text += f"{worst.poisson_ratio:.4g}"
-        return text, "Let the bulk modulus relax less, or not before the shear modulus; polymers have 0.3 to 0.5."
-    ratio = 2.0 * (1.0 + value) / (3.0 * (1.0 - 2.0 * value)) if value < 0.5 else math.inf
-    text = f"the instantaneous one is {value:.3g}, {'below' if exceeded else 'not below'} the limit {limit:.3g}; "
-    text += f"the static one is {worst.poisson_ratio:.4g}, K/G0 = {ratio:.3g}"
-    return text, "Raise the bulk modulus or lower the instantaneous shear modulus; polymers have 0.3 to 0.4."
-
-
-def _density(worst: Any, exceeded: bool) -> tuple[str, str]:
-    low, high = DENSITY_LIMITS
-    limits = f"{'outside' if exceeded else 'within'} {low:g} to {high * worst.density_factor:g} kg/m^3"
-    text = f"a ball of this mass and radius has {worst.mean_density:.3g} kg/m^3, {limits}"
-    return text, "Compare the units of mass (kg) and radius (m), unless a heavy body with a small tip is meant."
-
-
-def _separability(worst: Any, exceeded: bool) -> tuple[str, str]:
-    ends = worst.instantaneous_poisson_ratio, worst.poisson_ratio
-    return approximation(*ends, worst.lowest_poisson_ratio, worst.highest_poisson_ratio)
-
-
-def _constants(worst: Any, exceeded: bool) -> tuple[str, str]:
-    text = "data behind the material do not determine all of its constants; "
-    if worst.undetermined_constants >= _SCALE:
-        text += "contact time, depth, force, pressure and radius are not determined, only the restitution coefficient"
-        return text, "Measure a contact time, a force or a modulus, and identify the material again."
-    text += "outputs are determined only for contacts like those of the data"
-    return text, "Stay near those contacts, or add the measurement that `restitution identify` names."
-
-
-def _coupling(worst: Any, exceeded: bool) -> tuple[str, str]:
-    text = f"{VALIDITY['coupling_number'].words} is {_beside(worst.coupling_number, COUPLING_LIMIT)}"
-    if exceeded:
-        text += "; normal and tangential displacements are not independent then"
-    return text, "Expect e_t to be off by some hundredths or more; take more friction, or bodies of like compliance."
-
-
-def _travel(worst: Any, exceeded: bool) -> tuple[str, str]:
-    text = f"the body moves by {worst.travel_number:.3g} contact radii during contact, "
-    text += f"{'above' if exceeded else 'not above'} the limit {TRAVEL_LIMIT:g}"
-    return text, "Expect rolling and ploughing on fresh material, which are left out; take a lower speed."
-
-
-def _attraction(worst: Any, exceeded: bool) -> tuple[str, str]:
-    at_rest = "infinite" if math.isinf(worst.maugis_number) else f"{worst.maugis_number:.3g}"
-    text = f"{VALIDITY['zone_slope'].words} is {_beside(worst.zone_slope, SLOPE_LIMIT)}; the ring is "
-    text += f"{100.0 * worst.zone_ratio:.2g} % of the contact radius wide"
-    if not math.isnan(worst.maugis_number):
-        text += f", lambda {at_rest} at rest and {worst.instantaneous_maugis_number:.3g} at once, where DMT is below "
-        text += "0.1 and JKR above 5"
-    advice = "Take a lower stress of the same work, or read the numbers as those of a model of the edge: strains "
-    return text, advice + "there are not small."
-
-
-def _range(worst: Any, exceeded: bool) -> tuple[str, str]:
-    text = f"{VALIDITY['range_ratio'].words} is {_beside(worst.range_ratio, RANGE_LIMIT)}; the range is "
-    text += in_words(float(worst.attraction_range), "m")
-    return text, "Vary the range at the same work: the form of the attraction matters as much as its work."
-
-
-_ROUGHNESS = "the surfaces count as smooth: heights must be small against the range, or the work be that of rough ones"
-
-# The quantity that is compared, its limit, the reason if it is not known (without one it is left out then), and the
-# text with advice if it is.
-_KINDS: dict[str, tuple[str, Threshold, str, Callable[[Any, bool], tuple[str, str]]]] = {
-    "small_strain": ("strain_number", STRAIN_LIMIT, "no contact radius is known", _small_strain),
-    "half_space": ("contact_size_ratio", SIZE_LIMIT, "no size of the target is given", _half_space),
-    "waves": ("radiated_energy_ratio", RADIATION_LIMIT, "the density of a material is missing", _waves),
-    "window": ("window_ratio", 1.0, "no material states its window", _window),
-    "poisson_ratio": ("instantaneous_poisson_ratio", 0.0, "no contact was solved", _poisson_ratio),
-    "density": ("mean_density", DENSITY_LIMITS, "the body is no ball of a known mass", _density),
-    "separability": ("instantaneous_poisson_ratio", math.nan, "", _separability),
-    "constants": ("undetermined_constants", 0.0, "", _constants),
-    "coupling": ("coupling_number", COUPLING_LIMIT, "", _coupling),
-    "travel": ("travel_number", TRAVEL_LIMIT, "", _travel),
-    "attraction": ("zone_slope", SLOPE_LIMIT, "the surfaces do not touch", _attraction),
-    "range": ("range_ratio", RANGE_LIMIT, "no contact was solved", _range),
-    "roughness": ("attraction_range", math.nan, _ROUGHNESS, _range),
-}
-_OF_ADHESION = ("attraction", "range", "roughness")
-
-
-def _beside(value: float, limit: float) -> str:
-    return f"{value:.3g}, {'above' if value > limit else 'not above'} the limit {limit:g}"
-
-
 def _row(check: Check) -> tuple[str, str, str, str]:
     shown = " to ".join(f"{limit:g}" for limit in np.atleast_1d(check.threshold))
     value = "-" if check.value is None else f"{check.value:.3g}"
     state = "DOUBTFUL" if check.exceeded else "ok" if check.value is not None else "not checked"
-    return _TITLES[check.kind], value, shown, state
+    return TITLES[check.kind], value, shown, state
 
 
 def warn(messages: Mapping[str, str], stacklevel: int) -> None:

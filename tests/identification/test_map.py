@@ -184,7 +184,7 @@ def test_every_curve_without_a_fit_has_a_message(monkeypatch):
 
 @pytest.mark.parametrize("seed", [0, 1, 35, *(pytest.param(n, marks=pytest.mark.slow) for n in range(2, 35))])
 def test_a_first_curve_that_determines_little_spoils_no_other(seed):
-    """Each row fits as well as alone, also behind an approach with the most noise, of which all rows start."""
+    """Each row fits as well as alone, also where all rows start from an approach with the most noise."""
     rng, curves = np.random.default_rng(seed), list[rs.IndentationCurve]()
     truth = 10.0 ** rng.uniform(1.0, 4.0) * np.array([1.0, 10.0 ** rng.uniform(-0.3, 1.0), 0.0])
     truth[2] = truth[1] * 10.0 ** rng.uniform(-1.2, 0.3)

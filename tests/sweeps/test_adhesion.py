@@ -13,8 +13,8 @@ from refusals import in_one_line
 from restitution.case.sweep import read_sweep
 from restitution.case.uncertainty import propagate_case
 from restitution.impact.adhesion import AdhesiveResult
+from restitution.limits import RANGE_LIMIT, SLOPE_LIMIT
 from restitution.sweeps.run import run
-from restitution.validity import RANGE_LIMIT, SLOPE_LIMIT
 from restitution.variation import numbers_by_name
 
 # Unit balls of soft bodies exceed the limits of the theory on purpose.

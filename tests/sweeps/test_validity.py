@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import restitution as rs
+from restitution.limits import RADIATION_LIMIT
 from restitution.quantities import VALIDITY
-from restitution.validity import RADIATION_LIMIT
 
 # Many of these bodies exceed the limits of the theory.
 pytestmark = pytest.mark.filterwarnings(r"ignore:.*; exceeded in \d+ of")

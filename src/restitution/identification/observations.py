@@ -17,12 +17,12 @@ from restitution.checks import Array
 from restitution.contact.geometry import Geometry
 from restitution.contact.profiles import Parabola
 from restitution.errors import ABSENT, InputError, InputTypeError
+from restitution.limits import DENSITY_LIMITS
 from restitution.material.conversion import series_connection, tension_from_shear
 from restitution.material.fit import DynamicTable, RelaxationTable
 from restitution.material.prony import PronySeries
 from restitution.material.viscoelastic import Material, reduced_modulus, single_material
 from restitution.quantities import check, check_single
-from restitution.validity import DENSITY_LIMITS
 
 # Lightest solid ball [kg/m^3]; rubbers and polymers have 850 and more.
 _LIGHTEST = 500.0

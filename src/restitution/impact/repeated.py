@@ -12,8 +12,9 @@ from restitution.impact.batch import Batch
 from restitution.impact.problem import Impact
 from restitution.impact.solution import PanelMotion
 from restitution.impact.status import Status
+from restitution.indentation.drive import Drive
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, PanelSolution
+from restitution.indentation.panels import PanelSolution
 from restitution.indentation.surface import Surface, check_surface
 from restitution.kernel.plain import single_problem
 

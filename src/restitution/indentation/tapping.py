@@ -14,8 +14,9 @@ from restitution.checks import Array, finite, function, whole, within
 from restitution.contact.geometry import Contact, Geometry
 from restitution.errors import InputError
 from restitution.indentation.cantilever import Cantilever, CantileverMode, Pull, cantilever, pull_of
+from restitution.indentation.drive import Drive
 from restitution.indentation.history import History
-from restitution.indentation.panels import Drive, Grip, PanelSolution
+from restitution.indentation.panels import Grip, PanelSolution
 from restitution.indentation.solid import solid_of
 from restitution.indentation.solve import contact_of
 from restitution.indentation.steady import Mixture, Past, Recovery, Trial
